@@ -1,0 +1,15 @@
+"""Arrays in, values out: what a measurement means, with no hardware, no mesh and no screen.
+
+=====================  =====================================================================
+``experiment``         the plate, its patches, the electronics and the protocol, as declared
+``campaign``           recorded sweeps of one experiment over temperature
+``frf``                H1, coherence and variance per line
+``material``           E(T), nu(T), eta(T) with their bands
+``identification``     poles and residues of FRFs, tracked over temperature
+``updating``           material parameters of a twin fitted to measured FRFs
+``focusing``           STIF filters, contrast and spot error
+``compensation``       filters at any temperature: Bayesian-regularised networks and their rivals
+=====================  =====================================================================
+"""
+
+__version__ = "0.1.0"

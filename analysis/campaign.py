@@ -1,0 +1,85 @@
+"""Recorded sweeps of one experiment over temperature."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.experiment import Experiment
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """The repeats of one sweep at one temperature step, direction and level.
+
+    Attributes
+    ----------
+    step : int
+        Place in the order recorded.
+    direction : str
+        ``up`` or ``down``.
+    level : float
+        Amplitude of the drive, V.
+    oven_temperature_start, oven_temperature_end : float
+        Oven reading before the first and after the last repeat, degrees Celsius.
+    start_time : str
+        ISO 8601.
+    drive : (R, M) ndarray
+        Generator voltage of every repeat, V.
+    responses : (K, R, M) ndarray
+        Voltage across every sensor patch, V.
+    """
+
+    step: int
+    direction: Literal["up", "down"]
+    level: float
+    oven_temperature_start: float
+    oven_temperature_end: float
+    start_time: str
+    drive: NDArray[np.float32]
+    responses: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        if self.drive.ndim != 2 or self.responses.ndim != 3 or self.responses.shape[1:] != self.drive.shape:
+            raise ValueError(
+                f"sweep {self.step}: drive {self.drive.shape} and responses {self.responses.shape} "
+                "must be (R, M) and (K, R, M)"
+            )
+
+    @property
+    def oven_temperature(self) -> float:
+        """Mean oven reading during the sweep, degrees Celsius."""
+        return 0.5 * (self.oven_temperature_start + self.oven_temperature_end)
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """An experiment and what was recorded of it, in the order recorded.
+
+    Attributes
+    ----------
+    name : str
+        For people: the folder's name.
+    experiment : Experiment
+        As declared.
+    sweeps : tuple of Sweep
+        One for each temperature step, direction and level.
+    hashes : dict
+        SHA-256 of every file the campaign was read from, by name.
+    """
+
+    name: str
+    experiment: Experiment
+    sweeps: tuple[Sweep, ...]
+    hashes: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.sweeps:
+            raise ValueError(f"campaign {self.name!r} holds no sweep")
+        sensors = len(self.experiment.sensors)
+        for sweep in self.sweeps:
+            if sweep.responses.shape[0] != sensors:
+                raise ValueError(
+                    f"sweep {sweep.step}: {sweep.responses.shape[0]} responses; {sensors} sensors are declared"
+                )

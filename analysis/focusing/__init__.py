@@ -1,0 +1,1 @@
+"""Spatio-temporal inverse filtering."""

@@ -1,0 +1,1 @@
+"""Poles and residues of FRFs."""

@@ -1,0 +1,77 @@
+"""Elastic constants of an isotropic, hysteretically damped plate, and their laws over temperature."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import BSpline
+
+
+@dataclass(frozen=True)
+class Material:
+    """E, nu and eta at one or more temperatures: complex modulus E(1 + j eta), real nu.
+
+    Attributes
+    ----------
+    youngs_modulus : (T,) ndarray
+        Pa.
+    poisson_ratio : (T,) ndarray
+    loss_factor : (T,) ndarray
+    """
+
+    youngs_modulus: NDArray[np.float64]
+    poisson_ratio: NDArray[np.float64]
+    loss_factor: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MaterialLaws:
+    """Smooth E(T), nu(T), eta(T) with one-standard-deviation bands, valid over a stated range.
+
+    Cubic splines of log E, nu and log eta on common knots; `covariance` is that of the coefficients.
+    `analysis.updating.laws` makes them from estimates at single temperatures.
+
+    Attributes
+    ----------
+    knots : (n + 4,) ndarray
+        Knots of the cubic splines, degrees Celsius.
+    coefficients : (3, n) ndarray
+        Of log E [log Pa], nu and log eta.
+    covariance : (3, n, n) ndarray
+        Of each law's coefficients.
+    temperature_range : (float, float)
+        Where the laws hold, degrees Celsius.
+    """
+
+    knots: NDArray[np.float64]
+    coefficients: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    temperature_range: tuple[float, float]
+
+    def at(self, temperature: ArrayLike) -> Material:
+        """Constants at `temperature` (T,), degrees Celsius; ValueError outside the range."""
+        e, nu, eta = self._values(temperature)
+        return Material(np.exp(e), nu, np.exp(eta))
+
+    def sigma(self, temperature: ArrayLike) -> Material:
+        """One standard deviation of each constant at `temperature` (T,), in the constant's unit."""
+        design = self._design(temperature)
+        spread = np.sqrt(np.einsum("tn,pnm,tm->pt", design, self.covariance, design))
+        value = self.at(temperature)
+        return Material(spread[0] * value.youngs_modulus, spread[1], spread[2] * value.loss_factor)
+
+    def _values(self, temperature: ArrayLike) -> NDArray[np.float64]:
+        values: NDArray[np.float64] = self.coefficients @ self._design(temperature).T
+        return values
+
+    def _design(self, temperature: ArrayLike) -> NDArray[np.float64]:
+        t = np.atleast_1d(np.asarray(temperature, dtype=float))
+        low, high = self.temperature_range
+        outside = t[(t < low - 1e-9) | (t > high + 1e-9)]
+        if outside.size:
+            raise ValueError(
+                f"temperature {outside[0]:g} °C is outside the laws' range, {low:g} to {high:g} °C: "
+                "laws are not extrapolated"
+            )
+        design: NDArray[np.float64] = BSpline.design_matrix(np.clip(t, low, high), self.knots, 3).toarray()
+        return design

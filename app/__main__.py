@@ -1,0 +1,5 @@
+"""``python -m app`` is ``flexura``."""
+
+from app.main import main
+
+main()

@@ -1,0 +1,1 @@
+"""What Flexura reads and writes."""

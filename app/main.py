@@ -1,0 +1,54 @@
+"""The command line: one verb per stage."""
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+import click
+from threadpoolctl import threadpool_limits
+
+VERBS = {
+    "import": "import_campaign",
+    "identify": "identify",
+    "update": "update",
+    "focus": "focus",
+    "compensate": "compensate",
+    "report": "report",
+    "demo": "demo",
+}
+
+
+class Verbs(click.Group):
+    """Loads the module of a verb when the verb is asked for: ``--help`` need not wait for torch."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Verbs in the order of the work."""
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return the command of one verb, or None for a word that is none."""
+        if cmd_name not in VERBS:
+            return None
+        command: click.Command = import_module(f"app.commands.{VERBS[cmd_name]}").command
+        return command
+
+
+@click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="flexura")
+def flexura() -> None:
+    """Temperature-aware modal analysis and wave focusing for plate-like structures."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run one verb; exit 0 (done), 1 (ran, not good enough) or 2 (bad input, with the reason)."""
+    with threadpool_limits(1):  # small dense matrices: a second BLAS thread costs more than it brings
+        try:
+            flexura.main(arguments, prog_name="flexura", standalone_mode=False)
+        except click.ClickException as error:
+            error.show()
+            sys.exit(2)
+        except click.exceptions.Exit as leaving:
+            sys.exit(leaving.exit_code)
+        except (click.Abort, KeyboardInterrupt):
+            click.echo("stopped", err=True)
+            sys.exit(130)

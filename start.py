@@ -1,0 +1,104 @@
+"""Make the environment once, then run Flexura in it.
+
+    python3 start.py demo          Windows: py start.py demo
+    python3 start.py tests [...]   hands its words to pytest
+    python3 start.py VERB ...      any other word goes to flexura
+
+Needs nothing but Python 3.11 or newer with pip and venv. Everything is installed into
+``.venv`` beside this file, pinned by ``constraints.txt``; a stamp holding a digest of the pins says
+that the installation finished, so a killed one is made again and a changed pin rebuilds it.
+"""
+
+import configparser
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+ENVIRONMENT = Path(os.environ.get("FLEXURA_VENV", ROOT / ".venv"))
+PYTHON = ENVIRONMENT / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+STAMP = ENVIRONMENT / "installed-pins.sha256"
+TORCH_CPU_INDEX = "https://download.pytorch.org/whl/cpu"
+
+
+def pins_digest() -> str:
+    """Digest of all that decides what is installed, and where."""
+    settings = configparser.ConfigParser()
+    settings.read(ROOT / "setup.cfg", encoding="utf-8")
+    wanted = {name: dict(settings[name]) for name in settings.sections() if name.startswith("options")}
+    pins = (ROOT / "constraints.txt").read_text(encoding="utf-8")
+    return hashlib.sha256("\n".join([str(ROOT), sys.version, repr(wanted), pins]).encode()).hexdigest()
+
+
+def torch_index() -> list[str]:
+    """Pip options that spare a Linux machine gigabytes of CUDA libraries it has no use for.
+
+    A site that serves its own CPU wheel is left alone; otherwise PyTorch's CPU index is added
+    where it can be reached.
+    """
+    if not sys.platform.startswith("linux"):
+        return []
+    listed = subprocess.run(
+        [str(PYTHON), "-m", "pip", "index", "versions", "torch"], capture_output=True, text=True, check=False
+    )
+    if "+cpu" in listed.stdout:
+        return []
+    try:
+        with urllib.request.urlopen(TORCH_CPU_INDEX + "/torch/", timeout=5):  # noqa: S310 (a constant https address)
+            return ["--extra-index-url", TORCH_CPU_INDEX]
+    except OSError:
+        return []
+
+
+def install() -> None:
+    """Build the environment from nothing and stamp it."""
+    print(f"Flexura: installing into {ENVIRONMENT} (once, a minute or two) ...", file=sys.stderr, flush=True)
+    if ENVIRONMENT.exists():
+        if not (ENVIRONMENT / "pyvenv.cfg").exists() and any(ENVIRONMENT.iterdir()):
+            sys.exit(f"{ENVIRONMENT} is not a virtual environment: move it away or set FLEXURA_VENV")
+        shutil.rmtree(ENVIRONMENT)
+    subprocess.run([sys.executable, "-m", "venv", str(ENVIRONMENT)], check=True)
+    pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    subprocess.run(
+        [*pip, *torch_index(), "-c", str(ROOT / "constraints.txt"), "-e", f"{ROOT}[tests]"], check=True, cwd=ROOT
+    )
+    partial = STAMP.with_suffix(".part")
+    partial.write_text(pins_digest())
+    partial.replace(STAMP)
+
+
+def ready() -> bool:
+    """Whether the environment is finished and belongs to today's pins."""
+    return PYTHON.exists() and STAMP.exists() and STAMP.read_text() == pins_digest()
+
+
+def main() -> int:
+    """Install if need be, then hand the words on."""
+    if sys.version_info < (3, 11):  # noqa: UP036 (an older Python gets this far, and deserves a sentence)
+        sys.exit(f"Flexura needs Python 3.11 or newer; this is {sys.version.split()[0]}")
+    words = sys.argv[1:]
+    if not ready():
+        try:
+            install()
+        except subprocess.CalledProcessError as error:
+            sys.exit(f"the installation failed (see above): {error}\nRun the same command again to retry.")
+    if words[:1] == ["tests"]:
+        command = [str(PYTHON), "-m", "pytest", "--rootdir", str(ROOT), "-c", str(ROOT / "setup.cfg"), *words[1:]]
+        folder = str(ROOT)
+    else:
+        command = [str(PYTHON), "-m", "app", *words]
+        folder = None
+    with subprocess.Popen(command, cwd=folder) as child:
+        while True:
+            try:
+                return child.wait()
+            except KeyboardInterrupt:  # the child has the signal too: let it make things safe, then end with it
+                continue
+
+
+if __name__ == "__main__":
+    sys.exit(main())
