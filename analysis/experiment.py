@@ -68,8 +68,7 @@ class Patch(Declared):
     def overlaps(self, other: "Patch") -> bool:
         """Whether both cover a common area of the same face."""
         return self.side == other.side and all(
-            self.span(a)[0] < other.span(a)[1] - 1e-9 and other.span(a)[0] < self.span(a)[1] - 1e-9
-            for a in (0, 1)
+            self.span(a)[0] < other.span(a)[1] - 1e-9 and other.span(a)[0] < self.span(a)[1] - 1e-9 for a in (0, 1)
         )
 
 
