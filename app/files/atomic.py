@@ -1,0 +1,82 @@
+"""Files that are either whole or not there.
+
+A result is written to ``NAME.part`` in its own folder, closed, forced to the disk and only then
+renamed: a process killed at any moment leaves the old file, the new one, or a ``.part`` that no
+reader looks at. One HDF5 file kept open and appended to does not survive a kill (the whole file may
+refuse to open again), which is why nothing is ever written in place.
+"""
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+
+PARTIAL = ".part"
+
+
+@contextmanager
+def atomic_path(target: Path) -> Iterator[Path]:
+    """Yield a path to write to, which takes the name `target` when the block ends well.
+
+    Parameters
+    ----------
+    target : Path
+        The finished file; its folder is made if need be. An older file of that name is replaced.
+
+    Yields
+    ------
+    Path
+        ``target`` with ``.part`` added: the caller writes and closes it. If the block raises, it is
+        removed and `target` stays as it was.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = target.with_name(target.name + PARTIAL)
+    try:
+        yield partial
+        force_to_disk(partial)
+        partial.replace(target)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+    force_folder_to_disk(target.parent)
+
+
+@contextmanager
+def atomic_hdf5(target: Path) -> Iterator[h5py.File]:
+    """Yield an HDF5 file open for writing, which takes the name `target` when the block ends well."""
+    with atomic_path(target) as partial, h5py.File(partial, "w") as file:
+        yield file
+
+
+def write_text(target: Path, text: str) -> None:
+    """Write `text` as UTF-8 with the line ends it has, whole or not at all."""
+    with atomic_path(target) as partial:
+        partial.write_text(text, encoding="utf-8", newline="")
+
+
+def write_json(target: Path, value: object) -> None:
+    """Write `value` as JSON, whole or not at all; ValueError for NaN and infinity, which JSON lacks."""
+    write_text(target, json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def force_to_disk(path: Path) -> None:
+    """Return when the bytes of a closed file are on the disk, not only in the system's cache."""
+    handle = os.open(path, os.O_RDWR)  # Windows flushes only what is open for writing
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def force_folder_to_disk(folder: Path) -> None:
+    """Return when the names in a folder are on the disk; a system that cannot is left alone."""
+    if os.name == "nt":  # Windows opens no folder as a file, and journals its renames
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
