@@ -1,1 +1,6 @@
-"""National Instruments modules."""
+"""National Instruments cards.
+
+===========  =========================================================
+``modules``  sample rates, range and resolution of the input modules
+===========  =========================================================
+"""

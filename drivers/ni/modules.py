@@ -1,0 +1,79 @@
+"""Input modules as their maker describes them: which rates they can run at, what voltage they can hold."""
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class InputModule:
+    """A delta-sigma input module, whose rate is its master timebase over 256 n.
+
+    Attributes
+    ----------
+    name : str
+        As printed on the module.
+    timebases : tuple of float
+        Master timebases it may run on, Hz: its own first, then those it may take from a neighbour.
+    divisors : range
+        The n allowed.
+    channels : int
+    full_scale : float
+        Largest magnitude it is sure to convert, V.
+    bits : int
+        Of its converter.
+    input_resistance : float
+        Between the two inputs of a channel, ohm.
+    """
+
+    name: str
+    timebases: tuple[float, ...]
+    divisors: range
+    channels: int
+    full_scale: float
+    bits: int
+    input_resistance: float
+
+    @property
+    def quantum(self) -> float:
+        """Voltage of one code, V."""
+        return 2.0 * self.full_scale / 2**self.bits
+
+    def rates(self) -> tuple[float, ...]:
+        """Every sample rate on the module's own timebase, Hz, fastest first."""
+        return tuple(self.timebases[0] / 256.0 / n for n in self.divisors)
+
+    def nearest_rate(self, asked: float) -> tuple[float, int]:
+        """Return the rate on the module's own timebase nearest to `asked` (Hz), and its n."""
+        rate = min(self.rates(), key=lambda possible: abs(possible - asked))
+        return rate, self.divisors[self.rates().index(rate)]
+
+    def can_run_at(self, rate: float) -> bool:
+        """Whether `rate` (Hz, as read back) is one the hardware can have run at, to 1 ppm."""
+        return any(
+            math.isclose(rate, timebase / 256.0 / n, rel_tol=1e-6)
+            for timebase in self.timebases
+            for n in self.divisors
+        )
+
+
+NI_9234 = InputModule(
+    name="NI-9234",
+    timebases=(13.1072e6, 12.8e6),  # 12.8 MHz: what most other C Series modules export
+    divisors=range(1, 32),
+    channels=4,
+    full_scale=5.0,
+    bits=24,
+    input_resistance=305e3,
+)
+
+KNOWN = (NI_9234,)
+
+
+def find_module(name: str) -> InputModule | None:
+    """Return the module called `name`, however it is spaced ("NI 9234", "ni-9234"), or None if unknown."""
+    wanted = _bare(name).removeprefix("ni")
+    return next((module for module in KNOWN if _bare(module.name).removeprefix("ni") == wanted), None)
+
+
+def _bare(name: str) -> str:
+    return "".join(letter for letter in name.lower() if letter.isalnum())
