@@ -25,6 +25,30 @@ class Material:
 
 
 @dataclass(frozen=True)
+class MaterialBox:
+    """The range of E [Pa], nu and eta over which a twin's accuracy is certified, as (low, high) pairs."""
+
+    youngs_modulus: tuple[float, float]
+    poisson_ratio: tuple[float, float]
+    loss_factor: tuple[float, float]
+
+    def clip(self, material: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Move (..., 3) values of E, nu, eta to the nearest values inside."""
+        clipped: NDArray[np.float64] = np.clip(material, self._bounds[:, 0], self._bounds[:, 1])
+        return clipped
+
+    def inside(self, material: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which of (..., 3) values of E, nu, eta lie inside, a wall not being inside."""
+        low, high = self._bounds.T
+        within: NDArray[np.bool_] = ((material > low) & (material < high)).all(-1)
+        return within
+
+    @property
+    def _bounds(self) -> NDArray[np.float64]:
+        return np.array([self.youngs_modulus, self.poisson_ratio, self.loss_factor])
+
+
+@dataclass(frozen=True)
 class MaterialLaws:
     """Smooth E(T), nu(T), eta(T) with one-standard-deviation bands, valid over a stated range.
 

@@ -1,9 +1,12 @@
 """Model updating: the material of a twin fitted to measured FRFs, and its laws over temperature.
 
-==============  =====================================================================
-``model``       what a twin must offer to be updated
-``start``       the start grid: no temperature may land in a neighbouring minimum
-``fit``         E, nu, eta per sweep and one gain over all of them, Gauss-Newton
-``laws``        smooth E(T), nu(T), eta(T) with bands from the estimates
-==============  =====================================================================
+=====================  ==============================================================
+``model``              what a twin must offer to be updated
+``normal_equations``   weighted misfit of one sweep, its gradient and curvature
+``start``              the start grid: no temperature may land in a neighbouring minimum
+``sweep_fit``          E, nu, eta and gain of one sweep, Levenberg-Marquardt
+``common_gain``        one gain over all sweeps, by arrow-shaped normal equations
+``update``             all of it, for a campaign
+``laws``               smooth E(T), nu(T), eta(T) with bands from the estimates
+=====================  ==============================================================
 """

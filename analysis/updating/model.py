@@ -1,25 +1,11 @@
 """What a twin must offer to be updated."""
 
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-
-@dataclass(frozen=True)
-class MaterialBox:
-    """The range of E [Pa], nu and eta over which a twin's accuracy is certified, as (low, high) pairs."""
-
-    youngs_modulus: tuple[float, float]
-    poisson_ratio: tuple[float, float]
-    loss_factor: tuple[float, float]
-
-    def clip(self, material: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Move (..., 3) values of E, nu, eta to the nearest values inside."""
-        bounds = np.array([self.youngs_modulus, self.poisson_ratio, self.loss_factor])
-        clipped: NDArray[np.float64] = np.clip(material, bounds[:, 0], bounds[:, 1])
-        return clipped
+from analysis.material import MaterialBox
 
 
 class TransferModel(Protocol):
@@ -39,5 +25,5 @@ class TransferModel(Protocol):
     def sensitivities(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: NDArray[np.float64]
     ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """The transfer (K, F) and its derivatives (3, K, F) with respect to E, nu and eta."""
+        """Return the transfer (K, F) and its derivatives (3, K, F) with respect to E, nu and eta."""
         ...

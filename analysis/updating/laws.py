@@ -1,0 +1,147 @@
+"""Smooth E(T), nu(T), eta(T) with bands, from estimates at single temperatures.
+
+Penalised cubic splines (Eilers and Marx, Statistical Science 11, 1996): many knots, a penalty on the second
+differences of the coefficients, and the penalty's strength chosen by restricted maximum likelihood, so that
+the data decide how smooth a law is and the posterior covariance gives its band.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+from scipy.optimize import minimize_scalar
+
+from analysis.material import Material, MaterialLaws
+
+KNOT_SPACING = 2.5
+"""Degrees Celsius between knots: finer than any transition of a polymer, so that only the penalty smooths."""
+
+
+def fit_laws(
+    temperature: NDArray[np.float64],
+    material: Material,
+    sigma: Material,
+    *,
+    reading_sigma: float = 0.05 / np.sqrt(2.0),
+    temperature_range: tuple[float, float] | None = None,
+) -> MaterialLaws:
+    """Laws through estimates at `temperature`.
+
+    Parameters
+    ----------
+    temperature : (T,) ndarray
+        Degrees Celsius; repeated values (up and down ramp) are welcome.
+    material, sigma : Material
+        Estimates and standard deviations, (T,) arrays.
+    reading_sigma : float
+        Standard deviation of a sweep's temperature reading, K; on a steep law it outweighs that of the
+        estimates. The default is the mean of two readings with 0.05 K each.
+    temperature_range : (float, float), optional
+        Where the laws are to hold, degrees Celsius; that of the data by default. May reach beyond the data
+        by the uncertainty of the readings, not further.
+
+    Raises
+    ------
+    ValueError
+        For fewer than three different temperatures, or a range beyond the data.
+    """
+    distinct = np.unique(np.round(temperature, 1)).size
+    if distinct < 3:
+        raise ValueError(f"laws over temperature need at least 3 different temperatures; there are {distinct}")
+    low, high = temperature_range or (float(temperature.min()), float(temperature.max()))
+    slack = 1.0
+    if low < temperature.min() - slack or high > temperature.max() + slack:
+        raise ValueError(
+            f"the laws are asked for {low:g} to {high:g} °C; the data reach from {temperature.min():.2f} "
+            f"to {temperature.max():.2f} °C, and laws are not extrapolated"
+        )
+    low, high = min(low, float(temperature.min())), max(high, float(temperature.max()))
+    intervals = max(4, int(np.ceil((high - low) / KNOT_SPACING)))
+    inner = np.linspace(low, high, intervals + 1)
+    knots = np.concatenate([np.full(3, low), inner, np.full(3, high)])
+    curves = [
+        (np.log(material.youngs_modulus), sigma.youngs_modulus / material.youngs_modulus, True),
+        (material.poisson_ratio, sigma.poisson_ratio, False),
+        (np.log(material.loss_factor), sigma.loss_factor / material.loss_factor, False),
+    ]
+    fitted = [_fit_curve(knots, temperature, y, s, reading_sigma, falling) for y, s, falling in curves]
+    return MaterialLaws(
+        knots=knots,
+        coefficients=np.array([c for c, _ in fitted]),
+        covariance=np.array([v for _, v in fitted]),
+        temperature_range=(low, high),
+    )
+
+
+def _fit_curve(
+    knots: NDArray[np.float64],
+    temperature: NDArray[np.float64],
+    y: NDArray[np.float64],
+    sigma: NDArray[np.float64],
+    reading_sigma: float,
+    falling: bool,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coefficients of one law and their covariance; a reading's error counts through the law's slope."""
+    design = BSpline.design_matrix(temperature, knots, 3).toarray()
+    size = design.shape[1]
+    # differences over the Greville abscissae: the spacing of the coefficients is uneven at the ends
+    sites = np.array([knots[i + 1 : i + 4].mean() for i in range(size)])
+    first = np.diff(np.eye(size), axis=0) / np.diff(sites)[:, None]
+    second = np.diff(first, axis=0)
+    roughness = second.T @ second
+    slope = np.gradient(np.interp(sites, *_sorted_means(temperature, y)), sites)
+    coefficients, covariance = np.zeros(size), np.eye(size)
+    for _ in range(3):
+        variance = sigma**2 + (np.interp(temperature, sites, slope) * reading_sigma) ** 2
+        coefficients, covariance = _smooth(design, y, variance, roughness, first if falling else None)
+        slope = BSpline(knots, coefficients, 3).derivative()(sites)
+    return coefficients, covariance
+
+
+def _sorted_means(
+    temperature: NDArray[np.float64], y: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Temperatures rounded to 0.1 K, ascending, with the mean of y at each."""
+    sites, place = np.unique(np.round(temperature, 1), return_inverse=True)
+    return sites, np.bincount(place, y) / np.bincount(place)
+
+
+def _smooth(
+    design: NDArray[np.float64],
+    y: NDArray[np.float64],
+    variance: NDArray[np.float64],
+    roughness: NDArray[np.float64],
+    falling: NDArray[np.float64] | None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Penalised least squares with the penalty of maximum restricted likelihood.
+
+    Where the residuals exceed `variance`, the covariance is inflated by their ratio. `falling` is the first
+    difference operator of a law that may not rise: rising differences are pinned to zero.
+    """
+    weight = 1.0 / variance
+    gram = design.T @ (weight[:, None] * design)
+    moment = design.T @ (weight * y)
+    rank = np.linalg.matrix_rank(roughness)
+    freedom = max(len(y) - (len(roughness) - rank), 1)
+
+    def solve(log_penalty: float) -> tuple[NDArray[np.float64], NDArray[np.float64], float, float]:
+        matrix = gram + np.exp(log_penalty) * roughness
+        coefficients = np.linalg.solve(matrix, moment)
+        misfit = float(weight @ (y - design @ coefficients) ** 2)
+        misfit += float(np.exp(log_penalty) * coefficients @ roughness @ coefficients)
+        scale = max(misfit / freedom, 1.0)
+        score = freedom * np.log(scale) + misfit / scale
+        score += float(np.linalg.slogdet(matrix)[1]) - rank * log_penalty
+        return coefficients.astype(np.float64), matrix, scale, float(score)
+
+    centre = float(np.log(np.trace(gram) / np.trace(roughness)))
+    best = minimize_scalar(lambda p: solve(p)[3], bounds=(centre - 10.0, centre + 30.0), method="bounded")
+    coefficients, matrix, scale, _ = solve(float(best.x))
+    if falling is not None:
+        stiff = 1e8 * float(np.trace(gram) / np.trace(falling.T @ falling))
+        for _ in range(20):
+            rising = falling @ coefficients > 1e-12
+            if not rising.any():
+                break
+            matrix = matrix + stiff * falling[rising].T @ falling[rising]
+            coefficients = np.linalg.solve(matrix, moment).astype(np.float64)
+    return coefficients, (scale * np.linalg.inv(matrix)).astype(np.float64)

@@ -1,0 +1,118 @@
+"""Weighted misfit of one sweep at one material, its gradient and its Gauss-Newton curvature."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.frf import Frf
+from analysis.updating.model import TransferModel
+
+
+@dataclass(frozen=True)
+class SweepData:
+    """The lines of one sweep that take part in a fit.
+
+    Attributes
+    ----------
+    frequency : (F,) ndarray
+        Hz.
+    h : (K, F) complex ndarray
+        Measured FRF, V/V.
+    weight : (K, F) ndarray
+        1 / variance.
+    """
+
+    frequency: NDArray[np.float64]
+    h: NDArray[np.complex128]
+    weight: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, frf: Frf, sweep: int, stride: int = 1) -> "SweepData":
+        """Every `stride`-th line of one sweep that is not excluded."""
+        lines = np.flatnonzero(~frf.excluded)[::stride]
+        return cls(frf.frequency[lines], frf.h[sweep][:, lines], 1.0 / frf.variance[sweep][:, lines])
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """Least squares of one sweep, linearised at a material and a gain.
+
+    The four parameters are log E, nu, log eta and log gain.
+
+    Attributes
+    ----------
+    material : (3,) ndarray
+        E [Pa], nu, eta.
+    gain : float
+    chi2 : float
+        2 sum |r|^2 / variance: real and imaginary parts each count one degree of freedom.
+    dof : int
+        Real data less the four parameters.
+    misfit : float
+        rms|r| / rms|h|, unweighted: the square root of the paper's eq. (12).
+    matrix : (4, 4) ndarray
+        J'J, whose inverse is the covariance.
+    gradient : (4,) ndarray
+        J'r.
+    """
+
+    material: NDArray[np.float64]
+    gain: float
+    chi2: float
+    dof: int
+    misfit: float
+    matrix: NDArray[np.float64]
+    gradient: NDArray[np.float64]
+
+    def step(self, damping: float) -> NDArray[np.float64]:
+        """Levenberg-Marquardt step, damped on the diagonal."""
+        damped = self.matrix + damping * np.diag(np.diag(self.matrix))
+        return np.linalg.solve(damped, self.gradient).astype(np.float64)
+
+    def following(self, gain_step: float) -> NDArray[np.float64]:
+        """Step of (log E, nu, log eta) to their best values once log gain has stepped by `gain_step`."""
+        gradient = self.gradient[:3] - self.matrix[:3, 3] * gain_step
+        return np.linalg.solve(self.matrix[:3, :3], gradient).astype(np.float64)
+
+    @property
+    def decrement(self) -> float:
+        """The fall of chi2 that a full step promises: small against 1 means settled."""
+        return float(self.gradient @ np.linalg.solve(self.matrix, self.gradient))
+
+
+def best_gain(transfer: NDArray[np.complex128], data: SweepData) -> tuple[float, float]:
+    """Real, positive gain g minimising chi2 of h - g transfer, and that minimum."""
+    power = float((data.weight * np.abs(transfer) ** 2).sum())
+    gain = max(float((data.weight * (transfer.conj() * data.h).real).sum()) / power, 0.0)
+    return gain, 2.0 * float((data.weight * np.abs(data.h - gain * transfer) ** 2).sum())
+
+
+def moved(material: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Material (E, nu, eta) after a step in (log E, nu, log eta)."""
+    return np.array([material[0] * np.exp(step[0]), material[1] + step[1], material[2] * np.exp(step[2])])
+
+
+def normal_equations(
+    model: TransferModel, data: SweepData, material: NDArray[np.float64], gain: float | None = None
+) -> NormalEquations:
+    """Linearise the fit of `data` at `material` and `gain` (None: the best gain there)."""
+    e, nu, eta = (float(x) for x in material)
+    transfer, slopes = model.sensitivities(e, nu, eta, data.frequency)
+    if gain is None:
+        gain = best_gain(transfer, data)[0]
+    predicted = gain * transfer
+    scale = np.array([e, 1.0, eta])[:, None, None]
+    jacobian = np.concatenate([gain * scale * slopes, predicted[None]]).reshape(4, -1)
+    residual = (data.h - predicted).ravel()
+    weight = data.weight.ravel()
+    weighted = 2.0 * weight * jacobian.conj()
+    return NormalEquations(
+        material=np.asarray(material, dtype=float),
+        gain=gain,
+        chi2=2.0 * float((weight * np.abs(residual) ** 2).sum()),
+        dof=2 * residual.size - 4,
+        misfit=float(np.linalg.norm(residual) / np.linalg.norm(data.h)),
+        matrix=(weighted @ jacobian.T).real,
+        gradient=(weighted @ residual).real,
+    )

@@ -1,0 +1,50 @@
+"""The start grid: a first material near enough that no fit can land in a neighbouring minimum."""
+
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.updating.model import TransferModel
+from analysis.updating.normal_equations import SweepData, best_gain
+
+MODULUS_STEP = 1.07
+"""Resonances of a plate with eta = 0.04 stay within each other's half-power bandwidth over this ratio of E."""
+
+
+def start_material(
+    model: TransferModel, data: SweepData, progress: Callable[[float], None] = lambda share: None
+) -> NDArray[np.float64]:
+    """Best (E, nu, eta), a (3,) ndarray, of a grid over the model's box, the gain eliminated.
+
+    The grid of E and nu is walked at a loss factor near the top of the box, where the minima are widest;
+    eta follows on its own.
+    """
+    box = model.box
+    low, high = box.youngs_modulus
+    moduli = np.geomspace(low, high, int(np.ceil(np.log(high / low) / np.log(MODULUS_STEP))) + 1)
+    nu_low, nu_high = box.poisson_ratio
+    ratios = nu_low + (nu_high - nu_low) * np.array([0.2, 0.5, 0.85])
+    eta_low, eta_high = max(box.loss_factor[0], 0.005), 0.8 * box.loss_factor[1]
+    grid = list(product(moduli, ratios))
+    misfits = []
+    for done, (e, nu) in enumerate(grid):
+        misfits.append(best_gain(model.frf(e, nu, eta_high, data.frequency), data)[1])
+        progress((done + 1) / len(grid))
+    e, nu = grid[int(np.argmin(misfits))]
+    etas = np.geomspace(eta_low, eta_high, 5)
+    misfits = [best_gain(model.frf(e, nu, eta, data.frequency), data)[1] for eta in etas]
+    return np.array([e, nu, etas[int(np.argmin(misfits))]])
+
+
+def scan_modulus(
+    model: TransferModel, data: SweepData, material: NDArray[np.float64], factor: float = 1.5
+) -> NDArray[np.float64]:
+    """`material` with the E that fits best between E / factor and E factor, nu and eta kept."""
+    steps = int(np.ceil(2.0 * np.log(factor) / np.log(MODULUS_STEP))) + 1
+    low, high = model.box.youngs_modulus
+    e, nu, eta = material
+    moduli = np.clip(e * np.geomspace(1.0 / factor, factor, steps), low, high)
+    misfits = [best_gain(model.frf(x, nu, eta, data.frequency), data)[1] for x in moduli]
+    return np.array([moduli[int(np.argmin(misfits))], nu, eta])

@@ -1,0 +1,46 @@
+"""E, nu, eta and gain of one sweep by Levenberg-Marquardt, inside the model's box."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.updating.model import TransferModel
+from analysis.updating.normal_equations import NormalEquations, SweepData, moved, normal_equations
+
+MAX_STEPS = 30
+SETTLED = 0.01
+"""Promised fall of chi2 below which a fit has settled: a twentieth of a standard deviation."""
+
+
+@dataclass(frozen=True)
+class SweepFit:
+    """Where the fit of one sweep ended, the misfit it started from, and whether it settled inside the box."""
+
+    point: NormalEquations
+    misfit_start: float
+    settled: bool
+
+
+def fit_sweep(model: TransferModel, data: SweepData, start: NDArray[np.float64]) -> SweepFit:
+    """Fit one sweep from `start` (E, nu, eta); the gain starts at its best value there."""
+    point = normal_equations(model, data, model.box.clip(start))
+    misfit_start = point.misfit
+    damping = 1e-3
+    for _ in range(MAX_STEPS):
+        # the start damping costs nothing near a minimum and saves a long way round far from one
+        step = point.step(damping)
+        material = model.box.clip(moved(point.material, step[:3]))
+        trial = normal_equations(model, data, material, point.gain * float(np.exp(np.clip(step[3], -1.0, 1.0))))
+        if trial.chi2 <= point.chi2:
+            fallen = point.chi2 - trial.chi2
+            point, damping = trial, damping / 30.0
+            if point.decrement < SETTLED:
+                return SweepFit(point, misfit_start, True)
+            if fallen < 1e-9 * point.chi2:  # leaning on the wall of the box
+                break
+        else:
+            damping *= 20.0
+            if damping > 1e8:
+                break
+    return SweepFit(point, misfit_start, point.decrement < SETTLED)
