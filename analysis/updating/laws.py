@@ -134,7 +134,7 @@ def _smooth(
         return coefficients.astype(np.float64), matrix, scale, float(score)
 
     centre = float(np.log(np.trace(gram) / np.trace(roughness)))
-    best = minimize_scalar(lambda p: solve(p)[3], bounds=(centre - 10.0, centre + 30.0), method="bounded")
+    best = minimize_scalar(lambda p: solve(p)[3], bounds=(centre - 10.0, centre + 18.0), method="bounded")
     coefficients, matrix, scale, _ = solve(float(best.x))
     if falling is not None:
         stiff = 1e8 * float(np.trace(gram) / np.trace(falling.T @ falling))

@@ -82,9 +82,15 @@ class NormalEquations:
 
 
 def best_gain(transfer: NDArray[np.complex128], data: SweepData) -> tuple[float, float]:
-    """Real, positive gain g minimising chi2 of h - g transfer, and that minimum."""
+    """Real, positive gain g minimising chi2 of h - g transfer, and that chi2.
+
+    A transfer of the wrong material may be out of phase with h, whose best gain is zero or less: a twentieth
+    of the ratio of their sizes stands in for it, since with no gain at all nothing else could be fitted.
+    """
     power = float((data.weight * np.abs(transfer) ** 2).sum())
-    gain = max(float((data.weight * (transfer.conj() * data.h).real).sum()) / power, 0.0)
+    size = float((data.weight * np.abs(data.h) ** 2).sum())
+    gain = float((data.weight * (transfer.conj() * data.h).real).sum()) / power
+    gain = max(gain, 0.05 * float(np.sqrt(size / power)))
     return gain, 2.0 * float((data.weight * np.abs(data.h - gain * transfer) ** 2).sum())
 
 

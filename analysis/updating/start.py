@@ -36,15 +36,3 @@ def start_material(
     etas = np.geomspace(eta_low, eta_high, 5)
     misfits = [best_gain(model.frf(e, nu, eta, data.frequency), data)[1] for eta in etas]
     return np.array([e, nu, etas[int(np.argmin(misfits))]])
-
-
-def scan_modulus(
-    model: TransferModel, data: SweepData, material: NDArray[np.float64], factor: float = 1.5
-) -> NDArray[np.float64]:
-    """`material` with the E that fits best between E / factor and E factor, nu and eta kept."""
-    steps = int(np.ceil(2.0 * np.log(factor) / np.log(MODULUS_STEP))) + 1
-    low, high = model.box.youngs_modulus
-    e, nu, eta = material
-    moduli = np.clip(e * np.geomspace(1.0 / factor, factor, steps), low, high)
-    misfits = [best_gain(model.frf(x, nu, eta, data.frequency), data)[1] for x in moduli]
-    return np.array([moduli[int(np.argmin(misfits))], nu, eta])

@@ -29,9 +29,9 @@ def fit_sweep(model: TransferModel, data: SweepData, start: NDArray[np.float64])
     damping = 1e-3
     for _ in range(MAX_STEPS):
         # the start damping costs nothing near a minimum and saves a long way round far from one
-        step = point.step(damping)
+        step = np.clip(point.step(damping), -0.5, 0.5)
         material = model.box.clip(moved(point.material, step[:3]))
-        trial = normal_equations(model, data, material, point.gain * float(np.exp(np.clip(step[3], -1.0, 1.0))))
+        trial = normal_equations(model, data, material, point.gain * float(np.exp(step[3])))
         if trial.chi2 <= point.chi2:
             fallen = point.chi2 - trial.chi2
             point, damping = trial, damping / 30.0

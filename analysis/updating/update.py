@@ -18,7 +18,7 @@ from analysis.material import Material
 from analysis.updating.common_gain import fit_common_gain
 from analysis.updating.model import TransferModel
 from analysis.updating.normal_equations import NormalEquations, SweepData
-from analysis.updating.start import scan_modulus, start_material
+from analysis.updating.start import start_material
 from analysis.updating.sweep_fit import SweepFit, fit_sweep
 
 Progress = Callable[[str, float], None]
@@ -26,7 +26,7 @@ Progress = Callable[[str, float], None]
 LINES_OF_THE_WALK = 500
 """Lines that take part while sweeps are fitted on their own: modes are many lines wide, the end uses all."""
 STRAYED = 3.0
-"""A misfit this many times the neighbour's is taken for a wrong minimum, and E is scanned."""
+"""A misfit this many times the neighbour's is taken for a wrong minimum: the sweep starts from the grid."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def _walk(
         known = fits[before].point
         fit = fit_sweep(model, data[sweep], known.material * trend)
         if not fit.settled or fit.point.misfit > STRAYED * known.misfit:
-            again = fit_sweep(model, data[sweep], scan_modulus(model, data[sweep], known.material))
+            again = fit_sweep(model, data[sweep], start_material(model, data[sweep]))
             fit = min(fit, again, key=lambda f: f.point.chi2)
         fits[sweep] = fit
         trend = np.clip(fit.point.material / known.material, 0.8, 1.25)

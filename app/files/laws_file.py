@@ -1,0 +1,78 @@
+"""``laws.h5``: what updating found: E, nu, eta per sweep, the laws through them, and the twin's FRFs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.material import MaterialLaws
+from analysis.updating.update import Updated
+from app.files.atomic import atomic_hdf5
+from app.files.bad_file import ResultFileError
+from app.files.provenance import stamp
+from app.files.values import read_value, write_value
+
+
+@dataclass(frozen=True)
+class TwinFrf:
+    """What the updated twin answers, gain included.
+
+    Attributes
+    ----------
+    frequency : (F,) ndarray
+        Hz.
+    h : (T, K, F) complex ndarray
+        V/V, one row per sweep.
+    basis_error : float
+        Stated error of the twin's reduced model, share of the peak.
+    density : float
+        Of the plate, kg/m3.
+    """
+
+    frequency: NDArray[np.float64]
+    h: NDArray[np.complex128]
+    basis_error: float
+    density: float
+
+
+def save_laws(
+    target: Path, updated: Updated, laws: MaterialLaws | None, twin: TwinFrf, made_from: Mapping[str, Any]
+) -> None:
+    """Write the result of updating; `laws` is None where there are too few temperatures for any."""
+    with atomic_hdf5(target) as file:
+        stamp(file, made_from)
+        write_value(file.create_group("updated"), updated)
+        write_value(file.create_group("twin"), twin)
+        if laws is not None:
+            write_value(file.create_group("laws"), laws)
+
+
+def load_laws(path: Path) -> MaterialLaws:
+    """Read the laws; ResultFileError where updating had too few temperatures to make any."""
+    with _opened(path) as file:
+        if "laws" not in file:
+            raise ResultFileError(f"{path}: holds estimates but no laws: fewer than 3 temperatures were measured")
+        return read_value(file["laws"], MaterialLaws)
+
+
+def load_updated(path: Path) -> tuple[Updated, TwinFrf]:
+    """Read the estimates per sweep and the twin's FRFs."""
+    with _opened(path) as file:
+        return read_value(file["updated"], Updated), read_value(file["twin"], TwinFrf)
+
+
+def _opened(path: Path) -> h5py.File:
+    try:
+        file = h5py.File(path)
+    except OSError as error:
+        raise ResultFileError(
+            f"{path}: not a readable HDF5 file ({error}); make it again: flexura update"
+        ) from error
+    if "updated" not in file:
+        file.close()
+        raise ResultFileError(f"{path}: not a result of flexura update")
+    return file

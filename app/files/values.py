@@ -1,0 +1,61 @@
+"""Frozen values as groups of an HDF5 file: one rule for every dataclass of arrays.
+
+Arrays and tuples of numbers become datasets, numbers and strings attributes, tuples of strings a JSON
+attribute, dataclasses sub-groups. Reading goes by the type hints and makes the value anew, so that its own
+checks run; nothing in the file decides what is built.
+"""
+
+import json
+from dataclasses import fields, is_dataclass
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+
+import h5py
+import numpy as np
+
+from app.files.bad_file import ResultFileError
+
+Value = TypeVar("Value")
+
+
+def write_value(group: h5py.Group, value: Any) -> None:
+    """Write a dataclass into an empty group."""
+    for field in fields(value):
+        item = getattr(value, field.name)
+        if is_dataclass(item):
+            write_value(group.create_group(field.name), item)
+        elif isinstance(item, np.ndarray):
+            big = item.size > 4096
+            group.create_dataset(field.name, data=item, compression="gzip" if big else None, shuffle=big or None)
+        elif isinstance(item, tuple) and not all(isinstance(part, str) for part in item):
+            group.create_dataset(field.name, data=np.array(item))
+        elif isinstance(item, tuple):
+            group.attrs[field.name] = json.dumps(item)
+        else:
+            group.attrs[field.name] = item
+
+
+def read_value(group: h5py.Group, kind: type[Value]) -> Value:
+    """Read a dataclass of type `kind`; ResultFileError where the group holds something else."""
+    hints = get_type_hints(kind)
+    parts: dict[str, Any] = {}
+    for field in fields(kind):  # type: ignore[arg-type]
+        wanted = hints[field.name]
+        try:
+            if is_dataclass(wanted):
+                parts[field.name] = read_value(group[field.name], wanted)  # type: ignore[arg-type]
+            elif get_origin(wanted) is tuple and str in get_args(wanted):
+                parts[field.name] = tuple(str(part) for part in json.loads(group.attrs[field.name]))
+            elif get_origin(wanted) is tuple:
+                parts[field.name] = tuple(group[field.name][()].tolist())
+            elif wanted in (int, float, str, bool):
+                parts[field.name] = wanted(group.attrs[field.name])
+            else:
+                parts[field.name] = group[field.name][()]
+        except (KeyError, TypeError) as error:
+            raise ResultFileError(
+                f"{group.file.filename}: {group.name} lacks a readable {field.name!r}"
+            ) from error
+    try:
+        return kind(**parts)
+    except ValueError as error:
+        raise ResultFileError(f"{group.file.filename}: {group.name}: {error}") from error

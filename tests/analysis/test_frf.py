@@ -1,0 +1,111 @@
+"""H1 of sweeps through a known filter, its variance against repeated estimates, and bad repeats."""
+
+import numpy as np
+import pytest
+from scipy.signal import chirp, lfilter
+
+from analysis.campaign import Campaign, Sweep
+from analysis.experiment import Experiment
+from analysis.frf import bad_repeats, campaign_frf, h1, mains_lines
+
+RATE, SAMPLES = 8533.0, 12000
+B, A = [0.2, 0.1], [1.0, -1.6, 0.9]
+
+
+def recorded(rng: np.random.Generator, repeats: int = 3, noise: float = 1e-3):
+    t = np.arange(SAMPLES) / RATE
+    sweep = np.where(t < 1.0, chirp(t, 60.0, 1.0, 1800.0, method="logarithmic"), 0.0)
+    drive = np.tile(sweep, (repeats, 1))
+    clean = lfilter(B, A, drive, axis=1)
+    return drive, clean + noise * rng.standard_normal(clean.shape)
+
+
+def filter_response(frequency):
+    z = np.exp(-2j * np.pi * frequency / RATE)
+    return (B[0] + B[1] * z) / (A[0] + A[1] * z + A[2] * z**2)
+
+
+def experiment() -> Experiment:
+    patch = {"size": [0.02, 0.02], "thickness": 5e-4, "material": "NCE51"}
+    return Experiment.model_validate(
+        {
+            "title": "filter",
+            "plate": {"length_x": 0.24, "length_y": 0.19, "thickness": 0.003, "mass": 0.13},
+            "patch": [
+                {"id": "A1", "role": "actuator", "center": [0.2, 0.15], **patch},
+                {"id": "S1", "role": "sensor", "center": [0.04, 0.04], **patch},
+            ],
+            "acquisition": {
+                "module": "NI-9234", "sample_rate": RATE, "input_resistance": 3e5, "input_capacitance": 0.0
+            },
+            "protocol": {
+                "sweep": "logarithmic", "band": [100.0, 1500.0], "sweep_duration": 1.0, "tail": 0.4, "repeats": 3,
+                "ramp_rate": 0.4, "temperatures": [20.0], "directions": ["up"], "levels": [1.0],
+            },
+            "oven": {"room_temperature": 22.0},
+        }
+    )  # fmt: skip
+
+
+def campaign(drive, response) -> Campaign:
+    sweep = Sweep(0, "up", 1.0, 19.9, 20.1, "2026-01-01T00:00:00", drive.astype("f4"), response[None].astype("f4"))
+    return Campaign("filter", experiment(), (sweep,))
+
+
+def test_h1_is_the_filter_between_drive_and_response() -> None:
+    drive, response = recorded(np.random.default_rng(0), noise=0.0)
+    frf = campaign_frf(campaign(drive, response))
+    assert frf.frequency[0] >= 100.0
+    assert frf.frequency[-1] <= 1500.0
+    np.testing.assert_allclose(frf.h[0, 0], filter_response(frf.frequency), rtol=2e-4)
+    assert frf.temperature[0] == pytest.approx(20.0)
+
+
+def test_stated_variance_is_that_of_repeated_estimates() -> None:
+    rng = np.random.default_rng(1)
+    frfs = [campaign_frf(campaign(*recorded(rng, noise=0.02))) for _ in range(150)]
+    used = ~frfs[0].excluded
+    real = np.var([f.h[0, 0] for f in frfs], axis=0)[used]
+    stated = np.mean([f.variance[0, 0] for f in frfs], axis=0)[used]
+    ratio = np.array([part.mean() for part in np.array_split(real / stated, 10)])
+    np.testing.assert_allclose(ratio, 1.0, atol=0.08)
+
+
+def test_variance_of_a_single_repeat_comes_from_its_roughness() -> None:
+    rng = np.random.default_rng(2)
+    frfs = [campaign_frf(campaign(*recorded(rng, repeats=1, noise=0.05))) for _ in range(60)]
+    real = np.var([f.h[0, 0] for f in frfs], axis=0)
+    stated = np.mean([f.variance[0, 0] for f in frfs], axis=0)
+    assert (real / stated).mean() == pytest.approx(1.0, abs=0.15)
+
+
+def test_coherence_falls_with_noise_as_its_definition_says() -> None:
+    drive, response = recorded(np.random.default_rng(3), repeats=200, noise=0.05)
+    lines = slice(200, 1800)
+    h, power, coherence = (part[lines] for part in h1(drive, response))
+    signal = np.abs(h) ** 2
+    np.testing.assert_allclose(coherence.mean(), (signal / (signal + power)).mean(), rtol=0.01)
+
+
+def test_a_straying_repeat_is_left_out_and_named() -> None:
+    drive, response = recorded(np.random.default_rng(4))
+    clean = campaign_frf(campaign(drive[[0, 2]], response[[0, 2]]))
+    response[1, 4000:6000] += 0.5  # a knock on the plate
+    assert bad_repeats(drive, response, slice(140, 2000)) == [1]
+    frf = campaign_frf(campaign(drive, response))
+    assert frf.notes == ("step 0: repeat 2 left out, S1 strays",)
+    np.testing.assert_allclose(frf.h, clean.h)
+
+
+def test_mains_harmonics_are_excluded() -> None:
+    drive, response = recorded(np.random.default_rng(5))
+    frf = campaign_frf(campaign(drive, response), mains=60.0)
+    assert set(np.round(frf.frequency[frf.excluded] / 60.0)) == set(range(2, 26))
+    assert mains_lines(np.array([119.0, 120.0, 121.0]), 60.0, 2.0).tolist() == [False, True, False]
+
+
+def test_frfs_that_are_not_finite_are_refused() -> None:
+    drive, response = recorded(np.random.default_rng(6))
+    response[0, 10] = np.nan
+    with pytest.raises(ValueError, match="not finite"):
+        campaign_frf(campaign(drive, response))

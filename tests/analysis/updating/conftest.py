@@ -1,0 +1,42 @@
+"""A twin small enough to be written down: modes whose stiffness is affine in C1 = E/(1-nu^2) and C2 = nu C1."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from analysis.material import MaterialBox
+
+
+class AffineModes:
+    """Diagonal twin: k_j = (1 + j eta)(C1 a_j + C2 b_j) + p_j, unit modal masses, K sensors."""
+
+    box = MaterialBox((0.8e9, 4e9), (0.3, 0.48), (0.01, 0.12))
+
+    def __init__(self, rng: np.random.Generator, modes: int = 12, sensors: int = 1) -> None:
+        # torsion-like modes feel C1 - C2, bending-like ones C1 alone
+        squared = (2 * np.pi * np.geomspace(70.0, 1700.0, modes)) ** 2
+        share = rng.uniform(-0.9, 0.3, modes)
+        self.a = squared / 2.5e9
+        self.b = share * self.a
+        self.p = 0.03 * squared
+        self.residues = rng.uniform(0.5, 1.5, (sensors, modes)) * rng.choice([-1, 1], (sensors, modes)) * 1e4
+
+    def sensitivities(
+        self, e: float, nu: float, eta: float, frequency: NDArray[np.float64]
+    ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        c1 = e / (1 - nu**2)
+        plate = c1 * (self.a + nu * self.b)
+        omega2 = (2 * np.pi * frequency)[:, None] ** 2
+        z = (1 + 1j * eta) * plate + self.p - omega2
+        slope_nu = c1 * (2 * nu / (1 - nu**2) * (self.a + nu * self.b) + self.b)
+        slopes = [(1 + 1j * eta) * plate / e, (1 + 1j * eta) * slope_nu, 1j * plate]
+        h = self.residues @ (1 / z).T
+        return h, np.array([self.residues @ (-slope / z**2).T for slope in slopes])
+
+    def frf(self, e: float, nu: float, eta: float, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        return self.sensitivities(e, nu, eta, frequency)[0]
+
+
+@pytest.fixture
+def twin() -> AffineModes:
+    return AffineModes(np.random.default_rng(7))

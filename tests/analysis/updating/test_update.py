@@ -1,0 +1,135 @@
+"""Updating returns the material and the gain that were put in, with honest standard deviations."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from analysis.frf import Frf
+from analysis.updating.common_gain import arrow_step
+from analysis.updating.normal_equations import SweepData, normal_equations
+from analysis.updating.update import Updated, update
+
+GAIN = 14.3
+TEMPERATURE = np.linspace(0.0, 60.0, 11)
+E_TRUE = 1.0e9 + 2.25e9 / (1 + np.exp((TEMPERATURE - 22.0) / 12.0))
+NU_TRUE = 0.34 + 0.13 * TEMPERATURE / 60.0
+ETA_TRUE = 0.035 + 0.05 * np.exp(-(((TEMPERATURE - 15.0) / 15.0) ** 2))
+
+
+def measured(twin, rng: np.random.Generator, noise: float = 0.01) -> Frf:
+    frequency = np.arange(100.0, 1500.0, 1.0)
+    clean = GAIN * np.array([twin.frf(*truth, frequency) for truth in zip(E_TRUE, NU_TRUE, ETA_TRUE, strict=True)])
+    variance = np.full(clean.shape, noise**2) * (np.abs(clean) ** 2).mean((1, 2), keepdims=True)
+    error = rng.standard_normal((2, *clean.shape)) * np.sqrt(variance / 2)
+    return Frf(
+        temperature=TEMPERATURE,
+        direction=("up",) * len(TEMPERATURE),
+        level=np.ones(len(TEMPERATURE)),
+        frequency=frequency,
+        h=clean + error[0] + 1j * error[1],
+        variance=variance,
+        coherence=np.ones(clean.shape),
+        excluded=np.zeros(len(frequency), dtype=bool),
+        channels=("S1",),
+    )
+
+
+def errors_in_sigma(result: Updated) -> NDArray[np.float64]:
+    return np.array(
+        [
+            (result.material.youngs_modulus - E_TRUE) / result.sigma.youngs_modulus,
+            (result.material.poisson_ratio - NU_TRUE) / result.sigma.poisson_ratio,
+            (result.material.loss_factor - ETA_TRUE) / result.sigma.loss_factor,
+        ]
+    )
+
+
+def test_returns_the_material_put_in(twin) -> None:
+    result = update(measured(twin, np.random.default_rng(1)), twin)
+    assert result.settled.all()
+    np.testing.assert_allclose(result.material.youngs_modulus, E_TRUE, rtol=2e-3)
+    np.testing.assert_allclose(result.material.poisson_ratio, NU_TRUE, atol=3e-3)
+    np.testing.assert_allclose(result.material.loss_factor, ETA_TRUE, rtol=2e-2)
+    assert result.gain == pytest.approx(GAIN, abs=4 * result.sigma_gain)
+    np.testing.assert_allclose(result.misfit, result.noise_floor, rtol=0.1)
+    np.testing.assert_allclose(result.chi2_per_dof, 1.0, atol=0.12)
+
+
+def test_standard_deviations_are_those_of_repeated_measurements(twin) -> None:
+    scores = np.array(
+        [errors_in_sigma(update(measured(twin, np.random.default_rng(seed)), twin)) for seed in range(12)]
+    )
+    spread = np.sqrt((scores**2).mean((0, 2)))
+    np.testing.assert_allclose(spread, 1.0, atol=0.25)
+
+
+def test_no_temperature_lands_in_a_neighbouring_minimum_when_temperatures_are_far_apart(twin) -> None:
+    frf = measured(twin, np.random.default_rng(3))
+    ends = [0, 10]  # E falls to a third in one stride: the neighbour's material is a hopeless start
+    two = replace(
+        frf, temperature=TEMPERATURE[ends], direction=("up",) * 2, level=np.ones(2), h=frf.h[ends],
+        variance=frf.variance[ends], coherence=frf.coherence[ends],
+    )  # fmt: skip
+    result = update(two, twin)
+    np.testing.assert_allclose(result.material.youngs_modulus, E_TRUE[ends], rtol=2e-3)
+
+
+def test_excluded_lines_take_no_part(twin) -> None:
+    frf = measured(twin, np.random.default_rng(4))
+    lines = np.arange(0, len(frf.frequency), 50)
+    hum = frf.h.copy()
+    hum[:, :, lines] += 20.0 * np.abs(frf.h).max()
+    excluded = frf.excluded.copy()
+    excluded[lines] = True
+    result = update(replace(frf, h=hum, excluded=excluded), twin)
+    np.testing.assert_allclose(result.misfit, result.noise_floor, rtol=0.1)
+
+
+def test_a_material_outside_the_box_is_said_not_to_have_settled(twin) -> None:
+    frf = measured(twin, np.random.default_rng(5))
+    hot = replace(frf, frequency=frf.frequency * 0.55)  # as if E were 0.3 times what it is
+    result = update(hot, twin)
+    assert not result.settled[-1]
+
+
+def test_refuses_frfs_without_variance(twin) -> None:
+    frf = measured(twin, np.random.default_rng(6))
+    with pytest.raises(ValueError, match="without variance"):
+        update(replace(frf, variance=np.zeros_like(frf.variance)), twin)
+
+
+def test_gradient_and_curvature_are_those_of_chi2(twin) -> None:
+    data = SweepData.of(measured(twin, np.random.default_rng(8)), 4)
+    material, gain = np.array([E_TRUE[4] * 1.001, NU_TRUE[4], ETA_TRUE[4]]), 14.0
+    point = normal_equations(twin, data, material, gain)
+    step = 1e-6
+    for k, moved in enumerate(np.eye(4) * step):
+        ahead, behind = (
+            normal_equations(
+                twin,
+                data,
+                material * np.exp(sign * moved[:3] * [1, 0, 1]) + sign * moved[:3] * [0, 1, 0],
+                gain * np.exp(sign * moved[3]),
+            ).chi2
+            for sign in (1, -1)
+        )
+        assert (ahead - behind) / (2 * step) == pytest.approx(-2 * point.gradient[k], rel=1e-4)
+
+
+def test_arrow_step_equals_the_dense_solution(twin) -> None:
+    frf = measured(twin, np.random.default_rng(9))
+    points = [
+        normal_equations(twin, SweepData.of(frf, t), np.array([E_TRUE[t] * 1.01, NU_TRUE[t], ETA_TRUE[t]]), 14.0)
+        for t in range(3)
+    ]
+    dense, right = np.zeros((10, 10)), np.zeros(10)
+    for t, p in enumerate(points):
+        place = [3 * t, 3 * t + 1, 3 * t + 2, 9]
+        dense[np.ix_(place, place)] += p.matrix
+        right[place] += p.gradient
+    expected = np.linalg.solve(dense, right)
+    steps, gain_step, sigma = arrow_step(points)
+    np.testing.assert_allclose(np.concatenate([*steps, [gain_step]]), expected, rtol=1e-8)
+    assert sigma == pytest.approx(np.sqrt(np.linalg.inv(dense)[9, 9]), rel=1e-8)
