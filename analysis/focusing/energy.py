@@ -1,0 +1,120 @@
+"""What STIF and contrast need of the fields of N actuators: N by N forms, no grid.
+
+The field of filters R is U = Φ A R with Φ real (K, r) and A the twin's amplitudes (r, N). Everything
+asked of U but its peak is quadratic, so K drops out: energies are Rᴴ P R, and the pseudo-inverse of
+H = Φ A follows from P = Hᴴ W H and Hᴴ W φ.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.focusing.grid import Grid
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class EnergyForms:
+    """Energies of N actuators' fields over temperature and frequency.
+
+    Attributes
+    ----------
+    plate : (T, F, N, N) ndarray
+        Hermitian: ∫ |U|² over the plate is Rᴴ plate R, m4/V2.
+    target : (T, F, N, N) ndarray
+        The same over the target.
+    aim : (T, F, N) ndarray
+        Hᴴ W φ: inner product of each actuator's field with the target shape, m3/V.
+    """
+
+    plate: Complex
+    target: Complex
+    aim: Complex
+
+    def __post_init__(self) -> None:
+        shape = self.aim.shape
+        if len(shape) != 3 or self.plate.shape != (*shape, shape[-1]) or self.target.shape != self.plate.shape:
+            raise ValueError(
+                f"plate {self.plate.shape}, target {self.target.shape} and aim {self.aim.shape} must be "
+                "(T, F, N, N), (T, F, N, N) and (T, F, N)"
+            )
+
+    def at(self, temperatures: NDArray[np.intp] | slice, lines: NDArray[np.bool_] | slice = slice(None)) -> Self:
+        """Forms of some temperatures (by index) and lines."""
+        return type(self)(
+            self.plate[temperatures][:, lines],
+            self.target[temperatures][:, lines],
+            self.aim[temperatures][:, lines],
+        )
+
+
+@dataclass(frozen=True)
+class FieldSpace:
+    """The span of a twin's deflection shapes, measured over the plate and over the target.
+
+    Attributes
+    ----------
+    deflection : (K, r) ndarray
+        Deflection of every generalised coordinate at the grid's points.
+    grid : Grid
+    plate : (p, r) ndarray
+        Square root of Φᵀ W Φ: |plate a|² is the energy of the field Φ a over the plate, m2.
+    target : (q, r) ndarray
+        The same over the target.
+    aim : (r,) ndarray
+        Φᵀ W φ for a target displacement of 1 m, m2.
+    """
+
+    deflection: Real
+    grid: Grid
+    plate: Real
+    target: Real
+    aim: Real
+
+    @classmethod
+    def of(cls, deflection: Real, grid: Grid) -> Self:
+        """Measure `deflection` (K, r) over a grid of K points."""
+        if deflection.ndim != 2 or len(deflection) != len(grid.area):
+            raise ValueError(f"deflection {deflection.shape} does not belong to a grid of {len(grid.area)} points")
+        root = np.sqrt(grid.area)[:, None] * deflection
+        inside = grid.target > 0.0
+        covered = np.sqrt(grid.target[inside])[:, None] * root[inside]
+        return cls(
+            deflection,
+            grid,
+            np.asarray(np.linalg.qr(root, mode="r")),
+            np.asarray(np.linalg.qr(covered, mode="r")),
+            deflection.T @ (grid.area * grid.target),
+        )
+
+    def forms(self, amplitudes: Iterable[Complex], displacement: float = 1.0) -> EnergyForms:
+        """Energy forms of `amplitudes`, one (N, F, r) array a temperature, so that few are alive at once.
+
+        `displacement` is what the target is asked for, m per unit of audio signal.
+        """
+        plate, target, aim = [], [], []
+        for amplitude in amplitudes:
+            plate.append(_gram(self.plate, amplitude))
+            target.append(_gram(self.target, amplitude))
+            aim.append(displacement * (amplitude.conj() @ self.aim).T)
+        return EnergyForms(np.array(plate), np.array(target), np.array(aim))
+
+    def at_point(self, amplitude: Complex, point: tuple[float, float]) -> Complex:
+        """Deflection (N, F) of every actuator at the grid point nearest to `point`, m/V."""
+        nearest = np.argmin(np.sum((self.grid.points - np.asarray(point)) ** 2, axis=1))
+        deflection: Complex = amplitude @ self.deflection[nearest]
+        return deflection
+
+
+def _gram(root: Real, amplitude: Complex) -> Complex:
+    """Gram matrices (F, N, N) of root · a for `amplitude` a (N, F, r)."""
+    count, lines, _ = amplitude.shape
+    flat = amplitude.reshape(count * lines, -1)
+    image = (flat.real @ root.T + 1j * (flat.imag @ root.T)).reshape(count, lines, -1).transpose(1, 2, 0)
+    gram: Complex = image.conj().transpose(0, 2, 1) @ image
+    return gram

@@ -1,0 +1,131 @@
+"""FIR filters by inverse FFT, with modelling delay and band taper, and what the cut costs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.focusing.panel import Filters
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class FirBank:
+    """One FIR filter per temperature and actuator.
+
+    Attributes
+    ----------
+    taps : (T, N, M) ndarray
+        V per unit of audio signal.
+    temperature : (T,) ndarray
+        Degrees Celsius.
+    sample_rate : float
+        Hz.
+    delay : int
+        Modelling delay in `taps`, samples.
+    """
+
+    taps: Real
+    temperature: Real
+    sample_rate: float
+    delay: int
+
+    def __post_init__(self) -> None:
+        if self.taps.ndim != 3 or self.temperature.shape != self.taps.shape[:1]:
+            raise ValueError(
+                f"taps {self.taps.shape} and temperature {self.temperature.shape}: (T, N, M) and (T,)"
+            )
+        if not 0 <= self.delay < self.taps.shape[-1]:
+            raise ValueError(f"delay {self.delay} samples is outside the {self.taps.shape[-1]} taps")
+
+    def response(self, frequency: Real) -> Complex:
+        """Frequency response (T, F, N) at `frequency` (F,), Hz, with the modelling delay taken out."""
+        time = (np.arange(self.taps.shape[-1]) - self.delay) / self.sample_rate
+        phase = 2.0 * np.pi * np.outer(time, frequency)
+        # Two real products instead of one complex: the taps are real.
+        response = self.taps @ np.cos(phase) - 1j * (self.taps @ np.sin(phase))
+        return np.ascontiguousarray(response.transpose(0, 2, 1))
+
+
+@dataclass(frozen=True)
+class FirEnergy:
+    """Where the energy of the uncut impulse responses lies, as shares of the whole, each (T, N).
+
+    Attributes
+    ----------
+    before : ndarray
+        Ahead of the first tap: lost, since no filter answers before it is asked.
+    inside : ndarray
+        Kept by the taps.
+    after : ndarray
+        Behind the last tap: lost ringing.
+    pre_ringing : ndarray
+        Inside, but earlier than the modelling delay: what is heard before the sound's own time.
+    """
+
+    before: Real
+    inside: Real
+    after: Real
+    pre_ringing: Real
+
+
+def taper(frequency: Real, settings: Filters) -> Real:
+    """Gain (F,): 1 in the band, falling as a squared sine to 0 at the edges."""
+    (low, high), (foot, head) = settings.band, settings.edges
+    gain = ((frequency >= foot) & (frequency <= head)).astype(float)
+    if low > foot:
+        gain *= np.sin(0.5 * np.pi * np.clip((frequency - foot) / (low - foot), 0.0, 1.0)) ** 2
+    if head > high:
+        gain *= np.cos(0.5 * np.pi * np.clip((frequency - high) / (head - high), 0.0, 1.0)) ** 2
+    return gain
+
+
+def design(filters: Complex, temperature: Real, settings: Filters) -> FirBank:
+    """Cut `filters` (T, F, N), given at `settings.frequency`, to `settings.taps` taps.
+
+    Notes
+    -----
+    Tap m is the inverse FFT of taper · R · exp(-j2πf·delay/fs) at sample m, evaluated for the taps
+    alone: of the 16384 samples of the fine transform 512 are wanted.
+    """
+    spectrum = _spectrum(filters, settings)
+    count = settings.taps
+    time = (np.arange(count) - settings.delay) / settings.sample_rate
+    phase = 2.0 * np.pi * np.outer(settings.frequency, time)
+    turned = spectrum.transpose(0, 2, 1)
+    taps = turned.real @ np.cos(phase) - turned.imag @ np.sin(phase)
+    return FirBank(2.0 / settings.transform_length * taps, temperature, settings.sample_rate, settings.delay)
+
+
+def energy(filters: Complex, settings: Filters) -> FirEnergy:
+    """Where the energy of the uncut impulse responses of `filters` (T, F, N) lies."""
+    lines = np.round(settings.frequency * settings.transform_length / settings.sample_rate).astype(int)
+    temperatures, _, actuators = filters.shape
+    squares = []
+    for spectrum in _spectrum(filters, settings):  # one temperature at a time: the uncut response is long
+        full = np.zeros((actuators, settings.transform_length // 2 + 1), dtype=complex)
+        full[:, lines] = spectrum.T
+        squares.append(np.fft.irfft(full, settings.transform_length) ** 2)
+    delay, taps, length = settings.delay, settings.taps, settings.transform_length
+    # The transform is periodic: sample 0 is time 0, the half farthest from the taps is parted evenly.
+    turned = np.roll(np.array(squares), delay, axis=-1).reshape(temperatures, actuators, length)
+    middle = taps + (length - taps) // 2
+    whole = np.maximum(turned.sum(axis=-1), np.finfo(float).tiny)
+    return FirEnergy(
+        before=turned[..., middle:].sum(axis=-1) / whole,
+        inside=turned[..., :taps].sum(axis=-1) / whole,
+        after=turned[..., taps:middle].sum(axis=-1) / whole,
+        pre_ringing=turned[..., :delay].sum(axis=-1) / whole,
+    )
+
+
+def _spectrum(filters: Complex, settings: Filters) -> Complex:
+    frequency = settings.frequency
+    if filters.ndim != 3 or filters.shape[1] != len(frequency):
+        raise ValueError(
+            f"filters {filters.shape} must be (T, F, N) at the {len(frequency)} lines of the settings"
+        )
+    spectrum: Complex = filters * taper(frequency, settings)[None, :, None]
+    return spectrum

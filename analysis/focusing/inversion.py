@@ -1,0 +1,86 @@
+"""Spatio-temporal inverse filtering: R(f, T) = H(f, T)⁺ φ (paper eq. 8), regularised."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.focusing.energy import EnergyForms
+
+Regularisation = Literal["tikhonov", "truncation"]
+
+
+@dataclass(frozen=True)
+class InverseFilters:
+    """Filters that aim at the target, and how the inverse was held in check.
+
+    Attributes
+    ----------
+    filters : (T, F, N) ndarray
+        R(f, T), V per unit of audio signal.
+    regularisation : str
+        ``tikhonov`` or ``truncation``.
+    tolerance : float
+        Share of the largest singular value of H at each temperature and frequency.
+    rank : (T, F) ndarray
+        Singular values above the tolerance: all that truncation keeps.
+    condition : (T, F) ndarray
+        Largest over smallest singular value.
+    """
+
+    filters: NDArray[np.complex128]
+    regularisation: Regularisation
+    tolerance: float
+    rank: NDArray[np.int64]
+    condition: NDArray[np.float64]
+
+    @property
+    def rank_changes(self) -> NDArray[np.int64]:
+        """Lines (T-1,) at which the rank differs between neighbouring temperatures.
+
+        Under truncation R jumps there and no interpolation over temperature can follow it.
+        """
+        changes: NDArray[np.int64] = np.count_nonzero(np.diff(self.rank, axis=0), axis=1)
+        return changes
+
+
+def invert(
+    forms: EnergyForms, tolerance: float = 0.01, regularisation: Regularisation = "tikhonov"
+) -> InverseFilters:
+    """STIF filters of every temperature and frequency.
+
+    Notes
+    -----
+    With Hᴴ W H = V diag(s²) Vᴴ and the largest singular value s₁, the filters are
+    V diag(g) Vᴴ Hᴴ W φ where g = 1/(s² + tolerance² s₁²) (Tikhonov) or g = 1/s² for
+    s > tolerance · s₁ and 0 else (truncation, as the paper and its reference [37] do).
+    Forming Hᴴ W H squares the condition number: a tolerance under about 1e-7 would act on rounding.
+
+    Raises
+    ------
+    ValueError
+        For a tolerance outside 1e-7 to 1 or a regularisation of another name.
+    """
+    if not 1e-7 <= tolerance < 1.0:
+        raise ValueError(f"tolerance {tolerance:g} is outside 1e-7 to 1")
+    values, vectors = np.linalg.eigh(forms.plate)
+    values = np.maximum(values, 0.0)
+    largest = values[..., -1:]
+    kept = values > tolerance**2 * largest
+    if regularisation == "tikhonov":
+        gain = 1.0 / (values + tolerance**2 * largest)
+    elif regularisation == "truncation":
+        gain = np.where(kept, 1.0 / np.where(kept, values, 1.0), 0.0)
+    else:
+        raise ValueError(f"regularisation {regularisation!r}: tikhonov or truncation")
+    coordinates = np.einsum("tfnm,tfn->tfm", vectors.conj(), forms.aim)
+    filters = np.einsum("tfnm,tfm->tfn", vectors, gain * coordinates)
+    smallest = np.maximum(values[..., 0], np.finfo(float).eps ** 2 * values[..., -1])
+    return InverseFilters(
+        filters,
+        regularisation,
+        tolerance,
+        np.count_nonzero(kept, axis=-1),
+        np.sqrt(values[..., -1] / smallest),
+    )

@@ -1,0 +1,130 @@
+"""The focusing panel as declared: plate, actuators, target, grid and filters."""
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from analysis.experiment import Declared, Patch, Plate, Temperature, check_patches
+
+Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
+Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
+Count = Annotated[int, Field(ge=4, le=400)]
+
+
+class Target(Declared):
+    """The rectangle to be moved alone, in fractions of the plate's lengths."""
+
+    center: tuple[Fraction, Fraction]
+    size: tuple[Fraction, Fraction]
+    displacement: Annotated[float, Field(ge=1e-12, le=1e-2, description="m per unit of audio signal")] = 1e-6
+
+    @model_validator(mode="after")
+    def _inside(self) -> Self:
+        for axis, (center, size) in enumerate(zip(self.center, self.size, strict=True)):
+            if center - size / 2.0 < 0.0 or center + size / 2.0 > 1.0:
+                raise ValueError(
+                    f"target spans {center - size / 2:g} to {center + size / 2:g} of the plate along "
+                    f"{'xy'[axis]}; allowed 0 to 1"
+                )
+        return self
+
+
+class Filters(Declared):
+    """How the focusing filters are computed and cut to length."""
+
+    taps: Annotated[int, Field(ge=16, le=16_384)] = 512
+    sample_rate: Annotated[float, Field(ge=1_000.0, le=400_000.0, description="Hz")] = 44_100.0
+    band: Annotated[tuple[Hertz, Hertz], Field(description="Hz, full gain between")] = (100.0, 800.0)
+    edges: Annotated[tuple[Hertz, Hertz], Field(description="Hz, no gain outside")] = (20.0, 900.0)
+    transform_length: Annotated[int, Field(ge=64, le=1_048_576, description="samples of the fine inverse FFT")] = (
+        16_384
+    )
+    delay: Annotated[int, Field(ge=0, description="modelling delay, samples")] = 256
+    regularisation: Literal["tikhonov", "truncation"] = "tikhonov"
+    tolerance: Annotated[
+        float, Field(ge=1e-6, le=0.9, description="share of the largest singular value at each frequency")
+    ] = 0.01
+    reference_temperature: Temperature = 20.0
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        (low, high), (foot, head) = self.band, self.edges
+        if not foot <= low < high <= head:
+            raise ValueError(f"edges {list(self.edges)} Hz must enclose band {list(self.band)} Hz, both ascending")
+        if head >= self.sample_rate / 2.0:
+            raise ValueError(
+                f"edges end at {head:g} Hz; allowed below half of sample_rate, {self.sample_rate / 2:g} Hz"
+            )
+        if self.transform_length < 2 * self.taps:
+            raise ValueError(
+                f"transform_length {self.transform_length} must be at least twice taps ({2 * self.taps}): "
+                "a shorter one folds the filter onto itself"
+            )
+        if self.delay >= self.taps:
+            raise ValueError(f"delay {self.delay} samples must lie inside the {self.taps} taps")
+        return self
+
+    @property
+    def frequency(self) -> NDArray[np.float64]:
+        """Lines (F,) of the fine inverse FFT inside the edges, Hz."""
+        spacing = self.sample_rate / self.transform_length
+        first, last = np.ceil(self.edges[0] / spacing), np.floor(self.edges[1] / spacing)
+        lines: NDArray[np.float64] = np.arange(first, last + 1.0) * spacing
+        return lines
+
+    def in_band(self, frequency: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which of `frequency` lie inside the band of full gain."""
+        inside: NDArray[np.bool_] = (frequency >= self.band[0]) & (frequency <= self.band[1])
+        return inside
+
+
+class MaterialBox(Declared):
+    """Elastic constants between which the panel's reduced twin is trained."""
+
+    youngs_modulus: tuple[Annotated[float, Field(ge=1e6, le=1e12)], Annotated[float, Field(ge=1e6, le=1e12)]] = (
+        0.8e9,
+        4.0e9,
+    )
+    poisson_ratio: tuple[Annotated[float, Field(ge=0.0, le=0.499)], Annotated[float, Field(ge=0.0, le=0.499)]] = (
+        0.30,
+        0.49,
+    )
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        for name in ("youngs_modulus", "poisson_ratio"):
+            low, high = getattr(self, name)
+            if low >= high:
+                raise ValueError(f"{name} [{low:g}, {high:g}] must ascend")
+        return self
+
+
+class Panel(Declared):
+    """All that is declared of a focusing panel: a ``panel/1`` TOML file."""
+
+    format: Literal["panel/1"] = "panel/1"
+    title: str
+    plate: Plate
+    patch: Annotated[tuple[Patch, ...], Field(min_length=1)]
+    target: Target
+    grid: tuple[Count, Count] = (40, 30)
+    filters: Filters = Filters()
+    material: MaterialBox = MaterialBox()
+
+    @model_validator(mode="after")
+    def _on_the_plate(self) -> Self:
+        check_patches(self.plate, self.patch)
+        for patch in self.patch:
+            if patch.role != "actuator":
+                raise ValueError(f"patch {patch.id!r} has the role {patch.role}; a panel has actuators only")
+        return self
+
+    @property
+    def target_center(self) -> tuple[float, float]:
+        """Centre of the target, m."""
+        return (
+            self.target.center[0] * self.plate.length_x,
+            self.target.center[1] * self.plate.length_y,
+        )

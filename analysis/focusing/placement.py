@@ -1,0 +1,112 @@
+"""Where to glue the actuators: exchange of candidate positions, tuned on contrast itself."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.focusing.energy import EnergyForms
+from analysis.focusing.inversion import invert
+from analysis.focusing.performance import contrast
+
+Real = NDArray[np.float64]
+Index = NDArray[np.int64]
+Score = Callable[[Index], Real]
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A set of candidates no single exchange improves.
+
+    Attributes
+    ----------
+    chosen : (N,) ndarray
+        Candidate numbers, ascending.
+    score : float
+        Of the chosen set.
+    scores : (S,) ndarray
+        Where each start ended: their spread says how rough the landscape is.
+    """
+
+    chosen: Index
+    score: float
+    scores: Real
+
+
+def mean_contrast(forms: EnergyForms, tolerance: float = 0.01) -> Score:
+    """Score of subsets of candidates: their STIF contrast, mean over temperature and frequency.
+
+    `forms` (T, F, C, C) hold all C candidates as if each were glued alone; what one patch's stiffness
+    does to another's field is left out. The score takes subsets (S, N) and gives (S,).
+    """
+
+    def score(subsets: Index) -> Real:
+        values = np.empty(len(subsets))
+        for number, subset in enumerate(subsets):
+            part = EnergyForms(
+                forms.plate[:, :, subset[:, None], subset],
+                forms.target[:, :, subset[:, None], subset],
+                forms.aim[:, :, subset],
+            )
+            values[number] = contrast(part, invert(part, tolerance).filters).mean()
+        return values
+
+    return score
+
+
+def clearance(centers: Real, gap: float) -> NDArray[np.bool_]:
+    """Which candidates (C, C) can stand together: centres (C, 2) at least `gap` apart in x or in y, m."""
+    apart = np.abs(centers[:, None] - centers[None]).max(axis=-1)
+    free: NDArray[np.bool_] = apart >= gap - 1e-9
+    return free
+
+
+def exchange(
+    score: Score,
+    compatible: NDArray[np.bool_],
+    count: int,
+    rng: np.random.Generator,
+    starts: int = 8,
+    sweeps: int = 20,
+) -> Placement:
+    """Best of several exchange searches, each from a random set.
+
+    One sweep takes every place in turn and gives it to the candidate that scores best with the others
+    held; it ends when a whole sweep changes nothing (Fedorov's exchange, for designs without a
+    determinant to update).
+
+    Raises
+    ------
+    ValueError
+        Where no set of `count` compatible candidates is found.
+    """
+    ends: list[tuple[float, Index]] = []
+    for _ in range(starts):
+        chosen = _random_set(compatible, count, rng)
+        best = float(score(chosen[None])[0])
+        for _ in range(sweeps):
+            before = best
+            for place in range(count):
+                rest = np.delete(chosen, place)
+                free = np.flatnonzero(compatible[:, rest].all(axis=1)).astype(np.int64)
+                sets = np.concatenate([np.broadcast_to(rest, (len(free), count - 1)), free[:, None]], axis=1)
+                values = score(sets)
+                if values.max() > best:
+                    best, chosen = float(values.max()), sets[int(np.argmax(values))]
+            if best <= before:
+                break
+        ends.append((best, np.sort(chosen)))
+    best, chosen = max(ends, key=lambda end: end[0])
+    return Placement(chosen, best, np.array([value for value, _ in ends]))
+
+
+def _random_set(compatible: NDArray[np.bool_], count: int, rng: np.random.Generator) -> Index:
+    for _ in range(100):
+        chosen: list[int] = []
+        for candidate in rng.permutation(len(compatible)):
+            if compatible[candidate, chosen].all():
+                chosen.append(int(candidate))
+            if len(chosen) == count:
+                return np.array(chosen, dtype=np.int64)
+    raise ValueError(f"no {count} of the {len(compatible)} candidates can stand together")

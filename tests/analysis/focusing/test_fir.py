@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+
+from analysis.focusing.fir import FirBank, design, energy, taper
+from analysis.focusing.panel import Filters
+
+SETTINGS = Filters(
+    taps=256, sample_rate=8_000.0, transform_length=4_096, delay=128, band=(300.0, 1_200.0), edges=(100.0, 1_500.0)
+)
+
+
+def spread(spectrum):
+    return np.asarray(spectrum, dtype=complex)[None, :, None]
+
+
+def test_the_taper_is_one_in_the_band_half_midway_and_zero_outside():
+    frequency = np.array([0.0, 99.0, 100.0, 200.0, 300.0, 700.0, 1_200.0, 1_350.0, 1_500.0, 1_600.0])
+    gain = taper(frequency, SETTINGS)
+    np.testing.assert_allclose(gain, [0, 0, 0, 0.5, 1, 1, 1, 0.5, 0, 0], atol=1e-15)
+
+
+def test_a_pure_delay_becomes_the_tapered_band_pulse_at_its_time():
+    """R = exp(-jωτ): the peak stands at delay + τ fs, and moves with τ sample by sample."""
+    frequency = SETTINGS.frequency
+    for shift in (-40, 0, 25):
+        bank = design(spread(np.exp(-2j * np.pi * frequency * shift / 8_000.0)), np.zeros(1), SETTINGS)
+        assert np.argmax(bank.taps[0, 0]) == 128 + shift
+
+
+def test_taps_are_those_of_the_full_inverse_transform(rng):
+    frequency = SETTINGS.frequency
+    filters = rng.normal(size=(2, len(frequency), 3)) + 1j * rng.normal(size=(2, len(frequency), 3))
+    bank = design(filters, np.array([0.0, 5.0]), SETTINGS)
+    lines = np.round(frequency * 4_096 / 8_000.0).astype(int)
+    full = np.zeros((2, 3, 2_049), dtype=complex)
+    delayed = filters * (taper(frequency, SETTINGS) * np.exp(-2j * np.pi * frequency * 128 / 8_000.0))[:, None]
+    full[..., lines] = delayed.transpose(0, 2, 1)
+    np.testing.assert_allclose(bank.taps, np.fft.irfft(full, 4_096)[..., :256], atol=1e-14)
+
+
+def test_the_response_of_a_filter_that_fits_its_taps_is_the_one_asked_for():
+    frequency = SETTINGS.frequency
+    asked = 2.0 * np.exp(-2j * np.pi * frequency * 20 / 8_000.0)
+    bank = design(spread(asked), np.zeros(1), SETTINGS)
+    got = bank.response(frequency)[0, :, 0]
+    np.testing.assert_allclose(got, asked * taper(frequency, SETTINGS), atol=5e-3)
+
+
+def test_the_response_is_the_transform_of_the_taps():
+    taps = np.zeros((1, 1, 64))
+    taps[0, 0, [10, 12]] = 1.0, -0.5
+    bank = FirBank(taps, np.zeros(1), 1_000.0, 10)
+    frequency = np.array([0.0, 100.0, 250.0])
+    exact = 1.0 - 0.5 * np.exp(-2j * np.pi * frequency * 2 / 1_000.0)
+    np.testing.assert_allclose(bank.response(frequency)[0, :, 0], exact, atol=1e-14)
+
+
+def test_energies_obey_parseval(rng):
+    frequency = SETTINGS.frequency
+    filters = rng.normal(size=(1, len(frequency), 2)) + 1j * rng.normal(size=(1, len(frequency), 2))
+    shares = energy(filters, SETTINGS)
+    np.testing.assert_allclose(shares.before + shares.inside + shares.after, 1.0)
+    spectrum = np.abs(filters[0] * taper(frequency, SETTINGS)[:, None]) ** 2
+    whole = 2.0 / 4_096 * spectrum.sum(axis=0)
+    bank = design(filters, np.zeros(1), SETTINGS)
+    np.testing.assert_allclose(shares.inside[0], (bank.taps[0] ** 2).sum(axis=-1) / whole, rtol=1e-10)
+    np.testing.assert_allclose(
+        shares.pre_ringing[0], (bank.taps[0, :, :128] ** 2).sum(axis=-1) / whole, rtol=1e-10
+    )
+
+
+def test_early_and_late_sound_are_told_apart():
+    frequency = SETTINGS.frequency
+
+    def shares(shift):
+        found = energy(spread(np.exp(-2j * np.pi * frequency * shift / 8_000.0)), SETTINGS)
+        return found.before.item(), found.inside.item(), found.after.item()
+
+    assert shares(-400)[0] > 0.99
+    assert shares(0)[1] > 0.99
+    assert shares(400)[2] > 0.99
+
+
+def test_wrong_shapes_are_refused():
+    with pytest.raises(ValueError, match="lines of the settings"):
+        design(np.ones((1, 5, 2), dtype=complex), np.zeros(1), SETTINGS)
+    with pytest.raises(ValueError, match=r"\(T, N, M\)"):
+        FirBank(np.zeros((2, 1, 8)), np.zeros(1), 1.0, 0)
+    with pytest.raises(ValueError, match="outside the 8 taps"):
+        FirBank(np.zeros((1, 1, 8)), np.zeros(1), 1.0, 8)

@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from analysis.focusing.panel import Filters, Panel, Target
+
+
+def test_lines_are_those_of_the_fine_transform():
+    settings = Filters()
+    frequency = settings.frequency
+    spacing = 44_100.0 / 16_384
+    np.testing.assert_allclose(np.diff(frequency), spacing)
+    assert frequency[0] - spacing < 20.0 <= frequency[0]
+    assert frequency[-1] <= 900.0 < frequency[-1] + spacing
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"band": (100.0, 950.0)}, "must enclose"),
+        ({"edges": (20.0, 30_000.0)}, "20000"),
+        ({"sample_rate": 1_500.0}, "half of sample_rate"),
+        ({"transform_length": 600}, "twice taps"),
+        ({"delay": 512}, "inside the 512 taps"),
+        ({"tolerance": 0.0}, "tolerance"),
+        ({"taps": 512.5}, "taps"),
+        ({"window": 3}, "window"),
+    ],
+)
+def test_filters_that_cannot_be_are_refused(settings, words):
+    with pytest.raises(ValidationError, match=words):
+        Filters(**settings)
+
+
+def test_a_target_off_the_plate_is_refused():
+    with pytest.raises(ValidationError, match="along y; allowed 0 to 1"):
+        Target(center=(0.5, 0.9), size=(0.2, 0.3))
+
+
+def test_a_sensor_or_overlapping_patches_are_refused(supported):
+    declared = supported.panel.model_dump()
+    declared["patch"][2]["role"] = "sensor"
+    with pytest.raises(ValidationError, match="actuators only"):
+        Panel(**declared)
+    declared = supported.panel.model_dump()
+    declared["patch"][1]["center"] = declared["patch"][0]["center"]
+    with pytest.raises(ValidationError, match="overlap"):
+        Panel(**declared)

@@ -1,0 +1,46 @@
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from analysis.focusing.inversion import invert
+from analysis.focusing.performance import contrast
+from analysis.focusing.placement import clearance, exchange, mean_contrast
+
+
+def test_exchange_finds_the_best_set_of_all(make_plate, make_panel, rng):
+    """Three of twenty positions: 1140 sets, all of them tried."""
+    centers = np.array([(x, y) for x in (0.03, 0.075, 0.12, 0.165, 0.21) for y in (0.03, 0.07, 0.12, 0.16)])
+    plate = make_plate(make_panel(tuple(map(tuple, centers))))
+    frequency = np.linspace(100.0, 500.0, 9)
+    forms = plate.space.forms([plate.amplitudes(2.2e9, frequency)])
+    score = mean_contrast(forms)
+    sets = np.array(list(combinations(range(len(centers)), 3)))
+    scores = score(sets)
+    found = exchange(score, ~np.eye(len(centers), dtype=bool), 3, rng, starts=6)
+    assert found.score == pytest.approx(scores.max())
+    np.testing.assert_array_equal(found.chosen, sets[np.argmax(scores)])
+    assert found.scores.max() == found.score
+
+
+def test_the_score_is_the_contrast_of_those_actuators_alone(supported):
+    frequency = np.linspace(100.0, 500.0, 5)
+    forms = supported.space.forms([supported.amplitudes(2.2e9, frequency)])
+    only = supported.space.forms([supported.amplitudes(2.2e9, frequency)[[1, 4]]])
+    expected = contrast(only, invert(only, 0.02).filters).mean()
+    assert mean_contrast(forms, 0.02)(np.array([[1, 4]])).item() == pytest.approx(expected)
+
+
+def test_patches_keep_their_distance(rng):
+    centers = np.array([(0.0, 0.0), (0.01, 0.01), (0.02, 0.0), (0.0, 0.03)])
+    free = clearance(centers, 0.02)
+    np.testing.assert_array_equal(free[0], [False, False, True, True])
+    np.testing.assert_array_equal(free, free.T)
+    found = exchange(lambda sets: -sets.sum(axis=1).astype(float), free, 2, rng)
+    assert free[tuple(found.chosen)]
+    np.testing.assert_array_equal(found.chosen, [0, 2])
+
+
+def test_too_many_for_the_plate_is_refused(rng):
+    with pytest.raises(ValueError, match="no 3 of the 4 candidates"):
+        exchange(lambda sets: np.zeros(len(sets)), np.zeros((4, 4), dtype=bool), 3, rng)
