@@ -36,7 +36,7 @@ class InputModule:
     @property
     def quantum(self) -> float:
         """Voltage of one code, V."""
-        return 2.0 * self.full_scale / 2**self.bits
+        return 2.0 * self.full_scale / 2.0**self.bits
 
     def rates(self) -> tuple[float, ...]:
         """Every sample rate on the module's own timebase, Hz, fastest first."""

@@ -1,0 +1,90 @@
+"""What a settings model allows at one of its keys, in words a person can act on."""
+
+import types
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+import annotated_types
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+
+def allowed_at(model: type[BaseModel], place: Sequence[int | str]) -> str:
+    """Kind, range and unit of the key at `place`: "a number from 0.0001 to 0.05 (m)".
+
+    Parameters
+    ----------
+    model : type of BaseModel
+        The whole file.
+    place : sequence of int or str
+        Keys and list positions from the top, as pydantic's errors give them.
+    """
+    kind = _type_at(model, place)
+    bare = _bare(kind)
+    if get_origin(bare) is Literal:
+        return " or ".join(repr(choice) for choice in get_args(bare))
+    keys = keys_at(model, place)
+    if keys:
+        return "a table with the keys " + ", ".join(keys)
+    fields = [extra for extra in get_args(kind)[1:] if isinstance(extra, FieldInfo)] if kind is not bare else []
+    limits = [limit for field in fields for limit in field.metadata]
+    unit = next((f" ({field.description})" for field in fields if field.description), "")
+    return f"{_noun(bare)}{_range(limits)}{unit}"
+
+
+def keys_at(model: type[BaseModel], place: Sequence[int | str]) -> tuple[str, ...]:
+    """Return the keys of the table at `place`; none if it is no table."""
+    table = _bare(_type_at(model, place))
+    return tuple(table.model_fields) if _is_model(table) else ()
+
+
+def _type_at(model: type[BaseModel], place: Iterable[int | str]) -> Any:
+    here: Any = model
+    for part in place:
+        bare = _bare(here)
+        if isinstance(part, int):
+            inside = [kind for kind in get_args(bare) if kind is not Ellipsis]
+            here = inside[min(part, len(inside) - 1)] if inside else None
+        elif _is_model(bare) and part in bare.model_fields:
+            field = bare.model_fields[part]
+            here = Annotated[field.annotation, field]  # pydantic takes them apart; the limits are in the field
+        else:
+            here = None
+    return here
+
+
+def _bare(kind: Any) -> Any:
+    return get_args(kind)[0] if get_origin(kind) is Annotated else kind
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _noun(bare: Any) -> str:
+    if get_origin(bare) in (Union, types.UnionType):
+        return " or ".join(_noun(choice) for choice in get_args(bare))
+    if get_origin(bare) is tuple:
+        inside = get_args(bare)
+        count = "" if Ellipsis in inside else f"{len(inside)} "
+        return f"a list of {count}{_noun(_bare(inside[0])).split()[-1]}s"
+    return {float: "a number", int: "an integer", str: "a text", bool: "a boolean"}.get(bare, "a value")
+
+
+def _range(limits: Sequence[object]) -> str:
+    words = ""
+    for limit in limits:
+        match limit:
+            case annotated_types.Ge(ge=low):
+                words += f" from {low:g}"
+            case annotated_types.Gt(gt=low):
+                words += f" above {low:g}"
+            case annotated_types.Le(le=high):
+                words += f" to {high:g}"
+            case annotated_types.Lt(lt=high):
+                words += f" below {high:g}"
+            case annotated_types.MinLen(min_length=few):
+                words += f", at least {few}"
+            case annotated_types.MaxLen(max_length=many):
+                words += f", at most {many}"
+    return words

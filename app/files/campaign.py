@@ -1,0 +1,36 @@
+"""Any campaign on disk: Flexura's own folder, or a recorded one as it came from the recorder."""
+
+from pathlib import Path
+
+from analysis.campaign import Campaign
+from app.files.campaign_error import CampaignFileError, Problem
+from app.files.campaign_folder import PROTOCOL, is_campaign_folder, read_campaign_folder
+from app.files.campaign_toml import NAME
+from app.files.recorded_campaign import is_recorded_campaign, read_recorded_campaign
+
+
+def load_campaign(path: Path) -> Campaign:
+    """Read the campaign in folder `path`, whichever of the two forms it has.
+
+    Raises
+    ------
+    CampaignFileError
+        If the folder is no campaign, or for everything that is wrong with the one it is.
+    """
+    if is_campaign_folder(path):
+        return read_campaign_folder(path)
+    if is_recorded_campaign(path):
+        return read_recorded_campaign(path)
+    raise not_a_campaign(path)
+
+
+def not_a_campaign(path: Path) -> CampaignFileError:
+    """Say what a path lacks to be a campaign."""
+    allowed = f"a folder with {NAME} (recorded) or {PROTOCOL} (imported)"
+    if not path.exists():
+        return CampaignFileError(path, [Problem("", "", "does not exist", allowed)])
+    if not path.is_dir():
+        return CampaignFileError(path, [Problem("", "", "a file, not a campaign", allowed)])
+    listed = sorted(child.name for child in path.iterdir())
+    held = ", ".join(listed[:6]) + (", ..." if len(listed) > 6 else "") if listed else "nothing"
+    return CampaignFileError(path, [Problem("", "", f"not a campaign; it holds {held}", allowed)])

@@ -1,0 +1,126 @@
+"""A campaign in Flexura's own form: a folder of finished files that survives a kill at any moment.
+
+=====================  ===========================================================================
+``protocol.json``      the experiment and where it came from, frozen, with its own SHA-256
+``sweeps/*.h5``        one closed file for every sweep, never opened for writing again
+``events.jsonl``       what happened, appended and forced to the disk
+``index.h5``           links into the sweeps for people with an HDF5 viewer; made anew at will
+=====================  ===========================================================================
+
+The files are the truth: what has been done is what is there and matches its digest, not a counter.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+from pydantic import ValidationError
+
+from analysis.campaign import Campaign, Sweep
+from analysis.experiment import Experiment
+from app.files.atomic import PARTIAL, atomic_hdf5, write_json
+from app.files.campaign_error import CampaignFileError, Problem
+from app.files.coverage import coverage_problems, missing_places
+from app.files.events import read_events
+from app.files.provenance import sha256
+from app.files.sweep_file import REMEDY, read_sweep_file
+
+FORMAT = "flexura-campaign/1"
+PROTOCOL = "protocol.json"
+SWEEPS = "sweeps"
+INDEX = "index.h5"
+
+
+def is_campaign_folder(folder: Path) -> bool:
+    """Whether a folder claims to be one."""
+    return (folder / PROTOCOL).is_file()
+
+
+def frozen_protocol(name: str, experiment: Experiment, source: dict[str, str]) -> dict[str, Any]:
+    """Return what ``protocol.json`` holds; `source` gives the SHA-256 of every file imported, by name."""
+    content = {
+        "format": FORMAT,
+        "name": name,
+        "experiment": experiment.model_dump(mode="json"),
+        "source": source,
+    }
+    return content | {"sha256": _digest(content)}
+
+
+def write_protocol(folder: Path, protocol: dict[str, Any]) -> None:
+    """Freeze a protocol into a folder."""
+    write_json(folder / PROTOCOL, protocol)
+
+
+def read_protocol(folder: Path) -> tuple[dict[str, Any], Experiment]:
+    """Read ``protocol.json``; CampaignFileError if it is damaged, of another format, or was edited."""
+    try:
+        protocol = json.loads((folder / PROTOCOL).read_text(encoding="utf-8"))
+        content = {key: value for key, value in protocol.items() if key != "sha256"}
+        if content["format"] != FORMAT:
+            raise CampaignFileError(folder, [Problem(PROTOCOL, "format", repr(content["format"]), repr(FORMAT))])
+        if protocol["sha256"] != _digest(content):
+            seen = "not that of the content: the file was edited or damaged"
+            raise CampaignFileError(folder, [Problem(PROTOCOL, "sha256", seen, "a frozen protocol", REMEDY)])
+        return protocol, Experiment.model_validate_json(json.dumps(content["experiment"]))
+    except CampaignFileError:
+        raise
+    except (OSError, KeyError, AttributeError, TypeError, ValueError, ValidationError) as error:
+        wrong = Problem(PROTOCOL, "", f"unreadable ({error})", "a frozen protocol", REMEDY)
+        raise CampaignFileError(folder, [wrong]) from error
+
+
+def _digest(content: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+
+def sweep_paths(folder: Path) -> list[Path]:
+    """Finished sweep files, in the order recorded."""
+    return sorted((folder / SWEEPS).glob("*.h5"))
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Delete what a killed writer left behind."""
+    for partial in folder.rglob(f"*{PARTIAL}"):
+        partial.unlink()
+
+
+def write_index(folder: Path) -> None:
+    """Make ``index.h5`` anew: one external link for each sweep file."""
+    with atomic_hdf5(folder / INDEX) as file:
+        for path in sweep_paths(folder):
+            file[path.stem] = h5py.ExternalLink(f"{SWEEPS}/{path.name}", "/")
+
+
+def read_campaign_folder(folder: Path) -> Campaign:
+    """Read a campaign and hold it against its protocol and digests.
+
+    Raises
+    ------
+    CampaignFileError
+        With every damaged, doubled, misplaced or missing sweep; one whose absence was noted when the
+        campaign was imported is not missed.
+    """
+    protocol, experiment = read_protocol(folder)
+    problems: list[Problem] = []
+    sweeps: dict[str, Sweep] = {}
+    for path in sweep_paths(folder):
+        name = f"{SWEEPS}/{path.name}"
+        sweep, wrong = read_sweep_file(path, name)
+        if sweep:
+            sweeps[name] = sweep
+        if wrong:
+            problems.append(wrong)
+    problems += coverage_problems(experiment.protocol, sweeps)
+    known = {event["place"] for event in read_events(folder) if event.get("event") == "missing"}
+    gone = [str(place) for place in missing_places(experiment.protocol, sweeps) if str(place) not in known]
+    if gone and not problems:
+        problems.append(
+            Problem(f"{SWEEPS}/", "missing", ", ".join(gone[:8]), "every sweep of the protocol", REMEDY)
+        )
+    if problems:
+        raise CampaignFileError(folder, problems)
+    hashes = {PROTOCOL: sha256(folder / PROTOCOL)} | {name: sha256(folder / name) for name in sweeps}
+    return Campaign(protocol["name"], experiment, tuple(sweeps.values()), hashes)

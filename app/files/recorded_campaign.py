@@ -1,0 +1,133 @@
+"""A recorded campaign: ``campaign.toml`` and a TDMS file for every sweep, checked as a whole."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.campaign import Campaign, Sweep
+from analysis.experiment import Experiment
+from app.files import campaign_toml
+from app.files.campaign_error import CampaignFileError, Problem
+from app.files.coverage import Place, coverage_problems, missing_places, places
+from app.files.provenance import sha256
+from app.files.tdms_sweep import read_sweep
+from drivers.ni.modules import find_module
+
+SWEEPS = "sweeps"
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recorded campaign as read.
+
+    Attributes
+    ----------
+    campaign : Campaign
+        Sweeps in the order recorded; hashes of ``campaign.toml`` and every TDMS file.
+    files : dict
+        Name of the TDMS file of each sweep, by its step.
+    missing : tuple of Place
+        What the protocol asks for and the folder lacks.
+    """
+
+    campaign: Campaign
+    files: dict[int, str]
+    missing: tuple[Place, ...]
+
+
+def is_recorded_campaign(folder: Path) -> bool:
+    """Whether a folder claims to be one."""
+    return (folder / campaign_toml.NAME).is_file()
+
+
+def read_recorded_campaign(folder: Path, allow_missing: bool = False) -> Campaign:
+    """Read a recorded campaign; see `read_recording`."""
+    return read_recording(folder, allow_missing).campaign
+
+
+def read_recording(
+    folder: Path, allow_missing: bool = False, report: Callable[[int, int], None] = lambda done, of: None
+) -> Recording:
+    """Read and check a folder in the format ``recorded-campaign/1``.
+
+    Parameters
+    ----------
+    folder : Path
+    allow_missing : bool
+        Take what is there where the protocol asks for more.
+    report : callable, optional
+        Told (files read, files in all) as reading goes on.
+
+    Raises
+    ------
+    CampaignFileError
+        With every problem of every file.
+    """
+    experiment = campaign_toml.read_experiment(folder)
+    problems = [*_experiment_problems(experiment)]
+    files = _tdms_files(folder)
+    if problems or not files:
+        raise CampaignFileError(folder, problems or [_no_files(folder)])
+    sweeps: dict[str, Sweep] = {}
+    for done, path in enumerate(files):
+        report(done, len(files))
+        name = f"{SWEEPS}/{path.name}"
+        sweep, wrong = read_sweep(path, name, experiment)
+        problems += wrong
+        if sweep:
+            sweeps[name] = sweep
+    report(len(files), len(files))
+    problems += coverage_problems(experiment.protocol, sweeps)
+    missing = missing_places(experiment.protocol, sweeps)
+    if missing and not allow_missing and len(sweeps) == len(files):
+        problems.append(_missing(missing))  # told only of whole files: a damaged one is not missing
+    if problems:
+        raise CampaignFileError(folder, problems)
+    names = sorted(sweeps, key=lambda name: sweeps[name].step)
+    hashes = {campaign_toml.NAME: sha256(folder / campaign_toml.NAME)}
+    hashes |= {name: sha256(folder / name) for name in names}
+    campaign = Campaign(folder.resolve().name, experiment, tuple(sweeps[name] for name in names), hashes)
+    return Recording(campaign, {sweeps[name].step: name for name in names}, missing)
+
+
+def _tdms_files(folder: Path) -> list[Path]:
+    sweeps = folder / SWEEPS
+    if not sweeps.is_dir():
+        return []
+    return sorted(
+        path for path in sweeps.iterdir() if path.suffix.lower() == ".tdms" and not path.name.startswith(".")
+    )
+
+
+def _no_files(folder: Path) -> Problem:
+    there = (folder / SWEEPS).is_dir()
+    seen = "no TDMS file" if there else "no such folder"
+    return Problem(f"{SWEEPS}/", "", seen, "one TDMS file for each sweep", "copy them from the recorder")
+
+
+def _experiment_problems(experiment: Experiment) -> list[Problem]:
+    """Hold the declaration against the hardware and against a sensible size."""
+    problems = []
+    try:
+        places(experiment.protocol)
+    except ValueError as error:
+        problems.append(Problem(campaign_toml.NAME, "protocol", str(error), ""))
+    rate, module = experiment.acquisition.sample_rate, find_module(experiment.acquisition.module)
+    if module and not module.can_run_at(rate):
+        nearest, n = module.nearest_rate(rate)
+        allowed = f"{module.rates()[0]:g} Hz / n for the {module.name}; the nearest is {nearest:.10g} Hz (n = {n})"
+        problems.append(
+            Problem(campaign_toml.NAME, "acquisition.sample_rate", f"{rate:.10g}", allowed, "read it back")
+        )
+    return problems
+
+
+def _missing(missing: tuple[Place, ...]) -> Problem:
+    listed = ", ".join(str(place) for place in missing[:8]) + (", ..." if len(missing) > 8 else "")
+    return Problem(
+        f"{SWEEPS}/",
+        "missing",
+        f"{len(missing)} of the protocol's sweeps: {listed}",
+        "every sweep of protocol.temperatures, directions and levels",
+        "import with --allow-missing to go on without",
+    )

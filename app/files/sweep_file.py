@@ -1,0 +1,98 @@
+"""One finished sweep: a closed HDF5 file that carries a digest of its own contents."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from analysis.campaign import Sweep
+from app.files.atomic import atomic_hdf5
+from app.files.campaign_error import Problem
+from app.files.coverage import Place
+
+PROPERTIES = ("step", "direction", "level", "oven_temperature_start", "oven_temperature_end", "start_time")
+REMEDY = "delete the folder and import the campaign again"
+
+
+@dataclass(frozen=True)
+class Source:
+    """The recording a sweep was imported from.
+
+    Attributes
+    ----------
+    file : str
+        Its name in the recorded campaign.
+    sha256 : str
+    """
+
+    file: str
+    sha256: str
+
+
+def file_name(sweep: Sweep, place: Place) -> str:
+    """Name of a sweep's file: ``0006_up_T+012.0.h5``."""
+    return f"{sweep.step:04d}_{sweep.direction}_T{place.temperature:+06.1f}.h5"
+
+
+def digest(sweep: Sweep) -> str:
+    """SHA-256 of a sweep's properties and samples, the same on every machine."""
+    properties = json.dumps([getattr(sweep, name) for name in PROPERTIES])
+    found = hashlib.sha256(properties.encode())
+    for samples in (sweep.drive, sweep.responses):
+        found.update(repr(samples.shape).encode())
+        found.update(np.ascontiguousarray(samples, dtype="<f4").tobytes())
+    return found.hexdigest()
+
+
+def write_sweep(path: Path, sweep: Sweep, sensors: tuple[str, ...], source: Source) -> None:
+    """Write a sweep, whole or not at all; nothing opens the file for writing again."""
+    with atomic_hdf5(path) as file:
+        for name in PROPERTIES:
+            file.attrs[name] = getattr(sweep, name)
+        file.attrs["sensors"] = json.dumps(sensors)
+        file.attrs["source_file"] = source.file
+        file.attrs["source_sha256"] = source.sha256
+        file.attrs["sweep_sha256"] = digest(sweep)
+        for name, samples in (("drive", sweep.drive), ("responses", sweep.responses)):
+            data = file.create_dataset(name, data=samples.astype("<f4"))
+            data.attrs["unit"] = "V"
+        file["drive"].attrs["axes"] = "repeat, sample"
+        file["responses"].attrs["axes"] = "sensor, repeat, sample"
+
+
+def read_sweep_file(path: Path, name: str) -> tuple[Sweep | None, Problem | None]:
+    """Read a sweep back and hold it against its digest.
+
+    Parameters
+    ----------
+    path : Path
+    name : str
+        What the problem calls the file.
+
+    Returns
+    -------
+    sweep : Sweep or None
+    problem : Problem or None
+        One of both is None.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            stored = str(file.attrs["sweep_sha256"])
+            sweep = Sweep(
+                step=int(file.attrs["step"]),
+                direction=str(file.attrs["direction"]),  # type: ignore[arg-type]
+                level=float(file.attrs["level"]),
+                oven_temperature_start=float(file.attrs["oven_temperature_start"]),
+                oven_temperature_end=float(file.attrs["oven_temperature_end"]),
+                start_time=str(file.attrs["start_time"]),
+                drive=file["drive"][()],
+                responses=file["responses"][()],
+            )
+    except (OSError, KeyError, ValueError, TypeError, AttributeError) as error:
+        return None, Problem(name, "", f"unreadable ({error})", "a whole sweep file", REMEDY)
+    if digest(sweep) != stored:
+        return None, Problem(name, "sweep_sha256", stored[:12], "the digest of the samples in the file", REMEDY)
+    return sweep, None

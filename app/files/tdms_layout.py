@@ -1,0 +1,122 @@
+"""Groups, channels, lengths and waveform properties that a sweep's TDMS file must have."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from nptdms import TdmsChannel, TdmsFile
+
+from analysis.experiment import Experiment
+from app.files.campaign_error import Problem
+
+DRIVE = "drive"
+RATE_TOLERANCE = 1e-6
+"""Largest relative difference of ``wf_increment`` from the declared rate: 1 ppm shifts no pole visibly."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What a file of the campaign holds.
+
+    Attributes
+    ----------
+    groups : tuple of str
+        One for each repeat.
+    channels : tuple of str
+        The drive first, then the sensors in the order declared.
+    samples : int
+        In every channel.
+    rate : float
+        Hz.
+    """
+
+    groups: tuple[str, ...]
+    channels: tuple[str, ...]
+    samples: int
+    rate: float
+
+    @classmethod
+    def of(cls, experiment: Experiment) -> Self:
+        """Work out the layout that an experiment declares."""
+        protocol, rate = experiment.protocol, experiment.acquisition.sample_rate
+        return cls(
+            groups=tuple(f"repeat {n + 1}" for n in range(protocol.repeats)),
+            channels=(DRIVE, *(sensor.id for sensor in experiment.sensors)),
+            samples=round((protocol.sweep_duration + protocol.tail) * rate),
+            rate=rate,
+        )
+
+    @property
+    def largest_file(self) -> int:
+        """Bytes: twice the samples as float64, and room for properties."""
+        return 1_000_000 + 16 * len(self.groups) * len(self.channels) * self.samples
+
+
+def layout_problems(name: str, tdms: TdmsFile, layout: Layout) -> Iterator[Problem]:
+    """Yield everything in which a file (its samples unread) differs from the layout."""
+    there = [group.name for group in tdms.groups()]
+    yield from _names(name, "groups", there, layout.groups, "protocol.repeats says how many")
+    lengths: dict[str, int] = {}
+    offsets: dict[str, object] = {}
+    for group in (group for group in tdms.groups() if group.name in layout.groups):
+        channels = [channel.name for channel in group.channels()]
+        yield from _names(name, f"channels of {group.name}", channels, layout.channels, "named by patch id")
+        for channel in group.channels():
+            if channel.name in layout.channels:
+                lengths[f"{group.name}/{channel.name}"] = len(channel)
+                offsets[f"{group.name}/{channel.name}"] = channel.properties.get("wf_start_offset")
+                yield from _waveform(name, f"{group.name}/{channel.name}", channel, layout)
+    first = next(iter(offsets.values()), None)
+    for place, offset in offsets.items():
+        if not isinstance(offset, float) or not math.isfinite(offset):
+            yield Problem(name, f"{place} wf_start_offset", repr(offset), "a time (s)")
+        elif offset != first:
+            allowed = f"{first!r} s, as in the first channel: all are sampled together"
+            yield Problem(name, f"{place} wf_start_offset", repr(offset), allowed)
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{place} {length}" for place, length in lengths.items())
+        yield Problem(name, "samples", f"unequal: {_short(listed)}", f"{layout.samples} in every channel")
+    elif lengths and set(lengths.values()) != {layout.samples}:
+        length = next(iter(lengths.values()))
+        seen = "0: zero-length sweeps" if length == 0 else f"{length} in every channel"
+        allowed = f"{layout.samples}, which is (protocol.sweep_duration + protocol.tail) x acquisition.sample_rate"
+        yield Problem(name, "samples", seen, allowed)
+
+
+def _names(name: str, what: str, there: Sequence[str], wanted: Sequence[str], remedy: str) -> Iterator[Problem]:
+    if sorted(there) != sorted(wanted):
+        listed = _short(", ".join(there)) or "none"
+        lacking = [one for one in wanted if one not in there]
+        extra = [one for one in there if one not in wanted]
+        odd = f"missing: {_short(', '.join(lacking))}" if lacking else f"not expected: {_short(', '.join(extra))}"
+        yield Problem(name, what, listed, _short(", ".join(wanted)), f"{odd}; {remedy}")
+
+
+def _waveform(name: str, place: str, channel: TdmsChannel, layout: Layout) -> Iterator[Problem]:
+    if channel.dtype not in (np.float32, np.float64):
+        yield Problem(name, f"{place} data type", str(channel.dtype), "float32 volts")
+    properties = channel.properties
+    wanted: dict[str, tuple[str, object]] = {
+        "wf_increment": (f"{1.0 / layout.rate:.10g} s, one over acquisition.sample_rate", 1.0 / layout.rate),
+        "wf_samples": (f"{len(channel)}, the samples in the channel", len(channel)),
+        "unit_string": ("'V'", "V"),
+    }
+    for key, (allowed, right) in wanted.items():
+        if key not in properties:
+            yield Problem(name, f"{place} {key}", "nothing", allowed, "the property is missing")
+        elif not _agrees(properties[key], right):
+            yield Problem(name, f"{place} {key}", repr(properties[key]), allowed)
+
+
+def _agrees(seen: object, right: object) -> bool:
+    if isinstance(right, str):
+        return seen == right
+    if not isinstance(seen, int | float | np.integer | np.floating) or isinstance(seen, bool):
+        return False
+    return math.isclose(float(seen), float(right), rel_tol=RATE_TOLERANCE, abs_tol=0.0)  # type: ignore[arg-type]
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 120 else text[:117] + "..."

@@ -1,0 +1,150 @@
+"""One TDMS file of a recorded campaign: read, and checked against what the experiment declares."""
+
+import logging
+import math
+from collections.abc import Callable, Iterator
+from datetime import datetime
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from nptdms import TdmsFile
+from nptdms.log import log_manager
+from numpy.typing import NDArray
+
+from analysis.campaign import Sweep
+from analysis.experiment import Experiment
+from app.files.campaign_error import Problem
+from app.files.signal_checks import faults
+from app.files.tdms_layout import DRIVE, Layout, layout_problems
+from drivers.ni.modules import find_module
+
+DRIVE_TOLERANCE = 0.1
+"""Largest difference between the peak of the drive and the level the file states, relative."""
+WHOLE = "a whole TDMS file"
+COPY_AGAIN = "copy it again from the recorder"
+
+
+def read_sweep(path: Path, name: str, experiment: Experiment) -> tuple[Sweep | None, list[Problem]]:
+    """Read one file.
+
+    Parameters
+    ----------
+    path : Path
+    name : str
+        What the problems call the file.
+    experiment : Experiment
+
+    Returns
+    -------
+    sweep : Sweep or None
+        None where anything is wrong.
+    problems : list of Problem
+    """
+    log_manager.set_level(logging.CRITICAL)  # npTDMS prints what is said better here
+    layout = Layout.of(experiment)
+    try:
+        size = path.stat().st_size
+        if size > layout.largest_file:
+            return None, [Problem(name, "", f"{size} bytes", f"at most {layout.largest_file} by the protocol")]
+        with path.open("rb") as file:  # a handle: npTDMS would otherwise believe a .tdms_index beside it
+            return _read(file, size, name, experiment, layout)
+    except OSError as error:
+        return None, [Problem(name, "", f"cannot be read: {error.strerror}", "a readable file")]
+
+
+def _read(
+    file: BinaryIO, size: int, name: str, experiment: Experiment, layout: Layout
+) -> tuple[Sweep | None, list[Problem]]:
+    if file.read(4) != b"TDSm":
+        seen = "an empty file" if size == 0 else "not a TDMS file"
+        return None, [Problem(name, "", seen, "NI TDMS, beginning with TDSm", COPY_AGAIN)]
+    file.seek(0)
+    try:
+        tdms = TdmsFile.open(file)
+        if tdms.file_status.incomplete_final_segment:
+            return None, [_truncated(name, size)]
+        problems = [*_property_problems(name, tdms.properties), *layout_problems(name, tdms, layout)]
+        if problems:  # the samples are read only where their number is known to be sane
+            return None, problems
+        volts = {
+            channel: np.stack([tdms[group][channel][:] for group in layout.groups]) for channel in layout.channels
+        }
+    except EOFError:
+        return None, [_truncated(name, size)]
+    except Exception as error:  # noqa: BLE001 (on damaged bytes npTDMS raises what it runs into, bare Exception too)
+        seen = f"damaged ({type(error).__name__}: {error})"
+        return None, [Problem(name, "", seen, WHOLE, COPY_AGAIN)]
+    problems = list(_sample_problems(name, volts, tdms.properties, experiment, layout))
+    return (None, problems) if problems else (_sweep(volts, tdms.properties, experiment), [])
+
+
+def _truncated(name: str, size: int) -> Problem:
+    return Problem(name, "", f"truncated after {size} bytes", WHOLE, COPY_AGAIN)
+
+
+def _property_problems(name: str, properties: dict[str, Any]) -> Iterator[Problem]:
+    for key, (allowed, good) in PROPERTIES.items():
+        if key not in properties:
+            yield Problem(name, key, "nothing", allowed, "the root property is missing")
+        elif not good(properties[key]):
+            yield Problem(name, key, repr(properties[key]), allowed)
+
+
+def _is_integer(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool) and 0 <= int(value) < 10_000
+
+
+def _is_between(low: float, high: float) -> Callable[[object], bool]:
+    def within(value: Any) -> bool:
+        number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+        return number and low <= float(value) <= high
+
+    return within
+
+
+def _is_time(value: object) -> bool:
+    if isinstance(value, np.datetime64):
+        return not np.isnat(value)
+    try:
+        datetime.fromisoformat(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+PROPERTIES: dict[str, tuple[str, Callable[[object], bool]]] = {
+    "oven_temperature_start": ("-80 to 200 (degrees Celsius)", _is_between(-80.0, 200.0)),
+    "oven_temperature_end": ("-80 to 200 (degrees Celsius)", _is_between(-80.0, 200.0)),
+    "direction": ("'up' or 'down'", lambda value: value in ("up", "down")),
+    "level": ("a number above 0 to 100 (V)", _is_between(1e-9, 100.0)),
+    "step": ("an integer from 0 to 9999", _is_integer),
+    "start_time": ("an ISO 8601 time", _is_time),
+}
+
+
+def _sample_problems(
+    name: str, volts: dict[str, NDArray[Any]], properties: dict[str, Any], experiment: Experiment, layout: Layout
+) -> Iterator[Problem]:
+    module = find_module(experiment.acquisition.module)
+    for channel, repeats in volts.items():
+        for group, samples in zip(layout.groups, repeats, strict=True):
+            for seen, allowed in faults(samples, module):
+                yield Problem(name, f"{group}/{channel}", seen, allowed)
+    level, peak = float(properties["level"]), float(np.abs(volts[DRIVE]).max())
+    if math.isfinite(peak) and peak > 0.0 and abs(peak - level) > DRIVE_TOLERANCE * level:
+        allowed = f"{level:g} V within {DRIVE_TOLERANCE:.0%}, the file's level"
+        yield Problem(name, "peak of drive", f"{peak:.4g} V", allowed, "are samples and level in V?")
+
+
+def _sweep(volts: dict[str, NDArray[Any]], properties: dict[str, Any], experiment: Experiment) -> Sweep:
+    return Sweep(
+        step=int(properties["step"]),
+        direction=properties["direction"],
+        level=float(properties["level"]),
+        oven_temperature_start=float(properties["oven_temperature_start"]),
+        oven_temperature_end=float(properties["oven_temperature_end"]),
+        start_time=str(properties["start_time"]),
+        drive=volts[DRIVE].astype(np.float32),
+        responses=np.stack([volts[sensor.id].astype(np.float32) for sensor in experiment.sensors]),
+    )
