@@ -1,0 +1,78 @@
+"""Measured FRFs over temperature (the paper's Fig. 7)."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis.frf import Frf
+from app.report.style import frequency_axis, panels, temperature_color
+
+LINES = 5
+
+
+def spread(temperature: np.ndarray, count: int) -> list[int]:
+    """Rows whose temperatures are spread evenly from the coldest to the hottest, without repeats."""
+    order = np.argsort(temperature, kind="stable")
+    places = np.unique(np.round(np.linspace(0, len(order) - 1, min(count, len(order)))).astype(int))
+    return [int(order[p]) for p in places]
+
+
+def waterfall(frf: Frf, channel: int = 0) -> Figure:
+    """Amplitude of one channel over frequency and temperature, and a few temperatures as lines."""
+    figure, axes = panels(1, 2, height=4.6, width_ratios=[1.15, 1.0])
+    order = np.argsort(frf.temperature, kind="stable")
+    level = 20.0 * np.log10(np.abs(frf.h[order, channel]) + 1e-12)
+    image = axes[0].pcolormesh(
+        frf.frequency, _edges(frf.temperature[order]), level, cmap="magma", rasterized=True, shading="flat"
+        if len(order) > 1 else "auto",
+    )  # fmt: skip
+    figure.colorbar(image, ax=axes[0], label=f"|H| {frf.channels[channel]}/drive [dB re 1 V/V]")
+    axes[0].set(ylabel="temperature [°C]", title="FRF over temperature")
+    axes[0].grid(visible=False)
+    frequency_axis(axes[0])
+    span = (float(frf.temperature.min()), float(frf.temperature.max()))
+    for row in spread(frf.temperature, LINES):
+        t = float(frf.temperature[row])
+        curve = 20.0 * np.log10(np.abs(frf.h[row, channel]) + 1e-12)
+        axes[1].plot(frf.frequency, curve, color=temperature_color(t, span), label=f"{t:.1f} °C")
+    axes[1].set(ylabel="|H| [dB re 1 V/V]", title="the same, a few temperatures")
+    axes[1].legend(ncols=2)
+    frequency_axis(axes[1])
+    return figure
+
+
+def noise(frf: Frf, channel: int = 0) -> Figure:
+    """H1, its standard deviation and the coherence of one sweep in the middle of the range."""
+    figure, axes = panels(1, 2, height=3.4)
+    row = spread(frf.temperature, 3)[len(spread(frf.temperature, 3)) // 2]
+    axes[0].semilogy(frf.frequency, np.abs(frf.h[row, channel]), color="0.15", label="|H1|")
+    axes[0].semilogy(
+        frf.frequency, np.sqrt(frf.variance[row, channel]), color="#00798c", label="standard deviation of H1"
+    )
+    used = np.flatnonzero(frf.excluded)
+    axes[0].plot(
+        frf.frequency[used],
+        np.abs(frf.h[row, channel, used]),
+        ".",
+        color="#d1495b",
+        ms=4,
+        label="mains lines, not fitted",
+    )
+    axes[0].set(ylabel="[V/V]", title=f"{frf.channels[channel]} at {frf.temperature[row]:.1f} °C")
+    axes[0].legend()
+    axes[1].plot(frf.frequency, frf.coherence[row, channel], color="0.15", lw=0.8)
+    axes[1].set(
+        ylabel="coherence of one repeat",
+        title="coherence",
+        ylim=(min(0.99, frf.coherence[row, channel].min()), 1.0005),
+    )
+    for each in axes:
+        frequency_axis(each)
+    return figure
+
+
+def _edges(centers: np.ndarray) -> np.ndarray:
+    """Cell edges of rows at `centers`, ascending."""
+    if len(centers) == 1:
+        return np.array([centers[0] - 0.5, centers[0] + 0.5])
+    middle = 0.5 * (centers[1:] + centers[:-1])
+    return np.concatenate([[centers[0] - (middle[0] - centers[0])], middle, [2 * centers[-1] - middle[-1]]])

@@ -1,0 +1,50 @@
+"""How the figures look: one palette for temperature, quiet axes, nothing that needs a screen."""
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+SETTINGS: Any = {
+    "font.size": 10.0,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10.5,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+    "legend.fontsize": 9.0,
+    "lines.linewidth": 1.3,
+    "figure.constrained_layout.use": True,
+}
+MEASURED, MODEL, BAND = "0.15", "#d1495b", "#00798c"
+
+
+def drawing() -> AbstractContextManager[None]:
+    """Context in which figures take this style; the process's own settings stay as they are."""
+    return mpl.rc_context(SETTINGS)
+
+
+def panels(
+    rows: int, columns: int, width: float = 10.0, height: float = 4.0, **options: Any
+) -> tuple[Figure, Any]:
+    """Return a figure without a window, and its axes as `Figure.subplots` returns them."""
+    figure = Figure(figsize=(width, height))
+    return figure, figure.subplots(rows, columns, **options)
+
+
+def temperature_color(temperature: float, span: Sequence[float]) -> tuple[float, ...]:
+    """Blue for the coldest, red for the hottest of `span` (low, high)."""
+    low, high = span
+    share = 0.5 if high <= low else (temperature - low) / (high - low)
+    color: tuple[float, ...] = mpl.colormaps["coolwarm"](share)
+    return color
+
+
+def frequency_axis(axes: Axes) -> None:
+    """Label a frequency axis."""
+    axes.set_xlabel("frequency [Hz]")

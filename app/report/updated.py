@@ -1,0 +1,70 @@
+"""The updated twin beside the measurement (the paper's Figs. 11 and 12)."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis.frf import Frf
+from analysis.material import MaterialLaws
+from analysis.updating.update import Updated
+from app.files.laws_file import TwinFrf
+from app.report.measured import spread
+from app.report.style import BAND, MEASURED, MODEL, frequency_axis, panels
+
+
+def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0) -> Figure:
+    """Measured and updated FRFs, amplitude and phase, cold, in the middle and hot."""
+    rows = spread(frf.temperature, 3)
+    figure, axes = panels(2, len(rows), height=5.2, sharex=True, squeeze=False, height_ratios=[2, 1])
+    for column, row in enumerate(rows):
+        amplitude, phase = axes[:, column]
+        for h, color, label, width in (
+            (frf.h[row, channel], MEASURED, "measured", 1.8),
+            (twin.h[row, channel], MODEL, "updated twin", 1.0),
+        ):
+            amplitude.semilogy(frf.frequency, np.abs(h), color=color, label=label, lw=width)
+            phase.plot(frf.frequency, np.degrees(np.angle(h)), color=color, lw=width)
+        rest = np.abs(frf.h[row, channel] - twin.h[row, channel])
+        amplitude.semilogy(frf.frequency, rest, color="0.6", lw=0.5, label="difference")
+        amplitude.set_title(
+            f"{updated.temperature[row]:.1f} °C, misfit {100 * updated.misfit[row]:.2f} % "
+            f"(noise {100 * updated.noise_floor[row]:.2f} %)"
+        )
+        frequency_axis(phase)
+    axes[0, 0].set_ylabel("|H| [V/V]")
+    axes[1, 0].set_ylabel("phase [°]")
+    axes[0, 0].legend()
+    return figure
+
+
+def laws(updated: Updated, fitted: MaterialLaws | None) -> Figure:
+    """E, nu and eta over temperature: estimates with error bars, laws with two-sigma bands."""
+    figure, axes = panels(1, 3, height=3.6)
+    names = (
+        ("youngs_modulus", 1e9, "E [GPa]", "Young's modulus"),
+        ("loss_factor", 0.01, "η [%]", "loss factor"),
+        ("poisson_ratio", 1.0, "ν", "Poisson's ratio"),
+    )
+    good = updated.settled
+    for each, (name, unit, label, title) in zip(axes, names, strict=True):
+        value, sigma = getattr(updated.material, name) / unit, getattr(updated.sigma, name) / unit
+        each.errorbar(updated.temperature[good], value[good], 2 * sigma[good], fmt="o", ms=3.5, color=MEASURED)
+        if not good.all():
+            each.plot(updated.temperature[~good], value[~good], "x", color=MODEL, label="not settled")
+            each.legend()
+        if fitted is not None:
+            fine = np.linspace(*fitted.temperature_range, 241)
+            law, band = getattr(fitted.at(fine), name) / unit, getattr(fitted.sigma(fine), name) / unit
+            each.plot(fine, law, color=BAND)
+            each.fill_between(fine, law - 2 * band, law + 2 * band, color=BAND, alpha=0.25, lw=0)
+        each.set(xlabel="temperature [°C]", ylabel=label, title=title)
+    return figure
+
+
+def misfit(updated: Updated) -> Figure:
+    """Misfit of every sweep against its noise."""
+    figure, axes = panels(1, 1, height=2.8)
+    axes.plot(updated.temperature, 100 * updated.misfit, "o-", color=MODEL, ms=3.5, label="updated twin")
+    axes.plot(updated.temperature, 100 * updated.noise_floor, color=MEASURED, label="noise of the measurement")
+    axes.set(xlabel="temperature [°C]", ylabel="rms|H - twin| / rms|H| [%]", title="misfit", ylim=(0, None))
+    axes.legend()
+    return figure
