@@ -46,7 +46,7 @@ def read_recorded_campaign(folder: Path, allow_missing: bool = False) -> Campaig
 
 
 def read_recording(
-    folder: Path, allow_missing: bool = False, report: Callable[[int, int], None] = lambda done, of: None
+    folder: Path, allow_missing: bool = False, report: Callable[[str, float], None] = lambda stage, share: None
 ) -> Recording:
     """Read and check a folder in the format ``recorded-campaign/1``.
 
@@ -56,7 +56,7 @@ def read_recording(
     allow_missing : bool
         Take what is there where the protocol asks for more.
     report : callable, optional
-        Told (files read, files in all) as reading goes on.
+        Told the stage and the share done of it.
 
     Raises
     ------
@@ -70,13 +70,13 @@ def read_recording(
         raise CampaignFileError(folder, problems or [_no_files(folder)])
     sweeps: dict[str, Sweep] = {}
     for done, path in enumerate(files):
-        report(done, len(files))
+        report("reading", done / len(files))
         name = f"{SWEEPS}/{path.name}"
         sweep, wrong = read_sweep(path, name, experiment)
         problems += wrong
         if sweep:
             sweeps[name] = sweep
-    report(len(files), len(files))
+    report("reading", 1.0)
     problems += coverage_problems(experiment.protocol, sweeps)
     missing = missing_places(experiment.protocol, sweeps)
     if missing and not allow_missing and len(sweeps) == len(files):

@@ -1,0 +1,202 @@
+"""A recorded campaign becomes a campaign folder: whole, or not there; a killed import is taken up again.
+
+The folder is built under the name ``OUT.part`` and renamed when it is finished. A kill leaves the
+``.part`` folder; the same import then keeps every sweep in it that is whole, and the result is the
+same, bit by bit, as that of an undisturbed one.
+"""
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from app.files import events
+from app.files.atomic import PARTIAL, force_folder_to_disk
+from app.files.campaign import not_a_campaign
+from app.files.campaign_error import CampaignFileError, Problem
+from app.files.campaign_folder import (
+    INDEX,
+    PROTOCOL,
+    SWEEPS,
+    frozen_protocol,
+    is_campaign_folder,
+    read_campaign_folder,
+    read_protocol,
+    remove_unfinished,
+    sweep_paths,
+    write_index,
+    write_protocol,
+)
+from app.files.coverage import place_of
+from app.files.folder_lock import folder_lock
+from app.files.recorded_campaign import Recording, is_recorded_campaign, read_recording
+from app.files.sweep_file import Source, digest, file_name, read_sweep_file, write_sweep
+
+OUR_NAMES = {PROTOCOL, SWEEPS, events.NAME, INDEX}
+Report = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an import came to.
+
+    Attributes
+    ----------
+    folder : Path
+        The campaign folder.
+    recording : Recording
+        What was read.
+    state : str
+        ``imported``, ``completed`` (a killed one was taken up again) or ``unchanged`` (it was there already).
+    """
+
+    folder: Path
+    recording: Recording
+    state: Literal["imported", "completed", "unchanged"]
+
+
+def import_recording(
+    folder: Path,
+    out: Path | None = None,
+    allow_missing: bool = False,
+    report: Report = lambda stage, share: None,
+) -> Imported:
+    """Import a recorded campaign.
+
+    Parameters
+    ----------
+    folder : Path
+        In the format ``recorded-campaign/1``.
+    out : Path, optional
+        The campaign folder to make; by default ``FOLDER-campaign`` beside `folder`.
+    allow_missing : bool
+        Take what is there where the protocol asks for more, and note what is missing.
+    report : callable, optional
+        Told the stage and the share done of it.
+
+    Raises
+    ------
+    CampaignFileError
+        For everything wrong with `folder`, or because `out` is taken or cannot be written.
+    """
+    if not is_recorded_campaign(folder):
+        raise _already_one(folder) if is_campaign_folder(folder) else not_a_campaign(folder)
+    recording = read_recording(folder, allow_missing, report)
+    source = folder.resolve()
+    target = (out or source.with_name(source.name + "-campaign")).resolve()
+    if target == source or source in target.parents:
+        raise CampaignFileError(
+            target, [Problem("", "--out", str(target), f"a folder outside the recording {source.name}")]
+        )
+    campaign = recording.campaign
+    protocol = frozen_protocol(campaign.name, campaign.experiment, campaign.hashes)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with folder_lock(target):
+            if _is_there(target, protocol):
+                return Imported(target, recording, "unchanged")
+            return Imported(target, recording, _build(target, protocol, recording, report))
+    except OSError as error:
+        seen = f"cannot be written: {error.strerror or error}"
+        raise CampaignFileError(
+            target, [Problem("", "", seen, "a folder on a writable disk", "use --out")]
+        ) from error
+
+
+def _already_one(folder: Path) -> CampaignFileError:
+    remedy = f"go on with: flexura identify {folder}"
+    return CampaignFileError(folder, [Problem("", "", "imported already", "a recorded campaign", remedy)])
+
+
+def _is_there(target: Path, protocol: dict[str, Any]) -> bool:
+    """Whether the very same campaign is in place; CampaignFileError if something else is."""
+    if not target.exists():
+        return False
+    if target.is_dir() and not any(target.iterdir()):
+        target.rmdir()  # an empty folder somebody made ready; the finished one takes its name
+        return False
+    if target.is_dir() and is_campaign_folder(target):
+        there, _ = read_protocol(target)
+        if there["sha256"] == protocol["sha256"]:
+            read_campaign_folder(target)  # raises if it was damaged since
+            return True
+        seen = f"holds another campaign ({there['name']!r}, protocol {there['sha256'][:12]})"
+    else:
+        seen = "exists and is no campaign"
+    remedy = "choose another with --out, or remove it"
+    raise CampaignFileError(target, [Problem("", "", seen, "a new folder, or this same campaign", remedy)])
+
+
+def _build(
+    target: Path, protocol: dict[str, Any], recording: Recording, report: Report
+) -> Literal["imported", "completed"]:
+    partial = target.with_name(target.name + PARTIAL)
+    resumed = _prepare(partial, protocol)
+    try:
+        (partial / SWEEPS).mkdir(exist_ok=True)
+        _write_sweeps(partial, recording, report)
+        _note(partial, recording)
+        write_index(partial)
+        force_folder_to_disk(partial)
+        partial.rename(target)
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+    force_folder_to_disk(target.parent)
+    return "completed" if resumed else "imported"
+
+
+def _prepare(partial: Path, protocol: dict[str, Any]) -> bool:
+    """Make the unfinished folder ready; True if a killed import of this same recording is taken up."""
+    if partial.exists():
+        strangers = sorted(
+            child.name for child in partial.iterdir() if child.name.removesuffix(PARTIAL) not in OUR_NAMES
+        )
+        if strangers:
+            seen = f"stands in the way and holds {', '.join(strangers[:4])}"
+            raise CampaignFileError(partial, [Problem("", "", seen, "nothing of this name", "move it away")])
+        if _frozen_in(partial) == protocol["sha256"]:
+            remove_unfinished(partial)
+            return True
+        shutil.rmtree(partial)
+    partial.mkdir()
+    write_protocol(partial, protocol)
+    return False
+
+
+def _frozen_in(partial: Path) -> str:
+    try:
+        return str(read_protocol(partial)[0]["sha256"])
+    except CampaignFileError:
+        return ""
+
+
+def _write_sweeps(partial: Path, recording: Recording, report: Report) -> None:
+    campaign = recording.campaign
+    sensors = tuple(sensor.id for sensor in campaign.experiment.sensors)
+    wanted = set()
+    for done, sweep in enumerate(campaign.sweeps):
+        report("writing", done / len(campaign.sweeps))
+        place = place_of(campaign.experiment.protocol, sweep)
+        assert place is not None  # noqa: S101 (a recording with a sweep out of place was refused)
+        path = partial / SWEEPS / file_name(sweep, place)
+        wanted.add(path)
+        finished, _ = read_sweep_file(path, path.name) if path.exists() else (None, None)
+        if finished is None or digest(finished) != digest(sweep):
+            source = recording.files[sweep.step]
+            write_sweep(path, sweep, sensors, Source(source, campaign.hashes[source]))
+    for path in sweep_paths(partial):
+        if path not in wanted:
+            path.unlink()
+    report("writing", 1.0)
+
+
+def _note(partial: Path, recording: Recording) -> None:
+    """Record what was imported and what is missing, each once however often the import was killed."""
+    happened: list[dict[str, Any]] = [{"event": "imported", "sweeps": len(recording.campaign.sweeps)}]
+    happened += [{"event": "missing", "place": str(place)} for place in recording.missing]
+    known = events.read_events(partial)
+    for event in happened:
+        if event not in known:
+            events.append_event(partial, event)
