@@ -31,7 +31,7 @@ def faults(samples: NDArray[np.floating], module: InputModule | None) -> Iterato
             "finite volts",
         )
         return
-    low, high = float(samples.min()), float(samples.max())
+    low, high = float(samples.min()) + 0.0, float(samples.max()) + 0.0  # no "-0 V"
     alive = ALIVE * module.quantum if module else 0.0
     if high - low <= alive:
         yield f"{low:g} to {high:g} V throughout", "a signal (is the channel connected and switched on?)"

@@ -1,0 +1,171 @@
+"""A recorded campaign small enough to be written, and broken, for every test."""
+
+import copy
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+from numpy.typing import NDArray
+from scipy.signal import chirp, lfilter
+
+RATE = 51_200.0 / 6
+SAMPLES = 1536
+TOML = f"""\
+format = "recorded-campaign/1"
+title = "tiny plate"
+
+[plate]
+length_x = 0.24
+length_y = 0.19
+thickness = 0.003
+mass = 0.13
+
+[[patch]]
+id = "A1"
+role = "actuator"
+center = [0.2, 0.155]
+size = [0.02, 0.02]
+thickness = 0.0005
+side = "top"
+material = "NCE51"
+
+[[patch]]
+id = "S1"
+role = "sensor"
+center = [0.04, 0.035]
+size = [0.02, 0.02]
+thickness = 0.0005
+side = "top"
+material = "NCE51"
+
+[[patch]]
+id = "S2"
+role = "sensor"
+center = [0.2, 0.035]
+size = [0.02, 0.02]
+thickness = 0.0005
+side = "top"
+material = "NCE51"
+
+[[string]]
+point = [0.03, 0.187]
+
+[acquisition]
+module = "NI-9234"
+sample_rate = {RATE!r}
+input_resistance = 305000.0
+input_capacitance = 1.2e-10
+
+[protocol]
+sweep = "linear"
+band = [100.0, 1500.0]
+sweep_duration = 0.15
+tail = 0.03
+repeats = 2
+ramp_rate = 0.4
+temperatures = [10.0, 20.0, 30.0]
+directions = ["up", "down"]
+levels = [1.0]
+
+[oven]
+room_temperature = 22.0
+"""
+
+
+@dataclass
+class TdmsFile:
+    """One file to be: change anything in it before it is written."""
+
+    properties: dict[str, Any]
+    groups: dict[str, dict[str, NDArray[Any]]]
+    channel_properties: dict[str, dict[str, dict[str, Any]]] = field(default_factory=dict)
+
+    def write(self, path: Path) -> None:
+        with TdmsWriter(path) as writer:
+            writer.write_segment([RootObject(self.properties)])
+            for group, channels in self.groups.items():
+                objects = [GroupObject(group)]
+                for channel, samples in channels.items():
+                    given = self.channel_properties[group][channel]
+                    objects.append(ChannelObject(group, channel, samples, given))
+                writer.write_segment(objects)
+
+
+@dataclass
+class TinyCampaign:
+    """A whole, faultless campaign: six files of two repeats and two sensors."""
+
+    toml: str
+    files: dict[str, TdmsFile]
+
+    def write(self, folder: Path) -> Path:
+        (folder / "sweeps").mkdir(parents=True)
+        (folder / "campaign.toml").write_text(self.toml, encoding="utf-8")
+        for name, file in self.files.items():
+            file.write(folder / "sweeps" / name)
+        return folder
+
+
+def _tdms(step: int, direction: str, temperature: float) -> TdmsFile:
+    rng = np.random.default_rng(step)
+    time = np.arange(SAMPLES) / RATE
+    drive = np.where(time < 0.15, chirp(time, 100.0, 0.15, 1500.0, phi=-90.0), 0.0)
+    groups: dict[str, dict[str, NDArray[Any]]] = {}
+    for repeat in ("repeat 1", "repeat 2"):
+        groups[repeat] = {"drive": drive.astype(np.float32)}
+        for sensor, pole in (("S1", 0.3), ("S2", 0.6)):
+            ring = 2 * 0.98 * np.cos(pole)
+            response = 0.01 * lfilter([1.0], [1.0, -ring, 0.98**2], drive) + 1e-4 * rng.standard_normal(SAMPLES)
+            groups[repeat][sensor] = response.astype(np.float32)
+    waveform = {"wf_increment": 1.0 / RATE, "wf_start_offset": 0.0, "wf_samples": SAMPLES, "unit_string": "V"}
+    start, end = (temperature - 0.03, temperature + 0.02)
+    return TdmsFile(
+        properties={
+            "oven_temperature_start": start,
+            "oven_temperature_end": end,
+            "direction": direction,
+            "level": 1.0,
+            "step": step,
+            "start_time": f"2024-03-11T08:{30 + step}:00",
+        },
+        groups=groups,
+        channel_properties={group: {channel: dict(waveform) for channel in groups[group]} for group in groups},
+    )
+
+
+def _tiny() -> TinyCampaign:
+    legs = [("up", 10.0), ("up", 20.0), ("up", 30.0), ("down", 30.0), ("down", 20.0), ("down", 10.0)]
+    files = {f"{n:03d}.tdms": _tdms(n, direction, temperature) for n, (direction, temperature) in enumerate(legs)}
+    return TinyCampaign(TOML, files)
+
+
+@pytest.fixture(scope="session")
+def _template() -> TinyCampaign:
+    return _tiny()
+
+
+@pytest.fixture
+def tiny(_template: TinyCampaign) -> TinyCampaign:
+    """Hand out a campaign to break; each test has its own."""
+    return copy.deepcopy(_template)
+
+
+@pytest.fixture
+def run_flexura(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Call the command line in this process: (exit status, stdout, stderr)."""
+    from app.main import main
+
+    def run(*words: object) -> tuple[int, str, str]:
+        try:
+            main([str(word) for word in words])
+            status = 0
+        except SystemExit as leaving:
+            status = int(leaving.code or 0)
+        said = capsys.readouterr()
+        return status, said.out, said.err
+
+    return run
