@@ -62,7 +62,8 @@ def _read(
     file.seek(0)
     try:
         tdms = TdmsFile.open(file)
-        if tdms.file_status.incomplete_final_segment:
+        headless = not tdms.properties and not tdms.groups()  # npTDMS passes over a header cut short
+        if headless or tdms.file_status.incomplete_final_segment:
             return None, [_truncated(name, size)]
         problems = [*_property_problems(name, tdms.properties), *layout_problems(name, tdms, layout)]
         if problems:  # the samples are read only where their number is known to be sane
