@@ -1,1 +1,13 @@
-"""Filters at any temperature."""
+"""Filters at any temperature, learnt from filters at a few.
+
+==================  ========================================================================
+``settings``        how networks are trained
+``network``         trained networks: temperature in, taps out, clamped to their range
+``training``        scale, rotate, train, choose, refuse
+``bayesian``        Levenberg–Marquardt with MacKay's evidence
+``arrow``           its normal matrix, a block arrow that is never formed
+``interpolation``   the rivals: linear, cubic spline, equal reduced frequency
+``leave_one_out``   how far a training filter is missed when it is left out
+``relative_error``  paper eq. (13)
+==================  ========================================================================
+"""

@@ -1,0 +1,184 @@
+"""The Gauss–Newton matrix of a one-hidden-layer network with linear outputs, never formed.
+
+A network of H hidden nodes and M outputs has 2H + M(H+1) parameters. With one α (weights) and one β
+(errors) for all of them, β JᵀJ + α I is a block arrow: M equal blocks S = β ZᵀZ + α I of order H+1, one
+for the weights into each output, and a border of the 2H hidden parameters. So a step costs one
+factorization of Z and one system of order 2H, whatever M is, and so do the trace and the determinant
+that MacKay's evidence asks for. The M outputs can moreover be rotated at will, since ‖·‖² and JᵀJ do
+not see a rotation: `analysis.compensation.bayesian` turns 512 taps into the few directions the training
+filters span.
+
+All tensors carry a leading axis B: independent networks (actuators, restarts, left-out folds) advance
+together.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Parameters of B networks.
+
+    Attributes
+    ----------
+    slope, bias : (B, H) Tensor
+        Of the hidden nodes tanh(slope · x + bias).
+    output : (B, H+1, k) Tensor
+        Weights from the hidden nodes, and last the output biases, in k rotated outputs.
+    """
+
+    slope: Tensor
+    bias: Tensor
+    output: Tensor
+
+    def squares(self) -> Tensor:
+        """Sum (B,) of all squared parameters: E_W."""
+        return (self.slope**2).sum(1) + (self.bias**2).sum(1) + (self.output**2).sum((1, 2))
+
+    def moved(self, step: "Weights") -> "Weights":
+        """Weights plus a step."""
+        return Weights(self.slope + step.slope, self.bias + step.bias, self.output + step.output)
+
+    def chosen(self, which: Tensor, other: "Weights") -> "Weights":
+        """Self where `which` (B,) is true, else `other`."""
+        one, two = which[:, None], which[:, None, None]
+        return Weights(
+            torch.where(one, self.slope, other.slope),
+            torch.where(one, self.bias, other.bias),
+            torch.where(two, self.output, other.output),
+        )
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """Networks at their present weights.
+
+    Attributes
+    ----------
+    features : (B, n, H+1) Tensor
+        Z: hidden outputs and a column of ones; rows of samples left out are zero.
+    slopes : (B, n, 2H) Tensor
+        Derivative of the hidden outputs by slope, then by bias.
+    error : (B, n, k) Tensor
+        Network minus target.
+    left : (B, n, n) Tensor
+        Left singular vectors of Z, all n.
+    right : (B, H+1, H+1) Tensor
+        Right singular vectors, in rows.
+    power : (B, max(n, H+1)) Tensor
+        Squared singular values, filled with zeros.
+    """
+
+    features: Tensor
+    slopes: Tensor
+    error: Tensor
+    left: Tensor
+    right: Tensor
+    power: Tensor
+
+
+def predict(weights: Weights, inputs: Tensor) -> Tensor:
+    """Return the outputs (B, n, k) of the networks at `inputs` (n,)."""
+    hidden = torch.tanh(weights.slope[:, None, :] * inputs[:, None] + weights.bias[:, None, :])
+    return hidden @ weights.output[:, :-1] + weights.output[:, -1:]
+
+
+def errors(weights: Weights, inputs: Tensor, targets: Tensor, used: Tensor) -> Tensor:
+    """Network minus target (B, n, k), zero for samples that are not `used` (B, n)."""
+    return (predict(weights, inputs) - targets) * used[:, :, None]
+
+
+def linearise(weights: Weights, inputs: Tensor, targets: Tensor, used: Tensor) -> Linearised:
+    """Linearise networks about `weights` at `inputs` (n,); `used` (B, n) is 1 or, for samples left out, 0."""
+    hidden = torch.tanh(weights.slope[:, None, :] * inputs[:, None] + weights.bias[:, None, :])
+    features = torch.cat([hidden, torch.ones_like(hidden[..., :1])], dim=2) * used[:, :, None]
+    derivative = (1.0 - hidden**2) * used[:, :, None]
+    left, values, right = torch.linalg.svd(features, full_matrices=True)
+    size = max(features.shape[1:])
+    power = torch.nn.functional.pad(values**2, (0, size - values.shape[1]))
+    return Linearised(
+        features,
+        torch.cat([derivative * inputs[:, None], derivative], dim=2),
+        errors(weights, inputs, targets, used),
+        left,
+        right,
+        power,
+    )
+
+
+def step(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, damping: Tensor) -> Weights:
+    """Levenberg–Marquardt step of β E_D + α E_W: solves (β JᵀJ + (α + μ) I) d = -(β Jᵀe + α w).
+
+    `alpha`, `beta` and `damping` are (B,).
+    """
+    a, b = alpha[:, None, None], beta[:, None, None]
+    ridge = alpha + damping
+    hidden = weights.output[:, :-1]
+    gradient = b * at.features.mT @ at.error + a * weights.output
+    pulled = at.error @ hidden.mT
+    own = beta[:, None] * (at.slopes * torch.cat([pulled, pulled], dim=2)).sum(1) + alpha[:, None] * torch.cat(
+        [weights.slope, weights.bias], dim=1
+    )
+    solved = _solve_outputs(at, gradient, ridge, beta)
+    coupled = at.features @ solved @ hidden.mT
+    own = own - beta[:, None] * (at.slopes * torch.cat([coupled, coupled], dim=2)).sum(1)
+    border = _border(weights, at, ridge, beta)
+    move = -torch.cholesky_solve(own[..., None], _cholesky(border))[..., 0]
+    slope, bias = move.chunk(2, dim=1)
+    by_slope, by_bias = at.slopes.chunk(2, dim=2)
+    tilt = by_slope * slope[:, None, :] + by_bias * bias[:, None, :]
+    change = _solve_outputs(at, b * at.features.mT @ (tilt @ hidden), ridge, beta)
+    return Weights(slope, bias, -solved - change)
+
+
+def inverse_trace(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, outputs: int) -> Tensor:
+    """Trace (B,) of (β JᵀJ + α I)⁻¹ for networks of `outputs` outputs, rotated away or not."""
+    order = at.right.shape[-1]
+    blocks = outputs * (1.0 / (beta[:, None] * at.power[:, :order] + alpha[:, None])).sum(1)
+    count = at.left.shape[-1]
+    weight = beta[:, None] ** 2 * at.power[:, :count] / (beta[:, None] * at.power[:, :count] + alpha[:, None]) ** 2
+    rotated = at.left.mT @ at.slopes
+    through = (rotated.mT * weight[:, None, :]) @ rotated * _overlap(weights)
+    identity = torch.eye(through.shape[-1], dtype=through.dtype, device=through.device)
+    border = torch.cholesky_solve(identity + through, _cholesky(_border(weights, at, alpha, beta)))
+    return blocks + border.diagonal(dim1=1, dim2=2).sum(1)
+
+
+def log_determinant(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, outputs: int) -> Tensor:
+    """Logarithm (B,) of the determinant of β JᵀJ + α I for networks of `outputs` outputs."""
+    order = at.right.shape[-1]
+    blocks = outputs * torch.log(beta[:, None] * at.power[:, :order] + alpha[:, None]).sum(1)
+    border = _cholesky(_border(weights, at, alpha, beta)).diagonal(dim1=1, dim2=2)
+    return blocks + 2.0 * torch.log(border).sum(1)
+
+
+def _solve_outputs(at: Linearised, right_hand: Tensor, ridge: Tensor, beta: Tensor) -> Tensor:
+    order = at.right.shape[-1]
+    scale = 1.0 / (beta[:, None] * at.power[:, :order] + ridge[:, None])
+    return at.right.mT @ (scale[:, :, None] * (at.right @ right_hand))
+
+
+def _border(weights: Weights, at: Linearised, ridge: Tensor, beta: Tensor) -> Tensor:
+    """Schur complement (B, 2H, 2H) of the output blocks.
+
+    Written as Dᵀ(I + β/ridge ZZᵀ)⁻¹D, whose eigenvalues are positive term by term; subtracting
+    β² DᵀZ S⁻¹ ZᵀD from β DᵀD loses all digits once β ZᵀZ dwarfs the ridge.
+    """
+    count = at.left.shape[-1]
+    weight = beta[:, None] * ridge[:, None] / (beta[:, None] * at.power[:, :count] + ridge[:, None])
+    rotated = at.left.mT @ at.slopes
+    schur = (rotated.mT * weight[:, None, :]) @ rotated * _overlap(weights)
+    return schur + torch.diag_embed(ridge[:, None].expand(-1, schur.shape[-1]))
+
+
+def _overlap(weights: Weights) -> Tensor:
+    hidden = weights.output[:, :-1]
+    return (hidden @ hidden.mT).repeat(1, 2, 2)
+
+
+def _cholesky(matrix: Tensor) -> Tensor:
+    factor: Tensor = torch.linalg.cholesky(0.5 * (matrix + matrix.mT))
+    return factor

@@ -1,0 +1,58 @@
+"""Trust without a twin: every inner training filter predicted from the others."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.compensation.bayesian import train
+from analysis.compensation.network import scaled
+from analysis.compensation.relative_error import relative_error
+from analysis.compensation.settings import Training
+from analysis.compensation.training import Trained, outputs_at, prepare
+from analysis.focusing.fir import FirBank
+
+Real = NDArray[np.float64]
+
+
+def leave_one_out(filters: FirBank, method: Callable[[FirBank, Real], Real]) -> Real:
+    """Relative error (n-2, N), %, of a `method` (filters, temperatures) at each inner temperature withheld."""
+    found = []
+    for left in range(1, len(filters.temperature) - 1):
+        keep = np.arange(len(filters.temperature)) != left
+        rest = replace(filters, taps=filters.taps[keep], temperature=filters.temperature[keep])
+        predicted = method(rest, filters.temperature[left : left + 1])
+        found.append(relative_error(predicted[0], filters.taps[left]))
+    return np.array(found)
+
+
+def leave_one_out_networks(
+    filters: FirBank, trained: Trained, settings: Training, device: str = "cpu", epochs: int = 300
+) -> Real:
+    """Relative error (n-2, N), %, of networks trained again without each inner temperature.
+
+    All of them are trained side by side, each from the hidden layer of the full training.
+    """
+    count, actuators = filters.taps.shape[:2]
+    inner = np.arange(1, count - 1)
+    targets = np.repeat(filters.taps.transpose(1, 0, 2)[None], len(inner), axis=0).reshape(
+        -1, *filters.taps.shape[::2]
+    )
+    used = np.ones((len(inner), actuators, count))
+    used[np.arange(len(inner)), :, inner] = 0.0
+    inputs = scaled(filters.temperature, (float(filters.temperature[0]), float(filters.temperature[-1])))
+    hidden = tuple(np.tile(layer, (len(inner), 1)) for layer in (trained.networks.slope, trained.networks.bias))
+    batch = prepare(
+        inputs,
+        targets,
+        used.reshape(-1, count),
+        replace(settings, start="warm"),
+        np.random.default_rng(settings.seed),
+        device,
+        (hidden[0], hidden[1]),
+    )
+    fit = train(batch.problem, batch.start, epochs)
+    taps = outputs_at(batch, fit.weights, inputs).reshape(len(inner), actuators, count, -1)
+    predicted = taps[np.arange(len(inner)), :, inner]
+    return relative_error(predicted, filters.taps[inner])

@@ -1,0 +1,62 @@
+"""How networks are trained."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Training:
+    """Choices of a training.
+
+    Attributes
+    ----------
+    nodes : int
+        Hidden tanh nodes; at most the training temperatures less 2.
+    scale : str
+        ``global``: one scale for all taps of an actuator, so that errors count as in eq. (13);
+        ``tap``: every tap stretched to -1..1, as MATLAB does it.
+    start : str
+        ``warm``: output layer from a ridge fit; ``random``: as MATLAB does it.
+    split : str
+        ``none``: train on all temperatures; ``matlab``: leave 15 % out at random, another share for every
+        network, as the paper's toolbox does.
+    restarts : int
+        Trainings per actuator; the one of highest evidence is kept.
+    epochs : int
+        Most steps of a training.
+    largest_error : float
+        Relative error at the training temperatures, %, above which a network is refused: the evidence
+        has then collapsed onto a network that explains the filters as noise.
+    seed : int
+    """
+
+    nodes: int = 10
+    scale: Literal["global", "tap"] = "global"
+    start: Literal["warm", "random"] = "warm"
+    split: Literal["none", "matlab"] = "none"
+    restarts: int = 1
+    epochs: int = 1000
+    largest_error: float = 1.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name, low, high in (("nodes", 1, 100), ("restarts", 1, 1000), ("epochs", 1, 1_000_000)):
+            if not low <= getattr(self, name) <= high:
+                raise ValueError(f"{name} {getattr(self, name)} is outside {low} to {high}")
+        for name, choices in (
+            ("scale", ("global", "tap")),
+            ("start", ("warm", "random")),
+            ("split", ("none", "matlab")),
+        ):
+            if getattr(self, name) not in choices:
+                raise ValueError(f"{name} {getattr(self, name)!r}: {' or '.join(choices)}")
+        if not 0.0 < self.largest_error <= 100.0:
+            raise ValueError(f"largest_error {self.largest_error:g} % is outside 0 to 100 %")
+
+    def check_temperatures(self, count: int) -> None:
+        """Raise ValueError where `count` training temperatures are too few for the nodes."""
+        if self.nodes > count - 2:
+            raise ValueError(
+                f"{self.nodes} nodes need at least {self.nodes + 2} training temperatures; {count} are given "
+                f"(take at most {max(count - 2, 0)} nodes or a smaller spacing)"
+            )

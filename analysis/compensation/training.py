@@ -1,0 +1,229 @@
+"""From filters at a few temperatures to a trained network bank."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from analysis.compensation.arrow import Weights, predict
+from analysis.compensation.bayesian import Fit, Problem, train
+from analysis.compensation.network import NetworkBank, scaled
+from analysis.compensation.relative_error import relative_error
+from analysis.compensation.settings import Training
+from analysis.focusing.fir import FirBank
+
+Real = NDArray[np.float64]
+
+
+class EvidenceCollapseError(RuntimeError):
+    """No training of some actuator came out good enough; the message says which and what to try."""
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A network bank and how its training went; arrays are per actuator (N,).
+
+    Attributes
+    ----------
+    networks : NetworkBank
+    settings : Training
+    training_error : ndarray
+        Largest relative error at the temperatures trained on, %.
+    gamma : ndarray
+        Parameters the data determine, of 2H + M(H+1).
+    alpha, beta : ndarray
+        Weight of the squared parameters and of the squared scaled errors.
+    log_evidence : ndarray
+    epochs : ndarray
+        Steps tried.
+    restart : ndarray
+        Which restart was kept.
+    used : (N, T) ndarray
+        1 for temperatures trained on, 0 for those left out by the split.
+    """
+
+    networks: NetworkBank
+    settings: Training
+    training_error: Real
+    gamma: Real
+    alpha: Real
+    beta: Real
+    log_evidence: Real
+    epochs: Real
+    restart: Real
+    used: Real
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Scaled and rotated training data of B networks, and their first weights.
+
+    Attributes
+    ----------
+    problem : Problem
+    start : Weights
+    axes : (B, k, M) ndarray
+        Orthonormal rows: the directions of tap space that matter.
+    scale, offset : (B, M) ndarray
+        Taps are scale · output + offset.
+    """
+
+    problem: Problem
+    start: Weights
+    axes: Real
+    scale: Real
+    offset: Real
+
+    def bank(
+        self, weights: Weights, chosen: NDArray[np.int64], temperature_range: tuple[float, float]
+    ) -> NetworkBank:
+        """Networks with rotation and scale undone, of the `chosen` members."""
+        output = weights.output.cpu().numpy()[chosen] @ self.axes[chosen] * self.scale[chosen, None, :]
+        output[:, -1] += self.offset[chosen]
+        return NetworkBank(
+            temperature_range, weights.slope.cpu().numpy()[chosen], weights.bias.cpu().numpy()[chosen], output
+        )
+
+
+def train_networks(
+    filters: FirBank,
+    settings: Training,
+    device: str = "cpu",
+    progress: Callable[[int], None] | None = None,
+) -> Trained:
+    """Train one network per actuator on the filters at a few temperatures.
+
+    Raises
+    ------
+    ValueError
+        For more nodes than the temperatures carry.
+    EvidenceCollapseError
+        Where every restart of an actuator misses its own training filters by more than
+        `settings.largest_error`.
+    """
+    settings.check_temperatures(len(filters.temperature))
+    rng = np.random.default_rng(settings.seed)
+    targets = np.repeat(filters.taps.transpose(1, 0, 2), settings.restarts, axis=0)
+    used = split(len(targets), len(filters.temperature), settings.split, rng)
+    ends = (float(filters.temperature[0]), float(filters.temperature[-1]))
+    batch = prepare(scaled(filters.temperature, ends), targets, used, settings, rng, device)
+    fit = train(batch.problem, batch.start, settings.epochs, progress=progress)
+    error = relative_error(outputs_at(batch, fit.weights, scaled(filters.temperature, ends)), targets)
+    worst = np.where(used > 0.0, error, 0.0).max(axis=1)
+    chosen = _best(fit, worst, settings, filters.taps.shape[1])
+    return _report(fit, batch.bank(fit.weights, chosen, ends), chosen, worst, used, settings)
+
+
+def prepare(
+    inputs: Real,
+    targets: Real,
+    used: Real,
+    settings: Training,
+    rng: np.random.Generator,
+    device: str = "cpu",
+    hidden: tuple[Real, Real] | None = None,
+) -> Batch:
+    """Scale and rotate `targets` (B, n, M) at `inputs` (n,) on -1..1, and draw first weights.
+
+    `used` (B, n) is 1 for samples trained on; `hidden` (slope and bias, each (B, H)) starts from known
+    hidden layers instead of drawn ones.
+    """
+    seen = np.where(used[:, :, None] > 0.0, targets, np.nan)
+    low, high = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)
+    offset, half = 0.5 * (high + low), 0.5 * (high - low)
+    largest = half.max(axis=1, keepdims=True)
+    # A tap that never moves has no scale of its own; it learns its offset and nothing else.
+    own: Real = np.where(half > 1e-12 * largest, half, largest)
+    scale: Real = own if settings.scale == "tap" else np.broadcast_to(largest, half.shape)
+    stretched = (targets - offset[:, None]) / scale[:, None]
+    slope, bias = hidden if hidden is not None else _spread_nodes(len(targets), settings.nodes, rng)
+    if settings.start == "warm":
+        axes = np.linalg.svd(stretched, full_matrices=False)[2]
+        rotated = stretched @ axes.transpose(0, 2, 1)
+        output = _ridge(inputs, rotated, used, slope, bias)
+    else:
+        drawn = rng.uniform(-1.0, 1.0, size=(len(targets), settings.nodes + 1, targets.shape[-1]))
+        joined = np.concatenate([stretched, drawn], axis=1)
+        axes = np.linalg.svd(joined, full_matrices=False)[2]
+        rotated = stretched @ axes.transpose(0, 2, 1)
+        output = drawn @ axes.transpose(0, 2, 1)
+
+    def tensor(array: Real) -> torch.Tensor:
+        return torch.as_tensor(np.ascontiguousarray(array), dtype=torch.float64, device=device)
+
+    problem = Problem(tensor(inputs), tensor(rotated), tensor(used), targets.shape[-1])
+    return Batch(problem, Weights(tensor(slope), tensor(bias), tensor(output)), axes, scale, offset)
+
+
+def split(networks: int, temperatures: int, kind: str, rng: np.random.Generator) -> Real:
+    """Which temperatures each network trains on (B, n): all, or MATLAB's 85 %."""
+    used = np.ones((networks, temperatures))
+    if kind == "matlab":
+        left_out = round(0.15 * temperatures)
+        for row in used:
+            row[rng.permutation(temperatures)[:left_out]] = 0.0
+    return used
+
+
+def _spread_nodes(networks: int, nodes: int, rng: np.random.Generator) -> tuple[Real, Real]:
+    """Hidden layers after Nguyen and Widrow (1990): bends spread evenly over -1..1, jittered."""
+    slope = 0.7 * nodes * rng.choice([-1.0, 1.0], size=(networks, nodes))
+    bends = np.linspace(-1.0, 1.0, nodes) if nodes > 1 else np.zeros(1)
+    bends = bends + rng.uniform(-0.5, 0.5, size=(networks, nodes)) / nodes
+    return slope, -slope * bends
+
+
+def _ridge(inputs: Real, targets: Real, used: Real, slope: Real, bias: Real) -> Real:
+    hidden = np.tanh(inputs[:, None] * slope[:, None, :] + bias[:, None, :])
+    features = np.concatenate([hidden, np.ones((*hidden.shape[:2], 1))], axis=2) * used[:, :, None]
+    gram: Real = features.transpose(0, 2, 1) @ features + 1e-6 * np.eye(features.shape[2])
+    weights = np.linalg.solve(gram, features.transpose(0, 2, 1) @ (targets * used[:, :, None]))
+    return np.asarray(weights, dtype=np.float64)
+
+
+def _best(fit: Fit, worst: Real, settings: Training, actuators: int) -> NDArray[np.int64]:
+    evidence = fit.evidence.log_evidence.cpu().numpy().reshape(actuators, settings.restarts)
+    error = worst.reshape(actuators, settings.restarts)
+    good = (error <= settings.largest_error) & np.isfinite(evidence)
+    lost = np.flatnonzero(~good.any(axis=1))
+    if lost.size:
+        raise EvidenceCollapseError(
+            f"actuator {lost[0] + 1}: the best of {settings.restarts} trainings misses its own training filters "
+            f"by {np.nanmin(error[lost[0]]):.3g} %, more than the {settings.largest_error:g} % allowed: the "
+            "evidence collapsed; try more restarts, other nodes or a smaller spacing"
+        )
+    kept = np.argmax(np.where(good, evidence, -np.inf), axis=1)
+    chosen: NDArray[np.int64] = np.arange(actuators) * settings.restarts + kept
+    return chosen
+
+
+def _report(
+    fit: Fit, bank: NetworkBank, chosen: NDArray[np.int64], worst: Real, used: Real, settings: Training
+) -> Trained:
+    def kept(values: torch.Tensor) -> Real:
+        array: Real = values.cpu().numpy()[chosen]
+        return array
+
+    evidence = fit.evidence
+    return Trained(
+        networks=bank,
+        settings=settings,
+        training_error=worst[chosen],
+        gamma=kept(evidence.gamma),
+        alpha=kept(evidence.alpha),
+        beta=kept(evidence.beta),
+        log_evidence=kept(evidence.log_evidence),
+        epochs=kept(fit.epochs),
+        restart=(chosen % settings.restarts).astype(float),
+        used=used[chosen],
+    )
+
+
+def outputs_at(batch: Batch, weights: Weights, inputs: Real) -> Real:
+    """Taps (B, n, M) of a batch's networks at `inputs` (n,), rotation and scale undone."""
+    x = torch.as_tensor(inputs, dtype=torch.float64, device=weights.slope.device)
+    rotated = predict(weights, x).cpu().numpy()
+    taps: Real = rotated @ batch.axes * batch.scale[:, None, :] + batch.offset[:, None, :]
+    return taps
