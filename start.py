@@ -9,25 +9,28 @@ Needs nothing but Python 3.11 or newer with pip and venv. Everything is installe
 that the installation finished, so a killed one is made again and a changed pin rebuilds it.
 """
 
+from __future__ import annotations  # an older Python must get as far as the sentence that refuses it
+
 import configparser
 import hashlib
 import os
 import shutil
 import subprocess
 import sys
-import urllib.request
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
-ENVIRONMENT = Path(os.environ.get("FLEXURA_VENV", ROOT / ".venv"))
+ENVIRONMENT = Path(os.environ.get("FLEXURA_VENV", ROOT / ".venv")).absolute()
 PYTHON = ENVIRONMENT / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 STAMP = ENVIRONMENT / "installed-pins.sha256"
 TORCH_CPU_INDEX = "https://download.pytorch.org/whl/cpu"
+OURS = {"bin", "include", "lib", "lib64", "share", "Include", "Lib", "Scripts", "etc", "pyvenv.cfg", ".gitignore"}
+"""What a virtual environment holds at its top, finished or killed half way."""
 
 
 def pins_digest() -> str:
     """Digest of all that decides what is installed, and where."""
-    settings = configparser.ConfigParser()
+    settings = configparser.ConfigParser(interpolation=None)
     settings.read(ROOT / "setup.cfg", encoding="utf-8")
     wanted = {name: dict(settings[name]) for name in settings.sections() if name.startswith("options")}
     pins = (ROOT / "constraints.txt").read_text(encoding="utf-8")
@@ -42,6 +45,8 @@ def torch_index() -> list[str]:
     """
     if not sys.platform.startswith("linux"):
         return []
+    import urllib.request  # here, because every later call would pay for it
+
     listed = subprocess.run(
         [str(PYTHON), "-m", "pip", "index", "versions", "torch"], capture_output=True, text=True, check=False
     )
@@ -58,17 +63,19 @@ def install() -> None:
     """Build the environment from nothing and stamp it."""
     print(f"Flexura: installing into {ENVIRONMENT} (once, a minute or two) ...", file=sys.stderr, flush=True)
     if ENVIRONMENT.exists():
-        if not (ENVIRONMENT / "pyvenv.cfg").exists() and any(ENVIRONMENT.iterdir()):
-            sys.exit(f"{ENVIRONMENT} is not a virtual environment: move it away or set FLEXURA_VENV")
+        strangers = [child.name for child in ENVIRONMENT.iterdir() if child.name not in {*OURS, STAMP.name}]
+        if strangers and not (ENVIRONMENT / "pyvenv.cfg").exists():
+            sys.exit(
+                f"{ENVIRONMENT} holds {strangers[0]} and is no virtual environment: set FLEXURA_VENV to another"
+            )
+        STAMP.unlink(missing_ok=True)  # first: a kill from here on must not look finished
         shutil.rmtree(ENVIRONMENT)
     subprocess.run([sys.executable, "-m", "venv", str(ENVIRONMENT)], check=True)
     pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
     subprocess.run(
         [*pip, *torch_index(), "-c", str(ROOT / "constraints.txt"), "-e", f"{ROOT}[tests]"], check=True, cwd=ROOT
     )
-    partial = STAMP.with_suffix(".part")
-    partial.write_text(pins_digest())
-    partial.replace(STAMP)
+    STAMP.write_text(pins_digest())  # half a digest is no digest: a torn stamp means another installation
 
 
 def ready() -> bool:
@@ -86,11 +93,14 @@ def main() -> int:
             install()
         except subprocess.CalledProcessError as error:
             sys.exit(f"the installation failed (see above): {error}\nRun the same command again to retry.")
+        except KeyboardInterrupt:
+            sys.exit("the installation was stopped; the same command begins it anew")
     if words[:1] == ["tests"]:
         command = [str(PYTHON), "-m", "pytest", "--rootdir", str(ROOT), "-c", str(ROOT / "setup.cfg"), *words[1:]]
         folder = str(ROOT)
     else:
-        command = [str(PYTHON), "-m", "app", *words]
+        safe = "-P"  # a folder called app where the user stands is not ours
+        command = [str(PYTHON), safe, "-m", "app", *words]
         folder = None
     with subprocess.Popen(command, cwd=folder) as child:
         while True:

@@ -1,0 +1,250 @@
+"""The two commands on a fresh machine: one installation, whatever happens to it, then the words are handed on."""
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+class Killed(BaseException):
+    """The machine goes down: nothing of ours may catch it."""
+
+
+class FakeMachine:
+    """Stands in for ``subprocess``: makes the environment's files, and notes what was run."""
+
+    CalledProcessError = subprocess.CalledProcessError
+
+    def __init__(self, python: Path) -> None:
+        self.python = python
+        self.installs: list[list[str]] = []
+        self.started: list[tuple[list[str], str | None]] = []
+        self.dies: str | None = None
+        self.fails = False
+        self.status = 0
+
+    def run(self, command: list[str], **_: Any) -> SimpleNamespace:
+        if command[1:3] == ["-m", "venv"]:
+            self.python.parent.mkdir(parents=True)
+            self._may_die("venv")
+            (self.python.parents[1] / "pyvenv.cfg").write_text("home = somewhere")
+            self.python.write_text("")
+        elif "install" in command:
+            site = self.python.parents[1] / "lib"
+            site.mkdir()
+            (site / "half").write_text("x")
+            self._may_die("pip")
+            if self.fails:
+                raise subprocess.CalledProcessError(1, command)
+            self.installs.append(command)
+        return SimpleNamespace(stdout="torch (2.13.0+cpu)")
+
+    def _may_die(self, where: str) -> None:
+        if self.dies == where:
+            raise Killed
+
+    def Popen(self, command: list[str], cwd: str | None) -> Any:
+        self.started.append((command, cwd))
+        return _Child(self.status)
+
+
+class _Child:
+    def __init__(self, status: int) -> None:
+        self.status = status
+
+    def __enter__(self) -> "_Child":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def wait(self) -> int:
+        return self.status
+
+
+def load(root: Path, environment: Path | str | None, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.delenv("FLEXURA_VENV", raising=False)
+    if environment:
+        monkeypatch.setenv("FLEXURA_VENV", str(environment))
+    specification = importlib.util.spec_from_file_location("start_under_test", root / "start.py")
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """Copy what start.py reads, to be changed at will."""
+    root = tmp_path / "project"
+    root.mkdir()
+    for name in ("start.py", "setup.cfg", "constraints.txt"):
+        shutil.copy(ROOT / name, root / name)
+    return root
+
+
+Call = Callable[..., int]
+
+
+@pytest.fixture
+def machine(project: Path) -> FakeMachine:
+    name = "Scripts/python.exe" if os.name == "nt" else "bin/python"
+    return FakeMachine(project / ".venv" / name)
+
+
+@pytest.fixture
+def call(project: Path, machine: FakeMachine, monkeypatch: pytest.MonkeyPatch) -> Call:
+    """Run start.py anew, as each command does."""
+
+    def run(*words: str) -> int:
+        start = load(project, None, monkeypatch)
+        monkeypatch.setattr(start, "subprocess", machine)
+        monkeypatch.setattr(sys, "argv", ["start.py", *words])
+        status: int = start.main()
+        return status
+
+    return run
+
+
+def test_installs_once(call: Call, machine: FakeMachine, project: Path) -> None:
+    call("demo")
+    call("demo")
+    call("tests")
+    assert len(machine.installs) == 1
+    command = machine.installs[0]
+    assert command[command.index("-c") + 1] == str(project / "constraints.txt")
+    assert command[command.index("-e") + 1] == f"{project}[tests]"
+
+
+def test_words_go_to_flexura_or_to_pytest(call: Call, machine: FakeMachine, project: Path) -> None:
+    call("identify", "a b", "--json")
+    call("tests", "-k", "frf", "--durations=3")
+    call()
+    (verb, where), (tests, there), (bare, _) = machine.started
+    assert verb == [str(machine.python), "-P", "-m", "app", "identify", "a b", "--json"]
+    assert where is None  # paths the user gives are relative to where the user stands
+    assert tests[:3] == [str(machine.python), "-m", "pytest"]
+    assert tests[-3:] == ["-k", "frf", "--durations=3"]
+    assert there == str(project)
+    assert bare[-2:] == ["-m", "app"]
+
+
+def test_status_of_the_verb_is_passed_on(call: Call, machine: FakeMachine) -> None:
+    machine.status = 2
+    assert call("import", "nowhere") == 2
+
+
+@pytest.mark.parametrize("change", ["pin", "requirement", "extra"])
+def test_changed_pins_install_anew(call: Call, machine: FakeMachine, project: Path, change: str) -> None:
+    call("demo")
+    name = "constraints.txt" if change == "pin" else "setup.cfg"
+    old, new = {
+        "pin": ("numpy==", "numpy==9."),
+        "requirement": ("    pyuff\n", "    pyuff\n    another\n"),
+        "extra": ("    mypy\n", "    mypy\n    another\n"),
+    }[change]
+    text = (project / name).read_text()
+    assert old in text
+    (project / name).write_text(text.replace(old, new, 1))
+    call("demo")
+    assert len(machine.installs) == 2
+
+
+def test_settings_of_the_linters_do_not_install_anew(call: Call, machine: FakeMachine, project: Path) -> None:
+    call("demo")
+    text = (project / "setup.cfg").read_text()
+    assert "[mypy]\n" in text
+    (project / "setup.cfg").write_text(text.replace("[mypy]\n", "[mypy]\npretty = true\n"))
+    call("demo")
+    assert len(machine.installs) == 1
+
+
+@pytest.mark.parametrize("moment", ["venv", "pip"])
+def test_killed_installation_is_made_anew(call: Call, machine: FakeMachine, project: Path, moment: str) -> None:
+    machine.dies = moment
+    with pytest.raises(Killed):
+        call("demo")
+    assert not machine.started
+    machine.dies = None
+    assert call("demo") == 0
+    assert len(machine.installs) == 1
+    assert len(machine.started) == 1
+
+
+def test_torn_stamp_is_no_stamp(call: Call, machine: FakeMachine, project: Path) -> None:
+    call("demo")
+    stamp = project / ".venv" / "installed-pins.sha256"
+    stamp.write_text(stamp.read_text()[:20])
+    call("demo")
+    assert len(machine.installs) == 2
+
+
+def test_removal_killed_after_its_first_file_is_gone_on_with(
+    call: Call, machine: FakeMachine, project: Path
+) -> None:
+    call("demo")
+    (project / ".venv" / "pyvenv.cfg").unlink()
+    (project / ".venv" / "installed-pins.sha256").unlink()
+    assert call("demo") == 0
+    assert len(machine.installs) == 2
+
+
+def test_failed_installation_says_how_to_go_on(call: Call, machine: FakeMachine) -> None:
+    machine.fails = True
+    with pytest.raises(SystemExit, match="Run the same command again"):
+        call("demo")
+    machine.fails = False
+    assert call("demo") == 0
+
+
+def test_folder_of_somebody_else_is_not_deleted(
+    project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "thesis.tex").write_text("years")
+    start = load(project, mine, monkeypatch)
+    monkeypatch.setattr(sys, "argv", ["start.py", "demo"])
+    with pytest.raises(SystemExit, match=r"thesis\.tex"):
+        start.main()
+    assert (mine / "thesis.tex").read_text() == "years"
+
+
+def test_environment_named_relatively_is_where_the_user_stands(
+    project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    start = load(project, "elsewhere", monkeypatch)
+    assert start.ENVIRONMENT.parent == tmp_path
+
+
+def test_real_call_from_another_folder_with_an_app_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing fake: the environment these tests run in, if start.py made it, serves a real command."""
+    environment = Path(sys.prefix)
+    if not load(ROOT, environment, monkeypatch).ready():  # or the call below would tear it down to make it anew
+        pytest.skip("these tests do not run in an environment that start.py finished for these pins")
+    (tmp_path / "app").mkdir()
+    (tmp_path / "app" / "__main__.py").write_text("raise SystemExit('the wrong app')")
+    surroundings = os.environ | {"FLEXURA_VENV": str(environment)}
+    done = subprocess.run(
+        [sys._base_executable, str(ROOT / "start.py"), "--version"],  # type: ignore[attr-defined]
+        cwd=tmp_path,
+        env=surroundings,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("flexura, version")
