@@ -1,1 +1,27 @@
-"""What Flexura reads and writes."""
+"""What Flexura reads and writes.
+
+Every file:
+
+======================  ==================================================================
+``atomic``              whole or not there
+``provenance``          what a result was made from and with
+``events``              what happened, a line each
+``folder_lock``         one writer at a time
+``bad_file``            what is wrong with a file of results
+======================  ==================================================================
+
+Campaigns:
+
+======================  ==================================================================
+``campaign``            load any campaign
+``recorded_campaign``   one as it came from the recorder: ``campaign_toml`` and ``tdms_sweep``
+``campaign_folder``     one in Flexura's own form: ``sweep_file``
+``import_recording``    from the one to the other, surviving a kill
+``campaign_error``      everything that is wrong with one, in ``allowed_values``' words
+``coverage``            the sweeps there against the sweeps asked for
+``tdms_layout``         groups, channels and lengths there against those declared
+``signal_checks``       samples that can be a measurement
+======================  ==================================================================
+
+Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; one module for each kind.
+"""
