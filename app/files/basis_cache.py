@@ -1,0 +1,116 @@
+"""Reduced models kept between runs, in the user's cache folder, one HDF5 file per basis.
+
+A file is named by all that decides its content and carries a checksum of its own arrays: one that is
+damaged, cut short or of another layout is made again, never trusted.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike
+from platformdirs import user_cache_path
+
+from analysis.experiment import Patch, Plate
+from analysis.material import MaterialBox
+from app.files.atomic import atomic_hdf5
+
+if TYPE_CHECKING:
+    from simulation.reduced_model import ReducedModel
+
+Progress = Callable[[str, float], None]
+
+FORMAT = "flexura-basis/1"
+ARRAYS = ("stiffness_1", "stiffness_2", "stiffness_patch", "coupling", "capacitance", "deflection", "points")
+
+
+def cache_folder() -> Path:
+    """Where bases are kept: ``FLEXURA_CACHE`` if it is set, else the user's cache folder."""
+    chosen = os.environ.get("FLEXURA_CACHE")
+    return Path(chosen) if chosen else user_cache_path("flexura", appauthor=False)
+
+
+def cached_reduction(
+    plate: Plate,
+    patches: Sequence[Patch],
+    box: MaterialBox,
+    band: tuple[float, float],
+    *,
+    points: ArrayLike | None = None,
+    progress: Progress | None = None,
+) -> "ReducedModel":
+    """Reduced model of a plate with patches, from the cache or made and kept there.
+
+    Parameters
+    ----------
+    plate : Plate
+    patches : sequence of Patch
+    box : MaterialBox
+        Materials over which the model is trained and its error certified.
+    band : (float, float)
+        Hz.
+    points : (K, 2) array_like, optional
+        Where the deflection will be asked for, m.
+    progress : callable, optional
+        Told the stage's name and the share done.
+    """
+    from simulation.basis_key import basis_key
+    from simulation.mindlin import assemble
+    from simulation.reduction import reduce
+
+    file = cache_folder() / f"basis-{basis_key(plate, patches, box, band, points)}.h5"
+    stored = load_basis(file)
+    if stored is not None:
+        return stored
+    reduced = reduce(assemble(plate, patches), box, band, points=points, progress=progress)
+    save_basis(file, reduced)
+    return reduced
+
+
+def save_basis(file: Path, reduced: "ReducedModel") -> None:
+    """Write a reduced model, whole or not at all."""
+    with atomic_hdf5(file) as stored:
+        stored.attrs["format"] = FORMAT
+        stored.attrs["sha256"] = _checksum(reduced)
+        stored.attrs["error"] = reduced.error
+        stored.attrs["band"] = reduced.band
+        for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
+            stored.attrs[name] = getattr(reduced.box, name)
+        for name in ARRAYS:
+            stored.create_dataset(name, data=getattr(reduced, name))
+
+
+def load_basis(file: Path) -> "ReducedModel | None":
+    """Read a reduced model; None where there is none or it is not what was written."""
+    from simulation.reduced_model import ReducedModel
+
+    if not file.is_file():
+        return None
+    try:
+        with h5py.File(file, "r") as stored:
+            if stored.attrs["format"] != FORMAT:
+                return None
+            names = ("youngs_modulus", "poisson_ratio", "loss_factor")
+            edges = {name: tuple(float(x) for x in stored.attrs[name]) for name in (*names, "band")}
+            reduced = ReducedModel(
+                **{name: stored[name][()] for name in ARRAYS},
+                box=MaterialBox(**{name: edges[name] for name in names}),  # type: ignore[arg-type]
+                band=edges["band"],  # type: ignore[arg-type]
+                error=float(stored.attrs["error"]),
+            )
+            return reduced if stored.attrs["sha256"] == _checksum(reduced) else None
+    except (OSError, KeyError, ValueError, TypeError):  # what h5py and the model say of a damaged file
+        return None
+
+
+def _checksum(reduced: "ReducedModel") -> str:
+    digest = hashlib.sha256(repr((reduced.box, reduced.band, reduced.error)).encode())
+    for name in ARRAYS:
+        array = np.ascontiguousarray(getattr(reduced, name))
+        digest.update(f"{name}{array.dtype.str}{array.shape}".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,48 @@
+"""Name of a reduced model by all that decides what it is."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from analysis.experiment import Patch, Plate
+from analysis.material import MaterialBox
+from simulation.mesh import MeshRecipe
+from simulation.piezo_material import PIEZO_MATERIALS
+from simulation.reduction import Training
+
+METHOD = 1
+"""Raised whenever the same declaration would give another reduced model."""
+
+
+def basis_key(
+    plate: Plate,
+    patches: Sequence[Patch],
+    box: MaterialBox,
+    band: tuple[float, float],
+    points: ArrayLike | None = None,
+    recipe: MeshRecipe | None = None,
+    training: Training | None = None,
+) -> str:
+    """SHA-256, hexadecimal, over plate, patches, their material, mesh, training, box, band and points.
+
+    Names and roles of patches do not count: they change no matrix.
+    """
+    geometry = [patch.model_dump(exclude={"id", "role"}) for patch in patches]
+    declared = {
+        "method": METHOD,
+        "plate": plate.model_dump(),
+        "patches": geometry,
+        "materials": {patch.material: asdict(PIEZO_MATERIALS[patch.material]) for patch in patches},
+        "box": asdict(box),
+        "band": [float(edge) for edge in band],
+        "recipe": asdict(recipe or MeshRecipe()),
+        "training": asdict(training or Training()),
+    }
+    digest = hashlib.sha256(json.dumps(declared, sort_keys=True, allow_nan=False).encode())
+    if points is not None:
+        digest.update(np.ascontiguousarray(points, dtype="<f8").tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,68 @@
+"""Sensor patches connected to real inputs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class ElectricLoad:
+    """What an input puts across each sensor patch.
+
+    Attributes
+    ----------
+    resistance : float
+        ohm.
+    capacitance : float
+        F, module plus cable.
+    """
+
+    resistance: float
+    capacitance: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.resistance > 0.0:
+            raise ValueError(f"input resistance is {self.resistance:g} ohm; must be above 0")
+        if not self.capacitance >= 0.0:
+            raise ValueError(f"input capacitance is {self.capacitance:g} F; must not be negative")
+
+    def admittance(
+        self, patch_capacitance: NDArray[np.float64], compliance: Complex, frequency: ArrayLike
+    ) -> Complex:
+        """diag(Cp + Cc + 1/(j w R)) + G of sensors that are all connected, (F, K, K), F.
+
+        Parameters
+        ----------
+        patch_capacitance : (K,) ndarray, F
+        compliance : (K, K, F) ndarray
+            G = b_i' Z**-1 b_j between the sensors.
+        frequency : (F,) array_like, Hz, above 0
+        """
+        omega = 2 * np.pi * np.atleast_1d(np.asarray(frequency, float))
+        across = patch_capacitance[:, None] + self.capacitance + 1.0 / (1j * omega * self.resistance)
+        total = np.moveaxis(compliance, -1, 0).astype(complex)
+        diagonal = np.arange(patch_capacitance.size)
+        total[:, diagonal, diagonal] += across.T
+        return total
+
+    def voltages(
+        self,
+        transfer: Complex,
+        compliance: Complex,
+        patch_capacitance: NDArray[np.float64],
+        frequency: ArrayLike,
+    ) -> Complex:
+        """Sensor voltages per actuator volt, (K, F): (diag(Cp + Cc + 1/(j w R)) + G) V = -h.
+
+        Parameters
+        ----------
+        transfer : (K, F) ndarray
+            h = b_i' Z**-1 b_a.
+        compliance, patch_capacitance, frequency
+            As in `admittance`.
+        """
+        total = self.admittance(patch_capacitance, compliance, frequency)
+        return np.asarray(-np.linalg.solve(total, transfer.T[..., None])[..., 0].T, complex)

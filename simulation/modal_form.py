@@ -1,0 +1,95 @@
+"""A reduced plate at one set of constants: poles, and transfers as sums over them."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import ArrayLike, NDArray
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+SAME_POLE = 1e-9  # relative distance below which two poles count as one double pole
+
+
+@dataclass(frozen=True)
+class ModalForm:
+    """Eigenvalues and eigenvectors of a complex symmetric stiffness whose mass is the identity.
+
+    The right eigenvectors' inverse serves as left eigenvectors: the usual normalisation of complex
+    symmetric eigenvectors, x'x = 1, has no answer where eigenvalues meet.
+
+    Attributes
+    ----------
+    poles : (r,) ndarray
+        Complex squared angular frequencies, rad2/s2, by ascending real part.
+    shapes : (r, r) ndarray
+        Right eigenvectors, one a column.
+    inverse : (r, r) ndarray
+        Left eigenvectors, one a row.
+    """
+
+    poles: Complex
+    shapes: Complex
+    inverse: Complex
+
+    @classmethod
+    def of(cls, stiffness: Complex) -> Self:
+        """Solve the eigenproblem of a complex (r, r) stiffness."""
+        poles, shapes = scipy.linalg.eig(stiffness, check_finite=False)
+        order = np.argsort(poles.real)
+        shapes = np.asfortranarray(shapes[:, order])
+        return cls(poles[order], shapes, scipy.linalg.inv(shapes, check_finite=False))
+
+    def terms(self, frequency: ArrayLike) -> Complex:
+        """1/(pole - w**2), (F, r)."""
+        omega2 = (2 * np.pi * np.asarray(frequency, float)) ** 2
+        return np.asarray(1.0 / (self.poles - omega2[:, None]))
+
+    def solve(self, force: Real, frequency: ArrayLike) -> Complex:
+        """Coordinates Z**-1 b for every column b of `force` (r, N): (N, F, r)."""
+        weights = (self.inverse @ force).T
+        terms = self.terms(frequency)
+        return np.asarray(np.stack([(terms * weight) @ self.shapes.T for weight in weights]))
+
+    def compliance(self, left: Real, right: Real, frequency: ArrayLike) -> Complex:
+        """Return a' Z**-1 b for every column a of `left` (r, I) and b of `right` (r, J): (I, J, F)."""
+        return self._summed(self._residues(left, right), None, frequency)
+
+    def compliance_and_derivatives(
+        self, left: Real, right: Real, changes: list[Complex], frequency: ArrayLike
+    ) -> tuple[Complex, Complex]:
+        """`compliance` (I, J, F) and its derivatives (D, I, J, F).
+
+        The derivative for a change K' (r, r) of the stiffness is -a' Z**-1 K' Z**-1 b. In modal
+        coordinates the product of two terms 1/((p - s)(q - s)) is the difference of the single terms
+        over q - p, so that a sum over pairs of poles and frequencies becomes one over pairs of poles
+        and one over frequencies.
+        """
+        gap = self.poles[None, :] - self.poles[:, None]
+        double = np.abs(gap) <= SAME_POLE * np.abs(self.poles)[:, None]
+        weights = np.where(double, 0.0, 1.0 / np.where(double, 1.0, gap))
+        a, b = left.T @ self.shapes, self.inverse @ right
+        simple = [self._residues(left, right)]
+        squared = [np.zeros_like(simple[0])]
+        for change in changes:
+            modal = self.inverse @ change @ self.shapes
+            split = modal * weights
+            simple.append((a @ split)[:, None] * b.T[None] - a[:, None] * (split @ b).T[None])
+            squared.append(-a[:, None] * ((modal * double) @ b).T[None])
+        sums = self._summed(np.stack(simple), np.stack(squared), frequency)
+        return sums[0], sums[1:]
+
+    def _residues(self, left: Real, right: Real) -> Complex:
+        residues: Complex = (left.T @ self.shapes)[:, None, :] * (self.inverse @ right).T[None, :, :]
+        return residues
+
+    def _summed(self, simple: Complex, squared: Complex | None, frequency: ArrayLike) -> Complex:
+        """Sum simple/(pole - s) + squared/(pole - s)**2 over the poles, (..., r) -> (..., F)."""
+        lines = np.atleast_1d(np.asarray(frequency, float))
+        terms = self.terms(lines)
+        total = simple @ terms.T
+        if squared is not None:
+            total += squared @ (terms * terms).T
+        return np.asarray(total)

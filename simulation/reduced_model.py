@@ -1,0 +1,142 @@
+"""A reduced plate with piezo patches: small dense matrices that answer for a whole box of materials."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.material import MaterialBox
+from simulation.modal_form import ModalForm
+from simulation.shell_model import plane_stress_moduli
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """K = (1 + j eta)(C1 K1 + C2 K2) + Kp over r coordinates whose mass matrix is the identity.
+
+    Attributes
+    ----------
+    stiffness_1, stiffness_2, stiffness_patch : (r, r) ndarray
+        Real symmetric.
+    coupling : (r, P) ndarray
+        b of every patch, N/V.
+    capacitance : (P,) ndarray
+        Cp of every patch, F.
+    box : MaterialBox
+        Where the error is certified.
+    band : (float, float)
+        Hz; likewise.
+    error : float
+        Largest error of a transfer between patches, or of the field at the points, against the full
+        model, at materials and frequencies that were not trained on; relative to the transfer's rms
+        over the band.
+    deflection : (K, r) ndarray
+        w at `points` of every coordinate; K = 0 if no field was asked for.
+    points : (K, 2) ndarray
+        m.
+    """
+
+    stiffness_1: Real
+    stiffness_2: Real
+    stiffness_patch: Real
+    coupling: Real
+    capacitance: Real
+    box: MaterialBox
+    band: tuple[float, float]
+    error: float
+    deflection: Real = field(default_factory=lambda: np.zeros((0, 0)))
+    points: Real = field(default_factory=lambda: np.zeros((0, 2)))
+
+    def __post_init__(self) -> None:
+        size = len(self.coupling)
+        for name in ("stiffness_1", "stiffness_2", "stiffness_patch"):
+            matrix = getattr(self, name)
+            if matrix.shape != (size, size) or not np.isfinite(matrix).all():
+                raise ValueError(f"reduced model: {name} {matrix.shape} must be finite and ({size}, {size})")
+        if self.capacitance.shape != self.coupling.shape[1:]:
+            raise ValueError(
+                f"reduced model: {self.capacitance.shape} capacitances for {self.coupling.shape[1]} patches"
+            )
+        if len(self.deflection) != len(self.points):
+            raise ValueError(
+                f"reduced model: {len(self.deflection)} rows of deflection, {len(self.points)} points"
+            )
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates r."""
+        return len(self.coupling)
+
+    def require(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike = ()
+    ) -> None:
+        """ValueError, naming value and range, for what lies outside the trained box or band."""
+        asked = (
+            ("youngs_modulus", youngs_modulus, self.box.youngs_modulus, "Pa"),
+            ("poisson_ratio", poisson_ratio, self.box.poisson_ratio, ""),
+            ("loss_factor", loss_factor, self.box.loss_factor, ""),
+        )
+        for name, value, (low, high), unit in asked:
+            slack = 1e-9 * high
+            if not low - slack <= value <= high + slack:
+                raise ValueError(
+                    f"{name} {value:.6g} {unit} is outside the twin's box, {low:.6g} to {high:.6g} {unit}"
+                )
+        lines = np.asarray(frequency, float)
+        low, high = self.band
+        outside = lines[~((lines >= low * (1 - 1e-9)) & (lines <= high * (1 + 1e-9)))]
+        if outside.size:
+            raise ValueError(
+                f"frequency {outside.flat[0]:.6g} Hz is outside the twin's band, {low:g} to {high:g} Hz"
+            )
+
+    def stiffness(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> Complex:
+        """Complex K, (r, r), rad2/s2."""
+        c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
+        plate = c1 * self.stiffness_1 + c2 * self.stiffness_2
+        return np.asarray((1.0 + 1j * loss_factor) * plate + self.stiffness_patch, complex)
+
+    def stiffness_derivatives(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float
+    ) -> list[Complex]:
+        """Differentiate K with respect to E, nu and eta, (r, r) each."""
+        e, nu = youngs_modulus, poisson_ratio
+        c1, c2 = plane_stress_moduli(e, nu)
+        plate = c1 * self.stiffness_1 + c2 * self.stiffness_2
+        slope_1, slope_2 = 2.0 * nu * c1 / (1.0 - nu**2), c1 * (1.0 + nu**2) / (1.0 - nu**2)
+        by_nu = slope_1 * self.stiffness_1 + slope_2 * self.stiffness_2
+        damped = 1.0 + 1j * loss_factor
+        return [np.asarray(change, complex) for change in (damped * plate / e, damped * by_nu, 1j * plate)]
+
+    def modal_form(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> ModalForm:
+        """Poles and shapes at one material; ValueError outside the box."""
+        self.require(youngs_modulus, poisson_ratio, loss_factor)
+        return ModalForm.of(self.stiffness(youngs_modulus, poisson_ratio, loss_factor))
+
+    def compliance(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike
+    ) -> Complex:
+        """b_i' Z**-1 b_k between all patches, (P, P, F), C/V."""
+        self.require(youngs_modulus, poisson_ratio, loss_factor, frequency)
+        modal = self.modal_form(youngs_modulus, poisson_ratio, loss_factor)
+        return modal.compliance(self.coupling, self.coupling, frequency)
+
+    def amplitudes(
+        self,
+        youngs_modulus: float,
+        poisson_ratio: float,
+        loss_factor: float,
+        frequency: ArrayLike,
+        inputs: ArrayLike | None = None,
+    ) -> Complex:
+        """Coordinates A per volt on each input patch, the others short-circuited: (N, F, r).
+
+        The field is w = deflection @ A[n, f], in m/V. `inputs` (N,) are patch indices, all unless given.
+        """
+        self.require(youngs_modulus, poisson_ratio, loss_factor, frequency)
+        modal = self.modal_form(youngs_modulus, poisson_ratio, loss_factor)
+        chosen = slice(None) if inputs is None else np.atleast_1d(np.asarray(inputs, int))
+        return -modal.solve(self.coupling[:, chosen], frequency)

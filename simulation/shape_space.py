@@ -1,0 +1,157 @@
+"""The scalar space every displacement component is built on, and its elementary integrals."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix, csr_matrix
+
+from simulation.mesh import MeshLines, MeshRecipe
+
+Rectangle = tuple[tuple[float, float], tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Integrals:
+    """Integrals of products of shape functions N and their derivatives over one region, all (n, n).
+
+    The first letter belongs to the row, the second to the column: ``x0`` is that of N_i,x N_j.
+    """
+
+    xx: csr_matrix
+    yy: csr_matrix
+    xy: csr_matrix
+    x0: csr_matrix
+    y0: csr_matrix
+    m: csr_matrix
+
+
+@dataclass(frozen=True)
+class ShapeSpace:
+    """Hierarchical quadrilaterals on a tensor mesh of a rectangle.
+
+    Attributes
+    ----------
+    basis : skfem.CellBasis
+        With quadrature that is exact for products of shape functions.
+    x, y : MeshLines
+    recipe : MeshRecipe
+    """
+
+    basis: skfem.CellBasis
+    x: MeshLines
+    y: MeshLines
+    recipe: MeshRecipe
+
+    @classmethod
+    def on(cls, x: MeshLines, y: MeshLines, recipe: MeshRecipe) -> "ShapeSpace":
+        """Build the space on the tensor mesh of two sets of lines."""
+        mesh = skfem.MeshQuad.init_tensor(x.position, y.position)
+        basis = skfem.CellBasis(mesh, skfem.ElementQuadP(recipe.degree), intorder=recipe.quadrature_order)
+        return cls(basis, x, y, recipe)
+
+    @property
+    def size(self) -> int:
+        """Number of shape functions, before any thinning."""
+        return int(self.basis.N)
+
+    @property
+    def centers(self) -> NDArray[np.float64]:
+        """Midpoints of the elements, (2, elements), m."""
+        mesh = self.basis.mesh
+        return np.asarray(mesh.p[:, mesh.t].mean(axis=1))
+
+    def inside(self, region: Rectangle, margin: float = 0.0) -> NDArray[np.bool_]:
+        """Which elements lie in a rectangle widened by `margin` m."""
+        (x0, x1), (y0, y1) = region
+        x, y = self.centers
+        return np.asarray((x > x0 - margin) & (x < x1 + margin) & (y > y0 - margin) & (y < y1 + margin))
+
+    def integrals(self, elements: NDArray[np.bool_] | None = None) -> Integrals:
+        """Integrate over all or some elements.
+
+        Most products of hierarchical functions are orthogonal on rectangles: what is rounding noise
+        is dropped, for it would fill the factors of a sparse solver.
+        """
+        basis = self.basis
+        chosen = np.flatnonzero(np.ones(basis.nelems, bool) if elements is None else elements)
+        measure = basis.dx[chosen]
+        value = np.stack([function[0].value[chosen] for function in basis.basis], axis=1)
+        slope = np.stack([function[0].grad[:, chosen] for function in basis.basis], axis=2)
+        index = np.asarray(basis.element_dofs)[:, chosen].T
+        parts = {"x": slope[0], "y": slope[1], "0": value}
+
+        def products(row: str, column: str) -> csr_matrix:
+            blocks = (parts[row] * measure[:, None]) @ parts[column].transpose(0, 2, 1)
+            return _scatter(blocks, index, self.size)
+
+        return Integrals(
+            xx=products("x", "x"),
+            yy=products("y", "y"),
+            xy=products("x", "y"),
+            x0=products("x", "0"),
+            y0=products("y", "0"),
+            m=products("0", "0"),
+        )
+
+    def dilatation(self, elements: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Integrals of N,x and N,y over some elements, (n,) each, m."""
+        chosen = np.flatnonzero(elements)
+        index = np.asarray(self.basis.element_dofs)[:, chosen]
+        sums = np.zeros((2, self.size))
+        for function, dofs in zip(self.basis.basis, index, strict=True):
+            moments = np.einsum("deq,eq->de", function[0].grad[:, chosen], self.basis.dx[chosen])
+            for total, moment in zip(sums, moments, strict=True):
+                np.add.at(total, dofs, moment)
+        return sums[0], sums[1]
+
+    def values(self, points: NDArray[np.float64]) -> csr_matrix:
+        """Shape functions at points (K, 2) in m: (K, n)."""
+        return csr_matrix(self.basis.probes(np.ascontiguousarray(points.T)))
+
+    def on_edges(self, edges: Sequence[str]) -> NDArray[np.bool_]:
+        """Which functions live on the given edges (``left``, ``right``, ``bottom``, ``top``)."""
+        low = self.x.position[0], self.y.position[0]
+        high = self.x.position[-1], self.y.position[-1]
+        place = {"left": (0, low[0]), "right": (0, high[0]), "bottom": (1, low[1]), "top": (1, high[1])}
+        chosen = np.zeros(self.size, bool)
+        for edge in edges:
+            axis, position = place[edge]
+            facets = self.basis.mesh.facets_satisfying(
+                lambda p, axis=axis, position=position: np.abs(p[axis] - position) < 1e-9  # type: ignore[misc]
+            )
+            chosen[self.basis.get_dofs(facets).all()] = True
+        return chosen
+
+    def degrees(self) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+        """Degree of every element's functions along x and y, (functions, elements) each."""
+        p = self.recipe.degree
+        bubbles = np.arange(2, p + 1)
+        flat = np.ones(p - 1, int)
+        first = np.concatenate([np.ones(4, int), bubbles, flat, bubbles, flat, np.repeat(bubbles, p - 1)])
+        second = np.concatenate([np.ones(4, int), flat, bubbles, flat, bubbles, np.tile(bubbles, p - 1)])
+        mesh = self.basis.mesh
+        step = np.abs(mesh.p[:, mesh.t[1]] - mesh.p[:, mesh.t[0]])
+        along_x = step[0] > step[1]  # whether the reference element's first axis is the plate's x
+        return (
+            np.where(along_x, first[:, None], second[:, None]),
+            np.where(along_x, second[:, None], first[:, None]),
+        )
+
+    def up_to(self, degree_x: NDArray[np.int_], degree_y: NDArray[np.int_]) -> NDArray[np.bool_]:
+        """Which functions some element admits, given each element's highest degree along x and y."""
+        along_x, along_y = self.degrees()
+        admitted = (along_x <= np.maximum(degree_x, 1)) & (along_y <= np.maximum(degree_y, 1))
+        kept = np.zeros(self.size, bool)
+        kept[self.basis.element_dofs[admitted]] = True
+        return kept
+
+
+def _scatter(blocks: NDArray[np.float64], index: NDArray[np.int_], size: int) -> csr_matrix:
+    """Sum element matrices (elements, b, b) into an (n, n) matrix, rounding noise left out."""
+    scale = np.abs(blocks).max(axis=(1, 2), keepdims=True)
+    element, row, column = np.nonzero(np.abs(blocks) > 1e-13 * scale)
+    entries = (blocks[element, row, column], (index[element, row], index[element, column]))
+    return csr_matrix(coo_matrix(entries, shape=(size, size)))
