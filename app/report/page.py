@@ -56,7 +56,8 @@ class Picture:
         self.figure.savefig(stream, format="png", dpi=120, metadata={"Software": None})
         data = base64.b64encode(stream.getvalue()).decode("ascii")
         caption = escape(self.caption)
-        return f'<figure><img src="data:image/png;base64,{data}" alt="{caption}"><figcaption>{caption}</figcaption></figure>'
+        image = f'<img src="data:image/png;base64,{data}" alt="{caption}">'
+        return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
 
 
 @dataclass(frozen=True)
