@@ -1,6 +1,8 @@
 """The real plate: what the cards and the oven of the rig are, and how they are spoken to.
 
 ==========  ============================================================
+``clock``   the machine's time, or a virtual one
 ``ni``      National Instruments cards: what each module can do
+``ovens``   ovens and climatic chambers, real and simulated
 ==========  ============================================================
 """

@@ -1,0 +1,185 @@
+r"""ASCII-2, the protocol of Vötsch and Weiss chambers: text, ended by CR, without a checksum.
+
+``$01?`` describes the chamber's channels and bits, ``$01I`` reads a nominal and an actual value of
+each channel and all bits, ``$01E`` writes all nominal values and bits at once, ``$01U`` the
+gradients. What cannot be checked by a sum is checked by wording: an answer is taken only if every
+character is where the description says.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+
+from drivers.ovens.error import Fault, OvenError
+
+CR = b"\r"
+
+_NUMBER = r"[-+]?\d{1,5}\.\d"
+_CHANNEL = re.compile(r"\s*((?:CV|SV|MV|AV|AO)\d\d)\s+(?!(?:CV|SV|MV|AV|AO|DO)\d\d)(.*)")
+_BIT = re.compile(r"\s*DO(\d\d)\s+(?!DO\d\d)(.*)")
+_RANGE = re.compile(rf"value\s+min:\s*({_NUMBER})\s+value\s+max:\s*({_NUMBER})\s+(.*)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One analogue channel, in the order of the chamber's strings.
+
+    Attributes
+    ----------
+    name : str
+        ``CV01``, ``SV01``, ``MV01`` …
+    label : str
+        What the chamber calls it.
+    minimum, maximum : float
+        Of its nominal value; infinite where the chamber gives none.
+    """
+
+    name: str
+    label: str
+    minimum: float = -math.inf
+    maximum: float = math.inf
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What a chamber's strings hold.
+
+    Attributes
+    ----------
+    channels : tuple of Channel
+    bits : tuple of str
+        Labels of the digital channels, DO00 first.
+    """
+
+    channels: tuple[Channel, ...]
+    bits: tuple[str, ...]
+
+    @property
+    def temperature(self) -> int:
+        """Index of the channel that controls the temperature."""
+        return self._only(
+            [i for i, c in enumerate(self.channels) if c.name.startswith("CV") and "temp" in c.label.lower()],
+            "control value named temperature",
+        )
+
+    @property
+    def start(self) -> int:
+        """Index of the bit that starts the chamber."""
+        return self._only([i for i, label in enumerate(self.bits) if label.lower() == "start"], "bit named Start")
+
+    @property
+    def controls(self) -> int:
+        """How many values the chamber controls (temperature, humidity)."""
+        return sum(channel.name.startswith("CV") for channel in self.channels)
+
+    def _only(self, found: list[int], what: str) -> int:
+        if len(found) != 1:
+            raise OvenError(
+                Fault.REFUSED,
+                f"the chamber describes {len(found)} times a {what}; exactly 1 can be used",
+                "Send the answer to $01? to the developers: this layout is new.",
+            )
+        return found[0]
+
+
+@dataclass(frozen=True)
+class Status:
+    """All channels and bits at one time.
+
+    Attributes
+    ----------
+    nominal, actual : tuple of float
+        In the order of the layout.
+    bits : str
+        ``0`` and ``1``, DO00 first.
+    """
+
+    nominal: tuple[float, ...]
+    actual: tuple[float, ...]
+    bits: str
+
+
+def decode_description(answer: bytes) -> Layout:
+    """Return the layout a chamber describes in its answer to ``$01?``."""
+    text = answer.decode("latin-1")
+    # The part on the E-string comes first; the one on the I-string names every channel twice.
+    written = re.split(r"I-STRING", text, maxsplit=1)[0]
+    channels: dict[str, Channel] = {}
+    bits: dict[int, str] = {}
+    for line in written.splitlines():
+        if match := _CHANNEL.fullmatch(line):
+            name, rest = match[1], match[2].strip()
+            ranged = _RANGE.fullmatch(rest)
+            channels[name] = (
+                Channel(name, ranged[3].strip(), float(ranged[1]), float(ranged[2]))
+                if ranged
+                else Channel(name, rest)
+            )
+        elif match := _BIT.fullmatch(line):
+            bits[int(match[1])] = match[2].strip()
+    if not channels or sorted(bits) != list(range(len(bits))) or not bits:
+        raise OvenError(
+            Fault.GARBLED,
+            f"no description of channels and bits in {text[:80]!r}",
+            "Is the chamber set to the protocol ASCII-2, and is address right?",
+        )
+    return Layout(tuple(channels.values()), tuple(bits[i] for i in range(len(bits))))
+
+
+def decode_status(answer: bytes, layout: Layout) -> Status:
+    """Return what ``$01I`` answered."""
+    count = 2 * len(layout.channels)
+    pattern = rf"((?:{_NUMBER}\s+){{{count}}})([01]{{{len(layout.bits)}}})\s*"
+    match = re.fullmatch(pattern, answer.decode("latin-1"))
+    if match is None:
+        raise garbled(answer, f"{count} values and {len(layout.bits)} bits")
+    values = tuple(float(word) for word in match[1].split())
+    return Status(values[0::2], values[1::2], match[2])
+
+
+def encode_status(address: int, nominal: tuple[float, ...], bits: str) -> bytes:
+    """Return the ``$01E`` string that sets all channels and bits."""
+    return f"${address:02d}E {_values(nominal)} {bits}\r".encode("ascii")
+
+
+def encode_gradients(address: int, gradients: tuple[float, ...]) -> bytes:
+    """Return the ``$01U`` string: up and down of every controlled value, K/min (temperature first)."""
+    return f"${address:02d}U {_values(gradients)}\r".encode("ascii")
+
+
+def encode_query(address: int, letter: str) -> bytes:
+    """Return ``$01?`` or ``$01I``."""
+    return f"${address:02d}{letter}\r".encode("ascii")
+
+
+def decode_acknowledgement(answer: bytes) -> None:
+    """Take a ``0`` for done and any other number for a refusal."""
+    match = re.fullmatch(rb"(\d{1,3})\s*", answer)
+    if match is None:
+        raise garbled(answer, "an acknowledgement")
+    if int(match[1]) != 0:
+        raise OvenError(
+            Fault.REFUSED,
+            "the chamber refuses the values",
+            "Check them against the chamber's own limits, and that it is set to external control.",
+            match[1].decode("ascii"),
+        )
+
+
+def garbled(answer: bytes, wanted: str) -> OvenError:
+    """Return the error for an answer that is not what it should be; silence is told apart."""
+    if not answer:
+        return OvenError(
+            Fault.SILENT,
+            "the chamber does not answer",
+            "Is it switched on and wired? Check port, address and baud rate, and that it speaks this protocol.",
+        )
+    return OvenError(
+        Fault.GARBLED,
+        f"{answer[:60]!r} instead of {wanted}",
+        "Check baud rate and parity, the cable's shield and ground, and that nobody else uses this port.",
+    )
+
+
+def _values(numbers: tuple[float, ...]) -> str:
+    return " ".join(f"{number:06.1f}" for number in numbers)

@@ -1,0 +1,198 @@
+"""One line to one controller: who may talk, when, for how long, and how often it is tried again."""
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from drivers.clock import Clock
+from drivers.ovens.error import Fault, OvenError
+
+T = TypeVar("T")
+
+End = Callable[[bytes], int | None]
+"""Given the bytes so far: the length of the finished answer, or None while more is due."""
+
+PASSING = frozenset({Fault.SILENT, Fault.GARBLED, Fault.BUSY, Fault.PORT})
+
+
+class Transport(Protocol):
+    """Bytes out and in; knows nothing of what they mean. Raises `OvenError` of kind port."""
+
+    def write(self, data: bytes) -> None:
+        """Send all of `data`."""
+        ...
+
+    def read(self, wait: float) -> bytes:
+        """Return what comes within `wait` s, as soon as it comes; empty after silence."""
+        ...
+
+    def drain(self) -> None:
+        """Throw away what has come unread."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the port; may be called twice."""
+        ...
+
+
+def up_to(terminator: bytes) -> End:
+    """Answers that end with `terminator`, which counts as part of them."""
+
+    def end(received: bytes) -> int | None:
+        at = received.find(terminator)
+        return None if at < 0 else at + len(terminator)
+
+    return end
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How patient the line is, all in seconds but the count.
+
+    Attributes
+    ----------
+    timeout : float
+        For one whole answer.
+    retries : int
+        Further attempts after a failed one.
+    gap_after_read, gap_after_write : float
+        Silence kept before the next command: some chambers lose what comes sooner.
+    lost_after : float
+        Contact older than this is lost.
+    """
+
+    timeout: float = 1.0
+    retries: int = 2
+    gap_after_read: float = 0.0
+    gap_after_write: float = 0.0
+    lost_after: float = 60.0
+
+    def __post_init__(self) -> None:
+        if not self.timeout > 0.0 or self.retries < 0 or self.lost_after < self.timeout:
+            raise ValueError(f"{self}: needs timeout > 0 s, retries >= 0, lost_after at least the timeout")
+        if min(self.gap_after_read, self.gap_after_write) < 0.0:
+            raise ValueError(f"{self}: gaps must not be negative")
+
+
+class Line:
+    """A transport shared by threads, one exchange at a time.
+
+    Parameters
+    ----------
+    transport : Transport
+        Owned from now on: closed with the line.
+    clock : Clock
+    timing : Timing
+    """
+
+    def __init__(self, transport: Transport, clock: Clock, timing: Timing) -> None:
+        self._transport = transport
+        self._clock = clock
+        self._timing = timing
+        self._lock = threading.RLock()
+        self._free_at = clock.now()
+        self._contact = clock.now()
+
+    @contextmanager
+    def reserved(self) -> Iterator[None]:
+        """Keep other threads off the line for a read, modify, write, read back."""
+        with self._lock:
+            yield
+
+    def attempt(self, action: Callable[[], T], *, writes: bool = False) -> T:
+        """Return what `action` returns, trying again within bounds while its trouble may pass.
+
+        Raises
+        ------
+        OvenError
+            At once where repeating cannot help; of kind lost where the last contact is too old;
+            otherwise that of the last attempt.
+        """
+        with self._lock:
+            for left in range(self._timing.retries, -1, -1):
+                self._clock.sleep(self._free_at - self._clock.now())
+                try:
+                    result = action()
+                except OvenError as error:
+                    if error.fault not in PASSING:
+                        self._contact = self._clock.now()
+                        raise
+                    failure = self._explained(error)
+                    if left == 0:
+                        raise self._given_up(failure) from error
+                else:
+                    self._contact = self._clock.now()
+                    return result
+                finally:
+                    gap = self._timing.gap_after_write if writes else self._timing.gap_after_read
+                    self._free_at = self._clock.now() + gap
+        raise AssertionError("the last attempt returns or raises")
+
+    def exchange(self, request: bytes, end: End, quiet: float | None = None) -> bytes:
+        """Send `request` and return the answer, or what there is of it when the time-out is over.
+
+        Parameters
+        ----------
+        request : bytes
+        end : callable
+            Says where the answer ends.
+        quiet : float, optional
+            Take a silence of this many seconds after the first byte for the end as well.
+        """
+        self._transport.drain()
+        self._transport.write(request)
+        deadline = self._clock.now() + self._timing.timeout
+        received = b""
+        while True:
+            wait = deadline - self._clock.now()
+            came = self._transport.read(max(min(wait, quiet) if quiet is not None and received else wait, 0.0))
+            received += came
+            length = end(received)
+            if length is not None:
+                return received[:length]
+            if not came or self._clock.now() >= deadline:
+                return received
+
+    def close(self) -> None:
+        """Close the transport."""
+        with self._lock:
+            self._transport.close()
+
+    def _explained(self, error: OvenError) -> OvenError:
+        # An answer that comes after its time-out would be taken for the answer to the next question:
+        # wait until the line has been silent for a whole time-out before asking again.
+        if error.fault is Fault.PORT:
+            return error
+        late = self._settle()
+        if error.fault is Fault.SILENT and late:
+            return OvenError(
+                Fault.SILENT,
+                f"the answer came later than the time-out of {self._timing.timeout:g} s",
+                "Raise timeout, or slow down whatever else talks to this controller.",
+            )
+        return error
+
+    def _settle(self) -> bool:
+        came = False
+        deadline = self._clock.now() + 10.0 * self._timing.timeout
+        try:
+            while self._clock.now() < deadline and self._transport.read(self._timing.timeout):
+                came = True
+        except OvenError:
+            return came  # the port has gone: the next attempt says so
+        return came
+
+    def _given_up(self, error: OvenError) -> OvenError:
+        since = self._clock.now() - self._contact
+        if since >= self._timing.lost_after:
+            return OvenError(
+                Fault.LOST,
+                f"no usable answer for {since:.0f} s (limit {self._timing.lost_after:g} s); last: {error.what}",
+                f"Stop the campaign; look at the oven itself. {error.advice}",
+                error.code,
+            )
+        return OvenError(
+            error.fault, f"{error.what}, {self._timing.retries + 1} attempts", error.advice, error.code
+        )

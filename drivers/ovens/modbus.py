@@ -1,0 +1,156 @@
+"""Modbus RTU: minimalmodbus makes and checks the frames, the line carries them."""
+
+from collections.abc import Callable
+from typing import Literal, TypeVar
+
+import minimalmodbus
+
+from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.line import Line
+
+T = TypeVar("T")
+WordOrder = Literal["high word first", "low word first"]
+
+_ORDER = {
+    "high word first": minimalmodbus.BYTEORDER_BIG,
+    "low word first": minimalmodbus.BYTEORDER_LITTLE_SWAP,
+}
+
+
+class _OpenPort:
+    """Passes for the open serial port that minimalmodbus wants to be given, and is never used."""
+
+    is_open = True
+    open = close = read = write = None
+
+
+class _Instrument(minimalmodbus.Instrument):
+    """Minimalmodbus with the line in the place of its serial port.
+
+    It can be handed a port-like object as well, but then keeps its own pause between frames, by the
+    wall clock: 2 ms for each exchange that takes no time at all on a virtual clock. The line has gaps.
+    """
+
+    def __init__(self, line: Line, address: int) -> None:
+        super().__init__(_OpenPort(), address)  # type: ignore[arg-type]
+        self._line = line
+
+    def _communicate(self, request: bytes, number_of_bytes_to_read: int) -> bytes:
+        def end(received: bytes) -> int | None:
+            # an exception is five bytes long, whatever was asked for
+            due = 5 if len(received) > 1 and received[1] & 0x80 else number_of_bytes_to_read
+            return due if len(received) >= due else None
+
+        answer = self._line.exchange(request, end)
+        if not answer:
+            raise minimalmodbus.NoResponseError("no answer")
+        return answer
+
+
+class ModbusUnit:
+    """The registers of one unit on a line.
+
+    Parameters
+    ----------
+    line : Line
+    address : int
+        1 to 247.
+    word_order : str
+        Of its 32-bit floats.
+    """
+
+    def __init__(self, line: Line, address: int, word_order: WordOrder = "high word first") -> None:
+        self.line = line
+        self._address = address
+        self._order = _ORDER[word_order]
+        self._unit = _Instrument(line, address)
+
+    def read(self, register: int, decimals: int = 0, *, signed: bool = True) -> float:
+        """Return one register as a scaled integer."""
+        return self._call(lambda: float(self._unit.read_register(register, decimals, signed=signed)))
+
+    def write(self, register: int, value: float, decimals: int = 0, *, signed: bool = True) -> None:
+        """Write one register (function 6) as a scaled integer."""
+        # minimalmodbus scales and then cuts off: 0.29 with two decimals would become 28
+        scaled = round(value * 10**decimals)
+        self._call(lambda: self._unit.write_register(register, scaled, functioncode=6, signed=signed), writes=True)
+
+    def read_float(self, register: int) -> float:
+        """Return two registers as an IEEE 754 single, to the seven digits it holds."""
+        return self._call(lambda: float(f"{self._unit.read_float(register, byteorder=self._order):.7g}"))
+
+    def write_float(self, register: int, value: float) -> None:
+        """Write two registers (function 16) as an IEEE 754 single."""
+        self._call(lambda: self._unit.write_float(register, value, byteorder=self._order), writes=True)
+
+    def put(self, register: int, value: float, decimals: int = 0, *, name: str) -> float:
+        """Make a register hold `value`, read it back, and return what it holds.
+
+        A register that holds it already is not written: many controllers keep their settings in a
+        memory that wears out.
+
+        Raises
+        ------
+        OvenError
+            Of kind not taken, if it reads back different.
+        """
+        quantum = 10.0**-decimals
+        with self.line.reserved():
+            if abs(self.read(register, decimals) - value) > 0.5001 * quantum:
+                self.write(register, value, decimals)
+            held = self.read(register, decimals)
+        return _taken(name, register, value, held, 0.5001 * quantum)
+
+    def put_float(self, register: int, value: float, tolerance: float, *, name: str) -> float:
+        """Make two registers hold `value` to within `tolerance`; otherwise as `put`."""
+        with self.line.reserved():
+            if abs(self.read_float(register) - value) > tolerance:
+                self.write_float(register, value)
+            held = self.read_float(register)
+        return _taken(name, register, value, held, tolerance)
+
+    def _call(self, action: Callable[[], T], *, writes: bool = False) -> T:
+        return self.line.attempt(lambda: self._translated(action), writes=writes)
+
+    def _translated(self, action: Callable[[], T]) -> T:
+        try:
+            return action()
+        except minimalmodbus.NoResponseError as error:
+            raise OvenError(
+                Fault.SILENT,
+                f"Modbus unit {self._address} does not answer",
+                "Is it switched on and wired (A and B may be swapped)? Check address, baud rate and parity.",
+            ) from error
+        except minimalmodbus.SlaveDeviceBusyError as error:
+            raise OvenError(
+                Fault.BUSY, f"Modbus unit {self._address} is busy", "Wait, or raise retries.", "busy"
+            ) from error
+        except minimalmodbus.SlaveReportedException as error:
+            raise OvenError(
+                Fault.REFUSED,
+                f"Modbus unit {self._address} refuses the request",
+                "Check that kind names the model on the label, and that the value is within its own limits.",
+                str(error),
+            ) from error
+        except minimalmodbus.MasterReportedException as error:
+            if "slave address" in str(error):
+                raise OvenError(
+                    Fault.GARBLED,
+                    f"another unit answers instead of unit {self._address}: {error}",
+                    "Give every unit on the line an address of its own, and check address.",
+                ) from error
+            raise OvenError(
+                Fault.GARBLED,
+                f"damaged answer: {error}",
+                "Check baud rate and parity, the cable's shield and ground, and the distance to power lines.",
+            ) from error
+
+
+def _taken(name: str, register: int, wanted: float, held: float, tolerance: float) -> float:
+    if not abs(held - wanted) <= tolerance:  # so that NaN is not taken either
+        raise OvenError(
+            Fault.NOT_TAKEN,
+            f"{name} (register {register}) was set to {wanted:g} and reads back {held:g}",
+            "Check the controller's own limits, its keyboard lock, and whether somebody uses its front panel.",
+        )
+    return held

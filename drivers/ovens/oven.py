@@ -1,0 +1,120 @@
+"""What every oven can do, whoever made its controller."""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+
+@dataclass(frozen=True)
+class SetPoint:
+    """A ramp as the controller has taken it.
+
+    Attributes
+    ----------
+    target : float
+        Temperature at its end, degrees Celsius.
+    rate : float
+        Magnitude, K/min.
+    """
+
+    target: float
+    rate: float
+
+
+@dataclass(frozen=True)
+class OvenLimits:
+    """What the software never asks the oven to exceed; the oven's own limiter stays in charge of safety.
+
+    Attributes
+    ----------
+    minimum, maximum : float
+        Set-points allowed, degrees Celsius.
+    max_rate : float
+        Steepest ramp allowed, K/min.
+    """
+
+    minimum: float
+    maximum: float
+    max_rate: float
+
+    def __post_init__(self) -> None:
+        if not -273.15 <= self.minimum < self.maximum < math.inf:
+            raise ValueError(
+                f"oven limits {self.minimum:g} to {self.maximum:g} °C: the lower must be at least -273.15 °C "
+                "and below the upper"
+            )
+        if not 0.0 < self.max_rate < math.inf:
+            raise ValueError(f"max_rate {self.max_rate:g} K/min must be above 0 and finite")
+
+    def clamp(self, target: float, rate: float) -> SetPoint:
+        """Return the nearest ramp allowed to one asked for.
+
+        Parameters
+        ----------
+        target : float
+            degrees Celsius.
+        rate : float
+            Magnitude, K/min; above 0.
+
+        Raises
+        ------
+        ValueError
+            For a target that is no number, or a rate that is no positive one.
+        """
+        if not math.isfinite(target):
+            raise ValueError(f"target {target!r} °C is no temperature")
+        if not 0.0 < rate < math.inf:
+            raise ValueError(
+                f"rate {rate!r} K/min must be above 0 and finite; the direction follows from the target"
+            )
+        return SetPoint(self.clamp_target(target), min(float(rate), self.max_rate))
+
+    def clamp_target(self, target: float) -> float:
+        """Return the nearest set-point allowed, degrees Celsius."""
+        return min(max(float(target), self.minimum), self.maximum)
+
+
+class Oven(Protocol):
+    """An oven on a line: five verbs, each of which may raise `OvenError`.
+
+    The controller runs its ramps itself; the computer sets one up, watches the temperature and
+    writes nothing in between. Every write is read back.
+    """
+
+    @property
+    def limits(self) -> OvenLimits:
+        """What set-points are clamped to."""
+        ...
+
+    @property
+    def poll_within(self) -> float:
+        """Seconds within which `temperature` must be called again; infinity where the oven does not mind."""
+        ...
+
+    def temperature(self) -> float:
+        """Air temperature measured by the controller, degrees Celsius."""
+        ...
+
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
+        """Start a ramp and return it as taken.
+
+        Parameters
+        ----------
+        target : float
+            degrees Celsius; clamped to the limits.
+        rate : float
+            Magnitude, K/min; clamped to the limits.
+        """
+        ...
+
+    def hold(self) -> float:
+        """Stop where the oven is and keep it there; return the set-point kept, degrees Celsius."""
+        ...
+
+    def safe(self) -> None:
+        """Put the oven into the state in which it neither heats nor cools; may be called again at will."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the port. The oven goes on doing what it was doing."""
+        ...

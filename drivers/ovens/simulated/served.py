@@ -1,0 +1,129 @@
+"""Simulated controllers at a real port: a pseudo-terminal (POSIX) or a TCP port of this machine.
+
+Both carry the drivers' bytes through pyserial exactly as a cable would.
+"""
+
+import heapq
+import os
+import select
+import socket
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from types import TracebackType
+from typing import Self
+
+from drivers.ovens.simulated.controller import Controller
+
+TICK = 0.02
+"""Seconds between two looks at whether to stop."""
+
+
+class _Served:
+    """A thread that carries bytes between a file descriptor and a controller until it is left."""
+
+    address: str
+
+    def __init__(self) -> None:
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="simulated oven", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stop.set()
+        self._thread.join()
+        self._close()
+
+    def _run(self) -> None:
+        raise NotImplementedError
+
+    def _close(self) -> None:
+        raise NotImplementedError
+
+    def _carry(
+        self,
+        end: int | socket.socket,
+        receive: Callable[[], bytes],
+        send: Callable[[bytes], object],
+        to: Controller,
+    ) -> None:
+        due: list[tuple[float, int, bytes]] = []
+        count = 0
+        while not self._stop.is_set():
+            now = time.monotonic()
+            while due and due[0][0] <= now:
+                send(heapq.heappop(due)[2])
+            wait = min(TICK, due[0][0] - now) if due else TICK
+            if select.select([end], [], [], wait)[0]:
+                data = receive()
+                if not data:
+                    return
+                for delay, answer in to.receive(data):
+                    count += 1  # keeps answers due at the same time in their order
+                    heapq.heappush(due, (time.monotonic() + delay, count, answer))
+
+
+class PtyPort(_Served):
+    """A controller at a pseudo-terminal; `address` is what to open.
+
+    Raises
+    ------
+    OSError
+        On Windows, which has none: use `TcpPort` or `MemoryTransport`.
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        super().__init__()
+        if os.name != "posix":
+            raise OSError("pseudo-terminals need a POSIX system: serve the controller on a TCP port instead")
+        import tty
+
+        self._controller = controller
+        self._far, self._near = os.openpty()
+        tty.setraw(self._near)
+        self.address = os.ttyname(self._near)
+
+    def _run(self) -> None:
+        # The near end stays open here, so that a driver may close and open it again.
+        self._carry(
+            self._far,
+            lambda: os.read(self._far, 4096),
+            lambda data: os.write(self._far, data),
+            self._controller,
+        )
+
+    def _close(self) -> None:
+        os.close(self._near)
+        os.close(self._far)
+
+
+class TcpPort(_Served):
+    """A controller at a port of this machine, for one client at a time; `address` is what to open."""
+
+    def __init__(self, controller: Controller) -> None:
+        super().__init__()
+        self._controller = controller
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self._server.settimeout(TICK)
+        self.address = f"socket://127.0.0.1:{self._server.getsockname()[1]}"
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            try:
+                client, _ = self._server.accept()
+            except TimeoutError:
+                continue
+            with client:
+                try:
+                    self._carry(client, partial(client.recv, 4096), client.sendall, self._controller)
+                except ConnectionError:
+                    continue  # the client has gone: wait for the next
+
+    def _close(self) -> None:
+        self._server.close()

@@ -1,0 +1,115 @@
+"""Vötsch and Weiss chambers over ASCII-2."""
+
+import math
+
+from drivers.ovens import ascii2
+from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.line import Line, up_to
+from drivers.ovens.oven import OvenLimits, SetPoint
+
+END_OF_DESCRIPTION = 0.3
+"""Seconds of silence after which a description, whose length nothing tells, is over."""
+
+
+class Votsch:
+    """A chamber that ramps with gradients of its own. Safe state: the bit named Start is off.
+
+    A write replaces every channel and every bit, so each change reads all of them first, alters what
+    it means to, and reads them again. The gradients cannot be read back: the protocol has no question
+    for them.
+
+    Parameters
+    ----------
+    line : Line
+    address : int
+        1 to 32.
+    limits : OvenLimits
+    """
+
+    poll_within = math.inf
+
+    def __init__(self, line: Line, address: int, limits: OvenLimits) -> None:
+        self.limits = limits
+        self._line = line
+        self._address = address
+        self._layout = line.attempt(self._describe)
+        self._air = self._layout.temperature
+        self._start = self._layout.start
+
+    def temperature(self) -> float:
+        """Air temperature, degrees Celsius."""
+        return self._status().actual[self._air]
+
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
+        """Set the gradients, then nominal temperature and Start.
+
+        Raises
+        ------
+        ValueError
+            For a rate below the 0.1 K/min the protocol can say.
+        """
+        wanted = self.limits.clamp(target, rate)
+        taken_rate = round(wanted.rate, 1)
+        if taken_rate == 0.0:
+            raise ValueError(f"rate {rate:g} K/min: this chamber's protocol knows steps of 0.1 K/min from 0.1")
+        others = (0.0,) * (2 * self._layout.controls - 2)
+        with self._line.reserved():
+            self._send(ascii2.encode_gradients(self._address, (taken_rate, taken_rate, *others)))
+            return SetPoint(self._change(wanted.target, running=True), taken_rate)
+
+    def hold(self) -> float:
+        """Make the temperature measured now the nominal one: the chamber does not tell where its ramp is."""
+        with self._line.reserved():
+            return self._change(self.limits.clamp_target(self.temperature()), running=None)
+
+    def safe(self) -> None:
+        """Take the Start bit away, whatever the channels hold."""
+        self._change(None, running=False)
+
+    def close(self) -> None:
+        """Let go of the line."""
+        self._line.close()
+
+    def _change(self, target: float | None, *, running: bool | None) -> float:
+        with self._line.reserved():
+            before = self._status()
+            nominal, bits = list(before.nominal), list(before.bits)
+            if target is not None:
+                nominal[self._air] = round(target, 1)
+            if running is not None:
+                bits[self._start] = str(int(running))
+            wanted = (tuple(nominal), "".join(bits))
+            if wanted != (before.nominal, before.bits):
+                self._send(ascii2.encode_status(self._address, *wanted))
+            after = self._status()
+            if (after.nominal, after.bits) != wanted:
+                raise OvenError(
+                    Fault.NOT_TAKEN,
+                    f"set to {_told(*wanted)}, the chamber reads back {_told(after.nominal, after.bits)}",
+                    "Check the chamber's own limits, that it is under external control, and who uses its panel.",
+                )
+            return after.nominal[self._air]
+
+    def _status(self) -> ascii2.Status:
+        status = self._line.attempt(
+            lambda: ascii2.decode_status(
+                self._line.exchange(ascii2.encode_query(self._address, "I"), up_to(ascii2.CR)), self._layout
+            )
+        )
+        return status
+
+    def _send(self, request: bytes) -> None:
+        self._line.attempt(
+            lambda: ascii2.decode_acknowledgement(self._line.exchange(request, up_to(ascii2.CR))), writes=True
+        )
+
+    def _describe(self) -> ascii2.Layout:
+        request = ascii2.encode_query(self._address, "?")
+        answer = self._line.exchange(request, lambda _: None, quiet=END_OF_DESCRIPTION)
+        if not answer:
+            raise ascii2.garbled(answer, "a description")
+        return ascii2.decode_description(answer)
+
+
+def _told(nominal: tuple[float, ...], bits: str) -> str:
+    return f"{' '.join(f'{value:.1f}' for value in nominal)} {bits}"
