@@ -2,7 +2,7 @@
 
 ==========  ============================================================
 ``clock``   the machine's time, or a virtual one
-``ni``      National Instruments cards: what each module can do
+``ni``      National Instruments cards, real and simulated
 ``ovens``   ovens and climatic chambers, real and simulated
 ==========  ============================================================
 """

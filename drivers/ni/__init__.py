@@ -1,6 +1,15 @@
 """National Instruments cards.
 
-===========  =========================================================
-``modules``  sample rates, range and resolution of the input modules
-===========  =========================================================
+========================  =============================================================
+``modules``               sample rates, range and resolution of the input modules
+``output_modules``        range, resolution and update rates of the output modules
+``thermocouple_modules``  channels and pace of the thermocouple modules
+``cards``                 what a rig asks of its cards
+``wiring``                which terminal is connected to what
+``daqmx``                 the cards through NI-DAQmx
+``connection``            the way there: local driver, server, or simulated server
+``errors``                what a card can refuse and what that calls for
+``to_the_end``            an action that Ctrl-C does not cut short
+``simulated``             an NI gRPC Device Server around a computed plate
+========================  =============================================================
 """

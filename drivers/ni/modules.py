@@ -23,6 +23,14 @@ class InputModule:
         Of its converter.
     input_resistance : float
         Between the two inputs of a channel, ohm.
+    filter_delay : float
+        Of its decimation filter, in samples.
+    fixed_delay : float
+        On top of it, whatever the rate, s.
+    noise : float
+        Of a channel at rest, V rms.
+    coupling_corner : float
+        Where AC coupling has lost 3 dB, Hz.
     """
 
     name: str
@@ -32,6 +40,10 @@ class InputModule:
     full_scale: float
     bits: int
     input_resistance: float
+    filter_delay: float
+    fixed_delay: float
+    noise: float
+    coupling_corner: float
 
     @property
     def quantum(self) -> float:
@@ -46,6 +58,25 @@ class InputModule:
         """Return the rate on the module's own timebase nearest to `asked` (Hz), and its n."""
         rate = min(self.rates(), key=lambda possible: abs(possible - asked))
         return rate, self.divisors[self.rates().index(rate)]
+
+    def coerced_rate(self, asked: float) -> float:
+        """Return the rate the driver sets when asked for `asked` Hz: the lowest that is not below it.
+
+        Raises
+        ------
+        ValueError
+            If the module cannot run that fast.
+        """
+        enough = [possible for possible in self.rates() if possible >= asked * (1.0 - 1e-4)]
+        if not enough or not asked > 0.0:
+            raise ValueError(
+                f"sample rate {asked:g} Hz; {self.name} allows {self.rates()[-1]:.5g} to {self.rates()[0]:g} Hz"
+            )
+        return enough[-1]
+
+    def delay(self, rate: float) -> float:
+        """Time from a voltage at the input to the sample that shows it, s."""
+        return self.filter_delay / rate + self.fixed_delay
 
     def can_run_at(self, rate: float) -> bool:
         """Whether `rate` (Hz, as read back) is one the hardware can have run at, to 1 ppm."""
@@ -64,6 +95,10 @@ NI_9234 = InputModule(
     full_scale=5.0,
     bits=24,
     input_resistance=305e3,
+    filter_delay=38.4,
+    fixed_delay=3.2e-6,
+    noise=50e-6,
+    coupling_corner=0.5,
 )
 
 KNOWN = (NI_9234,)

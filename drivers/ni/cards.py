@@ -1,0 +1,70 @@
+"""What a rig asks of its cards, and what they give back."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Record:
+    """One sweep as the input module recorded it.
+
+    Attributes
+    ----------
+    drive : (M,) ndarray, V
+        As recorded beside the responses, never as asked for.
+    responses : (K, M) ndarray, V
+    sample_rate : float
+        As read back, Hz.
+    full_scale : float
+        Voltage beyond which the inputs clip, V.
+    """
+
+    drive: NDArray[np.float64]
+    responses: NDArray[np.float64]
+    sample_rate: float
+    full_scale: float
+
+    def __post_init__(self) -> None:
+        if self.drive.ndim != 1 or self.responses.ndim != 2 or self.responses.shape[1] != self.drive.size:
+            raise ValueError(
+                f"drive of shape {self.drive.shape} and responses of shape {self.responses.shape}; "
+                "(M,) and (K, M) allowed"
+            )
+        if not self.sample_rate > 0.0 or not self.full_scale > 0.0:
+            raise ValueError(
+                f"sample rate {self.sample_rate:g} Hz and full scale {self.full_scale:g} V; both above 0"
+            )
+
+    @property
+    def overloaded(self) -> NDArray[np.bool_]:
+        """(1 + K,) Whether each channel, drive first, came within 0.1 % of where it clips."""
+        signals = np.vstack([self.drive[None], self.responses])
+        return np.asarray(np.max(np.abs(signals), axis=1) >= 0.999 * self.full_scale)
+
+
+class Cards(Protocol):
+    """Output, inputs and thermocouples of a rig, ready for use."""
+
+    @property
+    def sample_rate(self) -> float:
+        """Rate of both output and inputs, as read back, Hz."""
+        ...
+
+    def sweep(self, drive: NDArray[np.float64]) -> Record:
+        """Play `drive` (M,), V, and return what came back while it played."""
+        ...
+
+    def temperatures(self) -> NDArray[np.float64]:
+        """Return the thermocouples' readings now, degrees Celsius, in the wiring's order."""
+        ...
+
+    def zero(self) -> None:
+        """Bring the output to 0 V."""
+        ...
+
+    def close(self) -> None:
+        """Bring the output to 0 V and let go of the hardware."""
+        ...

@@ -1,0 +1,228 @@
+"""The rig's cards through NI-DAQmx."""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Any, Self
+
+import numpy as np
+from nidaqmx.constants import (
+    AcquisitionType,
+    Coupling,
+    TaskMode,
+    TemperatureUnits,
+    TerminalConfiguration,
+    ThermocoupleType,
+)
+from nidaqmx.stream_readers import AnalogMultiChannelReader
+from nidaqmx.stream_writers import AnalogSingleChannelWriter
+from numpy.typing import ArrayLike, NDArray
+
+from drivers.ni.cards import Record
+from drivers.ni.connection import Connection
+from drivers.ni.errors import Action, DaqError
+from drivers.ni.to_the_end import to_the_end
+from drivers.ni.wiring import Wiring
+
+MARGIN = 5.0
+"""How much longer than the sweep a card may take to say it is done, s."""
+
+SETTLING = 64
+"""Zeros played to bring the output to rest: more than a delta-sigma output's filter remembers."""
+
+
+class DaqmxCards:
+    """Output, inputs and thermocouples of a rig, each sweep synchronised by the input's own start trigger.
+
+    The output is brought to 0 V when the cards are opened, after every sweep, and on every way out of one.
+
+    Parameters
+    ----------
+    wiring : Wiring
+    channel : grpc.Channel, optional
+        Leads to a server inside this process; `wiring.grpc` is then ignored.
+    block : float
+        How much is read at once, s. Short enough for Ctrl-C to be heard in the middle of a sweep.
+
+    Raises
+    ------
+    DaqError
+        If a terminal does not exist, is taken, or does not do what the wiring asks of it.
+    """
+
+    def __init__(self, wiring: Wiring, channel: Any = None, block: float = 0.5) -> None:
+        if not 0.01 <= block <= 3600.0:
+            raise ValueError(f"block of {block:g} s; 0.01 to 3600 allowed")
+        self.wiring = wiring
+        self._block = block
+        self._connection = Connection(wiring.grpc, channel)
+        try:
+            with self._connection.translated("setting the input module up"), self._connection.task() as inputs:
+                self._configure_inputs(inputs, samples=2)
+                inputs.control(TaskMode.TASK_VERIFY)
+                self._sample_rate = float(inputs.timing.samp_clk_rate)
+                self._full_scale = float(inputs.ai_channels[0].ai_max)
+            self.zero()
+        except BaseException:
+            self._connection.close()
+            raise
+
+    @property
+    def sample_rate(self) -> float:
+        """Rate of the inputs as read back, Hz; the output is asked for the same."""
+        return self._sample_rate
+
+    def sweep(self, drive: ArrayLike) -> Record:
+        """Play a drive and record it beside the responses.
+
+        Parameters
+        ----------
+        drive : (M,) array_like, V
+            At `sample_rate`. A silent tail long enough for the plate to come to rest is the caller's part.
+
+        Returns
+        -------
+        Record
+            M samples from the moment the output starts.
+
+        Raises
+        ------
+        DaqError
+            Whatever goes wrong; the output has been brought to 0 V, or a note on the error says why not.
+        """
+        volts = np.ascontiguousarray(drive, dtype=np.float64)
+        if volts.ndim != 1 or volts.size < 2 or not np.all(np.isfinite(volts)):
+            raise ValueError(f"drive of shape {volts.shape}; (M,) finite voltages with M >= 2 allowed")
+        peak = float(np.max(np.abs(volts)))
+        if peak > self.wiring.output_range:
+            raise ValueError(f"drive reaches {peak:g} V; output_range allows {self.wiring.output_range:g} V")
+        try:
+            with self._connection.translated(f"the sweep of {volts.size / self._sample_rate:.3g} s"):
+                recorded = self._play_and_record(volts)
+        except BaseException as error:
+            try:
+                to_the_end(self.zero)
+            except DaqError as unsafe:
+                error.add_note(str(unsafe))
+            raise
+        to_the_end(self.zero)
+        return Record(recorded[0], recorded[1:], self._sample_rate, self._full_scale)
+
+    def temperatures(self) -> NDArray[np.float64]:
+        """Read every thermocouple once, degrees Celsius, in a task of its own: the module is a slow one."""
+        if not self.wiring.thermocouples:
+            return np.empty(0)
+        with self._connection.translated("reading the thermocouples"), self._connection.task() as task:
+            for terminal in self.wiring.thermocouples:
+                task.ai_channels.add_ai_thrmcpl_chan(
+                    terminal,
+                    units=TemperatureUnits.DEG_C,
+                    thermocouple_type=ThermocoupleType[self.wiring.thermocouple_type],
+                )
+            return np.atleast_1d(np.asarray(task.read(timeout=10.0), dtype=np.float64))
+
+    def zero(self) -> None:
+        """Bring the output to 0 V: by a short run of zeros or, if the card refuses that, by a single value.
+
+        Raises
+        ------
+        DaqError
+            If neither can be done: the output may hold any voltage.
+        """
+        try:
+            self._zero_by(self._play_zeros)
+        except DaqError:
+            try:
+                self._zero_by(lambda task: task.write(0.0, auto_start=True))
+            except DaqError as error:
+                step = f"turn the amplifier off: {self.wiring.output} may hold a voltage. Then {error.next_step}"
+                raise DaqError(error.doing, error.said, error.code, error.action, step) from error
+
+    def close(self) -> None:
+        """Bring the output to 0 V and let go of the hardware."""
+        try:
+            to_the_end(self.zero)
+        finally:
+            self._connection.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _play_and_record(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
+        connection = self._connection
+        with ExitStack() as tasks:
+            inputs = tasks.enter_context(connection.task())
+            output = tasks.enter_context(connection.task())
+            rate = self._configure_inputs(inputs, volts.size)
+            if not np.isclose(rate, self._sample_rate, rtol=1e-9):
+                said = f"The inputs now run at {rate:g} Hz instead of {self._sample_rate:g} Hz."
+                raise DaqError("the sweep", said, None, Action.STOP, "open the cards again")
+            # Should this computer die in the middle, the hardware still comes to rest on these zeros.
+            samples = np.concatenate([volts, np.zeros(2)])
+            self._configure_output(output, samples.size)
+            # Only a reserved task knows which of the chassis' timing engines it got, and with it its trigger.
+            inputs.control(TaskMode.TASK_RESERVE)
+            output.triggers.start_trigger.cfg_dig_edge_start_trig(inputs.triggers.start_trigger.term)
+            AnalogSingleChannelWriter(output.out_stream, auto_start=False).write_many_sample(samples)
+            output.start()
+            inputs.start()
+            recorded = self._read(inputs, volts.size)
+            output.wait_until_done(timeout=2.0 / rate + MARGIN)
+            output.stop()
+            inputs.stop()
+        return recorded
+
+    def _read(self, inputs: Any, samples: int) -> NDArray[np.float64]:
+        reader = AnalogMultiChannelReader(inputs.in_stream)
+        recorded = np.empty((len(self.wiring.inputs), samples))
+        step = min(samples, max(1, round(self._block * self._sample_rate)))
+        for first in range(0, samples, step):
+            count = min(step, samples - first)
+            block = np.empty((len(recorded), count))
+            read = reader.read_many_sample(block, count, timeout=count / self._sample_rate + MARGIN)
+            if read != count:
+                said = f"{read} samples came where {count} were asked for."
+                raise DaqError("the sweep", said, None, Action.RETRY_DISCARD, "repeat the sweep")
+            recorded[:, first : first + count] = block
+        return recorded
+
+    def _configure_inputs(self, task: Any, samples: int) -> float:
+        """Set the input task up for so many samples and return its rate as read back, Hz."""
+        wiring = self.wiring
+        for terminal in wiring.inputs:
+            channel = task.ai_channels.add_ai_voltage_chan(
+                terminal,
+                terminal_config=TerminalConfiguration.PSEUDO_DIFF,
+                min_val=-wiring.input_range,
+                max_val=wiring.input_range,
+            )
+            channel.ai_coupling = Coupling[wiring.coupling]
+        task.timing.cfg_samp_clk_timing(
+            wiring.sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=samples
+        )
+        return float(task.timing.samp_clk_rate)
+
+    def _configure_output(self, task: Any, samples: int) -> None:
+        reach = self.wiring.output_range
+        task.ao_channels.add_ao_voltage_chan(self.wiring.output, min_val=-reach, max_val=reach)
+        task.timing.cfg_samp_clk_timing(
+            self._sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=samples
+        )
+
+    def _play_zeros(self, task: Any) -> None:
+        task.timing.cfg_samp_clk_timing(
+            self._sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=SETTLING
+        )
+        AnalogSingleChannelWriter(task.out_stream, auto_start=False).write_many_sample(np.zeros(SETTLING))
+        task.start()
+        task.wait_until_done(timeout=SETTLING / self._sample_rate + MARGIN)
+        task.stop()
+
+    def _zero_by(self, write: Callable[[Any], object]) -> None:
+        doing = f"bringing {self.wiring.output} to 0 V"
+        reach = self.wiring.output_range
+        with self._connection.translated(doing), self._connection.task() as task:
+            task.ao_channels.add_ao_voltage_chan(self.wiring.output, min_val=-reach, max_val=reach)
+            write(task)

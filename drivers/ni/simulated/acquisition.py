@@ -1,0 +1,133 @@
+"""Samples of a running input task, computed when they are read."""
+
+import zlib
+
+import numpy as np
+from nidaqmx.error_codes import DAQmxErrors
+from numpy.typing import NDArray
+
+from drivers.ni.modules import InputModule
+from drivers.ni.simulated import input_stage
+from drivers.ni.simulated.chassis import Chassis
+from drivers.ni.simulated.status import DaqmxStatusError
+from drivers.ni.simulated.task import Channel, Task
+from drivers.ni.thermocouple_modules import ThermocoupleModule
+
+_COUPLING_MEMORY = 1.6
+"""How long a coupling capacitor is followed back, over its corner frequency: to 4e-5 of the past."""
+
+
+class Acquisition:
+    """Computes what the input modules record.
+
+    A finite task is computed in one piece at its first read, a continuous one second by second, each
+    piece preceded by what the plate remembers. So the samples do not depend on how they are read.
+
+    Parameters
+    ----------
+    chassis : Chassis
+    seed : int
+        Of the noise. Noise depends on it, on the moment a task began and on its terminals, not on
+        what was recorded before: a campaign that is interrupted and resumed meets the same noise.
+    """
+
+    def __init__(self, chassis: Chassis, seed: int) -> None:
+        self._chassis = chassis
+        self._seed = seed
+
+    def samples(self, task: Task, first: int, count: int) -> NDArray[np.float64]:
+        """Return samples `first` to `first + count` of every channel, (C, count), in the channels' units."""
+        timing = task.clocked()
+        length = timing.samples if timing.finite else max(1, round(timing.rate))
+        wanted = range(first // length, (first + max(count, 1) - 1) // length + 1)
+        for old in [number for number in task.pieces if number < wanted.start]:
+            del task.pieces[old]
+        pieces = np.concatenate([self._piece(task, number, length) for number in wanted], axis=1)
+        offset = first - wanted.start * length
+        return np.asarray(pieces[:, offset : offset + count])
+
+    def _piece(self, task: Task, number: int, length: int) -> NDArray[np.float64]:
+        version = self._chassis.lines[self._chassis.surroundings.output].version
+        known = task.pieces.get(number)
+        if known is not None and known[0] == version:
+            return known[1]
+        computed = self._record(task, number, length)
+        task.pieces[number] = (version, computed)
+        return computed
+
+    def _record(self, task: Task, number: int, length: int) -> NDArray[np.float64]:
+        surroundings, rate = self._chassis.surroundings, task.clocked().rate
+        if task.began is None:
+            raise ValueError(f"task {task.name} has not begun: it has no samples yet")
+        lead = int(np.ceil(self._memory(task) * rate))
+        moments = task.began + np.arange(number * length - lead, (number + 1) * length) / rate
+        drive = self._chassis.lines[surroundings.output].voltages(moments)
+        if not np.any(drive[:lead]):
+            # A plate at rest needs no history, and a sweep is then computed just as it was played.
+            drive, moments, lead = drive[lead:], moments[lead:], 0
+        temperature = surroundings.plate_temperature(moments)
+        answer = np.asarray(surroundings.plate(drive, rate, temperature), dtype=np.float64)
+        if answer.ndim != 2 or answer.shape[1] != drive.size:
+            raise ValueError(f"the plate answered with shape {answer.shape}; (K, {drive.size}) wanted")
+        identity = zlib.crc32(",".join(channel.terminal for channel in task.channels).encode())
+        rng = np.random.default_rng([self._seed, round(task.began * 1e6), number, identity])
+        recorded = np.empty((len(task.channels), length))
+        for module in dict.fromkeys(channel.module for channel in task.channels):
+            rows = [row for row, channel in enumerate(task.channels) if channel.module == module]
+            if isinstance(module, InputModule):
+                volts = np.stack([self._at(task.channels[row], drive, answer, rate) for row in rows])
+                arrived = input_stage.delayed(volts, module, rate)[:, lead:]
+                recorded[rows] = input_stage.digitised(arrived, module, rng)
+            elif isinstance(module, ThermocoupleModule):
+                for row in rows:
+                    readings = self.temperature(task.channels[row], moments[lead:])
+                    recorded[row] = readings + module.noise * rng.standard_normal(length)
+        recorded /= np.array([channel.volts_per_unit for channel in task.channels])[:, None]
+        return recorded
+
+    def _memory(self, task: Task) -> float:
+        corners = [
+            channel.module.coupling_corner
+            for channel in task.channels
+            if isinstance(channel.module, InputModule) and channel.ac_coupled
+        ]
+        return max([self._chassis.surroundings.memory, *(_COUPLING_MEMORY / corner for corner in corners)])
+
+    def _at(
+        self, channel: Channel, drive: NDArray[np.float64], answer: NDArray[np.float64], rate: float
+    ) -> NDArray[np.float64]:
+        """Voltage on an input's terminal, behind its coupling."""
+        surroundings = self._chassis.surroundings
+        if channel.terminal in self._chassis.faults.dead_inputs:
+            volts = np.zeros_like(drive)
+        elif channel.terminal in surroundings.drive_inputs:
+            volts = drive
+        elif channel.terminal in surroundings.sensors:
+            volts = answer[surroundings.sensors[channel.terminal]]
+        else:
+            volts = np.zeros_like(drive)
+        if channel.ac_coupled and isinstance(channel.module, InputModule):
+            return input_stage.coupled(volts, channel.module.coupling_corner, rate)
+        return volts
+
+    def temperature(self, channel: Channel, moments: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Temperature a thermocouple's tip has at moments (M,), degrees Celsius."""
+        surroundings = self._chassis.surroundings
+        touched = surroundings.thermocouples.get(channel.terminal, surroundings.plate_temperature)
+        return np.asarray(touched(moments), dtype=np.float64)
+
+    def read_now(self, task: Task) -> NDArray[np.float64]:
+        """Convert every thermocouple once, (C,), taking the time the module needs for that."""
+        readings = np.empty(len(task.channels))
+        for row, channel in enumerate(task.channels):
+            if not isinstance(channel.module, ThermocoupleModule):
+                raise DaqmxStatusError(
+                    DAQmxErrors.INVALID_ATTRIBUTE_VALUE,
+                    f"{channel.module.name} does not support on-demand timing. Task Name: {task.name}",
+                )
+            self._chassis.pass_time_to(self._chassis.clock.now() + channel.module.duration(1))
+            moment = self._chassis.clock.now()
+            rng = np.random.default_rng([self._seed, round(moment * 1e6), zlib.crc32(channel.terminal.encode())])
+            noise = channel.module.noise * rng.standard_normal()
+            readings[row] = self.temperature(channel, np.array([moment]))[0] + noise
+        return readings

@@ -1,0 +1,190 @@
+"""Calls that make channels and set them up."""
+
+from typing import Any
+
+from nidaqmx._stubs import nidaqmx_pb2 as pb
+from nidaqmx.error_codes import DAQmxErrors
+from nidaqmx.utils import unflatten_channel_string
+
+from drivers.ni.modules import InputModule
+from drivers.ni.output_modules import OutputModule
+from drivers.ni.simulated.answering import Answering, answered
+from drivers.ni.simulated.status import DaqmxStatusError
+from drivers.ni.simulated.surroundings import Module
+from drivers.ni.simulated.task import Channel, Kind, Task
+from drivers.ni.thermocouple_modules import ThermocoupleModule
+
+_MODULE_FOR = {
+    Kind.VOLTAGE_IN: InputModule,
+    Kind.ACCELERATION_IN: InputModule,
+    Kind.THERMOCOUPLE_IN: ThermocoupleModule,
+    Kind.VOLTAGE_OUT: OutputModule,
+}
+
+
+class ChannelCalls(Answering):
+    """The part of the service that has to do with channels."""
+
+    @answered
+    def CreateAIVoltageChan(self, request: Any) -> Any:
+        self._refuse_terminal_configuration(request)
+        self._add(request, Kind.VOLTAGE_IN)
+        return pb.CreateAIVoltageChanResponse()
+
+    @answered
+    def CreateAIVoltageChanWithExcit(self, request: Any) -> Any:
+        # The module feeds sensors a current, never a voltage.
+        internal = pb.EXCITATION_SOURCE_INTERNAL
+        if (
+            request.voltage_excit_source_raw or request.voltage_excit_source
+        ) == internal and request.voltage_excit_val:
+            raise _unsupported("AI.Excit.Val", "no voltage excitation on this module")
+        self._refuse_terminal_configuration(request)
+        self._add(request, Kind.VOLTAGE_IN)
+        return pb.CreateAIVoltageChanWithExcitResponse()
+
+    @answered
+    def CreateAIAccelChan(self, request: Any) -> Any:
+        self._refuse_terminal_configuration(request)
+        per_g = pb.ACCEL_SENSITIVITY_UNITS1_M_VOLTS_PER_G
+        if (request.sensitivity_units_raw or request.sensitivity_units) != per_g:
+            self.lacks("CreateAIAccelChan sensitivity in V/g")
+        if (request.units_raw or request.units) != pb.ACCEL_UNITS2_ACCEL_UNIT_G:
+            self.lacks("CreateAIAccelChan units other than g")
+        volts_per_g = request.sensitivity / 1000.0
+        for channel in self._add(request, Kind.ACCELERATION_IN, volts_per_g):
+            internal = pb.EXCITATION_SOURCE_INTERNAL
+            # The sensor's supply sits on the signal as a voltage of its own: the module then couples AC.
+            channel.ac_coupled = (request.current_excit_source_raw or request.current_excit_source) == internal
+        return pb.CreateAIAccelChanResponse()
+
+    @answered
+    def CreateAIThrmcplChan(self, request: Any) -> Any:
+        if (request.units_raw or request.units) != pb.TEMPERATURE_UNITS_DEG_C:
+            self.lacks("CreateAIThrmcplChan units other than degrees Celsius")
+        self._add(request, Kind.THERMOCOUPLE_IN)
+        return pb.CreateAIThrmcplChanResponse()
+
+    @answered
+    def CreateAOVoltageChan(self, request: Any) -> Any:
+        self._add(request, Kind.VOLTAGE_OUT)
+        return pb.CreateAOVoltageChanResponse()
+
+    def _add(self, request: Any, kind: Kind, volts_per_unit: float = 1.0) -> list[Channel]:
+        task = self.task_of(request)
+        terminals = unflatten_channel_string(request.physical_channel)
+        given = request.name_to_assign_to_channel
+        reach = max(abs(request.min_val), abs(request.max_val))
+        added = []
+        for number, terminal in enumerate(terminals):
+            module = self._module_at(terminal, kind)
+            full_scale = getattr(module, "full_scale", float("inf"))
+            if reach * volts_per_unit > full_scale * (1.0 + 1e-9):
+                raise _unsupported(
+                    "Max", f"{reach:g} is beyond the {full_scale / volts_per_unit:g} of {module.name}"
+                )
+            name = given if len(terminals) == 1 else f"{given}{number}"
+            added.append(
+                Channel(name if given else terminal, terminal, module, kind, reach, False, volts_per_unit)
+            )
+        self._check_company(task, added)
+        task.channels.extend(added)
+        return added
+
+    def _module_at(self, terminal: str, kind: Kind) -> Module:
+        device = terminal.split("/")[0]
+        if device not in self.chassis.devices():
+            raise DaqmxStatusError(
+                DAQmxErrors.INVALID_DEVICE_ID, f"Device identifier is invalid. Device Specified: {device}"
+            )
+        module = self.chassis.surroundings.terminals().get(terminal)
+        if module is None:
+            raise DaqmxStatusError(
+                DAQmxErrors.PHYSICAL_CHAN_DOES_NOT_EXIST,
+                f"Physical channel specified does not exist on this device. Physical Channel Name: {terminal}",
+            )
+        if not isinstance(module, _MODULE_FOR[kind]):
+            raise _unsupported("AI.MeasType", f"{module.name} has no {kind.value}")
+        return module
+
+    def _check_company(self, task: Task, added: list[Channel]) -> None:
+        outputs = {channel.kind is Kind.VOLTAGE_OUT for channel in task.channels + added}
+        if len(outputs) > 1:
+            raise DaqmxStatusError(
+                DAQmxErrors.INVALID_CHANNEL, f"Task cannot hold inputs and outputs. Task Name: {task.name}"
+            )
+
+    def _refuse_terminal_configuration(self, request: Any) -> None:
+        allowed = (
+            pb.INPUT_TERM_CFG_WITH_DEFAULT_CFG_DEFAULT,
+            pb.INPUT_TERM_CFG_WITH_DEFAULT_PSEUDO_DIFF,
+        )
+        if (request.terminal_config_raw or request.terminal_config) not in allowed:
+            raise _unsupported("AI.TermCfg", "pseudodifferential is the only one possible")
+
+    def _named(self, request: Any) -> list[Channel]:
+        task = self.task_of(request)
+        names = unflatten_channel_string(request.channel) or [channel.name for channel in task.channels]
+        found = [channel for channel in task.channels if channel.name in names]
+        if len(found) != len(names):
+            raise DaqmxStatusError(
+                DAQmxErrors.INVALID_CHANNEL, f"Channel {request.channel} is not in task {task.name}."
+            )
+        return found
+
+    @answered
+    def GetChanAttributeInt32(self, request: Any) -> Any:
+        channel = self._named(request)[0]
+        is_output = channel.kind is Kind.VOLTAGE_OUT
+        measured = {
+            Kind.VOLTAGE_IN: pb.CHANNEL_INT32_AI_MEASUREMENT_TYPE_VOLTAGE,
+            Kind.ACCELERATION_IN: pb.CHANNEL_INT32_AI_MEASUREMENT_TYPE_ACCELEROMETER,
+            Kind.THERMOCOUPLE_IN: pb.CHANNEL_INT32_AI_MEASUREMENT_TYPE_TEMP_TC,
+            Kind.VOLTAGE_OUT: pb.CHANNEL_INT32_AO_OUTPUT_CHANNEL_TYPE_VOLTAGE,
+        }[channel.kind]
+        coupling = pb.CHANNEL_INT32_COUPLING1_AC if channel.ac_coupled else pb.CHANNEL_INT32_COUPLING1_DC
+        values = {
+            pb.CHANNEL_ATTRIBUTE_CHAN_TYPE: (
+                pb.CHANNEL_INT32_CHANNEL_TYPE_AO if is_output else pb.CHANNEL_INT32_CHANNEL_TYPE_AI
+            ),
+            pb.CHANNEL_ATTRIBUTE_AI_MEAS_TYPE: measured,
+            pb.CHANNEL_ATTRIBUTE_AO_OUTPUT_TYPE: measured,
+            pb.CHANNEL_ATTRIBUTE_AI_COUPLING: coupling,
+        }
+        return pb.GetChanAttributeInt32Response(value_raw=self.one_of(values, pb.ChannelInt32Attribute, request))
+
+    @answered
+    def SetChanAttributeInt32(self, request: Any) -> Any:
+        # Asking what it is now refuses a property this server does not have.
+        self.one_of({pb.CHANNEL_ATTRIBUTE_AI_COUPLING: None}, pb.ChannelInt32Attribute, request)
+        wanted = request.value_raw or request.value
+        for channel in self._named(request):
+            if wanted not in (pb.CHANNEL_INT32_COUPLING1_AC, pb.CHANNEL_INT32_COUPLING1_DC):
+                raise _unsupported("AI.Coupling", "AC or DC")
+            channel.ac_coupled = wanted == pb.CHANNEL_INT32_COUPLING1_AC
+        return pb.SetChanAttributeInt32Response()
+
+    @answered
+    def GetChanAttributeDouble(self, request: Any) -> Any:
+        channel = self._named(request)[0]
+        # The module has one range and takes it whatever was asked for.
+        reach = getattr(channel.module, "full_scale", channel.reach) / channel.volts_per_unit
+        values = {
+            pb.CHANNEL_ATTRIBUTE_AI_MAX: reach,
+            pb.CHANNEL_ATTRIBUTE_AI_MIN: -reach,
+            pb.CHANNEL_ATTRIBUTE_AO_MAX: reach,
+            pb.CHANNEL_ATTRIBUTE_AO_MIN: -reach,
+        }
+        return pb.GetChanAttributeDoubleResponse(value=self.one_of(values, pb.ChannelDoubleAttribute, request))
+
+    @answered
+    def GetChanAttributeString(self, request: Any) -> Any:
+        values = {pb.CHANNEL_ATTRIBUTE_PHYSICAL_CHAN_NAME: self._named(request)[0].terminal}
+        return pb.GetChanAttributeStringResponse(value=self.one_of(values, pb.ChannelStringAttribute, request))
+
+
+def _unsupported(what: str, why: str) -> DaqmxStatusError:
+    return DaqmxStatusError(
+        DAQmxErrors.INVALID_ATTRIBUTE_VALUE,
+        f"Requested value is not a supported value for this property. Property: {what}: {why}",
+    )

@@ -1,0 +1,83 @@
+"""The voltage on an output terminal, at any time."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.ni.output_modules import OutputModule
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Samples played from `start` on; the last is held. `repeats` plays them over and over instead."""
+
+    start: float
+    rate: float
+    samples: NDArray[np.float64]
+    repeats: bool
+
+    def at(self, moments: NDArray[np.float64]) -> NDArray[np.float64]:
+        # Moments are multiples of a sample period counted from some other start: rounding must not
+        # take the sample before the one that has just begun.
+        index = np.floor((moments - self.start) * self.rate + 1e-4).astype(np.int64)
+        if self.repeats:
+            return np.asarray(self.samples[np.maximum(index, 0) % self.samples.size])
+        return np.asarray(self.samples[np.clip(index, 0, self.samples.size - 1)])
+
+
+class OutputLine:
+    """What a digital-to-analog converter has put on its terminal so far, and is going to.
+
+    It holds its last value until told otherwise, as the real one does: stopping a task leaves the
+    voltage standing.
+
+    Attributes
+    ----------
+    version : int
+        Counts the changes, so that what was computed from it can tell that it is out of date.
+    """
+
+    def __init__(self, module: OutputModule) -> None:
+        self._module = module
+        self._runs = [_Run(-1e9, 1.0, np.zeros(1), repeats=False)]
+        self.version = 0
+
+    def play(self, samples: NDArray[np.float64], rate: float, start: float, repeats: bool = False) -> None:
+        """Play samples, V, at `rate` from `start` on, rounded to the converter's codes."""
+        quantum = self._module.quantum
+        reach = self._module.full_scale
+        coded = np.clip(np.round(np.asarray(samples, dtype=np.float64) / quantum) * quantum, -reach, reach)
+        self._runs.append(_Run(start, rate, coded, repeats))
+        self.version += 1
+
+    def extend(self, samples: NDArray[np.float64]) -> None:
+        """Add samples to those being played."""
+        latest = self._runs.pop()
+        self.play(np.concatenate([latest.samples, samples]), latest.rate, latest.start, latest.repeats)
+
+    def hold(self, value: float, moment: float) -> None:
+        """Put a single value on the terminal."""
+        self.play(np.array([value]), 1.0, moment)
+
+    def stop(self, moment: float) -> None:
+        """Hold from `moment` on what is on the terminal then."""
+        self.hold(self.voltage(moment), moment)
+
+    def voltage(self, moment: float) -> float:
+        """Voltage at one moment, V."""
+        return float(self.voltages(np.array([moment]))[0])
+
+    def voltages(self, moments: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Voltages at ascending moments (M,), V."""
+        values = np.empty(len(moments))
+        first = np.searchsorted(moments, [run.start - 1e-4 / run.rate for run in self._runs])
+        for number, run in enumerate(self._runs):
+            # A run that starts later overrides; runs are in the order they were begun.
+            values[first[number] :] = run.at(moments[first[number] :])
+        return values
+
+    def forget_before(self, moment: float) -> None:
+        """Drop what nobody will ask for again: a long campaign must not grow."""
+        last = max((n for n, run in enumerate(self._runs) if run.start <= moment), default=0)
+        self._runs = self._runs[last:]

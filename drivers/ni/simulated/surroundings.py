@@ -1,0 +1,105 @@
+"""What hangs on the simulated cards: a plate behind the output, its temperature, the wires back."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.ni.modules import NI_9234, InputModule
+from drivers.ni.output_modules import NI_9260, OutputModule
+from drivers.ni.thermocouple_modules import NI_9211, ThermocoupleModule
+
+Module = InputModule | OutputModule | ThermocoupleModule
+
+Temperature = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Moments (M,) on the rig's clock, s -> temperature (M,), degrees Celsius.
+
+A record is computed when its first sample is read, so the moments may lie ahead of the clock.
+"""
+
+
+class Plate(Protocol):
+    """A plate with its amplifier and sensors, at rest before the first sample."""
+
+    def __call__(
+        self, drive: NDArray[np.float64], sample_rate: float, temperature: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the sensors' voltages.
+
+        Parameters
+        ----------
+        drive : (M,) ndarray, V
+            On the output terminal.
+        sample_rate : float, Hz
+        temperature : (M,) ndarray, degrees Celsius
+            Of the plate, at each sample.
+
+        Returns
+        -------
+        (K, M) ndarray, V
+        """
+        ...
+
+
+def room(moments: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return 20 degrees Celsius, as in a room all day."""
+    return np.full(np.shape(moments), 20.0)
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """A chassis, what is plugged into it and what is wired to that.
+
+    Attributes
+    ----------
+    plate : Plate
+    sensors : mapping of str to int
+        Input terminal -> row of the plate's answer it is wired to.
+    drive_inputs : frozenset of str
+        Input terminals wired to the output. An input wired to nothing reads 0 V and its own noise.
+    output : str
+        Output terminal the plate hangs on.
+    plate_temperature : Temperature
+    thermocouples : mapping of str to Temperature
+        Thermocouple terminal -> what it touches. One that touches nothing reads the plate.
+    chassis : str
+    modules : mapping of int to Module
+        Slot, from 1, -> module.
+    memory : float
+        How long the plate remembers, s. A continuous record is computed in pieces, each preceded by
+        this much of the drive; a finite one is computed whole.
+    """
+
+    plate: Plate
+    sensors: Mapping[str, int]
+    drive_inputs: frozenset[str] = frozenset({"cDAQ1Mod1/ai0"})
+    output: str = "cDAQ1Mod2/ao0"
+    plate_temperature: Temperature = room
+    thermocouples: Mapping[str, Temperature] = field(default_factory=dict)
+    chassis: str = "cDAQ1"
+    modules: Mapping[int, Module] = field(default_factory=lambda: {1: NI_9234, 2: NI_9260, 3: NI_9211})
+    memory: float = 2.0
+
+    def __post_init__(self) -> None:
+        if not all(1 <= slot <= 8 for slot in self.modules):
+            raise ValueError(f"modules in slots {sorted(self.modules)}; a cDAQ-9178 has slots 1 to 8")
+        if not 0.0 <= self.memory <= 60.0:
+            raise ValueError(f"memory of {self.memory:g} s; 0 to 60 allowed")
+        terminals = self.terminals()
+        for terminal in (self.output, *self.drive_inputs, *self.sensors, *self.thermocouples):
+            if terminal not in terminals:
+                raise ValueError(f"terminal {terminal!r} is wired but not there; there are {sorted(terminals)}")
+
+    def devices(self) -> dict[str, Module]:
+        """Device name, as NI MAX makes them up, -> module."""
+        return {f"{self.chassis}Mod{slot}": module for slot, module in sorted(self.modules.items())}
+
+    def terminals(self) -> dict[str, Module]:
+        """Physical channel -> module it is on."""
+        return {
+            f"{device}/{'ao' if isinstance(module, OutputModule) else 'ai'}{number}": module
+            for device, module in self.devices().items()
+            for number in range(module.channels)
+        }

@@ -1,0 +1,115 @@
+"""Calls on tasks: making, starting, stopping them and asking how they are."""
+
+from typing import Any
+
+import numpy as np
+from nidaqmx._stubs import nidaqmx_pb2 as pb
+from nidaqmx.error_codes import DAQmxErrors
+
+from drivers.ni.simulated.answering import Answering, answered
+from drivers.ni.simulated.status import DaqmxStatusError
+from drivers.ni.simulated.task import State, Task
+
+
+class TaskCalls(Answering):
+    """The part of the service that has to do with whole tasks."""
+
+    _made = 0
+
+    @answered
+    def CreateTask(self, request: Any) -> Any:
+        name = request.session_name
+        if name and name in self.chassis.tasks:
+            raise DaqmxStatusError(
+                DAQmxErrors.DUPLICATE_TASK, f"Task name conflicts with an existing task. Task Name: {name}"
+            )
+        self._made += 1
+        name = name or f"_unnamedTask<{self._made}>"
+        self.chassis.tasks[name] = Task(name)
+        response = pb.CreateTaskResponse(new_session_initialized=True)
+        response.task.name = name
+        return response
+
+    @answered
+    def ClearTask(self, request: Any) -> Any:
+        task = self.task_of(request)
+        if task.state is not State.CONFIGURED:
+            self.chassis.stop(task)
+        del self.chassis.tasks[task.name]
+        return pb.ClearTaskResponse()
+
+    @answered
+    def StartTask(self, request: Any) -> Any:
+        self.chassis.start(self.task_of(request))
+        return pb.StartTaskResponse()
+
+    @answered
+    def StopTask(self, request: Any) -> Any:
+        task = self.task_of(request)
+        if task.broken is not None:
+            raise task.broken
+        self.chassis.stop(task)
+        return pb.StopTaskResponse()
+
+    @answered
+    def TaskControl(self, request: Any) -> Any:
+        task = self.task_of(request)
+        action = request.action_raw or request.action
+        if action == pb.TASK_CONTROL_ACTION_TASK_START:
+            self.chassis.start(task)
+        elif action == pb.TASK_CONTROL_ACTION_TASK_VERIFY:
+            self.chassis.verify(task)
+        elif action in (pb.TASK_CONTROL_ACTION_TASK_RESERVE, pb.TASK_CONTROL_ACTION_TASK_COMMIT):
+            self.chassis.reserve(task)
+            task.reserved_on_purpose = True
+        else:  # stop, abort, unreserve
+            self.chassis.stop(task)
+            if action != pb.TASK_CONTROL_ACTION_TASK_STOP:
+                self.chassis.release(task)
+        return pb.TaskControlResponse()
+
+    @answered
+    def WaitUntilTaskDone(self, request: Any) -> Any:
+        task = self.task_of(request)
+        chassis, now = self.chassis, self.chassis.clock.now()
+        if not chassis.done(task):
+            patience = request.time_to_wait
+            if patience >= 0.0 or not np.isfinite(task.ends()):
+                chassis.pass_time_to(min(task.ends(), now + max(patience, 0.0)))
+            else:
+                chassis.pass_time_to(task.ends())
+        if task.broken is not None:
+            raise task.broken
+        if not chassis.done(task):
+            raise DaqmxStatusError(
+                DAQmxErrors.WAIT_UNTIL_DONE_DOES_NOT_INDICATE_DONE,
+                "Wait Until Done did not indicate that the task was done within the specified timeout. "
+                f"Task Name: {task.name}",
+            )
+        return pb.WaitUntilTaskDoneResponse()
+
+    @answered
+    def IsTaskDone(self, request: Any) -> Any:
+        task = self.task_of(request)
+        if task.broken is not None:
+            raise task.broken
+        return pb.IsTaskDoneResponse(is_task_done=self.chassis.done(task))
+
+    @answered
+    def GetTaskAttributeString(self, request: Any) -> Any:
+        task = self.task_of(request)
+        values = {
+            pb.TASK_ATTRIBUTE_NAME: task.name,
+            pb.TASK_ATTRIBUTE_CHANNELS: ", ".join(channel.name for channel in task.channels),
+            pb.TASK_ATTRIBUTE_DEVICES: ", ".join(task.devices()),
+        }
+        return pb.GetTaskAttributeStringResponse(value=self.one_of(values, pb.TaskStringAttribute, request))
+
+    @answered
+    def GetTaskAttributeUInt32(self, request: Any) -> Any:
+        task = self.task_of(request)
+        values = {
+            pb.TASK_ATTRIBUTE_NUM_CHANS: len(task.channels),
+            pb.TASK_ATTRIBUTE_NUM_DEVICES: len(task.devices()),
+        }
+        return pb.GetTaskAttributeUInt32Response(value=self.one_of(values, pb.TaskUInt32Attribute, request))

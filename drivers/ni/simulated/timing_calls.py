@@ -1,0 +1,58 @@
+"""Calls on a task's sample clock and start trigger."""
+
+from typing import Any
+
+from nidaqmx._stubs import nidaqmx_pb2 as pb
+
+from drivers.ni.simulated.answering import Answering, answered
+from drivers.ni.simulated.task import Timing
+
+
+class TimingCalls(Answering):
+    """The part of the service that says when samples are taken."""
+
+    @answered
+    def CfgSampClkTiming(self, request: Any) -> Any:
+        task = self.task_of(request)
+        self.chassis.verify(task)
+        finite = (request.sample_mode_raw or request.sample_mode) == pb.ACQUISITION_TYPE_FINITE_SAMPS
+        rate = self.chassis.coerced_rate(task, request.rate)
+        task.timing = Timing(rate, max(2, int(request.samps_per_chan)), finite)
+        return pb.CfgSampClkTimingResponse()
+
+    @answered
+    def GetTimingAttributeDouble(self, request: Any) -> Any:
+        values = {pb.TIMING_ATTRIBUTE_SAMP_CLK_RATE: self.task_of(request).clocked().rate}
+        return pb.GetTimingAttributeDoubleResponse(value=self.one_of(values, pb.TimingDoubleAttribute, request))
+
+    @answered
+    def GetTimingAttributeInt32(self, request: Any) -> Any:
+        finite = self.task_of(request).clocked().finite
+        modes = (
+            pb.TIMING_INT32_ACQUISITION_TYPE_FINITE_SAMPS
+            if finite
+            else pb.TIMING_INT32_ACQUISITION_TYPE_CONT_SAMPS
+        )
+        values = {pb.TIMING_ATTRIBUTE_SAMP_QUANT_SAMP_MODE: modes}
+        return pb.GetTimingAttributeInt32Response(value_raw=self.one_of(values, pb.TimingInt32Attribute, request))
+
+    @answered
+    def GetTimingAttributeUInt64(self, request: Any) -> Any:
+        values = {pb.TIMING_ATTRIBUTE_SAMP_QUANT_SAMP_PER_CHAN: self.task_of(request).clocked().samples}
+        return pb.GetTimingAttributeUInt64Response(value=self.one_of(values, pb.TimingUInt64Attribute, request))
+
+    @answered
+    def CfgDigEdgeStartTrig(self, request: Any) -> Any:
+        task = self.task_of(request)
+        self.chassis.check_trigger(request.trigger_source)
+        task.trigger = request.trigger_source
+        return pb.CfgDigEdgeStartTrigResponse()
+
+    @answered
+    def GetTrigAttributeString(self, request: Any) -> Any:
+        task = self.task_of(request)
+        values = {
+            pb.TRIGGER_ATTRIBUTE_START_TRIG_TERM: self.chassis.trigger_terminal(task),
+            pb.TRIGGER_ATTRIBUTE_DIG_EDGE_START_TRIG_SRC: task.trigger,
+        }
+        return pb.GetTrigAttributeStringResponse(value=self.one_of(values, pb.TriggerStringAttribute, request))

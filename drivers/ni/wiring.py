@@ -1,0 +1,66 @@
+"""Which terminal of which card is connected to what: the part of an experiment that is the rig."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Terminal = Annotated[
+    str, Field(pattern=r"^[^/\s,:]+/[a-z]+[0-9]+$", description="as NI MAX shows it: cDAQ1Mod1/ai0")
+]
+Volts = Annotated[float, Field(gt=0.0, le=60.0, description="V, magnitude")]
+
+
+class Wiring(BaseModel):
+    """The cards' connections and settings, as written in an experiment's file.
+
+    Attributes
+    ----------
+    output : str
+        Analog output that drives the amplifier.
+    drive_input : str
+        Analog input that records the drive, on the same kind of module as the responses: only then
+        do the modules' filter delays cancel in a ratio.
+    responses : (K,) tuple of str
+        Analog inputs of the sensor patches, in the experiment's order.
+    thermocouples : tuple of str
+        Inputs of a thermocouple module.
+    thermocouple_type : str
+    sample_rate : float
+        Asked for, Hz; what the hardware makes of it is read back.
+    input_range, output_range : float
+        Largest magnitude expected, V.
+    coupling : str
+        DC for a piezo patch; AC has lost 3 dB near 0.5 Hz.
+    grpc : str, optional
+        ``host:port`` of an NI gRPC Device Server; the local driver if left out.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    output: Terminal
+    drive_input: Terminal
+    responses: Annotated[tuple[Terminal, ...], Field(min_length=1)]
+    thermocouples: tuple[Terminal, ...] = ()
+    thermocouple_type: Literal["B", "E", "J", "K", "N", "R", "S", "T"] = "K"
+    sample_rate: Annotated[float, Field(ge=100.0, le=2e6, description="Hz")]
+    input_range: Volts = 5.0
+    output_range: Volts = 4.24
+    coupling: Literal["DC", "AC"] = "DC"
+    grpc: Annotated[str, Field(pattern=r"^.+:[0-9]{1,5}$", description="host:port")] | None = None
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The drive's input, then the responses'."""
+        return (self.drive_input, *self.responses)
+
+    @model_validator(mode="after")
+    def _each_terminal_once(self) -> Self:
+        terminals = (self.output, *self.inputs, *self.thermocouples)
+        for terminal in terminals:
+            if terminals.count(terminal) > 1:
+                raise ValueError(f"terminal {terminal!r} is used {terminals.count(terminal)} times")
+        for kind, named in (("ao", (self.output,)), ("ai", self.inputs + self.thermocouples)):
+            for terminal in named:
+                if not terminal.rsplit("/", 1)[1].startswith(kind):
+                    raise ValueError(f"terminal {terminal!r} is not of the kind {kind}0, {kind}1, … wanted there")
+        return self
