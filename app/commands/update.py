@@ -148,15 +148,18 @@ def show(updated: "Updated") -> None:
     from rich.table import Table
 
     table = Table(title="Updated twin", header_style="bold")
-    for heading in ("T [°C]", "E [GPa]", "ν", "η [%]", "misfit [%]", "noise [%]", ""):
+    for heading in ("T [°C]", "E [GPa]", "σ_E [%]", "ν", "σ_ν", "η [%]", "σ_η [%]", "misfit [%]", "noise [%]", ""):
         table.add_column(heading, justify="right")
     sigma = updated.sigma
     for t, (e, nu, eta) in enumerate(_constants(updated)):
         table.add_row(
             f"{updated.temperature[t]:.2f}",
-            f"{e / 1e9:.4f} ± {sigma.youngs_modulus[t] / 1e9:.4f}",
-            f"{nu:.4f} ± {sigma.poisson_ratio[t]:.4f}",
-            f"{100 * eta:.3f} ± {100 * sigma.loss_factor[t]:.3f}",
+            f"{e / 1e9:.4f}",
+            f"{100 * sigma.youngs_modulus[t] / e:.4f}",
+            f"{nu:.4f}",
+            f"{sigma.poisson_ratio[t]:.5f}",
+            f"{100 * eta:.3f}",
+            f"{100 * sigma.loss_factor[t]:.4f}",
             f"{100 * updated.misfit[t]:.2f}",
             f"{100 * updated.noise_floor[t]:.2f}",
             "" if updated.settled[t] else "not settled",

@@ -21,10 +21,8 @@ def waterfall(frf: Frf, channel: int = 0) -> Figure:
     figure, axes = panels(1, 2, height=4.6, width_ratios=[1.15, 1.0])
     order = np.argsort(frf.temperature, kind="stable")
     level = 20.0 * np.log10(np.abs(frf.h[order, channel]) + 1e-12)
-    image = axes[0].pcolormesh(
-        frf.frequency, _edges(frf.temperature[order]), level, cmap="magma", rasterized=True, shading="flat"
-        if len(order) > 1 else "auto",
-    )  # fmt: skip
+    cells = (_edges(frf.frequency), _edges(frf.temperature[order]))
+    image = axes[0].pcolormesh(*cells, level, cmap="magma", vmin=float(np.percentile(level, 1)), rasterized=True)
     figure.colorbar(image, ax=axes[0], label=f"|H| {frf.channels[channel]}/drive [dB re 1 V/V]")
     axes[0].set(ylabel="temperature [°C]", title="FRF over temperature")
     axes[0].grid(visible=False)

@@ -41,7 +41,7 @@ def temperature_color(temperature: float, span: Sequence[float]) -> tuple[float,
     """Blue for the coldest, red for the hottest of `span` (low, high)."""
     low, high = span
     share = 0.5 if high <= low else (temperature - low) / (high - low)
-    color: tuple[float, ...] = mpl.colormaps["coolwarm"](share)
+    color: tuple[float, ...] = mpl.colormaps["turbo"](0.08 + 0.84 * share)
     return color
 
 

@@ -14,20 +14,21 @@ from app.report.style import BAND, MEASURED, MODEL, frequency_axis, panels
 def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0) -> Figure:
     """Measured and updated FRFs, amplitude and phase, cold, in the middle and hot."""
     rows = spread(frf.temperature, 3)
-    figure, axes = panels(2, len(rows), height=5.2, sharex=True, squeeze=False, height_ratios=[2, 1])
+    figure, axes = panels(2, len(rows), width=11.0, height=5.2, sharex=True, squeeze=False, height_ratios=[2, 1])
     for column, row in enumerate(rows):
         amplitude, phase = axes[:, column]
+        rest = np.abs(frf.h[row, channel] - twin.h[row, channel])
+        amplitude.semilogy(frf.frequency, rest, color="0.75", lw=0.4, label="difference")
+        amplitude.set_ylim(0.1 * float(np.median(rest)), None)
         for h, color, label, width in (
             (frf.h[row, channel], MEASURED, "measured", 1.8),
             (twin.h[row, channel], MODEL, "updated twin", 1.0),
         ):
             amplitude.semilogy(frf.frequency, np.abs(h), color=color, label=label, lw=width)
             phase.plot(frf.frequency, np.degrees(np.angle(h)), color=color, lw=width)
-        rest = np.abs(frf.h[row, channel] - twin.h[row, channel])
-        amplitude.semilogy(frf.frequency, rest, color="0.6", lw=0.5, label="difference")
         amplitude.set_title(
-            f"{updated.temperature[row]:.1f} °C, misfit {100 * updated.misfit[row]:.2f} % "
-            f"(noise {100 * updated.noise_floor[row]:.2f} %)"
+            f"{updated.temperature[row]:.1f} °C: misfit {100 * updated.misfit[row]:.2f} %, "
+            f"noise {100 * updated.noise_floor[row]:.2f} %"
         )
         frequency_axis(phase)
     axes[0, 0].set_ylabel("|H| [V/V]")
