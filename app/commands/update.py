@@ -99,10 +99,10 @@ def save(
     from app.files.laws_file import TwinFrf, save_laws
     from app.files.provenance import provenance
 
-    made_from = provenance(campaign.hashes, settings)
+    made_from = provenance(campaign.hashes, {**settings, "campaign": campaign.name})
     answers = [updated.gain * twin.frf(*row, frf.frequency) for row in _constants(updated)]
     plate = campaign.experiment.plate
-    save_frf(run / "frf.h5", frf, made_from)
+    save_frf(run / "frf.h5", campaign.experiment, frf, made_from)
     save_laws(
         run / "laws.h5",
         updated,

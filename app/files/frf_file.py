@@ -1,25 +1,33 @@
-"""``frf.h5``: the FRFs of a campaign."""
+"""``frf.h5``: the FRFs of a campaign, and the experiment they belong to."""
 
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import h5py
+from pydantic import ValidationError
 
+from analysis.experiment import Experiment
 from analysis.frf import Frf
 from app.files.atomic import atomic_hdf5
+from app.files.bad_file import ResultFileError
 from app.files.provenance import stamp
 from app.files.values import read_value, write_value
 
 
-def save_frf(target: Path, frf: Frf, made_from: Mapping[str, Any]) -> None:
+def save_frf(target: Path, experiment: Experiment, frf: Frf, made_from: Mapping[str, Any]) -> None:
     """Write FRFs, whole or not at all."""
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
+        file.attrs["experiment"] = experiment.model_dump_json()
         write_value(file.create_group("frf"), frf)
 
 
-def load_frf(path: Path) -> Frf:
-    """Read back what `save_frf` wrote."""
-    with h5py.File(path) as file:
-        return read_value(file["frf"], Frf)
+def load_frf(path: Path) -> tuple[Experiment, Frf]:
+    """Read back what `save_frf` wrote; ResultFileError where the file is something else."""
+    try:
+        with h5py.File(path) as file:
+            experiment = Experiment.model_validate_json(str(file.attrs["experiment"]))
+            return experiment, read_value(file["frf"], Frf)
+    except (OSError, KeyError, ValidationError) as error:
+        raise ResultFileError(f"{path}: not a readable frf.h5; make it again: flexura update") from error

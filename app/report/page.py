@@ -45,8 +45,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure and the sentence under it."""
+    """A figure, the name of its file, and the sentence under it."""
 
+    name: str
     figure: Figure
     caption: str
 

@@ -19,7 +19,6 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0) -> Fig
         amplitude, phase = axes[:, column]
         rest = np.abs(frf.h[row, channel] - twin.h[row, channel])
         amplitude.semilogy(frf.frequency, rest, color="0.75", lw=0.4, label="difference")
-        amplitude.set_ylim(0.1 * float(np.median(rest)), None)
         for h, color, label, width in (
             (frf.h[row, channel], MEASURED, "measured", 1.8),
             (twin.h[row, channel], MODEL, "updated twin", 1.0),
@@ -30,6 +29,7 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0) -> Fig
             f"{updated.temperature[row]:.1f} °C: misfit {100 * updated.misfit[row]:.2f} %, "
             f"noise {100 * updated.noise_floor[row]:.2f} %"
         )
+        amplitude.set_ylim(bottom=0.1 * float(np.median(rest)))
         frequency_axis(phase)
     axes[0, 0].set_ylabel("|H| [V/V]")
     axes[1, 0].set_ylabel("phase [°]")

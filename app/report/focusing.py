@@ -1,0 +1,137 @@
+"""Contrast and spot error before and after compensation (the paper's Figs. 4, 13 and 17), and its Fig. 15."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
+
+from analysis.compensation.study import NETWORK, Compensation
+from analysis.focusing.methods import Comparison
+from analysis.focusing.over_temperature import Aim, Focusing
+from analysis.focusing.panel import Panel
+from app.report.style import MEASURED, MODEL, frequency_axis, panels, temperature_color
+
+SHOWN = (0.0, 20.0, 40.0, 60.0)
+"""Temperatures of the paper's Figs. 13 and 17, degrees Celsius."""
+
+
+def before(focusing: Focusing) -> Figure:
+    """Contrast and spot error with the filters of one temperature used at every temperature."""
+    return _over_temperature(focusing.frequency, focusing.temperature, focusing.fixed)
+
+
+def after(compensation: Compensation) -> Figure:
+    """Draw the same with the filters the networks give for each temperature."""
+    figure = _over_temperature(compensation.frequency, compensation.aim_temperature, compensation.network_aim)
+    rows = _rows(compensation.aim_temperature)
+    for row in rows:
+        figure.axes[0].plot(
+            compensation.frequency, compensation.direct_aim.contrast[row], ":", color=MEASURED, lw=0.8
+        )
+    figure.axes[0].plot([], [], ":", color=MEASURED, lw=0.8, label="filters computed directly")
+    figure.axes[0].legend()
+    return figure
+
+
+def loss(focusing: Focusing, compensation: Compensation) -> Figure:
+    """Mean contrast of the band over temperature: one filter for all, networks, and direct filters."""
+    figure, axes = panels(1, 1, height=3.2)
+    axes.plot(
+        focusing.temperature,
+        focusing.fixed.contrast.mean(1),
+        "o-",
+        color=MODEL,
+        ms=3.5,
+        label=f"filters of {focusing.reference_temperature:g} °C everywhere",
+    )
+    place = compensation.methods.index(NETWORK)
+    axes.plot(compensation.temperature, compensation.contrast[place].mean(1), color="#00798c", label="networks")
+    axes.plot(
+        compensation.temperature,
+        compensation.contrast_direct.mean(1),
+        ":",
+        color=MEASURED,
+        label="computed directly",
+    )
+    axes.set(
+        xlabel="temperature [°C]", ylabel="mean contrast in band", ylim=(0, 1), title="what temperature costs"
+    )
+    axes.legend()
+    return figure
+
+
+def methods(comparison: Comparison) -> Figure:
+    """STIF beside time reversal, modal control and no control, on the panel's own plate."""
+    figure, axes = panels(1, 2, height=3.6, sharex=True)
+    for place, name in enumerate(comparison.methods):
+        width = 1.8 if name == "stif" else 0.9
+        axes[0].plot(comparison.frequency, comparison.contrast[place], lw=width, label=name)
+        axes[1].plot(comparison.frequency, 100 * comparison.spot_error[place], lw=width)
+    axes[0].set(ylabel="contrast", ylim=(0, 1), title="contrast, eq. (9)")
+    axes[1].set(ylabel="spot error [% of Lx]", title="spot error")
+    axes[0].legend()
+    for each in axes:
+        frequency_axis(each)
+    return figure
+
+
+def relative_errors(compensation: Compensation) -> Figure:
+    """Relative error of the networks per actuator, and the worst actuator of every method."""
+    figure, axes = panels(1, 2, height=3.8, sharey=True)
+    place = compensation.methods.index(NETWORK)
+    for actuator, curve in enumerate(compensation.relative_error[place].T):
+        axes[0].semilogy(
+            compensation.temperature, np.maximum(curve, 1e-12), lw=0.9, label=f"actuator {actuator + 1}"
+        )
+    for row, name in enumerate(compensation.methods):
+        worst = compensation.relative_error[row].max(axis=1)
+        axes[1].semilogy(compensation.temperature, np.maximum(worst, 1e-12), lw=0.9, label=name)
+    axes[0].set(ylabel="relative error, eq. (13) [%]", title="networks, each actuator")
+    axes[1].set(title="worst actuator of every method")
+    for each in axes:
+        each.plot(compensation.training_temperature, np.full(len(compensation.training_temperature), 1e-12), "k|")
+        each.set_xlabel("temperature [°C] (ticks: trained)")
+        each.legend(ncols=2, fontsize=8)
+        each.set_ylim(1e-12, 10.0)
+    return figure
+
+
+def layout(panel: Panel) -> Figure:
+    """Draw the panel with its actuators and the target."""
+    figure, axes = panels(1, 1, width=5.0, height=3.8)
+    plate = panel.plate
+    axes.add_patch(Rectangle((0.0, 0.0), plate.length_x, plate.length_y, fill=False, lw=2.0, ec="0.3"))
+    size = [panel.target.size[a] * (plate.length_x, plate.length_y)[a] for a in (0, 1)]
+    corner = [panel.target_center[a] - size[a] / 2 for a in (0, 1)]
+    axes.add_patch(Rectangle((corner[0], corner[1]), size[0], size[1], fc="#f4d35e", ec="none", label="target"))
+    for number, patch in enumerate(panel.patch):
+        corner = [patch.span(0)[0], patch.span(1)[0]]
+        label = "actuators" if number == 0 else None
+        axes.add_patch(Rectangle((corner[0], corner[1]), *patch.size, fc="#00798c", ec="none", label=label))
+        axes.annotate(str(number + 1), patch.center, ha="center", va="center", color="white", fontsize=8)
+    axes.set(xlim=(-0.005, plate.length_x + 0.005), ylim=(-0.005, plate.length_y + 0.005), aspect="equal")
+    axes.set(xlabel="x [m]", ylabel="y [m]", title=f"{panel.title} ({plate.boundary})")
+    axes.grid(visible=False)
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+def _over_temperature(frequency: NDArray[np.float64], temperature: NDArray[np.float64], aim: Aim) -> Figure:
+    figure, axes = panels(1, 2, height=3.8, sharex=True)
+    span = (float(temperature.min()), float(temperature.max()))
+    for row in _rows(temperature):
+        color = temperature_color(float(temperature[row]), span)
+        label = f"{temperature[row]:g} °C"
+        axes[0].plot(frequency, aim.contrast[row], color=color, label=label)
+        axes[1].plot(frequency, 100 * aim.spot_error[row], color=color, lw=0.9)
+    axes[0].set(ylabel="contrast", ylim=(0, 1), title="contrast, eq. (9)")
+    axes[1].set(ylabel="spot error [% of Lx]", title="spot error", ylim=(0, None))
+    axes[0].legend()
+    for each in axes:
+        frequency_axis(each)
+    return figure
+
+
+def _rows(temperature: NDArray[np.float64]) -> list[int]:
+    """Rows nearest to the paper's temperatures, each once."""
+    return sorted({int(np.argmin(np.abs(temperature - t))) for t in SHOWN})

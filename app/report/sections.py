@@ -1,0 +1,167 @@
+"""What stands on the report's page, stage by stage, as far as the run has come."""
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from analysis.experiment import Experiment
+from analysis.frf import Frf
+from app.files.bad_file import ResultFileError
+from app.files.filter_files import load_compensation, load_focusing
+from app.files.frf_file import load_frf
+from app.files.laws_file import load_laws, load_updated
+from app.files.provenance import read_stamp
+from app.files.run_folder import MADE_BY
+from app.progress import Report
+from app.report import focusing, identified, measured, paper, updated
+from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, Table
+
+
+@dataclass(frozen=True)
+class Found:
+    """The page's title, the line under it, and its sections."""
+
+    title: str
+    subtitle: str
+    sections: Sequence[Section]
+
+
+def sections(run: Path, report: Report) -> Found:
+    """Read what `run` holds; ResultFileError where it is no run folder at all."""
+    if not (run / "frf.h5").is_file():
+        held = "does not exist" if not run.is_dir() else "holds no frf.h5"
+        raise ResultFileError(f"{run}: {held}; make it with: flexura {MADE_BY['frf.h5']}")
+    experiment, frf = load_frf(run / "frf.h5")
+    rows: list[paper.Row] = []
+    parts: list[tuple[str, str, Callable[[], list[Item]]]] = [
+        ("Measurement", "frf.h5", lambda: _measurement(experiment, frf)),
+        ("Identification", "modes.h5", lambda: _identification(run, frf, rows)),
+        ("Updated twin and material laws", "laws.h5", lambda: _updating(run, frf, rows)),
+        ("Focusing", "filters.h5", lambda: _focusing(run, rows)),
+        ("Compensation", "compensation.h5", lambda: _compensation(run, rows)),
+    ]
+    made = []
+    for done, (title, name, build) in enumerate(parts):
+        report("report", done / len(parts))
+        if (run / name).is_file():
+            made.append(Section(title, build()))
+        else:
+            made.append(Section(title, [Absent(f"not run yet; make it with: flexura {MADE_BY[name]}")]))
+    made.append(Section("Beside the paper", [paper.beside_paper(rows)]))
+    made.append(Section("Provenance", [Listing(_provenance(run, [name for _, name, _ in parts]))]))
+    report("report", 1.0)
+    temperature = frf.temperature
+    subtitle = f"{len(temperature)} sweeps, {temperature.min():.1f} to {temperature.max():.1f} °C"
+    return Found(experiment.title, subtitle, made)
+
+
+def _measurement(experiment: Experiment, frf: Frf) -> list[Item]:
+    plate, protocol, inputs = experiment.plate, experiment.protocol, experiment.acquisition
+    facts = [
+        (
+            "plate",
+            f"{1e3 * plate.length_x:g} × {1e3 * plate.length_y:g} × {1e3 * plate.thickness:g} mm, {plate.boundary}",
+        ),
+        ("mass, density", f"{1e3 * plate.mass:g} g, {plate.density:.0f} kg/m³"),
+        *(
+            (p.role, f"{p.id}: {p.material} at {p.center[0]:g}, {p.center[1]:g} m, {p.side}")
+            for p in experiment.patch
+        ),
+        (
+            "sweeps",
+            f"{protocol.sweep}, {protocol.band[0]:g} to {protocol.band[1]:g} Hz, {protocol.sweep_duration:g} s "
+            f"and {protocol.tail:g} s of silence, {protocol.repeats} repeats",
+        ),
+        (
+            "input",
+            f"{inputs.module} at {inputs.sample_rate:.2f} Hz, {inputs.input_resistance:g} Ω across each sensor",
+        ),
+    ]
+    items: list[Item] = [
+        Table(("", ""), facts),
+        Picture("waterfall", measured.waterfall(frf), "Measured H1 over temperature (paper Fig. 7)."),
+        Picture("noise", measured.noise(frf), "H1, its standard deviation from the repeats, and the coherence."),
+    ]
+    if frf.notes:
+        items.append(Listing("\n".join(frf.notes)))
+    return items
+
+
+def _updating(run: Path, frf: Frf, rows: list[paper.Row]) -> list[Item]:
+    estimates, twin = load_updated(run / "laws.h5")
+    try:
+        laws = load_laws(run / "laws.h5")
+        rows.extend(paper.material_rows(laws))
+    except ResultFileError:
+        laws = None
+    worst = float((estimates.misfit / estimates.noise_floor).max())
+    text = (
+        f"One gain for all sweeps: {estimates.gain:.4f} ± {estimates.sigma_gain:.4f} V/V. The twin misses at most "
+        f"{worst:.2f} times the noise of the measurement. Its reduced model is certified to "
+        f"{twin.basis_error:.1g} of a transfer's rms."
+    )
+    return [
+        Paragraph(text),
+        Picture("overlays", updated.overlays(frf, twin, estimates), "Measured and updated FRFs (paper Fig. 11)."),
+        Picture(
+            "laws", updated.laws(estimates, laws), "E, η and ν over temperature, two-sigma bands (paper Fig. 12)."
+        ),
+        Picture("misfit", updated.misfit(estimates), "What the twin misses, against the noise."),
+    ]
+
+
+def _focusing(run: Path, rows: list[paper.Row]) -> list[Item]:
+    panel, found, comparison = load_focusing(run / "filters.h5")
+    rows.extend([*paper.method_rows(comparison), *paper.temperature_rows(found)])
+    reference = f"{found.reference_temperature:g} °C"
+    return [
+        Picture("panel", focusing.layout(panel), "The panel: what the paper leaves open is stated in its file."),
+        Picture("methods", focusing.methods(comparison), "Four ways to drive it, complex filters (paper Fig. 4)."),
+        Picture(
+            "before",
+            focusing.before(found),
+            f"The filters of {reference} used at every temperature (paper Fig. 13).",
+        ),
+    ]
+
+
+def _compensation(run: Path, rows: list[paper.Row]) -> list[Item]:
+    _, found = load_compensation(run / "compensation.h5")
+    rows.extend(paper.compensation_rows(found))
+    items: list[Item] = [
+        Picture(
+            "relative-error", focusing.relative_errors(found), "Relative error of the filters (paper Fig. 15)."
+        ),
+        Picture("after", focusing.after(found), "Contrast and spot error with compensation (paper Fig. 17)."),
+    ]
+    if (run / "filters.h5").is_file():
+        before = load_focusing(run / "filters.h5")[1]
+        items.append(
+            Picture("regained", focusing.loss(before, found), "What temperature costs, and what is regained.")
+        )
+    worst = found.relative_error.max(axis=(1, 2))
+    cells = [
+        (
+            name,
+            f"{worst[m]:.2g}",
+            f"{found.relative_error[m].mean():.2g}",
+            f"{np.abs(found.contrast_loss[m]).max():.2g}",
+            f"{found.seconds[m]:.2f}",
+        )
+        for m, name in enumerate(found.methods)
+    ]
+    headings = ("method", "max RE [%]", "mean RE [%]", "largest contrast loss", "seconds")
+    return [*items, Table(headings, cells, numbers=(1, 2, 3, 4))]
+
+
+def _provenance(run: Path, names: Sequence[str]) -> str:
+    found = {}
+    for name in names:
+        if (run / name).is_file():
+            with h5py.File(run / name) as file:
+                found[name] = read_stamp(file)
+    return json.dumps(found, indent=1, ensure_ascii=False)
