@@ -11,6 +11,7 @@ from drivers.ovens.oven import OvenLimits, SetPoint
 
 T = TypeVar("T")
 
+RESTING = ("OFF", "STANDBY")
 LONGEST_PROGRAM = 99 * 60 + 59
 """Minutes."""
 
@@ -47,7 +48,7 @@ class Espec:
                 "Read them on the chamber's panel, remove their cause and reset them there.",
                 self._ask("ALARM?", p300.decode),
             )
-        if self._commanded and seen.mode in ("OFF", "STANDBY"):
+        if self._commanded and seen.mode in RESTING:
             raise OvenError(
                 Fault.ALARM,
                 f"the chamber has stopped by itself at {seen.temperature:g} °C",
@@ -87,8 +88,9 @@ class Espec:
     def hold(self) -> float:
         """Leave the program for the constant mode at the set-point it has reached."""
         with self._line.reserved():
-            reached = self._ask("TEMP?", p300.decode_temperatures).set_point
-            return self._keep(self.limits.clamp_target(reached))
+            seen = self._ask("TEMP?", p300.decode_temperatures)
+            resting = self._ask("MODE?", p300.decode) in RESTING
+            return self._keep(self.limits.clamp_target(seen.actual if resting else seen.set_point))
 
     def safe(self) -> None:
         """Standby: fan, heater and cooler off, controller awake."""

@@ -101,10 +101,14 @@ class Eurotherm:
     def hold(self) -> float:
         """Make the working set-point, where the ramp is now, the target."""
         with self._unit.line.reserved():
-            working = self._unit.read(self._at.working_set_point, self._decimals)
-            return self._unit.put(
-                self._at.target, self.limits.clamp_target(working), self._decimals, name="target set-point"
+            # in manual, not every model's working set-point follows the temperature
+            resting = self._unit.read(self._at.mode) != AUTOMATIC
+            here = self._unit.read(self._at.temperature if resting else self._at.working_set_point, self._decimals)
+            held = self._unit.put(
+                self._at.target, self.limits.clamp_target(here), self._decimals, name="target set-point"
             )
+            self._unit.put(self._at.mode, AUTOMATIC, name="auto/manual")
+            return held
 
     def safe(self) -> None:
         """Manual with no output."""

@@ -72,8 +72,11 @@ class F4T:
     def hold(self) -> float:
         """Make the working set-point, where the ramp is now, the set-point."""
         with self._unit.line.reserved():
-            working = self._unit.read_float(WORKING_SET_POINT)
-            return self._unit.put_float(SET_POINT, self.limits.clamp_target(working), 0.05, name="set-point")
+            resting = self._unit.read(MODE) != AUTO
+            here = self.temperature() if resting else self._unit.read_float(WORKING_SET_POINT)
+            held = self._unit.put_float(SET_POINT, self.limits.clamp_target(here), 0.05, name="set-point")
+            self._unit.put(MODE, AUTO, name="control mode")
+            return held
 
     def safe(self) -> None:
         """Switch the loop off."""

@@ -1,5 +1,6 @@
 """One line to one controller: who may talk, when, for how long, and how often it is tried again."""
 
+import math
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -60,7 +61,7 @@ class Timing:
     gap_after_read, gap_after_write : float
         Silence kept before the next command: some chambers lose what comes sooner.
     lost_after : float
-        Contact older than this is lost.
+        Contact counts as lost when every attempt over this long has failed.
     """
 
     timeout: float = 1.0
@@ -93,7 +94,8 @@ class Line:
         self._timing = timing
         self._lock = threading.RLock()
         self._free_at = clock.now()
-        self._contact = clock.now()
+        self._failing_since = math.inf
+        self._unsettled = False
 
     @contextmanager
     def reserved(self) -> Iterator[None]:
@@ -107,27 +109,43 @@ class Line:
         Raises
         ------
         OvenError
-            At once where repeating cannot help; of kind lost where the last contact is too old;
+            At once where repeating cannot help; of kind lost where attempts have failed for too long;
             otherwise that of the last attempt.
         """
         with self._lock:
-            for left in range(self._timing.retries, -1, -1):
-                self._clock.sleep(self._free_at - self._clock.now())
-                try:
-                    result = action()
-                except OvenError as error:
-                    if error.fault not in PASSING:
-                        self._contact = self._clock.now()
-                        raise
-                    failure = self._explained(error)
-                    if left == 0:
-                        raise self._given_up(failure) from error
-                else:
-                    self._contact = self._clock.now()
-                    return result
-                finally:
-                    gap = self._timing.gap_after_write if writes else self._timing.gap_after_read
-                    self._free_at = self._clock.now() + gap
+            if self._unsettled:
+                self._settle()
+            # Left by a keyboard interrupt, say, the line may still owe an answer nobody waits for.
+            self._unsettled = True
+            try:
+                result = self._tried(
+                    action, self._timing.gap_after_write if writes else self._timing.gap_after_read
+                )
+            except OvenError:
+                self._unsettled = False
+                raise
+            self._unsettled = False
+            return result
+
+    def _tried(self, action: Callable[[], T], gap: float) -> T:
+        for left in range(self._timing.retries, -1, -1):
+            self._clock.sleep(self._free_at - self._clock.now())
+            begun = self._clock.now()
+            try:
+                result = action()
+            except OvenError as error:
+                if error.fault not in PASSING:
+                    self._failing_since = math.inf
+                    raise
+                self._failing_since = min(self._failing_since, begun)
+                failure = self._explained(error)
+                if left == 0:
+                    raise self._given_up(failure) from error
+            else:
+                self._failing_since = math.inf
+                return result
+            finally:
+                self._free_at = self._clock.now() + gap
         raise AssertionError("the last attempt returns or raises")
 
     def exchange(self, request: bytes, end: End, quiet: float | None = None) -> bytes:
@@ -185,7 +203,7 @@ class Line:
         return came
 
     def _given_up(self, error: OvenError) -> OvenError:
-        since = self._clock.now() - self._contact
+        since = self._clock.now() - self._failing_since
         if since >= self._timing.lost_after:
             return OvenError(
                 Fault.LOST,

@@ -94,19 +94,21 @@ class ModbusUnit:
         OvenError
             Of kind not taken, if it reads back different.
         """
-        quantum = 10.0**-decimals
+        tolerance = 0.5001 * 10.0**-decimals
         with self.line.reserved():
-            if abs(self.read(register, decimals) - value) > 0.5001 * quantum:
-                self.write(register, value, decimals)
             held = self.read(register, decimals)
-        return _taken(name, register, value, held, 0.5001 * quantum)
+            if abs(held - value) > tolerance:
+                self.write(register, value, decimals)
+                held = self.read(register, decimals)
+        return _taken(name, register, value, held, tolerance)
 
     def put_float(self, register: int, value: float, tolerance: float, *, name: str) -> float:
         """Make two registers hold `value` to within `tolerance`; otherwise as `put`."""
         with self.line.reserved():
-            if abs(self.read_float(register) - value) > tolerance:
-                self.write_float(register, value)
             held = self.read_float(register)
+            if not abs(held - value) <= tolerance:  # so that NaN is written over
+                self.write_float(register, value)
+                held = self.read_float(register)
         return _taken(name, register, value, held, tolerance)
 
     def _call(self, action: Callable[[], T], *, writes: bool = False) -> T:
@@ -147,7 +149,7 @@ class ModbusUnit:
 
 
 def _taken(name: str, register: int, wanted: float, held: float, tolerance: float) -> float:
-    if not abs(held - wanted) <= tolerance:  # so that NaN is not taken either
+    if not abs(held - wanted) <= tolerance:  # so that NaN counts as not taken
         raise OvenError(
             Fault.NOT_TAKEN,
             f"{name} (register {register}) was set to {wanted:g} and reads back {held:g}",

@@ -108,7 +108,10 @@ class Oven(Protocol):
         ...
 
     def hold(self) -> float:
-        """Stop where the oven is and keep it there; return the set-point kept, degrees Celsius."""
+        """Stop the ramp where it is and stay there; return the set-point kept, degrees Celsius.
+
+        An oven at rest is started at the temperature it has.
+        """
         ...
 
     def safe(self) -> None:

@@ -60,7 +60,7 @@ class Votsch:
     def hold(self) -> float:
         """Make the temperature measured now the nominal one: the chamber does not tell where its ramp is."""
         with self._line.reserved():
-            return self._change(self.limits.clamp_target(self.temperature()), running=None)
+            return self._change(self.limits.clamp_target(self.temperature()), running=True)
 
     def safe(self) -> None:
         """Take the Start bit away, whatever the channels hold."""
@@ -70,14 +70,13 @@ class Votsch:
         """Let go of the line."""
         self._line.close()
 
-    def _change(self, target: float | None, *, running: bool | None) -> float:
+    def _change(self, target: float | None, *, running: bool) -> float:
         with self._line.reserved():
             before = self._status()
             nominal, bits = list(before.nominal), list(before.bits)
             if target is not None:
                 nominal[self._air] = round(target, 1)
-            if running is not None:
-                bits[self._start] = str(int(running))
+            bits[self._start] = str(int(running))
             wanted = (tuple(nominal), "".join(bits))
             if wanted != (before.nominal, before.bits):
                 self._send(ascii2.encode_status(self._address, *wanted))

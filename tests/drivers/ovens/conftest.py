@@ -1,0 +1,107 @@
+"""A line whose every byte is written down beforehand, and simulated ovens in memory."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drivers.clock import VirtualClock
+from drivers.ovens.line import Line, Timing
+from drivers.ovens.settings import OvenSettings, open_oven
+from drivers.ovens.simulated.build import simulated_controller
+from drivers.ovens.simulated.disturbance import Disturbed
+from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.regulated_oven import RegulatedOven
+
+KINDS = ("eurotherm-2400", "eurotherm-3500", "votsch-ascii2", "espec-p300", "watlow-f4t")
+
+
+class ScriptedTransport:
+    """Expects each request in turn and gives the answer that stands beside it."""
+
+    def __init__(self, clock: VirtualClock, pairs: list[tuple[bytes, bytes]]) -> None:
+        self._clock = clock
+        self._pairs = list(pairs)
+        self._answer = b""
+
+    def write(self, data: bytes) -> None:
+        assert self._pairs, f"unexpected request {data!r}"
+        sent, self._answer = self._pairs.pop(0)
+        assert data == sent
+
+    def read(self, wait: float) -> bytes:
+        answer, self._answer = self._answer, b""
+        if not answer:
+            self._clock.sleep(wait)
+        return answer
+
+    def drain(self) -> None:
+        assert self._answer == b"", f"{self._answer!r} was never read"
+
+    def close(self) -> None:
+        pass
+
+    def finish(self) -> None:
+        assert self._pairs == [], "requests never made"
+        assert self._answer == b"", "an answer never read"
+
+
+@pytest.fixture
+def scripted() -> Iterator[Callable[[list[tuple[bytes, bytes]]], Line]]:
+    """Return a line that plays a script; leftovers fail the test."""
+    transports = []
+
+    def make(pairs: list[tuple[bytes, bytes]]) -> Line:
+        clock = VirtualClock()
+        transports.append(ScriptedTransport(clock, pairs))
+        return Line(transports[-1], clock, Timing(timeout=1.0, retries=0))
+
+    yield make
+    for transport in transports:
+        transport.finish()
+
+
+@dataclass
+class Rig:
+    """A driver and its simulated counterpart in virtual time."""
+
+    clock: VirtualClock
+    body: RegulatedOven
+    controller: Any
+    disturbed: Disturbed
+    transport: MemoryTransport
+    settings: OvenSettings
+    oven: Any = None
+
+    def open(self) -> "Rig":
+        self.oven = open_oven(self.settings, self.clock, self.transport)
+        return self
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass, asking for the temperature often enough for every kind."""
+        end = self.clock.now() + seconds
+        while self.clock.now() < end:
+            self.clock.sleep(min(10.0, end - self.clock.now()))
+            self.oven.temperature()
+
+
+def settings_of(kind: str, **changes: Any) -> OvenSettings:
+    given = {"kind": kind, "port": "none", "minimum": -5.0, "maximum": 65.0, "max_rate": 2.0, "timeout": 0.5}
+    return OvenSettings.model_validate({**given, **changes})
+
+
+def make_rig(kind: str, **changes: Any) -> Rig:
+    clock = VirtualClock()
+    body = RegulatedOven(clock, np.random.default_rng(7), air=20.0, plate=20.0)
+    settings = settings_of(kind, **changes)
+    controller = simulated_controller(settings, body, clock)
+    disturbed = Disturbed(controller)
+    return Rig(clock, body, controller, disturbed, MemoryTransport(disturbed, clock), settings)
+
+
+@pytest.fixture(params=KINDS)
+def rig(request: pytest.FixtureRequest) -> Rig:
+    """Return every kind of oven in turn, open and at rest at 20 °C."""
+    return make_rig(request.param).open()

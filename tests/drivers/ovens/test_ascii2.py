@@ -1,0 +1,105 @@
+"""ASCII-2 bytes to values and back."""
+
+import math
+
+import pytest
+
+from drivers.ovens import ascii2
+from drivers.ovens.ascii2 import Channel, Layout, Status
+from drivers.ovens.error import Fault, OvenError
+
+# A chamber without humidity, four bits, in another order of channels than the simulated one.
+SMALL = (
+    b"ASCII 2 PROTOCOL FOR E-STRING\r\n$01E SV01 CV01 MV01 DO00 DO01 DO02 DO03 <CR>\r\n DESCRIPTION: \r\n"
+    b"SV01  value min:   10.0   Value max:  100.0   Fan\r\n"
+    b"CV01  value min:  -77.0   Value max:  182.0   Temperature \r\nMV01  0000.0 unused\r\n"
+    b"DO00  unused\r\nDO01  unused\r\nDO02  Start\r\nDO03  Dryer\r\n"
+    b"ASCII 2 PROTOCOL FOR I-STRING\r\nSV01 SV01 CV01 CV01 MV01 MV01 DO00 DO01 DO02 DO03 DESCRIPTION: \r\n"
+    b"SV01  set value     Fan\r\nCV01  nominal value Temperature\r\nCV01  actual value  Temperature\r\n"
+    b"DO02  Start\r\n"
+)
+LAYOUT = Layout(
+    (
+        Channel("SV01", "Fan", 10.0, 100.0),
+        Channel("CV01", "Temperature", -77.0, 182.0),
+        Channel("MV01", "0000.0 unused", -math.inf, math.inf),
+    ),
+    ("unused", "unused", "Start", "Dryer"),
+)
+
+
+def test_description():
+    layout = ascii2.decode_description(SMALL)
+    assert layout == LAYOUT
+    assert (layout.temperature, layout.start, layout.controls) == (1, 2, 1)
+
+
+@pytest.mark.parametrize("end", [b"\r", b"\n", b"\r\n"])
+def test_description_with_any_line_ends(end):
+    assert ascii2.decode_description(SMALL.replace(b"\r\n", end)) == LAYOUT
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [b"ASCII description of the protocol\r", SMALL.replace(b"DO01", b"DO07"), SMALL[:140]],
+)
+def test_description_that_is_none(answer):
+    with pytest.raises(OvenError) as caught:
+        ascii2.decode_description(answer)
+    assert caught.value.fault is Fault.GARBLED
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"), [(b"Temperature", b"Pressure", "temperature"), (b"Start", b"Go", "Start")]
+)
+def test_layout_that_cannot_be_used(old, new, told):
+    layout = ascii2.decode_description(SMALL.replace(old, new))
+    with pytest.raises(OvenError, match=told) as caught:
+        _ = (layout.temperature, layout.start)
+    assert caught.value.fault is Fault.REFUSED
+
+
+def test_status():
+    answer = b"0080.0 0079.5 -005.2 -004.9 0000.0 0023.8 0010\r"
+    assert ascii2.decode_status(answer, LAYOUT) == Status((80.0, -5.2, 0.0), (79.5, -4.9, 23.8), "0010")
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        b"0080.0 0079.5 -005.2 -004.9 0000.0 0023.8 001\r",  # a bit short
+        b"0080.0 0079.5 -005.2 -004.9 0000.0 0010\r",  # a value short
+        b"0080.0 0079.5 -0\x055.2 -004.9 0000.0 0023.8 0010\r",
+        b"\xff0080.0 0079.5 -005.2 -004.9 0000.0 0023.8 0010\r",
+        b"0080.0 0079.5 -005.2 -004.9 0000.0 0023.8 0012\r",
+        b"0080.0 0079.5 -005.2 -00",
+        b"0\r",
+    ],
+)
+def test_status_that_is_none(answer):
+    with pytest.raises(OvenError) as caught:
+        ascii2.decode_status(answer, LAYOUT)
+    assert caught.value.fault is Fault.GARBLED
+
+
+def test_silence_is_told_apart():
+    with pytest.raises(OvenError) as caught:
+        ascii2.decode_status(b"", LAYOUT)
+    assert caught.value.fault is Fault.SILENT
+
+
+def test_commands():
+    assert ascii2.encode_query(1, "I") == b"$01I\r"
+    assert ascii2.encode_query(12, "?") == b"$12?\r"
+    assert ascii2.encode_status(1, (23.1, -5.2, 100.0), "0100") == b"$01E 0023.1 -005.2 0100.0 0100\r"
+    assert ascii2.encode_gradients(1, (0.4, 0.4, 0.0, 0.0)) == b"$01U 0000.4 0000.4 0000.0 0000.0\r"
+
+
+def test_acknowledgements():
+    ascii2.decode_acknowledgement(b"0\r")
+    with pytest.raises(OvenError) as refused:
+        ascii2.decode_acknowledgement(b"2\r")
+    assert (refused.value.fault, refused.value.code) == (Fault.REFUSED, "2")
+    with pytest.raises(OvenError) as garbled:
+        ascii2.decode_acknowledgement(b"\x80\r")
+    assert garbled.value.fault is Fault.GARBLED

@@ -1,0 +1,90 @@
+"""Every byte of a conversation with an Espec chamber."""
+
+import pytest
+
+from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.espec import Espec
+from drivers.ovens.oven import OvenLimits, SetPoint
+
+AT_20 = (b"TEMP?\r\n", b"20.0,25.0,150.0,-40.0\r\n")
+PROGRAM = (b"RUN PRGM, TEMP20.0 GOTEMP60.0 TIME1:40\r\n", b"OK:RUN PRGM, TEMP20.0 GOTEMP60.0 TIME1:40\r\n")
+PROGRAM_READ = (b"RUN PRGM?\r\n", b"TEMP20.0 GOTEMP60.0 TIME1:40 REF9\r\n")
+RUNS = (b"MODE?\r\n", b"RUN\r\n")
+CONSTANT = [(b"MODE, CONSTANT\r\n", b"OK:MODE, CONSTANT\r\n"), (b"MODE?\r\n", b"CONSTANT\r\n")]
+STANDBY = [(b"MODE, STANDBY\r\n", b"OK:MODE, STANDBY\r\n"), (b"MODE?\r\n", b"STANDBY\r\n")]
+
+
+def espec(scripted, *pairs):
+    return Espec(scripted(list(pairs)), OvenLimits(-20.0, 80.0, 2.0))
+
+
+def test_temperature(scripted):
+    assert espec(scripted, (b"MON?\r\n", b"-5.2,STANDBY,0\r\n")).temperature() == -5.2
+
+
+def test_alarms_are_named(scripted):
+    oven = espec(scripted, (b"MON?\r\n", b"85.2,STANDBY,1\r\n"), (b"ALARM?\r\n", b"1,7\r\n"))
+    with pytest.raises(OvenError, match="says 1,7") as caught:
+        oven.temperature()
+    assert caught.value.fault is Fault.ALARM
+
+
+def test_ramp_is_a_program_the_chamber_runs(scripted):
+    oven = espec(scripted, AT_20, PROGRAM, PROGRAM_READ, RUNS)
+    assert oven.ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
+
+
+def test_ramp_takes_whole_minutes_and_is_never_steeper_than_asked(scripted):
+    sent = b"RUN PRGM, TEMP20.0 GOTEMP21.0 TIME0:03\r\n"
+    read = (b"RUN PRGM?\r\n", b"TEMP20.0 GOTEMP21.0 TIME0:03 REF9\r\n")
+    taken = espec(scripted, AT_20, (sent, b"OK\r\n"), read, RUNS).ramp_to(21.0, 0.45)
+    assert taken == SetPoint(21.0, pytest.approx(1.0 / 3.0))
+
+
+def test_ramp_to_where_it_is_becomes_constant(scripted):
+    set_20 = (b"TEMP, S20.0\r\n", b"OK:TEMP, S20.0\r\n")
+    read = (b"TEMP?\r\n", b"20.0,20.0,150.0,-40.0\r\n")
+    assert espec(scripted, AT_20, set_20, *CONSTANT, read).ramp_to(20.0, 0.4).target == 20.0
+
+
+def test_hold_where_the_program_is(scripted):
+    midway = (b"TEMP?\r\n", b"39.6,40.1,150.0,-40.0\r\n")
+    kept = (b"TEMP?\r\n", b"39.6,40.1,150.0,-40.0\r\n")
+    oven = espec(scripted, midway, RUNS, (b"TEMP, S40.1\r\n", b"OK\r\n"), *CONSTANT, kept)
+    assert oven.hold() == 40.1
+
+
+def test_hold_of_a_resting_chamber_is_at_its_temperature(scripted):
+    kept = (b"TEMP?\r\n", b"20.0,20.0,150.0,-40.0\r\n")
+    oven = espec(scripted, AT_20, STANDBY[1], (b"TEMP, S20.0\r\n", b"OK\r\n"), *CONSTANT, kept)
+    assert oven.hold() == 20.0
+
+
+def test_safe_is_standby(scripted):
+    espec(scripted, *STANDBY).safe()
+
+
+def test_program_that_reads_back_different_is_not_taken(scripted):
+    read = (b"RUN PRGM?\r\n", b"TEMP20.0 GOTEMP55.0 TIME1:40 REF9\r\n")
+    with pytest.raises(OvenError, match=r"end=60\.0.*reads back.*end=55\.0") as caught:
+        espec(scripted, AT_20, PROGRAM, read).ramp_to(60.0, 0.4)
+    assert caught.value.fault is Fault.NOT_TAKEN
+
+
+def test_protection_is_a_refusal(scripted):
+    with pytest.raises(OvenError, match="PROTECT ON") as caught:
+        espec(scripted, AT_20, (PROGRAM[0], b"NA:PROTECT ON\r\n")).ramp_to(60.0, 0.4)
+    assert caught.value.fault is Fault.REFUSED
+
+
+def test_ramp_longer_than_a_program(scripted):
+    with pytest.raises(ValueError, match="at most 5999 min"):
+        espec(scripted, AT_20).ramp_to(60.0, 0.005)
+
+
+def test_a_chamber_that_stopped_by_itself_is_an_alarm(scripted):
+    oven = espec(scripted, AT_20, PROGRAM, PROGRAM_READ, RUNS, (b"MON?\r\n", b"24.0,STANDBY,0\r\n"))
+    oven.ramp_to(60.0, 0.4)
+    with pytest.raises(OvenError, match="stopped by itself") as caught:
+        oven.temperature()
+    assert caught.value.fault is Fault.ALARM
