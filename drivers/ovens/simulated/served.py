@@ -7,6 +7,7 @@ import heapq
 import os
 import select
 import socket
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -80,7 +81,7 @@ class PtyPort(_Served):
 
     def __init__(self, controller: Controller) -> None:
         super().__init__()
-        if os.name != "posix":
+        if sys.platform == "win32":
             raise OSError("pseudo-terminals need a POSIX system: serve the controller on a TCP port instead")
         import tty
 
@@ -104,12 +105,19 @@ class PtyPort(_Served):
 
 
 class TcpPort(_Served):
-    """A controller at a port of this machine, for one client at a time; `address` is what to open."""
+    """A controller at a port of this machine, for one client at a time; `address` is what to open.
 
-    def __init__(self, controller: Controller) -> None:
+    Parameters
+    ----------
+    controller : Controller
+    port : int
+        0 for any that is free.
+    """
+
+    def __init__(self, controller: Controller, port: int = 0) -> None:
         super().__init__()
         self._controller = controller
-        self._server = socket.create_server(("127.0.0.1", 0))
+        self._server = socket.create_server(("127.0.0.1", port))
         self._server.settimeout(TICK)
         self.address = f"socket://127.0.0.1:{self._server.getsockname()[1]}"
 

@@ -1,0 +1,76 @@
+import pytest
+from pydantic import ValidationError
+
+from drivers.clock import VirtualClock
+from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.line import Timing
+from drivers.ovens.oven import OvenLimits
+from drivers.ovens.settings import OvenSettings, open_oven
+from drivers.ovens.simulated.disturbance import Disturbed, silenced
+from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.votsch import SimulatedVotsch
+
+GIVEN = {"kind": "watlow-f4t", "port": "COM3", "minimum": -5, "maximum": 65, "max_rate": 2}
+
+
+def test_limits_and_timing():
+    settings = OvenSettings.model_validate({**GIVEN, "gap_after_write": 0.7, "retries": 4})
+    assert settings.limits() == OvenLimits(-5.0, 65.0, 2.0)
+    assert settings.timing() == Timing(1.0, 4, 0.02, 0.7, 60.0)
+
+
+def test_every_field_is_described():
+    for name, field in OvenSettings.model_fields.items():
+        assert field.description, name
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"kind": "toaster"}, "kind"),
+        ({"minimum": 70}, "below the upper"),
+        ({"maximum": 900}, "maximum"),
+        ({"max_rate": 0}, "max_rate"),
+        ({"timeout": 0}, "timeout"),
+        ({"lost_after": 2, "timeout": 5}, "lost_after"),
+        ({"kind": "votsch-ascii2", "address": 40}, "1 to 32"),
+        ({"speed": 9600}, "speed"),
+        ({"port": ""}, "port"),
+    ],
+)
+def test_nonsense_is_refused(change, told):
+    with pytest.raises(ValidationError, match=told):
+        OvenSettings.model_validate({**GIVEN, **change})
+
+
+def test_a_port_that_is_none():
+    with pytest.raises(OvenError, match="cannot be opened") as caught:
+        open_oven(OvenSettings.model_validate({**GIVEN, "port": "no-such-port"}))
+    assert caught.value.fault is Fault.PORT
+    assert "name" in caught.value.advice
+
+
+def test_an_oven_that_does_not_answer_leaves_its_port_free(rig):
+    clock = VirtualClock()
+    far = Disturbed(SimulatedVotsch(rig.body))
+    far.always = silenced
+    transport = MemoryTransport(far, clock)
+    with pytest.raises(OvenError) as caught:
+        open_oven(OvenSettings.model_validate(GIVEN), clock, transport)
+    assert caught.value.fault is Fault.SILENT
+    with pytest.raises(OvenError, match="closed"):
+        transport.write(b"x")
+
+
+def test_the_wrong_kind_is_told(rig):
+    def use(kind):
+        settings = rig.settings.model_copy(update={"kind": kind})
+        open_oven(settings, rig.clock, MemoryTransport(rig.controller, rig.clock)).temperature()
+
+    for kind in ("votsch-ascii2", "espec-p300", "watlow-f4t", "eurotherm-2400"):
+        # the two Eurotherms share the registers that tell a temperature
+        if kind.split("-")[0] != rig.settings.kind.split("-")[0]:
+            with pytest.raises(OvenError) as caught:
+                use(kind)
+            assert caught.value.advice
+            assert caught.value.fault in (Fault.SILENT, Fault.GARBLED, Fault.REFUSED)
