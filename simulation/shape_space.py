@@ -79,7 +79,7 @@ class ShapeSpace:
         chosen = np.flatnonzero(np.ones(basis.nelems, bool) if elements is None else elements)
         measure = basis.dx[chosen]
         value = np.stack([function[0].value[chosen] for function in basis.basis], axis=1)
-        slope = np.stack([function[0].grad[:, chosen] for function in basis.basis], axis=2)
+        slope = np.stack([np.asarray(function[0].grad)[:, chosen] for function in basis.basis], axis=2)
         index = np.asarray(basis.element_dofs)[:, chosen].T
         parts = {"x": slope[0], "y": slope[1], "0": value}
 
@@ -102,7 +102,7 @@ class ShapeSpace:
         index = np.asarray(self.basis.element_dofs)[:, chosen]
         sums = np.zeros((2, self.size))
         for function, dofs in zip(self.basis.basis, index, strict=True):
-            moments = np.einsum("deq,eq->de", function[0].grad[:, chosen], self.basis.dx[chosen])
+            moments = np.einsum("deq,eq->de", np.asarray(function[0].grad)[:, chosen], self.basis.dx[chosen])
             for total, moment in zip(sums, moments, strict=True):
                 np.add.at(total, dofs, moment)
         return sums[0], sums[1]

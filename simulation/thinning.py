@@ -1,30 +1,63 @@
 """Which functions a graded mesh can spare."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simulation.mesh import MeshLines
 from simulation.shape_space import Rectangle, ShapeSpace
 
-ACROSS_STRIP = {"strip": 2, "edge": 3}
-MEMBRANE_AWAY_FROM_PATCHES = 3
+
+@dataclass(frozen=True)
+class Degrees:
+    """Highest degree worth keeping, by where an element lies along an axis.
+
+    Attributes
+    ----------
+    bulk : int
+        Between the strips.
+    strip, edge : int
+        Across the strips that patch edges and plate edges draw over the whole plate.
+    layer : int
+        Across the strips where they lie beside a patch.
+    """
+
+    bulk: int
+    strip: int
+    edge: int
+    layer: int
+
+    def along(
+        self, lines: MeshLines, place: NDArray[np.float64], near: NDArray[np.bool_], full: int
+    ) -> NDArray[np.int_]:
+        """Degree of every element, (elements,), given its midpoint and whether a patch is near."""
+        kind = lines.kind[np.searchsorted(lines.position, place) - 1]
+        degree = np.where(near, full, min(self.bulk, full))
+        degree = np.where(kind == "strip", np.where(near, self.layer, self.strip), degree)
+        return np.asarray(np.where(kind == "edge", self.edge, degree))
+
+
+MEMBRANE = Degrees(bulk=5, strip=2, edge=2, layer=4)
+BENDING = Degrees(bulk=12, strip=2, edge=4, layer=5)
 
 
 def thinned(space: ShapeSpace, regions: Sequence[Rectangle]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Membrane and bending functions worth keeping, (n,) each.
 
-    A strip is thinner than a boundary layer, so low degrees across it do; in-plane motion is small
-    and smooth away from the patches that cause it.
+    Away from the patches a strip is far thinner than anything that happens along it, and in-plane
+    motion is small and smooth. Beside a patch both matter: with degree 2 across those strips a
+    patch-to-patch transfer is 0.3 % off, with degree 3 for the membrane in the bulk another 0.3 %;
+    these tables cost 0.05 % of rms, for 46 % of the unknowns.
     """
-    degree = space.recipe.degree
-    across_x = np.array([ACROSS_STRIP.get(kind, degree) for kind in space.x.kind])
-    across_y = np.array([ACROSS_STRIP.get(kind, degree) for kind in space.y.kind])
-    x, y = space.centers
-    bending_x = across_x[np.searchsorted(space.x.position, x) - 1]
-    bending_y = across_y[np.searchsorted(space.y.position, y) - 1]
-    near = np.zeros(x.size, bool)
+    near = np.zeros(space.centers.shape[1], bool)
     for region in regions:
         near |= space.inside(region, margin=space.recipe.strip)
-    membrane = np.where(near, degree, MEMBRANE_AWAY_FROM_PATCHES)
-    return space.up_to(membrane, membrane), space.up_to(bending_x, bending_y)
+    x, y = space.centers
+    full = space.recipe.degree
+    membrane, bending = (
+        space.up_to(table.along(space.x, x, near, full), table.along(space.y, y, near, full))
+        for table in (MEMBRANE, BENDING)
+    )
+    return membrane, bending
