@@ -10,7 +10,7 @@ import nidaqmx
 from nidaqmx import errors
 from nidaqmx.system import System
 
-from drivers.ni.errors import Action, DaqError, from_status
+from drivers.ni.errors import CHECK_CABLE, Action, DaqError, from_status
 
 # A sweep is one message and easily passes gRPC's usual 4 MiB; both ends have to agree to that.
 MESSAGE_LIMITS = (("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1))
@@ -41,11 +41,18 @@ class Connection:
         ``host:port`` of an NI gRPC Device Server; the local driver if neither this nor `channel` is given.
     channel : grpc.Channel, optional
         A channel already open, for a server inside this process; it stays its owner's to close.
+
+    Attributes
+    ----------
+    names_proven : bool
+        Whether every name in use has been accepted before. One that is refused later is a device that
+        has gone, not a slip in the settings.
     """
 
     def __init__(self, address: str | None = None, channel: Any = None) -> None:
         self._own = grpc.insecure_channel(address, options=MESSAGE_LIMITS) if address and channel is None else None
         self._channel = channel if channel is not None else self._own
+        self.names_proven = False
 
     def _session(self) -> Any:
         # An empty session name asks the server for a new session every time.
@@ -108,6 +115,8 @@ class Connection:
         found = from_status(doing, error.error_code, str(error))
         if found.action is not Action.LIST_EXISTING:
             return found
+        if self.names_proven:
+            return DaqError(doing, str(error), error.error_code, Action.LOST_DEVICE, CHECK_CABLE)
         try:
             existing = tuple(channel for device in self.devices() for channel in (device.inputs + device.outputs))
         except DaqError:

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from drivers.ni.cards import Record
 from drivers.ni.connection import Connection
 from drivers.ni.errors import Action, DaqError
-from drivers.ni.to_the_end import to_the_end
+from drivers.ni.interruptions import held_back
 from drivers.ni.wiring import Wiring
 
 MARGIN = 5.0
@@ -55,13 +55,16 @@ class DaqmxCards:
         self.wiring = wiring
         self._block = block
         self._connection = Connection(wiring.grpc, channel)
+        self._sample_rate = wiring.sample_rate
         try:
+            self.zero()  # first of all: whoever was here before may have left a voltage
             with self._connection.translated("setting the input module up"), self._connection.task() as inputs:
                 self._configure_inputs(inputs, samples=2)
                 inputs.control(TaskMode.TASK_VERIFY)
                 self._sample_rate = float(inputs.timing.samp_clk_rate)
                 self._full_scale = float(inputs.ai_channels[0].ai_max)
-            self.zero()
+            self.temperatures()
+            self._connection.names_proven = True
         except BaseException:
             self._connection.close()
             raise
@@ -95,16 +98,17 @@ class DaqmxCards:
         peak = float(np.max(np.abs(volts)))
         if peak > self.wiring.output_range:
             raise ValueError(f"drive reaches {peak:g} V; output_range allows {self.wiring.output_range:g} V")
-        try:
-            with self._connection.translated(f"the sweep of {volts.size / self._sample_rate:.3g} s"):
-                recorded = self._play_and_record(volts)
-        except BaseException as error:
+        with held_back() as let_through:
             try:
-                to_the_end(self.zero)
-            except DaqError as unsafe:
-                error.add_note(str(unsafe))
-            raise
-        to_the_end(self.zero)
+                with self._connection.translated(f"the sweep of {volts.size / self._sample_rate:.3g} s"):
+                    recorded = self._play_and_record(volts, let_through)
+            except BaseException as error:
+                try:
+                    self.zero()
+                except DaqError as unsafe:
+                    error.add_note(str(unsafe))
+                raise
+            self.zero()
         return Record(recorded[0], recorded[1:], self._sample_rate, self._full_scale)
 
     def temperatures(self) -> NDArray[np.float64]:
@@ -134,13 +138,16 @@ class DaqmxCards:
             try:
                 self._zero_by(lambda task: task.write(0.0, auto_start=True))
             except DaqError as error:
+                if error.action is Action.LIST_EXISTING:  # there is no such output to worry about
+                    raise
                 step = f"turn the amplifier off: {self.wiring.output} may hold a voltage. Then {error.next_step}"
                 raise DaqError(error.doing, error.said, error.code, error.action, step) from error
 
     def close(self) -> None:
         """Bring the output to 0 V and let go of the hardware."""
         try:
-            to_the_end(self.zero)
+            with held_back():
+                self.zero()
         finally:
             self._connection.close()
 
@@ -150,7 +157,7 @@ class DaqmxCards:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _play_and_record(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _play_and_record(self, volts: NDArray[np.float64], let_through: Callable[[], None]) -> NDArray[np.float64]:
         connection = self._connection
         with ExitStack() as tasks:
             inputs = tasks.enter_context(connection.task())
@@ -168,13 +175,13 @@ class DaqmxCards:
             AnalogSingleChannelWriter(output.out_stream, auto_start=False).write_many_sample(samples)
             output.start()
             inputs.start()
-            recorded = self._read(inputs, volts.size)
+            recorded = self._read(inputs, volts.size, let_through)
             output.wait_until_done(timeout=2.0 / rate + MARGIN)
             output.stop()
             inputs.stop()
         return recorded
 
-    def _read(self, inputs: Any, samples: int) -> NDArray[np.float64]:
+    def _read(self, inputs: Any, samples: int, let_through: Callable[[], None]) -> NDArray[np.float64]:
         reader = AnalogMultiChannelReader(inputs.in_stream)
         recorded = np.empty((len(self.wiring.inputs), samples))
         step = min(samples, max(1, round(self._block * self._sample_rate)))
@@ -186,6 +193,7 @@ class DaqmxCards:
                 said = f"{read} samples came where {count} were asked for."
                 raise DaqError("the sweep", said, None, Action.RETRY_DISCARD, "repeat the sweep")
             recorded[:, first : first + count] = block
+            let_through()
         return recorded
 
     def _configure_inputs(self, task: Any, samples: int) -> float:

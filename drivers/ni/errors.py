@@ -47,7 +47,7 @@ _SLOW = "the computer fell behind: close other programs, turn off power saving, 
 _STARVED = "the output ran dry: close other programs, use a USB port of its own"
 _SETTING = "correct this setting of the rig; the module's data sheet states what it allows"
 _TRIGGER = "no samples arrived: check that the sweep is started by the input task's own start trigger"
-_CABLE = "check the chassis' power and its USB or network cable, then run the same command again to resume"
+CHECK_CABLE = "check the chassis' power and its USB or network cable, then run the same command again to resume"
 _NAME = "correct the name in the rig's settings"
 _TAKEN = "close the program that holds it (NI MAX test panel, LabVIEW, another acquisition) and start again"
 
@@ -72,12 +72,12 @@ KNOWN_ERRORS = (
     KnownError(-200220, "INVALID_DEVICE_ID", Action.LIST_EXISTING, _NAME),
     KnownError(-50103, "PAL_RESOURCE_RESERVED", Action.RESERVED, _TAKEN),
     KnownError(-200022, "RESOURCE_ALREADY_RESERVED", Action.RESERVED, _TAKEN),
-    KnownError(-201003, "DEV_CANNOT_BE_ACCESSED", Action.LOST_DEVICE, _CABLE),
-    KnownError(-200324, "DEV_ABSENT_OR_UNAVAILABLE", Action.LOST_DEVICE, _CABLE),
-    KnownError(-88705, "DRIVER_DEVICE_GUID_NOT_FOUND_ROUTING", Action.LOST_DEVICE, _CABLE),
-    KnownError(-88709, "RUNTIME_ABORTED_ROUTING", Action.LOST_DEVICE, _CABLE),
-    KnownError(-88710, "RUNTIME_ABORTING_ROUTING", Action.LOST_DEVICE, _CABLE),
-    KnownError(-50405, "PAL_TRANSFER_ABORTED", Action.LOST_DEVICE, _CABLE),
+    KnownError(-201003, "DEV_CANNOT_BE_ACCESSED", Action.LOST_DEVICE, CHECK_CABLE),
+    KnownError(-200324, "DEV_ABSENT_OR_UNAVAILABLE", Action.LOST_DEVICE, CHECK_CABLE),
+    KnownError(-88705, "DRIVER_DEVICE_GUID_NOT_FOUND_ROUTING", Action.LOST_DEVICE, CHECK_CABLE),
+    KnownError(-88709, "RUNTIME_ABORTED_ROUTING", Action.LOST_DEVICE, CHECK_CABLE),
+    KnownError(-88710, "RUNTIME_ABORTING_ROUTING", Action.LOST_DEVICE, CHECK_CABLE),
+    KnownError(-50405, "PAL_TRANSFER_ABORTED", Action.LOST_DEVICE, CHECK_CABLE),
 )
 
 
@@ -109,7 +109,7 @@ class DaqError(Exception):
         existing: tuple[str, ...] = (),
     ) -> None:
         self.doing = doing
-        self.said = " ".join(said.split())
+        self.said = " ".join(said.split()).rstrip(".") + "."
         self.code = code
         self.action = action
         self.next_step = next_step

@@ -59,7 +59,7 @@ class Acquisition:
         surroundings, rate = self._chassis.surroundings, task.clocked().rate
         if task.began is None:
             raise ValueError(f"task {task.name} has not begun: it has no samples yet")
-        lead = int(np.ceil(self._memory(task) * rate))
+        lead = int(np.ceil(self._memory(task, rate) * rate))
         moments = task.began + np.arange(number * length - lead, (number + 1) * length) / rate
         drive = self._chassis.lines[surroundings.output].voltages(moments)
         if not np.any(drive[:lead]):
@@ -85,13 +85,15 @@ class Acquisition:
         recorded /= np.array([channel.volts_per_unit for channel in task.channels])[:, None]
         return recorded
 
-    def _memory(self, task: Task) -> float:
-        corners = [
-            channel.module.coupling_corner
-            for channel in task.channels
-            if isinstance(channel.module, InputModule) and channel.ac_coupled
-        ]
-        return max([self._chassis.surroundings.memory, *(_COUPLING_MEMORY / corner for corner in corners)])
+    def _memory(self, task: Task, rate: float) -> float:
+        """Return how far back a sample looks, s: plate or coupling, and behind them the module's filter."""
+        filters, corners = [0.0], []
+        for channel in task.channels:
+            if isinstance(channel.module, InputModule):
+                filters.append(2.0 * channel.module.delay(rate))
+                corners += [channel.module.coupling_corner] if channel.ac_coupled else []
+        signals = [self._chassis.surroundings.memory, *(_COUPLING_MEMORY / corner for corner in corners)]
+        return max(signals) + max(filters)
 
     def _at(
         self, channel: Channel, drive: NDArray[np.float64], answer: NDArray[np.float64], rate: float

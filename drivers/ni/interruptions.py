@@ -1,0 +1,54 @@
+"""Ctrl-C and a request to end, held back while a voltage is out and let through where it is safe."""
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def held_back() -> Iterator[Callable[[], None]]:
+    """Hold SIGINT and SIGTERM back, so that what brings an output to 0 V always runs to its end.
+
+    An exception in the middle of that work, as Ctrl-C ordinarily raises it, would leave the voltage
+    standing; there is no moment in a ``finally`` at which it could not come.
+
+    Yields
+    ------
+    callable
+        Lets through what has come meanwhile: the handler that was there before is called and raises
+        what it raises. A signal nobody handles ends the program by `SystemExit`, so that clean-up
+        still happens. To be called where stopping is safe; called once more at the end. Outside the
+        main thread, which no signal ever interrupts, it does nothing.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: None
+        return
+    heard: list[int] = []
+    previous: dict[int, Any] = {}
+
+    def remember(number: int, _: FrameType | None) -> None:
+        heard.append(number)
+
+    def let_through() -> None:
+        while heard:
+            number = heard.pop(0)
+            handler = previous[number]
+            if callable(handler):
+                handler(number, None)
+            elif handler is signal.SIG_DFL:
+                raise SystemExit(128 + number)
+
+    try:
+        for number in _SIGNALS:
+            if signal.getsignal(number) is not None:  # None: set outside Python, and not to be given back
+                previous[number] = signal.signal(number, remember)
+        yield let_through
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+        let_through()

@@ -1,0 +1,262 @@
+"""The cards' driver against the simulated server: what is measured is what is there."""
+
+from dataclasses import replace
+from typing import Any
+
+import nidaqmx
+import numpy as np
+import pytest
+from nidaqmx.constants import TaskMode
+from numpy.typing import NDArray
+
+from drivers.ni.daqmx import DaqmxCards
+from drivers.ni.errors import KNOWN_ERRORS, Action, DaqError, KnownError
+from drivers.ni.modules import NI_9234
+from drivers.ni.output_modules import NI_9263
+from drivers.ni.simulated.faults import FailingCall, Faults
+from drivers.ni.simulated.in_process import InProcessChannel
+from drivers.ni.simulated.loopback import serving
+from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.surroundings import Surroundings
+from drivers.ni.wiring import Wiring
+
+Array = NDArray[np.float64]
+RATE = 51_200.0 / 6.0
+
+
+def ratios(drive: Array, responses: Array, band: tuple[float, float]) -> tuple[Array, Array]:
+    """Frequencies (F,) within the band and the ratio of each response's spectrum to the drive's (K, F).
+
+    The record begins and ends in silence, so no window is needed.
+    """
+    frequency = np.fft.rfftfreq(drive.size, 1.0 / RATE)
+    inside = (frequency > band[0]) & (frequency < band[1])
+    return frequency[inside], (np.fft.rfft(responses) / np.fft.rfft(drive))[:, inside]
+
+
+def test_rate_is_read_back_not_taken_for_granted(cards: DaqmxCards) -> None:
+    assert cards.sample_rate == pytest.approx(8533.333333, rel=1e-9)
+
+
+def test_ratio_to_the_recorded_drive_is_the_plate(cards: DaqmxCards, drive: Array, plate: Any) -> None:
+    record = cards.sweep(drive)
+    frequency, measured = ratios(record.drive, record.responses, (150.0, 1300.0))
+    error = np.abs(measured - plate.response(frequency, RATE))
+    # 50 uV of noise against a drive whose spectrum is worth about 0.8 V per line
+    assert float(np.sqrt(np.mean(error**2))) < 2e-4
+    assert float(error.max()) < 1e-3
+
+
+def test_ratio_to_the_drive_asked_for_is_late_by_the_filter(cards: DaqmxCards, drive: Array) -> None:
+    """The reason why the drive is recorded: 38.4 samples and 3.2 us are missing from the array played."""
+    record = cards.sweep(drive)
+    frequency, measured = ratios(drive, record.responses[1:], (150.0, 1300.0))
+    phase = np.unwrap(np.angle(-measured[0]))
+    slope = np.polyfit(2.0 * np.pi * frequency, phase, 1)[0]
+    assert -slope == pytest.approx(38.4 / RATE + 3.2e-6, rel=1e-4)
+
+
+@pytest.mark.parametrize("block", [0.05, 0.5, 100.0])
+def test_samples_do_not_depend_on_how_they_are_read(
+    wiring: Wiring, surroundings: Surroundings, drive: Array, block: float
+) -> None:
+    def measured(length: float) -> Array:
+        cards = DaqmxCards(wiring, InProcessChannel(SimulatedDaq(surroundings, seed=3)), block=length)
+        return cards.sweep(drive).responses
+
+    assert np.array_equal(measured(block), measured(1.0))
+
+
+def test_network_and_process_give_the_same_numbers(
+    wiring: Wiring, surroundings: Surroundings, drive: Array
+) -> None:
+    inside = DaqmxCards(wiring, InProcessChannel(SimulatedDaq(surroundings, seed=3)))
+    with (
+        serving(SimulatedDaq(surroundings, seed=3)) as address,
+        DaqmxCards(wiring.model_copy(update={"grpc": address})) as outside,
+    ):
+        assert outside.sample_rate == inside.sample_rate
+        for _ in range(2):
+            here, there = inside.sweep(drive), outside.sweep(drive)
+            assert np.array_equal(here.drive, there.drive)
+            assert np.array_equal(here.responses, there.responses)
+        assert np.array_equal(inside.temperatures(), outside.temperatures())
+
+
+def test_noise_differs_from_sweep_to_sweep_and_with_the_seed(
+    cards: DaqmxCards, surroundings: Surroundings, wiring: Wiring, drive: Array
+) -> None:
+    first, second = cards.sweep(drive).drive, cards.sweep(drive).drive
+    noise = (first - second) / np.sqrt(2.0)
+    assert float(np.std(noise)) == pytest.approx(NI_9234.noise, rel=0.05)
+    other = DaqmxCards(wiring, InProcessChannel(SimulatedDaq(surroundings, seed=8))).sweep(drive).drive
+    assert not np.array_equal(first, other)
+
+
+def test_message_of_more_than_four_mebibytes_passes(wiring: Wiring, surroundings: Surroundings) -> None:
+    drive = np.zeros(600_000)
+    drive[:1000] = 1.0
+    fast = wiring.model_copy(update={"sample_rate": 51_200.0})
+    with (
+        serving(SimulatedDaq(surroundings)) as address,
+        DaqmxCards(fast.model_copy(update={"grpc": address}), block=60.0) as cards,
+    ):
+        assert cards.sweep(drive).responses.shape == (2, 600_000)
+
+
+def test_plate_is_asked_once_a_sweep_and_knows_its_temperature(
+    wiring: Wiring, surroundings: Surroundings, plate: Any, drive: Array
+) -> None:
+    warming = replace(surroundings, plate_temperature=lambda moments: 20.0 + 0.4 / 60.0 * moments)
+    server = SimulatedDaq(warming)
+    cards = DaqmxCards(wiring, InProcessChannel(server))
+    server.clock.sleep(600.0)
+    began = server.clock.now()
+    cards.sweep(drive)
+    assert plate.seen == [(drive.size, pytest.approx(RATE))]
+    assert plate.temperature[0] == pytest.approx(20.0 + 0.4 / 60.0 * began)
+    assert plate.temperature[-1] - plate.temperature[0] == pytest.approx(0.4 / 60.0 * (drive.size - 1) / RATE)
+
+
+def test_thermocouples_are_read_in_their_order_and_take_their_time(
+    wiring: Wiring, surroundings: Surroundings
+) -> None:
+    touched = {
+        "cDAQ1Mod3/ai0": lambda moments: np.full(moments.shape, 37.5),
+        "cDAQ1Mod3/ai1": lambda moments: np.full(moments.shape, -12.0),
+    }
+    server = SimulatedDaq(replace(surroundings, thermocouples=touched))
+    both = wiring.model_copy(update={"thermocouples": ("cDAQ1Mod3/ai1", "cDAQ1Mod3/ai0")})
+    cards = DaqmxCards(both, InProcessChannel(server))
+    before = server.clock.now()
+    assert cards.temperatures() == pytest.approx([-12.0, 37.5], abs=0.1)
+    assert server.clock.now() - before == pytest.approx(2.0 / 14.0)
+
+
+def test_rig_without_thermocouples_has_no_temperatures(wiring: Wiring, channel: InProcessChannel) -> None:
+    assert DaqmxCards(wiring.model_copy(update={"thermocouples": ()}), channel).temperatures().size == 0
+
+
+def test_clipping_is_seen_on_the_channel_that_clips(
+    wiring: Wiring, surroundings: Surroundings, drive: Array
+) -> None:
+    def loud(volts: Array, rate: float, temperature: Array) -> Array:
+        return np.stack([volts, 4.0 * volts])
+
+    cards = DaqmxCards(wiring, InProcessChannel(SimulatedDaq(replace(surroundings, plate=loud))))
+    record = cards.sweep(drive)
+    assert record.overloaded.tolist() == [False, False, True]
+    assert record.responses[1].max() == pytest.approx(5.0 - NI_9234.quantum, abs=1e-12)
+    assert record.responses[1].min() == pytest.approx(-5.0, abs=1e-12)
+
+
+def test_every_sample_is_a_code_of_the_converter(cards: DaqmxCards, drive: Array) -> None:
+    codes = cards.sweep(drive).responses / NI_9234.quantum
+    assert np.array_equal(codes, np.round(codes))
+
+
+@pytest.mark.parametrize(("coupling", "gain"), [("DC", 1.0), ("AC", np.sqrt(0.5))])
+def test_coupling_takes_the_slow_part_away(
+    wiring: Wiring, channel: InProcessChannel, coupling: str, gain: float
+) -> None:
+    slow = wiring.model_copy(update={"coupling": coupling, "sample_rate": 2000.0})
+    cards = DaqmxCards(slow, channel)
+    time = np.arange(round(12.0 * cards.sample_rate)) / cards.sample_rate
+    record = cards.sweep(2.0 * np.sin(2.0 * np.pi * 0.5 * time))
+    settled = time > 4.0
+    level = 2.0 * np.abs(np.mean(record.drive[settled] * np.exp(-2j * np.pi * 0.5 * time[settled])))
+    assert level == pytest.approx(2.0 * gain, rel=2e-3)
+
+
+@pytest.mark.parametrize("known", KNOWN_ERRORS, ids=lambda known: known.name)
+@pytest.mark.parametrize("call", ["StartTask", "ReadAnalogF64", "WaitUntilTaskDone"])
+def test_every_status_comes_out_as_its_action_with_the_output_at_rest(
+    cards: DaqmxCards, server: SimulatedDaq, drive: Array, known: KnownError, call: str
+) -> None:
+    server.inject(Faults(calls=(FailingCall(call, known.code),)))
+    with pytest.raises(DaqError, match=r"the sweep of 1\.5 s failed") as caught:
+        cards.sweep(drive)
+    # A name that was good when the cards were opened and is not now belongs to a device that has gone.
+    expected = Action.LOST_DEVICE if known.action is Action.LIST_EXISTING else known.action
+    assert caught.value.action is expected
+    assert caught.value.code == known.code
+    assert server.output_voltage() == 0.0
+    assert server.tasks_open() == ()
+    assert cards.sweep(drive).drive.size == drive.size
+
+
+@pytest.mark.parametrize(
+    ("change", "status", "action", "told"),
+    [
+        ({"output": "cDAQ1Mod7/ao0"}, -200220, Action.LIST_EXISTING, "cDAQ1Mod2/ao0"),
+        ({"drive_input": "cDAQ1Mod1/ai9"}, -200170, Action.LIST_EXISTING, "cDAQ1Mod1/ai0"),
+        ({"thermocouples": ("cDAQ2Mod1/ai0",)}, -200220, Action.LIST_EXISTING, "cDAQ1Mod3/ai3"),
+        ({"sample_rate": 60_000.0}, -200077, Action.STOP, "60000"),
+        ({"input_range": 10.0}, -200077, Action.STOP, "NI-9234"),
+        ({"output_range": 10.0}, -200077, Action.STOP, "4.24"),
+        ({"thermocouples": ("cDAQ1Mod1/ai3",)}, -200077, Action.STOP, "thermocouple"),
+    ],
+)
+def test_wiring_that_does_not_fit_is_refused_on_opening(
+    wiring: Wiring,
+    channel: InProcessChannel,
+    server: SimulatedDaq,
+    change: dict[str, object],
+    status: int,
+    action: Action,
+    told: str,
+) -> None:
+    with pytest.raises(DaqError) as caught:
+        DaqmxCards(wiring.model_copy(update=change), channel)
+    assert (caught.value.code, caught.value.action) == (status, action)
+    assert told in str(caught.value)
+    assert server.tasks_open() == ()
+
+
+def test_card_taken_by_another_program_is_named_with_its_holder(
+    cards: DaqmxCards, channel: InProcessChannel, drive: Array
+) -> None:
+    with nidaqmx.Task("test panel", grpc_options=nidaqmx.GrpcSessionOptions(channel, "")) as other:
+        other.ai_channels.add_ai_voltage_chan("cDAQ1Mod1/ai3")
+        other.timing.cfg_samp_clk_timing(1000.0)
+        other.control(TaskMode.TASK_RESERVE)
+        with pytest.raises(DaqError, match="cDAQ1Mod1 is reserved by task test panel") as caught:
+            cards.sweep(drive)
+    assert caught.value.action is Action.RESERVED
+    cards.sweep(drive)
+
+
+def test_larger_output_module_reaches_further(wiring: Wiring, surroundings: Surroundings) -> None:
+    other = replace(surroundings, modules=surroundings.modules | {2: NI_9263})
+    cards = DaqmxCards(wiring.model_copy(update={"output_range": 10.0}), InProcessChannel(SimulatedDaq(other)))
+    drive = np.zeros(2000)
+    drive[:1000] = 8.0
+    record = cards.sweep(drive)
+    assert record.overloaded[0]
+    assert not record.overloaded[2]
+    assert record.responses[1, 900] == pytest.approx(-4.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "drive", [np.zeros(1), np.zeros((2, 10)), np.full(10, np.nan), np.full(10, 4.3), np.full(10, -5.0)]
+)
+def test_drive_that_cannot_be_played_is_refused(cards: DaqmxCards, server: SimulatedDaq, drive: Array) -> None:
+    calls = server.calls.total()
+    with pytest.raises(ValueError, match=r"allowed|allows"):
+        cards.sweep(drive)
+    assert server.calls.total() == calls
+
+
+def test_broken_cable_reads_noise_only(cards: DaqmxCards, server: SimulatedDaq, drive: Array) -> None:
+    server.inject(Faults(dead_inputs=frozenset({"cDAQ1Mod1/ai2"})))
+    record = cards.sweep(drive)
+    assert float(np.std(record.responses[1])) == pytest.approx(NI_9234.noise, rel=0.05)
+    assert float(np.std(record.responses[0])) > 0.1
+
+
+def test_trigger_that_does_not_come_is_found_out(cards: DaqmxCards, server: SimulatedDaq, drive: Array) -> None:
+    server.inject(Faults(stuck_trigger=True))
+    with pytest.raises(DaqError) as caught:
+        cards.sweep(drive)
+    assert caught.value.code == -200560
+    assert caught.value.action is Action.RETRY_ONCE
