@@ -70,6 +70,18 @@ class _Served:
                     heapq.heappush(due, (time.monotonic() + delay, count, answer))
 
 
+def _pseudo_terminal() -> tuple[int, int, str]:
+    """Return both ends of one, and the name to open the near end by."""
+    if sys.platform == "win32":
+        raise OSError("pseudo-terminals need a POSIX system: serve the controller on a TCP port instead")
+    else:
+        import tty
+
+        far, near = os.openpty()
+        tty.setraw(near)
+        return far, near, os.ttyname(near)
+
+
 class PtyPort(_Served):
     """A controller at a pseudo-terminal; `address` is what to open.
 
@@ -81,14 +93,8 @@ class PtyPort(_Served):
 
     def __init__(self, controller: Controller) -> None:
         super().__init__()
-        if sys.platform == "win32":
-            raise OSError("pseudo-terminals need a POSIX system: serve the controller on a TCP port instead")
-        import tty
-
         self._controller = controller
-        self._far, self._near = os.openpty()
-        tty.setraw(self._near)
-        self.address = os.ttyname(self._near)
+        self._far, self._near, self.address = _pseudo_terminal()
 
     def _run(self) -> None:
         # The near end stays open here, so that a driver may close and open it again.

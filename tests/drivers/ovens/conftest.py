@@ -101,6 +101,12 @@ def make_rig(kind: str, **changes: Any) -> Rig:
     return Rig(clock, body, controller, disturbed, MemoryTransport(disturbed, clock), settings)
 
 
+@pytest.fixture
+def rig_of() -> Callable[..., Rig]:
+    """Return a function from a kind to its oven, open and at rest at 20 °C."""
+    return lambda kind, **changes: make_rig(kind, **changes).open()
+
+
 @pytest.fixture(params=KINDS)
 def rig(request: pytest.FixtureRequest) -> Rig:
     """Return every kind of oven in turn, open and at rest at 20 °C."""

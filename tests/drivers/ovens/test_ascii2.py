@@ -39,6 +39,11 @@ def test_description_with_any_line_ends(end):
     assert ascii2.decode_description(SMALL.replace(b"\r\n", end)) == LAYOUT
 
 
+def test_a_line_of_names_describes_nothing():
+    names = b"SV01 CV01 MV01 DO00 DO01 DO02 DO03 <CR>\r\nDO00 DO01 DO02 DO03 <CR>\r\n"
+    assert ascii2.decode_description(SMALL.replace(b"ASCII 2 PROTOCOL FOR I", names + b"I")) == LAYOUT
+
+
 @pytest.mark.parametrize(
     "answer",
     [b"ASCII description of the protocol\r", SMALL.replace(b"DO01", b"DO07"), SMALL[:140]],

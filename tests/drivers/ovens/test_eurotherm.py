@@ -91,6 +91,20 @@ def test_hold_makes_the_working_set_point_the_target(scripted):
     assert oven.hold() == -3.1
 
 
+def test_hold_in_manual_is_at_the_temperature(scripted):
+    oven = eurotherm_2400(
+        scripted,
+        [
+            *OPEN_2400,
+            AUTOMATIC[0],
+            ("01 03 00 01 00 01 d5 ca", "01 03 02 ff e1 39 fc"),
+            ("01 03 00 02 00 01 25 ca", "01 03 02 ff e1 39 fc"),
+            *AUTOMATIC,
+        ],
+    )
+    assert oven.hold() == -3.1
+
+
 def test_safe_is_manual_without_output(scripted):
     oven = eurotherm_2400(
         scripted,

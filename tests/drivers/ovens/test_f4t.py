@@ -77,6 +77,24 @@ def test_hold_at_the_working_set_point(scripted):
     assert oven.hold() == 41.5
 
 
+def test_hold_of_a_loop_that_is_off_is_at_its_temperature(scripted):
+    oven = f4t(
+        scripted,
+        [
+            *OPEN,
+            OFF,
+            ("01 03 0b 04 00 02 87 ee", "01 03 04 00 00 42 26 4b 49"),
+            SET_POINT_60,
+            ("01 10 0a de 00 02 04 00 00 42 26 b0 a5", "01 10 0a de 00 02 22 2a"),
+            ("01 03 0a de 00 02 a7 e9", "01 03 04 00 00 42 26 4b 49"),
+            OFF,
+            ("01 06 0a aa 00 0a 2a 35", "01 06 0a aa 00 0a 2a 35"),
+            AUTO,
+        ],
+    )
+    assert oven.hold() == 41.5
+
+
 def test_safe_is_off(scripted):
     f4t(scripted, [*OPEN, AUTO, ("01 06 0a aa 00 3e 2b e2", "01 06 0a aa 00 3e 2b e2"), OFF]).safe()
 

@@ -1,7 +1,13 @@
+import numpy as np
 import pytest
 
+from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.line import Line, Timing
 from drivers.ovens.modbus import ModbusUnit
+from drivers.ovens.simulated.f4t import SimulatedF4T
+from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 PV = bytes.fromhex("010300010001d5ca")
 
@@ -25,6 +31,16 @@ def test_answers_that_are_none(scripted, answer, fault, told):
         unit.read(1, 1)
     assert caught.value.fault is fault
     assert caught.value.advice
+
+
+def test_a_refusal_is_not_waited_for():
+    # it is shorter than the answer asked for: only its second byte tells
+    clock = VirtualClock()
+    server = SimulatedF4T(RegulatedOven(clock, np.random.default_rng(0)))
+    line = Line(MemoryTransport(server, clock), clock, Timing(timeout=1.0))
+    with pytest.raises(OvenError, match="illegal data address"):
+        ModbusUnit(line, 1).read_float(9)
+    assert clock.now() == 0.0
 
 
 def test_signed_and_unsigned(scripted):
