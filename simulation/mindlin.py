@@ -16,7 +16,7 @@ from simulation.laminate import SHEAR_FACTOR, Elasticity, Layer, patch_layer
 from simulation.mesh import MeshRecipe, mesh_lines
 from simulation.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shape_space import Integrals, Rectangle, ShapeSpace
-from simulation.shell_model import ShellModel
+from simulation.shell_model import ShellModel, elimination_order
 from simulation.thinning import thinned
 
 FIELDS = ("u", "v", "w", "thx", "thy")
@@ -78,12 +78,16 @@ def assemble(
         mass = mass + inertia(local, on_top, ceramic.density)
         coupling.append(ceramic.e31 * _mean_height_dilatation(space, covered, on_top))
         capacitance.append(ceramic.permittivity * patch.size[0] * patch.size[1] / patch.thickness)
+    stiffness_1 = stiffness(whole, layer, Elasticity.isotropic(1.0, 0.0))
+    stiffness_2 = stiffness(whole, layer, Elasticity.isotropic(0.0, 1.0))
     select = np.flatnonzero(kept)
+    pattern = abs(stiffness_1) + abs(stiffness_2) + abs(stiffness_patch) + abs(mass)
+    select = select[elimination_order(_restricted(pattern, select))]
     return ShellModel(
         space=space,
         unknowns=select,
-        stiffness_1=_restricted(stiffness(whole, layer, Elasticity.isotropic(1.0, 0.0)), select),
-        stiffness_2=_restricted(stiffness(whole, layer, Elasticity.isotropic(0.0, 1.0)), select),
+        stiffness_1=_restricted(stiffness_1, select),
+        stiffness_2=_restricted(stiffness_2, select),
         stiffness_patch=_restricted(stiffness_patch, select),
         mass=_restricted(mass, select),
         coupling=np.array(coupling).reshape(len(patches), 5 * space.size).T[select],

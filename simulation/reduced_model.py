@@ -1,6 +1,7 @@
 """A reduced plate with piezo patches: small dense matrices that answer for a whole box of materials."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -110,6 +111,17 @@ class ReducedModel:
         by_nu = slope_1 * self.stiffness_1 + slope_2 * self.stiffness_2
         damped = 1.0 + 1j * loss_factor
         return [np.asarray(change, complex) for change in (damped * plate / e, damped * by_nu, 1j * plate)]
+
+    def restricted(self, basis: Real) -> Self:
+        """Galerkin model on the columns of `basis` (r, s), orthonormal; same box, band and stated error."""
+        return replace(
+            self,
+            stiffness_1=basis.T @ self.stiffness_1 @ basis,
+            stiffness_2=basis.T @ self.stiffness_2 @ basis,
+            stiffness_patch=basis.T @ self.stiffness_patch @ basis,
+            coupling=basis.T @ self.coupling,
+            deflection=self.deflection @ basis if len(self.points) else np.zeros((0, basis.shape[1])),
+        )
 
     def modal_form(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> ModalForm:
         """Poles and shapes at one material; ValueError outside the box."""

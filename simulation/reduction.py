@@ -1,8 +1,8 @@
 """Reduction of a plate over a box of materials and a band, with its error measured.
 
-Two steps. Rational Krylov spaces at a few materials give candidates, cheap to make but too many.
-A proper orthogonal decomposition, in the energy norm, of damped responses computed within those
-candidates all over the box keeps about half of them, ordered by what they are worth.
+Two steps. Rational Krylov spaces at a few materials give candidates, cheap to make but too many. A
+proper orthogonal decomposition of responses computed within those candidates, all over the box,
+keeps about half of them; the full model is solved only to measure the error that is left.
 """
 
 from collections.abc import Callable
@@ -11,20 +11,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import qmc
 
 from analysis.material import MaterialBox
-from simulation.modal_form import ModalForm
-from simulation.rational_krylov import material_space, orthonormal, relative_error
+from simulation.certification import measured_error
+from simulation.energy_decomposition import decomposition, energy_shift, middle, orthonormal, training_loss
+from simulation.rational_krylov import material_space
 from simulation.reduced_model import ReducedModel
 from simulation.shell_model import ShellModel
 
 Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Progress = Callable[[str, float], None]
 
 STAGE = "reducing the plate"
-LEAST_LOSS = 0.01  # an undamped plate has no finite response at resonance to train on
 
 
 @dataclass(frozen=True)
@@ -46,8 +44,18 @@ class Training:
     tolerance: float = 1e-4
     modulus_ratio: float = 5.0
     poisson_step: float = 0.2
-    lines: int = 150
+    lines: int = 200
     rounds: int = 3
+
+    def materials(self, box: MaterialBox) -> list[tuple[float, float]]:
+        """(E, nu) of a grid that covers the box, and of the middle of every cell."""
+        (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
+        cells_e = int(np.ceil(np.log(e1 / e0) / np.log(self.modulus_ratio) - 1e-6))
+        cells_n = int(np.ceil((n1 - n0) / self.poisson_step - 1e-6))
+        e, n = np.geomspace(e0, e1, cells_e + 1), np.linspace(n0, n1, cells_n + 1)
+        grid = [(x, y) for x in e for y in n]
+        centers = [(x, y) for x in np.sqrt(e[1:] * e[:-1]) for y in 0.5 * (n[1:] + n[:-1])]
+        return [(float(x), float(y)) for x, y in grid + centers]
 
 
 def reduce(
@@ -80,6 +88,8 @@ def reduce(
 
     Raises
     ------
+    ValueError
+        If box or band make no sense, or the plate has no patch.
     RuntimeError
         If the tolerance cannot be reached.
     """
@@ -87,18 +97,18 @@ def reduce(
     report = progress or (lambda stage, share: None)
     _check(model, box, band)
     lines = np.linspace(*band, training.lines)
-    places = np.zeros((0, 2)) if points is None else np.atleast_2d(np.asarray(points, float))
-    deflection = model.deflection(places) if len(places) else None
+    places = np.asarray(() if points is None else points, float).reshape(-1, 2)
+    deflection = model.deflection(places)
     vectors = _candidates(model, box, band, lines, training, report)
+    error = float("inf")
     for attempt in range(training.rounds):
         candidate, vectors = _projected(model, vectors, box, band)
-        basis = _decomposed(candidate, lines, 0.25 * training.tolerance)
-        small = _restricted(candidate, basis)
-        if deflection is not None:
-            small = replace(small, deflection=deflection @ (vectors @ basis), points=places)
-        report(STAGE, 0.7 + 0.05 * attempt)
-        error, seen = _measured(model, small, candidate, vectors @ basis, lines, attempt)
-        report(STAGE, 0.8 + 0.05 * attempt)
+        report(STAGE, 0.65 + 0.1 * attempt)
+        basis = decomposition(candidate, lines, 0.25 * training.tolerance)
+        small = candidate.restricted(basis)
+        small = replace(small, deflection=deflection @ (vectors @ basis), points=places)
+        report(STAGE, 0.7 + 0.1 * attempt)
+        error, seen = measured_error(model, small, candidate, lines, attempt)
         if error <= training.tolerance:
             report(STAGE, 1.0)
             return replace(small, error=error)
@@ -108,18 +118,8 @@ def reduce(
     )
 
 
-def trained_materials(box: MaterialBox, training: Training) -> list[tuple[float, float]]:
-    """(E, nu) of a grid that covers the box, and of the middle of every cell."""
-    (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
-    cells_e = int(np.ceil(np.log(e1 / e0) / np.log(training.modulus_ratio) - 1e-6))
-    cells_n = int(np.ceil((n1 - n0) / training.poisson_step - 1e-6))
-    e, n = np.geomspace(e0, e1, cells_e + 1), np.linspace(n0, n1, cells_n + 1)
-    grid = [(x, y) for x in e for y in n]
-    middle = [(x, y) for x in np.sqrt(e[1:] * e[:-1]) for y in 0.5 * (n[1:] + n[:-1])]
-    return [(float(x), float(y)) for x, y in grid + middle]
-
-
 def _check(model: ShellModel, box: MaterialBox, band: tuple[float, float]) -> None:
+    """ValueError for what cannot be reduced."""
     if model.coupling.shape[1] == 0:
         raise ValueError("a plate without patches has nothing to reduce to")
     (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
@@ -140,8 +140,9 @@ def _candidates(
     training: Training,
     report: Progress,
 ) -> Real:
+    """Krylov vectors (n, N) of all trained materials; the real shifts span the band."""
     shifts = np.array([max(band[0], 0.05 * band[1]), 0.5 * sum(band), band[1]])
-    materials = trained_materials(box, training)
+    materials = training.materials(box)
     spaces = []
     for k, (e, nu) in enumerate(materials):
         report(STAGE, 0.6 * k / len(materials))
@@ -152,7 +153,7 @@ def _candidates(
                 nu,
                 shifts=shifts,
                 lines=lines,
-                loss_factor=max(box.loss_factor[0], LEAST_LOSS),
+                loss_factor=training_loss(box),
                 tolerance=0.1 * training.tolerance,
             )
         )
@@ -162,12 +163,11 @@ def _candidates(
 def _projected(
     model: ShellModel, vectors: Real, box: MaterialBox, band: tuple[float, float]
 ) -> tuple[ReducedModel, Real]:
-    """Galerkin model on candidate vectors, and the vectors orthonormal in the mass (n, N)."""
-    e, nu = _middle(box)
-    energy = model.stiffness(e, nu) + (2 * np.pi * max(band[0], 0.1 * band[1])) ** 2 * model.mass
-    vectors = orthonormal(vectors, lambda x: energy @ x, cutoff=1e-6)
+    """Galerkin model on candidate vectors, and the vectors made orthonormal in the mass (n, N)."""
+    energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
+    vectors = orthonormal(vectors, energy, cutoff=1e-6)
     root = scipy.linalg.cholesky(vectors.T @ (model.mass @ vectors), lower=True)
-    vectors = scipy.linalg.solve_triangular(root, vectors.T, lower=True).T
+    vectors = vectors @ np.linalg.inv(root).T
 
     def projected(matrix: object) -> Real:
         small = vectors.T @ (matrix @ vectors)  # type: ignore[operator]
@@ -184,102 +184,3 @@ def _projected(
         error=float("inf"),
     )
     return candidate, vectors
-
-
-def _decomposed(candidate: ReducedModel, lines: Real, tolerance: float) -> Real:
-    """Fewest leading directions (N, r) of the responses all over the box that keep the tolerance.
-
-    They are orthonormal in the mass, as the candidate's coordinates are.
-    """
-    box = candidate.box
-    e, nu = _middle(box)
-    shift = (2 * np.pi * max(candidate.band[0], 0.1 * candidate.band[1])) ** 2
-    energy = candidate.stiffness(e, nu, 0.0).real + shift * np.eye(candidate.size)
-    root = scipy.linalg.cholesky(energy, lower=True)
-    loss = max(box.loss_factor[0], LEAST_LOSS)
-    forms = [
-        ModalForm.of(candidate.stiffness(x, y, loss))
-        for x in np.geomspace(*box.youngs_modulus, 4)
-        for y in np.linspace(*box.poisson_ratio, 3)
-    ]
-    snapshots = np.concatenate(
-        [form.solve(candidate.coupling, lines).reshape(-1, candidate.size) for form in forms]
-    )
-    weighed = root.T @ np.hstack([snapshots.T.real, snapshots.T.imag])
-    _, directions = np.linalg.eigh(weighed @ weighed.T)
-    directions = scipy.linalg.solve_triangular(root.T, directions[:, ::-1], lower=False)
-    references = [form.compliance(candidate.coupling, candidate.coupling, lines) for form in forms]
-    materials = [
-        (x, y, loss) for x in np.geomspace(*box.youngs_modulus, 4) for y in np.linspace(*box.poisson_ratio, 3)
-    ]
-
-    def good(size: int) -> bool:
-        small = _restricted(candidate, np.linalg.qr(directions[:, :size])[0])
-        return all(
-            relative_error(small.compliance(*material, lines), reference) <= tolerance
-            for material, reference in zip(materials, references, strict=True)
-        )
-
-    low, high = 0, candidate.size
-    while high - low > 4:
-        size = (low + high) // 2
-        low, high = (low, size) if good(size) else (size, high)
-    return np.asarray(np.linalg.qr(directions[:, :high])[0])
-
-
-def _restricted(candidate: ReducedModel, basis: Real) -> ReducedModel:
-    return replace(
-        candidate,
-        stiffness_1=basis.T @ candidate.stiffness_1 @ basis,
-        stiffness_2=basis.T @ candidate.stiffness_2 @ basis,
-        stiffness_patch=basis.T @ candidate.stiffness_patch @ basis,
-        coupling=basis.T @ candidate.coupling,
-        deflection=np.zeros((0, basis.shape[1])),
-    )
-
-
-def _middle(box: MaterialBox) -> tuple[float, float]:
-    return float(np.sqrt(np.prod(box.youngs_modulus))), float(np.mean(box.poisson_ratio))
-
-
-def _held_out(box: MaterialBox, attempt: int) -> list[tuple[float, float, float]]:
-    """Materials between the trained ones: on the box's soft and stiff sides, lightly damped, and within."""
-    (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
-    sides = [(e0, n0 + 0.55 * (n1 - n0), h0), (e1, n0 + 0.45 * (n1 - n0), h0)] if attempt == 0 else []
-    cube = qmc.Halton(3, scramble=True, rng=np.random.default_rng(attempt)).random(4)
-    within = [(e0 * (e1 / e0) ** a, n0 + b * (n1 - n0), h0 + c * (h1 - h0)) for a, b, c in cube]
-    return [(float(e), float(n), float(h)) for e, n, h in sides + within]
-
-
-def _measured(
-    model: ShellModel, small: ReducedModel, candidate: ReducedModel, basis: Real, lines: Real, attempt: int
-) -> tuple[float, Complex]:
-    """Largest relative error against the full model at held-out materials, and the full responses.
-
-    Each material is solved at two lines: the one where `small` and `candidate` disagree most, and
-    one drawn from the band.
-    """
-    rng = np.random.default_rng(100 + attempt)
-    worst, seen = 0.0, []
-    for material in _held_out(small.box, attempt):
-        over_band = small.compliance(*material, lines)
-        rms = np.sqrt(np.mean(np.abs(over_band) ** 2, axis=-1))
-        finer = candidate.compliance(*material, lines)
-        peak = (np.abs(over_band - finer) / rms[..., None]).max(axis=(0, 1)).argmax()
-        chosen = np.array([lines[peak], rng.uniform(*small.band)])
-        full = model.responses(*material, chosen)
-        transfer = np.einsum("ni,nkf->ikf", model.coupling, full)
-        wrong = np.abs(small.compliance(*material, chosen) - transfer) / rms[..., None]
-        worst = max(worst, float(wrong.max()))
-        if len(small.points):
-            field = model.deflection(small.points) @ full.reshape(model.size, -1)
-            reduced = small.deflection @ small.amplitudes(*material, chosen).transpose(2, 0, 1).reshape(
-                small.size, -1
-            )
-            over_field = small.deflection @ small.amplitudes(*material, lines).transpose(2, 0, 1).reshape(
-                small.size, -1
-            )
-            scale = np.sqrt(np.mean(np.abs(over_field) ** 2))
-            worst = max(worst, float(np.abs(field + reduced).max() / scale))
-        seen.append(full.reshape(model.size, -1))
-    return worst, np.hstack(seen)

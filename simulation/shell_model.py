@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csc_matrix, csr_matrix, hstack
+from scipy.sparse import csc_matrix, csr_matrix, diags_array, hstack
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 
 from simulation.electric_load import ElectricLoad
@@ -32,7 +32,7 @@ class ShellModel:
     ----------
     space : ShapeSpace
     unknowns : (n,) ndarray
-        Which of the 5 fields x functions are unknowns, field by field.
+        Which of the 5 fields x functions are unknowns (counted field by field), in elimination order.
     stiffness_1, stiffness_2 : (n, n) csr_matrix
         K1 and K2, m3 and the like: times Pa gives a stiffness.
     stiffness_patch : (n, n) csr_matrix
@@ -103,7 +103,9 @@ class ShellModel:
 
     def deflection(self, points: Real) -> csr_matrix:
         """Matrix (K, n) that gives w at points (K, 2) in m."""
-        points = np.atleast_2d(np.asarray(points, float))
+        points = np.asarray(points, float).reshape(-1, 2)
+        if not len(points):
+            return csr_matrix((0, self.size))
         low = np.array([self.space.x.position[0], self.space.y.position[0]])
         high = np.array([self.space.x.position[-1], self.space.y.position[-1]])
         outside = np.any((points < low) | (points > high), axis=1)
@@ -133,15 +135,29 @@ class ShellModel:
         return np.sort(np.sqrt(np.abs(values))) / (2 * np.pi)
 
 
-def factorize(matrix: csr_matrix) -> SuperLU:
-    """Factors of a (complex) symmetric matrix.
+def elimination_order(pattern: csr_matrix) -> NDArray[np.int_]:
+    """Order of the unknowns that keeps the factors of matrices of this pattern sparse, (n,).
 
-    Ordering for the symmetric pattern and no pivoting halve the fill; the solutions stay good to
-    about 1e-9 because a plate's dynamic stiffness away from an undamped resonance is far from singular.
+    Minimum degree, found by factorizing a matrix of the pattern that is surely positive definite.
+    """
+    ones = csr_matrix((np.ones_like(pattern.data, dtype=float), pattern.indices, pattern.indptr), pattern.shape)
+    dominant = csc_matrix(ones + diags_array(2.0 * np.asarray(ones.sum(axis=1)).ravel() + 1.0))
+    factors = splu(
+        dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options={"SymmetricMode": True}
+    )
+    return np.argsort(factors.perm_c).astype(np.int64)
+
+
+def factorize(matrix: csr_matrix) -> SuperLU:
+    """Factors of a (complex) symmetric matrix whose unknowns stand in elimination order.
+
+    No pivoting: it would undo the order. Solutions stay good to about 1e-12 all the same, because a
+    plate's dynamic stiffness away from an undamped resonance is far from singular.
     """
     return splu(
         csc_matrix(matrix),
-        permc_spec="MMD_AT_PLUS_A",
+        permc_spec="NATURAL",
         diag_pivot_thresh=0.0,
+        relax=1,
         options={"SymmetricMode": True},
     )

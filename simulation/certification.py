@@ -1,0 +1,63 @@
+"""The error of a reduced model, measured against the full one where it was not trained."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from analysis.material import MaterialBox
+from simulation.reduced_model import ReducedModel
+from simulation.shell_model import ShellModel
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+Constants = tuple[float, float, float]
+
+
+def held_out(box: MaterialBox, attempt: int) -> list[Constants]:
+    """(E, nu, eta) between the trained materials, four of them drawn, new ones at each attempt.
+
+    The first attempt also asks on the box's soft and stiff sides at the least damping, where
+    resonances are most and sharpest.
+    """
+    (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
+    sides = [(e0, n0 + 0.55 * (n1 - n0), h0), (e1, n0 + 0.45 * (n1 - n0), h0)] if attempt == 0 else []
+    cube = qmc.Halton(3, scramble=True, rng=np.random.default_rng(attempt)).random(4)
+    within = [(e0 * (e1 / e0) ** a, n0 + b * (n1 - n0), h0 + c * (h1 - h0)) for a, b, c in cube]
+    return [(float(e), float(n), float(h)) for e, n, h in sides + within]
+
+
+def measured_error(
+    model: ShellModel, small: ReducedModel, candidate: ReducedModel, lines: Real, attempt: int
+) -> tuple[float, Complex]:
+    """Error of `small` at the held-out materials, and the full model's responses there (n, S).
+
+    Each material is solved in full at two frequencies: the one of `lines` where `small` departs most
+    from the `candidate` it was cut from, and one drawn from the band. Errors are those of
+    `ReducedModel.error`.
+    """
+    rng = np.random.default_rng(100 + attempt)
+    worst, seen = 0.0, []
+    for material in held_out(small.box, attempt):
+        over_band = small.compliance(*material, lines)
+        rms = np.sqrt(np.mean(np.abs(over_band) ** 2, axis=-1, keepdims=True))
+        departure = np.abs(over_band - candidate.compliance(*material, lines)) / rms
+        chosen = np.array([lines[departure.max(axis=(0, 1)).argmax()], rng.uniform(*small.band)])
+        full = model.responses(*material, chosen)
+        transfer = np.einsum("ni,nkf->ikf", model.coupling, full)
+        wrong = np.abs(small.compliance(*material, chosen) - transfer) / rms
+        worst = max(worst, float(wrong.max()), _field_error(model, small, material, chosen, full, lines))
+        seen.append(full.reshape(model.size, -1))
+    return worst, np.hstack(seen)
+
+
+def _field_error(
+    model: ShellModel, small: ReducedModel, material: Constants, chosen: Real, full: Complex, lines: Real
+) -> float:
+    """Largest error of the deflection at the model's points, over its rms over points, inputs and band."""
+    if not len(small.points):
+        return 0.0
+    field = -(model.deflection(small.points) @ full.reshape(model.size, -1)).reshape(-1, *full.shape[1:])
+    reduced = np.einsum("kr,nfr->knf", small.deflection, small.amplitudes(*material, chosen))
+    over_band = np.einsum("kr,nfr->knf", small.deflection, small.amplitudes(*material, lines), optimize=True)
+    return float(np.abs(field - reduced).max() / np.sqrt(np.mean(np.abs(over_band) ** 2)))
