@@ -44,11 +44,11 @@ def held_back() -> Iterator[Callable[[], None]]:
                 raise SystemExit(128 + number)
 
     try:
-        for number in _SIGNALS:
-            if signal.getsignal(number) is not None:  # None: set outside Python, and not to be given back
-                previous[number] = signal.signal(number, remember)
+        for wanted in _SIGNALS:
+            if signal.getsignal(wanted) is not None:  # None: set outside Python, and not to be given back
+                previous[wanted] = signal.signal(wanted, remember)
         yield let_through
     finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
+        for held, handler in previous.items():
+            signal.signal(held, handler)
         let_through()

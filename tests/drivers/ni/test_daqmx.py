@@ -1,5 +1,8 @@
 """The cards' driver against the simulated server: what is measured is what is there."""
 
+import gc
+import time
+import tracemalloc
 from dataclasses import replace
 from typing import Any
 
@@ -9,6 +12,7 @@ import pytest
 from nidaqmx.constants import TaskMode
 from numpy.typing import NDArray
 
+from drivers.clock import SystemClock
 from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.errors import KNOWN_ERRORS, Action, DaqError, KnownError
 from drivers.ni.modules import NI_9234
@@ -161,10 +165,10 @@ def test_coupling_takes_the_slow_part_away(
 ) -> None:
     slow = wiring.model_copy(update={"coupling": coupling, "sample_rate": 2000.0})
     cards = DaqmxCards(slow, channel)
-    time = np.arange(round(12.0 * cards.sample_rate)) / cards.sample_rate
-    record = cards.sweep(2.0 * np.sin(2.0 * np.pi * 0.5 * time))
-    settled = time > 4.0
-    level = 2.0 * np.abs(np.mean(record.drive[settled] * np.exp(-2j * np.pi * 0.5 * time[settled])))
+    moments = np.arange(round(12.0 * cards.sample_rate)) / cards.sample_rate
+    record = cards.sweep(2.0 * np.sin(2.0 * np.pi * 0.5 * moments))
+    settled = moments > 4.0
+    level = 2.0 * np.abs(np.mean(record.drive[settled] * np.exp(-2j * np.pi * 0.5 * moments[settled])))
     assert level == pytest.approx(2.0 * gain, rel=2e-3)
 
 
@@ -260,3 +264,31 @@ def test_trigger_that_does_not_come_is_found_out(cards: DaqmxCards, server: Simu
         cards.sweep(drive)
     assert caught.value.code == -200560
     assert caught.value.action is Action.RETRY_ONCE
+
+
+def test_long_campaign_leaves_nothing_behind(cards: DaqmxCards, server: SimulatedDaq) -> None:
+    drive = np.zeros(4000)
+    drive[:2000] = 1.0
+
+    def kept_after(sweeps: int) -> int:
+        for _ in range(sweeps):
+            cards.sweep(drive)
+            server.clock.sleep(300.0)
+        gc.collect()
+        return tracemalloc.get_traced_memory()[0]
+
+    tracemalloc.start()
+    try:
+        first = kept_after(3)
+        grown = kept_after(10) - first
+    finally:
+        tracemalloc.stop()
+    assert grown < 3 * drive.nbytes  # ten sweeps keep less than what one records
+    assert server.tasks_open() == ()
+
+
+def test_real_time_can_be_kept_as_well(wiring: Wiring, surroundings: Surroundings) -> None:
+    cards = DaqmxCards(wiring, InProcessChannel(SimulatedDaq(surroundings, clock=SystemClock())))
+    before = time.monotonic()
+    cards.sweep(np.full(2000, 0.5))
+    assert time.monotonic() - before >= 2000 / RATE
