@@ -1,7 +1,6 @@
 """How networks are trained."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 
 @dataclass(frozen=True)
@@ -31,9 +30,9 @@ class Training:
     """
 
     nodes: int = 10
-    scale: Literal["global", "tap"] = "global"
-    start: Literal["warm", "random"] = "warm"
-    split: Literal["none", "matlab"] = "none"
+    scale: str = "global"
+    start: str = "warm"
+    split: str = "none"
     restarts: int = 1
     epochs: int = 1000
     largest_error: float = 1.0

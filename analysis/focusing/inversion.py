@@ -35,15 +35,6 @@ class InverseFilters:
     rank: NDArray[np.int64]
     condition: NDArray[np.float64]
 
-    @property
-    def rank_changes(self) -> NDArray[np.int64]:
-        """Lines (T-1,) at which the rank differs between neighbouring temperatures.
-
-        Under truncation R jumps there and no interpolation over temperature can follow it.
-        """
-        changes: NDArray[np.int64] = np.count_nonzero(np.diff(self.rank, axis=0), axis=1)
-        return changes
-
 
 def invert(
     forms: EnergyForms, tolerance: float = 0.01, regularisation: Regularisation = "tikhonov"

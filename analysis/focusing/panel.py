@@ -10,6 +10,9 @@ from analysis.experiment import Declared, Patch, Plate, Temperature, check_patch
 
 Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
 Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
+Modulus = Annotated[float, Field(ge=1e6, le=1e12, description="Pa")]
+Ratio = Annotated[float, Field(ge=0.0, le=0.499)]
+Loss = Annotated[float, Field(ge=1e-4, le=0.5)]
 Count = Annotated[int, Field(ge=4, le=400)]
 
 
@@ -46,7 +49,13 @@ class Filters(Declared):
     tolerance: Annotated[
         float, Field(ge=1e-6, le=0.9, description="share of the largest singular value at each frequency")
     ] = 0.01
-    reference_temperature: Temperature = 20.0
+    reference_temperature: Annotated[
+        float,
+        Field(ge=-80.0, le=200.0, description="degrees Celsius, of the one filter kept without compensation"),
+    ] = 20.0
+    operating_range: Annotated[
+        tuple[Temperature, Temperature], Field(description="degrees Celsius, over which the filters are wanted")
+    ] = (0.0, 60.0)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -62,6 +71,9 @@ class Filters(Declared):
                 f"transform_length {self.transform_length} must be at least twice taps ({2 * self.taps}): "
                 "a shorter one folds the filter onto itself"
             )
+        coldest, hottest = self.operating_range
+        if not coldest < hottest:
+            raise ValueError(f"operating_range [{coldest:g}, {hottest:g}] °C must ascend")
         if self.delay >= self.taps:
             raise ValueError(f"delay {self.delay} samples must lie inside the {self.taps} taps")
         return self
@@ -74,31 +86,57 @@ class Filters(Declared):
         lines: NDArray[np.float64] = np.arange(first, last + 1.0) * spacing
         return lines
 
+    @property
+    def twin_band(self) -> tuple[float, float]:
+        """Frequencies the panel's twin has to answer for, Hz.
+
+        Interpolation at equal reduced frequency reaches beyond the edges: three training steps of 5 °C move
+        the modes by a fifth.
+        """
+        return self.edges[0] / 1.3, self.edges[1] * 1.3
+
     def in_band(self, frequency: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which of `frequency` lie inside the band of full gain."""
         inside: NDArray[np.bool_] = (frequency >= self.band[0]) & (frequency <= self.band[1])
         return inside
 
 
-class MaterialBox(Declared):
-    """Elastic constants between which the panel's reduced twin is trained."""
+class Illustration(Declared):
+    """A plate of constant elastic constants, on which all methods are compared (paper Fig. 4)."""
 
-    youngs_modulus: tuple[Annotated[float, Field(ge=1e6, le=1e12)], Annotated[float, Field(ge=1e6, le=1e12)]] = (
-        0.8e9,
-        4.0e9,
+    youngs_modulus: Modulus = 1.1e9
+    poisson_ratio: Ratio = 0.33
+    loss_factor: Loss = 0.06
+
+
+class TwinSettings(Declared):
+    """Elastic constants between which the panel's reduced twin is trained, and how finely it is made."""
+
+    youngs_modulus: Annotated[tuple[Modulus, Modulus], Field(description="Pa")] = (0.8e9, 4.0e9)
+    poisson_ratio: tuple[Ratio, Ratio] = (0.30, 0.48)
+    loss_factor: tuple[Loss, Loss] = (0.02, 0.12)
+    mesh_degree: Annotated[int, Field(ge=3, le=8)] = 4
+    mesh_strip: Annotated[float, Field(ge=5e-4, le=0.02, description="m, on both sides of every patch edge")] = (
+        0.005
     )
-    poisson_ratio: tuple[Annotated[float, Field(ge=0.0, le=0.499)], Annotated[float, Field(ge=0.0, le=0.499)]] = (
-        0.30,
-        0.49,
-    )
+    basis_tolerance: Annotated[float, Field(ge=1e-6, le=1e-2, description="share of a transfer's rms")] = 1e-3
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
-        for name in ("youngs_modulus", "poisson_ratio"):
+        for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
             low, high = getattr(self, name)
             if low >= high:
                 raise ValueError(f"{name} [{low:g}, {high:g}] must ascend")
         return self
+
+    def holds(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> bool:
+        """Whether constants lie in the box, walls included."""
+        pairs = (
+            (youngs_modulus, self.youngs_modulus),
+            (poisson_ratio, self.poisson_ratio),
+            (loss_factor, self.loss_factor),
+        )
+        return all(low <= value <= high for value, (low, high) in pairs)
 
 
 class Panel(Declared):
@@ -111,11 +149,15 @@ class Panel(Declared):
     target: Target
     grid: tuple[Count, Count] = (40, 30)
     filters: Filters = Filters()
-    material: MaterialBox = MaterialBox()
+    twin: TwinSettings = TwinSettings()
+    illustration: Illustration = Illustration()
 
     @model_validator(mode="after")
     def _on_the_plate(self) -> Self:
         check_patches(self.plate, self.patch)
+        constants = self.illustration
+        if not self.twin.holds(constants.youngs_modulus, constants.poisson_ratio, constants.loss_factor):
+            raise ValueError("illustration lies outside the ranges of twin; widen them or move it")
         for patch in self.patch:
             if patch.role != "actuator":
                 raise ValueError(f"patch {patch.id!r} has the role {patch.role}; a panel has actuators only")

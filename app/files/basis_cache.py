@@ -20,7 +20,9 @@ from analysis.material import MaterialBox
 from app.files.atomic import atomic_hdf5
 
 if TYPE_CHECKING:
+    from simulation.mesh import MeshRecipe
     from simulation.reduced_model import ReducedModel
+    from simulation.reduction import Training
 
 Progress = Callable[[str, float], None]
 
@@ -41,6 +43,8 @@ def cached_reduction(
     band: tuple[float, float],
     *,
     points: ArrayLike | None = None,
+    recipe: "MeshRecipe | None" = None,
+    training: "Training | None" = None,
     progress: Progress | None = None,
 ) -> "ReducedModel":
     """Reduced model of a plate with patches, from the cache or made and kept there.
@@ -55,6 +59,10 @@ def cached_reduction(
         Hz.
     points : (K, 2) array_like, optional
         Where the deflection will be asked for, m.
+    recipe : MeshRecipe, optional
+        The converged recipe unless given.
+    training : Training, optional
+        The strict one unless given.
     progress : callable, optional
         Told the stage's name and the share done.
     """
@@ -62,11 +70,12 @@ def cached_reduction(
     from simulation.mindlin import assemble
     from simulation.reduction import reduce
 
-    file = cache_folder() / f"basis-{basis_key(plate, patches, box, band, points)}.h5"
+    file = cache_folder() / f"basis-{basis_key(plate, patches, box, band, points, recipe, training)}.h5"
     stored = load_basis(file)
     if stored is not None:
         return stored
-    reduced = reduce(assemble(plate, patches), box, band, points=points, progress=progress)
+    model = assemble(plate, patches, recipe=recipe)
+    reduced = reduce(model, box, band, points=points, training=training, progress=progress)
     save_basis(file, reduced)
     return reduced
 

@@ -1,0 +1,131 @@
+"""The four ways to drive a panel, by name: STIF and what the paper's Fig. 4 holds it against."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.focusing.energy import EnergyForms, FieldSpace
+from analysis.focusing.inversion import invert
+from analysis.focusing.panel import Panel
+from analysis.focusing.performance import contrast, spot_error
+from analysis.focusing.rivals import modal_control, nearest_actuator, time_reversal
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Constants = tuple[float, float, float]
+Method = Literal["stif", "time-reversal", "modal-control", "none"]
+METHODS: tuple[Method, ...] = ("stif", "time-reversal", "modal-control", "none")
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Natural modes of a panel, mass-normalised, in the twin's generalised coordinates.
+
+    Attributes
+    ----------
+    eigenvalues : (m,) ndarray
+        Complex ω²(1 + jη), ascending, rad2/s2.
+    shapes : (r, m) ndarray
+    coupling : (m, N) ndarray
+        Modal force of every actuator, N/V.
+    """
+
+    eigenvalues: Complex
+    shapes: Real
+    coupling: Real
+
+
+class PanelModel(Protocol):
+    """A panel that can be computed: what `analysis` sees of the twin."""
+
+    @property
+    def space(self) -> FieldSpace:
+        """The deflection shapes, measured over the panel's grid."""
+
+    def amplitudes(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
+    ) -> Complex:
+        """Generalised coordinates (N, F, r) per volt on every actuator; ValueError outside the trained box."""
+
+    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> Modes:
+        """Return the lowest `count` modes."""
+
+
+Designer = Callable[[Constants, Complex, EnergyForms], Complex]
+
+
+def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> Designer:
+    """Return the rule of one method: (E, nu, eta), amplitudes and forms of one temperature -> filters (F, N)."""
+    settings, displacement = panel.filters, panel.target.displacement
+    band = settings.in_band(lines)
+
+    def stif(_constants: Constants, _amplitude: Complex, forms: EnergyForms) -> Complex:
+        filters: Complex = invert(forms, settings.tolerance, settings.regularisation).filters[0]
+        return filters
+
+    def reversal(_constants: Constants, amplitude: Complex, _forms: EnergyForms) -> Complex:
+        return _loud(model, panel, amplitude, band, time_reversal(_at_center(model, panel, amplitude)))
+
+    def modal(constants: Constants, _amplitude: Complex, _forms: EnergyForms) -> Complex:
+        modes = model.modes(*constants, count=len(panel.patch))
+        image = model.space.plate @ modes.shapes
+        aim = modes.shapes.T @ model.space.aim * displacement
+        return modal_control(image.T @ image, modes.eigenvalues, modes.coupling, aim, lines)
+
+    def none(_constants: Constants, amplitude: Complex, _forms: EnergyForms) -> Complex:
+        centers = np.array([patch.center for patch in panel.patch])
+        return _loud(model, panel, amplitude, band, nearest_actuator(centers, panel.target_center, len(lines)))
+
+    return {"stif": stif, "time-reversal": reversal, "modal-control": modal, "none": none}[method]
+
+
+def _at_center(model: PanelModel, panel: Panel, amplitude: Complex) -> Complex:
+    response: Complex = model.space.at_point(amplitude, panel.target_center).T
+    return response
+
+
+def _loud(
+    model: PanelModel, panel: Panel, amplitude: Complex, band: NDArray[np.bool_], filters: Complex
+) -> Complex:
+    """Scale filters by one number, so that the target's centre moves by the displacement asked for on average."""
+    moved = np.sum(_at_center(model, panel, amplitude) * filters, axis=1)[band]
+    loud: Complex = filters * (panel.target.displacement / np.abs(moved).mean())
+    return loud
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All methods on one plate, with complex filters (paper Fig. 4).
+
+    Attributes
+    ----------
+    methods : tuple of str
+    constants : (float, float, float)
+        E (Pa), nu and eta of the plate.
+    frequency : (F,) ndarray
+        Hz.
+    contrast, spot_error : (methods, F) ndarray
+    """
+
+    methods: tuple[str, ...]
+    constants: tuple[float, float, float]
+    frequency: Real
+    contrast: Real
+    spot_error: Real
+
+
+def compare(model: PanelModel, panel: Panel, constants: Constants) -> Comparison:
+    """Contrast and spot error of every method on a plate of `constants` E, nu, eta."""
+    lines = panel.filters.frequency
+    band = panel.filters.in_band(lines)
+    amplitude = model.amplitudes(*constants, lines)
+    forms = model.space.forms([amplitude], panel.target.displacement)
+    contrasts, spots = [], []
+    for method in METHODS:
+        filters = designer(method, model, panel, lines)(constants, amplitude, forms)
+        contrasts.append(contrast(forms, filters)[0, band])
+        spots.append(spot_error(model.space, amplitude[:, band], filters[band]))
+    return Comparison(METHODS, constants, lines[band], np.array(contrasts), np.array(spots))

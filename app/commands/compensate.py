@@ -1,0 +1,180 @@
+"""``flexura compensate``: filters that follow the temperature, by networks and by their rivals."""
+
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from app.commands.bad_input import bad_input
+from app.progress import progress
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from analysis.compensation.study import Compensation
+
+GOOD_ERROR = 0.05
+"""Relative error, %, every network has to keep at every temperature."""
+
+
+@click.command(name="compensate")
+@click.argument("run", type=click.Path(path_type=Path), required=False)
+@click.option("--panel", type=click.Path(path_type=Path), help="Panel file (default: that of RUN's filters.h5).")
+@click.option(
+    "--spacing",
+    type=click.FloatRange(0.5, 30.0),
+    default=5.0,
+    show_default=True,
+    help="°C between training temperatures.",
+)
+@click.option("--nodes", type=click.IntRange(1, 100), default=10, show_default=True, help="Hidden nodes.")
+@click.option(
+    "--restarts", type=click.IntRange(1, 100), default=1, show_default=True, help="Trainings per actuator."
+)
+@click.option("--scale", type=click.Choice(("global", "tap")), default="global", show_default=True)
+@click.option("--start", type=click.Choice(("warm", "random")), default="warm", show_default=True)
+@click.option("--split", type=click.Choice(("none", "matlab")), default="none", show_default=True)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option("--device", default="cpu", show_default=True, help="Where torch trains: cpu, cuda, cuda:1, ...")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Folder for compensation.h5 (default: beside the laws)."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the figures of every method as JSON.")
+@bad_input
+def command(
+    run: Path | None,
+    panel: Path | None = None,
+    spacing: float = 5.0,
+    nodes: int = 10,
+    restarts: int = 1,
+    scale: str = "global",
+    start: str = "warm",
+    split: str = "none",
+    seed: int = 0,
+    device: str = "cpu",
+    out: Path | None = None,
+    as_json: bool = False,
+) -> None:
+    """Train one network per actuator: temperature in, its 512-tap filter out.
+
+    RUN is a run folder with laws.h5, or a laws file (default: the current folder). Trains on the STIF filters
+    every SPACING °C and judges networks, linear interpolation, cubic splines and interpolation at equal reduced
+    frequency against the filters computed every 0.25 °C. Writes compensation.h5. Exit status 1 where a network
+    is refused or misses by more than 0.05 %.
+    """
+    from analysis.compensation.settings import Training
+    from analysis.compensation.study import compensate
+    from analysis.compensation.training import EvidenceCollapseError
+    from analysis.focusing.over_temperature import spaced
+    from app.files.filter_files import save_compensation
+    from app.files.provenance import provenance, sha256
+    from app.files.run_folder import run_folder
+    from app.panel_run import checked_device, laws_of, panel_for, range_of
+    from app.panel_twin import panel_twin
+
+    started = time.perf_counter()
+    laws_path, laws = laws_of(run or Path())
+    declared, panel_path = panel_for(panel, laws_path.parent)
+    low, high = range_of(declared, laws, laws_path)
+    training = Training(nodes=nodes, scale=scale, start=start, split=split, restarts=restarts, seed=seed)
+    checked_device(device)
+    try:
+        training.check_temperatures(len(spaced(low, high, spacing)))
+    except ValueError as error:
+        raise click.UsageError(
+            f"--nodes {nodes}, --spacing {spacing:g}, {low:g} to {high:g} °C: {error}"
+        ) from error
+    folder = run_folder(laws_path.parent, out or laws_path.parent)
+    with progress() as report:
+        twin = panel_twin(declared, laws, report)
+        try:
+            found = compensate(
+                twin, declared, laws, spacing, training, time.perf_counter, device=device, report=report
+            )
+        except EvidenceCollapseError as error:
+            click.echo(f"refused: {error}", err=True)
+            raise click.exceptions.Exit(1) from error
+    inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
+    settings = {"spacing": spacing, "device": device, "panel": declared.model_dump(mode="json")}
+    target = folder / "compensation.h5"
+    save_compensation(target, declared, found, provenance(inputs, settings, seed))
+    seconds = time.perf_counter() - started
+    if as_json:
+        click.echo(json.dumps(record(found, seconds), indent=1, allow_nan=False))
+    else:
+        show(found)
+    if (low, high) != declared.filters.operating_range:
+        click.echo(f"note: the laws cover {low:g} to {high:g} °C only", err=True)
+    click.echo(summary(found, target, seconds), err=True)
+    if _largest(found, 0) > GOOD_ERROR:
+        raise click.exceptions.Exit(1)
+
+
+def record(found: "Compensation", seconds: float) -> dict[str, Any]:
+    """Return what ``--json`` prints."""
+    trained = found.trained
+    return {
+        "methods": {
+            name: {
+                "relative_error_max_percent": _largest(found, m),
+                "relative_error_mean_percent": float(found.relative_error[m].mean()),
+                "left_out_max_percent": float(found.left_out[m].max()),
+                "contrast_loss": float(found.contrast_loss[m].max()),
+                "contrast_loss_band_mean": float(found.contrast_loss[m].mean(axis=1).max()),
+                "seconds": float(found.seconds[m]),
+            }
+            for m, name in enumerate(found.methods)
+        },
+        "best": found.best,
+        "temperatures": len(found.temperature),
+        "temperature_range_c": [float(found.temperature[0]), float(found.temperature[-1])],
+        "training_temperatures_c": found.training_temperature.tolist(),
+        "actuators": found.relative_error.shape[2],
+        "network": {
+            "nodes": trained.settings.nodes,
+            "parameters_determined": trained.gamma.tolist(),
+            "log_evidence": trained.log_evidence.tolist(),
+            "training_error_percent": trained.training_error.tolist(),
+            "epochs": trained.epochs.tolist(),
+            "seed": trained.settings.seed,
+        },
+        "contrast_direct_mean": float(found.contrast_direct.mean()),
+        "seconds": seconds,
+    }
+
+
+def show(found: "Compensation") -> None:
+    """Print a table of the methods for people."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title="Filters between the training temperatures", header_style="bold")
+    for heading in ("method", "RE max [%]", "RE mean [%]", "RE left out [%]", "contrast loss", "s"):
+        table.add_column(heading, justify="left" if heading == "method" else "right")
+    for m, name in enumerate(found.methods):
+        table.add_row(
+            name,
+            f"{_largest(found, m):.2g}",
+            f"{found.relative_error[m].mean():.2g}",
+            f"{found.left_out[m].max():.2g}",
+            f"{found.contrast_loss[m].max():.2g}",
+            f"{found.seconds[m]:.2f}",
+        )
+    Console().print(table)
+
+
+def summary(found: "Compensation", target: Path, seconds: float) -> str:
+    """Return one line for people."""
+    t = found.temperature
+    return (
+        f"{len(found.training_temperature)} training temperatures, judged at {len(t)} from {t[0]:g} to {t[-1]:g} "
+        f"°C: networks miss by at most {_largest(found, 0):.2g} %, contrast loss "
+        f"{found.contrast_loss[0].max():.2g}; best here: {found.best}; {seconds:.1f} s; {target}"
+    )
+
+
+def _largest(found: "Compensation", method: int) -> float:
+    errors: np.ndarray[Any, Any] = found.relative_error[method]
+    return float(errors.max())

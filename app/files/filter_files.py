@@ -1,0 +1,76 @@
+"""``filters.h5`` and ``compensation.h5``: focusing filters, networks, and how well they do."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import h5py
+
+from analysis.compensation.study import Compensation
+from analysis.focusing.methods import Comparison
+from analysis.focusing.over_temperature import Focusing
+from analysis.focusing.panel import Panel
+from app.files.atomic import atomic_hdf5
+from app.files.bad_file import ResultFileError
+from app.files.panel_file import panel_of_text
+from app.files.provenance import stamp
+from app.files.values import read_value, write_value
+
+Value = TypeVar("Value")
+
+
+def save_focusing(
+    target: Path, panel: Panel, focusing: Focusing, comparison: Comparison, made_from: Mapping[str, Any]
+) -> None:
+    """Write filters over temperature and the comparison of methods, whole or not at all."""
+    with atomic_hdf5(target) as file:
+        _begin(file, panel, made_from)
+        write_value(file.create_group("focusing"), focusing)
+        write_value(file.create_group("comparison"), comparison)
+
+
+def load_focusing(path: Path) -> tuple[Panel, Focusing, Comparison]:
+    """Read back what `save_focusing` wrote."""
+    with _opened(path, "focusing", "focus") as file:
+        panel = panel_of_text(str(file.attrs["panel"]), str(path))
+        return panel, read_value(file["focusing"], Focusing), read_value(file["comparison"], Comparison)
+
+
+def load_panel(path: Path) -> Panel:
+    """Read only the panel a result was made for."""
+    with _opened(path, "focusing", "focus") as file:
+        return panel_of_text(str(file.attrs["panel"]), str(path))
+
+
+def save_compensation(
+    target: Path, panel: Panel, compensation: Compensation, made_from: Mapping[str, Any]
+) -> None:
+    """Write networks and the test of every method, whole or not at all."""
+    with atomic_hdf5(target) as file:
+        _begin(file, panel, made_from)
+        write_value(file.create_group("compensation"), compensation)
+
+
+def load_compensation(path: Path) -> tuple[Panel, Compensation]:
+    """Read back what `save_compensation` wrote."""
+    with _opened(path, "compensation", "compensate") as file:
+        panel = panel_of_text(str(file.attrs["panel"]), str(path))
+        return panel, read_value(file["compensation"], Compensation)
+
+
+def _begin(file: h5py.File, panel: Panel, made_from: Mapping[str, Any]) -> None:
+    stamp(file, made_from)
+    file.attrs["panel"] = panel.model_dump_json()
+
+
+def _opened(path: Path, group: str, verb: str) -> h5py.File:
+    try:
+        file = h5py.File(path)
+    except OSError as error:
+        raise ResultFileError(
+            f"{path}: not a readable HDF5 file ({error}); make it again: flexura {verb}"
+        ) from error
+    if group not in file or "panel" not in file.attrs:
+        file.close()
+        raise ResultFileError(f"{path}: not a result of flexura {verb}")
+    return file

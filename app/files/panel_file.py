@@ -1,0 +1,54 @@
+"""The focusing panel's TOML file: read strictly, its faults told in the words of the file."""
+
+import json
+import tomllib
+from pathlib import Path
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from analysis.focusing.panel import Panel
+from app.files.allowed_values import allowed_at, keys_at
+from app.files.bad_file import ResultFileError
+
+SECTION_2 = Path(__file__).resolve().parents[2] / "examples" / "section2-panel.toml"
+"""The paper's plate of section 2, which comes with the project."""
+
+
+def read_panel(path: Path) -> Panel:
+    """Read a panel; ResultFileError with every missing, unknown, mistyped or implausible key."""
+    try:
+        declared = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultFileError(f"{path}: cannot be read as text ({error})") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ResultFileError(f"{path}: not TOML: {error}") from error
+    return _checked(json.dumps(declared, default=str), str(path))
+
+
+def panel_of_text(text: str, origin: str) -> Panel:
+    """Read a panel kept as JSON in a result file named `origin`."""
+    return _checked(text, origin)
+
+
+def _checked(text: str, origin: str) -> Panel:
+    try:  # strict JSON takes lists for tuples but no "0.24" for 0.24
+        return Panel.model_validate_json(text, strict=True)
+    except ValidationError as error:
+        lines = [_told(detail) for detail in error.errors(include_url=False)]
+        if len(lines) == 1:
+            raise ResultFileError(f"{origin}: {lines[0]}") from error
+        raise ResultFileError(f"{origin}: {len(lines)} problems" + "".join(f"\n  {x}" for x in lines)) from error
+
+
+def _told(detail: ErrorDetails) -> str:
+    place, seen = detail["loc"], repr(detail["input"])
+    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place).lstrip(".") or "panel"
+    allowed = allowed_at(Panel, place)
+    if detail["type"] == "missing":
+        return f"{key} is missing; allowed: {allowed}"
+    if detail["type"] == "extra_forbidden":
+        return f"{key} is not known; the keys here are " + ", ".join(keys_at(Panel, place[:-1]))
+    if detail["type"] == "value_error":  # a check over several keys says itself what it saw and allows
+        return f"{key}: {detail['ctx']['error']}"
+    return f"{key} = {seen if len(seen) <= 60 else seen[:57] + '...'}; allowed: {allowed}"

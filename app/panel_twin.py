@@ -1,0 +1,98 @@
+"""A focusing panel joined to its reduced twin."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from analysis.focusing.energy import FieldSpace
+from analysis.focusing.grid import Grid
+from analysis.focusing.methods import Constants, Modes
+from analysis.focusing.panel import Panel
+from analysis.material import MaterialBox, MaterialLaws
+from app.files.bad_file import ResultFileError
+from app.files.basis_cache import cached_reduction
+from app.progress import Report
+from simulation.mesh import MeshRecipe
+from simulation.reduced_model import ReducedModel
+from simulation.reduction import Training
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class PanelTwin:
+    """What `analysis.focusing.methods.PanelModel` asks for, answered by a reduced twin.
+
+    Attributes
+    ----------
+    reduced : ReducedModel
+        With the deflection at the grid's points.
+    space : FieldSpace
+    """
+
+    reduced: ReducedModel
+    space: FieldSpace
+
+    @classmethod
+    def of(cls, reduced: ReducedModel, grid: Grid) -> Self:
+        """Measure a reduced model's shapes over a grid."""
+        return cls(reduced, FieldSpace.of(reduced.deflection, grid))
+
+    def amplitudes(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
+    ) -> Complex:
+        """Generalised coordinates (N, F, r) per volt on every actuator."""
+        return self.reduced.amplitudes(youngs_modulus, poisson_ratio, loss_factor, frequency)
+
+    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> Modes:
+        """Lowest `count` undamped modes, each with the damping the plate gives it (patches add none)."""
+        self.reduced.require(youngs_modulus, poisson_ratio, loss_factor)
+        stiffness = self.reduced.stiffness(youngs_modulus, poisson_ratio, loss_factor)
+        values, shapes = scipy.linalg.eigh(stiffness.real, subset_by_index=(0, count - 1))
+        damping = np.einsum("rm,rs,sm->m", shapes, stiffness.imag, shapes)
+        return Modes(values + 1j * damping, shapes, -shapes.T @ self.reduced.coupling)
+
+
+def panel_twin(panel: Panel, laws: MaterialLaws, report: Report) -> PanelTwin:
+    """Assemble and reduce the twin of a panel, or find it in the cache.
+
+    `laws` say which materials it will be asked about.
+
+    Raises
+    ------
+    ResultFileError
+        Where the laws leave the panel's twin box.
+    """
+    grid = Grid.of(panel)
+    for constants in _materials(laws):
+        if not panel.twin.holds(*constants):
+            e, nu, eta = constants
+            raise ResultFileError(
+                f"the laws ask the panel for E {e:.4g} Pa, nu {nu:.4g}, eta {eta:.4g}, outside the panel's "
+                f"twin: youngs_modulus {list(panel.twin.youngs_modulus)}, "
+                f"poisson_ratio {list(panel.twin.poisson_ratio)}, "
+                f"loss_factor {list(panel.twin.loss_factor)}; widen [twin] in the panel's file"
+            )
+    box = MaterialBox(panel.twin.youngs_modulus, panel.twin.poisson_ratio, panel.twin.loss_factor)
+    band = panel.filters.twin_band
+    reduced = cached_reduction(
+        panel.plate,
+        panel.patch,
+        box,
+        band,
+        points=grid.points,
+        recipe=MeshRecipe(degree=panel.twin.mesh_degree, strip=panel.twin.mesh_strip),
+        training=Training(tolerance=panel.twin.basis_tolerance),
+        progress=report,
+    )
+    return PanelTwin.of(reduced, grid)
+
+
+def _materials(laws: MaterialLaws) -> list[Constants]:
+    law = laws.at(np.linspace(*laws.temperature_range, 241))
+    rows = zip(law.youngs_modulus, law.poisson_ratio, law.loss_factor, strict=True)
+    return [(float(e), float(nu), float(eta)) for e, nu, eta in rows]
