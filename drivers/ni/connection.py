@@ -15,6 +15,15 @@ from drivers.ni.errors import CHECK_CABLE, Action, DaqError, from_status
 # A sweep is one message and easily passes gRPC's usual 4 MiB; both ends have to agree to that.
 MESSAGE_LIMITS = (("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1))
 
+# A server whose computer has lost its power never answers, and TCP alone takes a quarter of an hour to
+# notice. Calls here last a second or two, so these pings are sent only when one already lasts too long.
+_LIVENESS = (
+    ("grpc.keepalive_time_ms", 10_000),
+    ("grpc.keepalive_timeout_ms", 5_000),
+    ("grpc.min_reconnect_backoff_ms", 3_000),  # and no longer than this for each attempt to come back
+    ("grpc.max_reconnect_backoff_ms", 10_000),
+)
+
 _NO_DRIVER = (
     'install NI-DAQmx from ni.com, or name a computer that has it (grpc = "host:port"), or use the simulated rig'
 )
@@ -50,7 +59,8 @@ class Connection:
     """
 
     def __init__(self, address: str | None = None, channel: Any = None) -> None:
-        self._own = grpc.insecure_channel(address, options=MESSAGE_LIMITS) if address and channel is None else None
+        options = MESSAGE_LIMITS + _LIVENESS
+        self._own = grpc.insecure_channel(address, options=options) if address and channel is None else None
         self._channel = channel if channel is not None else self._own
         self.names_proven = False
 

@@ -1,3 +1,5 @@
+import socket
+import threading
 from collections.abc import Iterator
 
 import grpc
@@ -9,6 +11,7 @@ from drivers.ni.connection import Connection
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import FailingCall, Faults
 from drivers.ni.simulated.in_process import InProcessChannel
+from drivers.ni.simulated.loopback import serving
 from drivers.ni.simulated.servicer import SimulatedDaq
 
 
@@ -77,3 +80,35 @@ def test_channel_that_was_handed_in_stays_open(server: SimulatedDaq) -> None:
     Connection(channel=handed).close()
     assert not handed.closed
     assert isinstance(handed, grpc.Channel)
+
+
+@pytest.mark.slow
+def test_server_that_falls_silent_is_noticed(server: SimulatedDaq) -> None:
+    """A computer that loses its power closes no connection: bytes just stop coming."""
+    with serving(server) as address, socket.create_server(("127.0.0.1", 0)) as listener:
+        silent = threading.Event()
+
+        def forward(source: socket.socket, target: socket.socket) -> None:
+            while data := source.recv(65_536):
+                if not silent.is_set():
+                    target.sendall(data)
+
+        def accept() -> None:
+            client, _ = listener.accept()
+            host, _, port = address.rpartition(":")
+            far = socket.create_connection((host, int(port)))
+            for ends in ((client, far), (far, client)):
+                threading.Thread(target=forward, args=ends, daemon=True).start()
+            sockets.extend([client, far])
+
+        sockets: list[socket.socket] = []
+        threading.Thread(target=accept, daemon=True).start()
+        with Connection(f"127.0.0.1:{listener.getsockname()[1]}") as connection:
+            assert len(connection.devices()) == 4
+            silent.set()
+            with pytest.raises(DaqError) as caught:
+                connection.devices()
+        assert caught.value.action is Action.LOST_DEVICE
+        for end in sockets:
+            end.shutdown(socket.SHUT_RDWR)
+            end.close()
