@@ -1,1 +1,24 @@
-"""Poles and residues of FRFs."""
+"""Poles and residues of FRFs, tracked over temperature.
+
+=========================  ==================================================================
+``automatic``              identify FRFs that share their poles: search, order, judgement
+``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
+``tracking``               one identification followed over temperature, both ways
+``modes``                  what was identified; rebuilds its FRFs
+``tracked_modes``          the same over temperature
+``reading``                frequency and damping of a pole, hysteretic or viscous
+``status``                 which poles are modes of the plate, and why the others are not
+``pole_residue``           the model: columns, derivatives, synthesis
+``residual_terms``         what stands for the modes out of band
+``lines``                  measured lines with their weights
+``averaging``              fewer lines for the search
+``noise``                  weights of FRFs without a variance
+``parameters``             poles as numbers a search moves, with bounds
+``variable_projection``    least squares over the poles alone
+``vector_fitting``         start poles from nothing
+``order``                  backward elimination and residual terms by BIC
+``resolution``             what a record is too short to tell apart
+``missing``                poles the residual asks for
+``synthetic``              R10, the hard case with its truth
+=========================  ==================================================================
+"""

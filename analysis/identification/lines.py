@@ -1,0 +1,88 @@
+"""The lines of an FRF that a fit sees, each with its weight."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Lines:
+    """FRFs of one condition with the standard deviation of every line.
+
+    Attributes
+    ----------
+    frequency : (F,) ndarray
+        Hz, ascending, above zero.
+    h : (K, F) complex ndarray
+        FRFs from one drive to K responses.
+    deviation : (K, F) ndarray
+        Square root of E|h - H|^2; above zero.
+    hidden : int
+        Complex values that averaging of neighbouring lines has put out of sight: they still count as
+        measured, each with a misfit of 1.
+    line_spacing : float, optional
+        Spacing before any averaging, Hz.
+    """
+
+    frequency: NDArray[np.float64]
+    h: NDArray[np.complex128]
+    deviation: NDArray[np.float64]
+    hidden: int = 0
+    line_spacing: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.h.ndim != 2 or self.h.shape[1] != len(self.frequency) or self.deviation.shape != self.h.shape:
+            raise ValueError(
+                f"h {self.h.shape} and deviation {self.deviation.shape} must be (K, F) with "
+                f"F = {len(self.frequency)} frequencies"
+            )
+        if len(self.frequency) < 8:
+            raise ValueError(f"{len(self.frequency)} frequency lines are too few to identify a pole; 8 needed")
+        if not self.frequency[0] > 0.0 or not (np.diff(self.frequency) > 0.0).all():
+            raise ValueError("frequencies must ascend from above 0 Hz")
+        if not np.isfinite(self.h).all():
+            raise ValueError("the FRF holds values that are not finite")
+        if not (np.isfinite(self.deviation).all() and (self.deviation > 0.0).all()):
+            raise ValueError("standard deviations of lines must be above 0")
+
+    @property
+    def s(self) -> NDArray[np.complex128]:
+        """Points jw on the imaginary axis, rad/s."""
+        points: NDArray[np.complex128] = np.asarray(2j * np.pi * self.frequency, dtype=np.complex128)
+        return points
+
+    @property
+    def spacing(self) -> float:
+        """Typical distance of neighbouring lines as measured, Hz."""
+        if self.line_spacing is not None:
+            return self.line_spacing
+        return float(np.median(np.diff(self.frequency)))
+
+    @property
+    def scale(self) -> float:
+        """Geometric middle of the band, rad/s: the unit in which powers of s stay near 1."""
+        return float(2.0 * np.pi * np.sqrt(self.frequency[0] * self.frequency[-1]))
+
+    @property
+    def values(self) -> int:
+        """Real numbers measured."""
+        return 2 * (self.h.size + self.hidden)
+
+    def weight_groups(self) -> list[tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.float64]]]:
+        """Responses whose deviations are proportional, so that they share one factorisation.
+
+        Returns a list of (weight (F,), rows, scale of each row): 1/deviation[row] = scale * weight.
+        """
+        groups: list[tuple[NDArray[np.float64], list[int], list[float]]] = []
+        for row, deviation in enumerate(self.deviation):
+            level = float(np.sqrt(np.mean(deviation**2)))
+            weight = level / deviation
+            for known, rows, scales in groups:
+                if np.allclose(known, weight, rtol=1e-9):
+                    rows.append(row)
+                    scales.append(1.0 / level)
+                    break
+            else:
+                groups.append((weight, [row], [1.0 / level]))
+        return [(weight, np.array(rows), np.array(scales)) for weight, rows, scales in groups]

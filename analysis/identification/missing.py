@@ -1,0 +1,109 @@
+"""Poles that elimination lost or vector fitting never found: a look at what the model leaves over."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.lines import Lines
+from analysis.identification.order import ROUGH, bic
+from analysis.identification.pole_residue import pole_columns, synthesis
+from analysis.identification.resolution import unresolved
+from analysis.identification.variable_projection import Fit, fit
+
+
+def residual(lines: Lines, fitted: Fit) -> NDArray[np.complex128]:
+    """Measured minus model, (K, F)."""
+    now = fitted.projection
+    left: NDArray[np.complex128] = lines.h - synthesis(
+        lines.frequency, now.poles, now.residues, fitted.terms, now.coefficients
+    )
+    return left
+
+
+def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> NDArray[np.complex128]:
+    """Poles that would explain most of a residual: a bank of matched filters, one per half width.
+
+    Every filter is the weighted line shape 1/(s - lambda), correlated with the residual over the whole band by
+    FFT; the strongest peaks of all widths are returned, (shortlist,), rad/s.
+    """
+    spacing = lines.spacing
+    place = np.round((lines.frequency - lines.frequency[0]) / spacing).astype(int)
+    span = place[-1] + 1
+    length = int(2 ** np.ceil(np.log2(2 * span)))
+    offset = np.fft.fftfreq(length, 1.0 / length) * spacing
+    white = np.zeros((len(left), span), dtype=complex)
+    weight = np.zeros((len(left), span))
+    white[:, place] = left / lines.deviation**2
+    weight[:, place] = lines.deviation**-2.0
+    found: list[tuple[float, complex]] = []
+    width = 1.5 * spacing
+    while width < 0.08 * (lines.frequency[-1] - lines.frequency[0]):
+        shape = 1.0 / (1j * offset + width)
+        reach = np.fft.fft(shape).conj()
+        overlap = np.fft.ifft(np.fft.fft(white, length) * reach)[:, :span]
+        energy = np.fft.ifft(np.fft.fft(weight, length) * np.fft.fft(np.abs(shape) ** 2).conj()).real[:, :span]
+        gain = (np.abs(overlap) ** 2 / np.maximum(energy, 1e-12 * energy.max())).sum(0)
+        peaks = np.flatnonzero((gain >= np.roll(gain, 1)) & (gain > np.roll(gain, -1)))
+        for peak in peaks[np.argsort(gain[peaks])[::-1][:shortlist]]:
+            f = lines.frequency[0] + spacing * peak
+            found.append((float(gain[peak]), 2.0 * np.pi * complex(-width, f)))
+        width *= 2.0
+    found.sort(key=lambda pair: -pair[0])
+    return np.array([pole for _, pole in found[:shortlist]], dtype=complex)
+
+
+def gains(lines: Lines, fitted: Fit, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Fall of the misfit by adding each pole alone, all residues refitted, poles held: (N,) ndarray."""
+    s = lines.s
+    model = np.concatenate([pole_columns(s, fitted.poles), fitted.terms.columns(s, lines.scale)])
+    new = pole_columns(s, poles)
+    left = residual(lines, fitted)
+    total = np.zeros(len(poles))
+    for row, deviation in enumerate(lines.deviation):
+        known = _real(model / deviation)
+        known /= np.linalg.norm(known, axis=1)[:, None]
+        q = np.linalg.qr(known.T)[0]
+        fresh = _real(new / deviation).T
+        fresh -= q @ (q.T @ fresh)
+        y = _real(left[row : row + 1] / deviation)[0]
+        for n in range(len(poles)):
+            pair = fresh[:, 2 * n : 2 * n + 2]
+            overlap = pair.T @ y
+            total[n] += overlap @ np.linalg.lstsq(pair.T @ pair, overlap, rcond=1e-10)[0]
+    return total
+
+
+def _real(columns: NDArray[np.complex128]) -> NDArray[np.float64]:
+    return np.concatenate([columns.real, columns.imag], axis=1)
+
+
+def add_missing(
+    lines: Lines,
+    blocks: Lines,
+    fitted: Fit,
+    proposals: NDArray[np.complex128] | None = None,
+    *,
+    most: int = 6,
+) -> Fit:
+    """Add the poles that the residual asks for, one at a time, as long as BIC falls.
+
+    The residual of all `lines` proposes, and the caller may add `proposals`; `blocks`, the same FRFs averaged,
+    decide and carry `fitted`.
+    """
+    for _ in range(most):
+        candidates = matched(lines, residual(lines, fitted))
+        if proposals is not None:
+            candidates = np.concatenate([candidates, proposals])
+        if len(candidates) == 0:
+            return fitted
+        best = candidates[np.argsort(gains(blocks, fitted, candidates))[::-1][:2]]
+        trials = [
+            fit(blocks, np.append(fitted.poles, pole), fitted.terms, tolerance=ROUGH, max_iterations=15)
+            for pole in best
+        ]
+        trial = min(trials, key=lambda t: t.projection.misfit)
+        if bic(trial, blocks) >= bic(fitted, blocks):
+            return fitted
+        if unresolved(trial.poles, trial.projection.residues, lines.spacing).any():
+            return fitted
+        fitted = trial
+    return fitted

@@ -1,0 +1,97 @@
+"""The modes of one condition: poles that FRFs share, residues, and what stands for the rest."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.pole_residue import synthesis
+from analysis.identification.reading import Damping, Reading, read_poles
+from analysis.identification.residual_terms import ResidualTerms
+
+STATUSES = ("kept", "weak", "computational", "harmonic")
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A pole that was tried and is not in the model.
+
+    Attributes
+    ----------
+    pole : complex
+        rad/s.
+    reason : str
+    """
+
+    pole: complex
+    reason: str
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Poles, residues and residual terms that rebuild the FRFs they were identified from.
+
+    Attributes
+    ----------
+    poles : (J,) complex ndarray
+        rad/s, by rising frequency; all that the model needs, modes of the plate or not.
+    residues : (K, J) complex ndarray
+        FRF unit times rad/s.
+    covariance : (J, 2, 2) ndarray
+        Of log |pole| and log damping ratio, misfit included.
+    terms : ResidualTerms
+        For the modes out of band, with their `coefficients` (K, P).
+    status, reason : tuple of str
+        Per pole: ``kept``, ``weak``, ``computational`` or ``harmonic``, and why.
+    band : (float, float)
+        Hz.
+    misfit : float
+        rms of what the model leaves over, as a share of rms |h|.
+    lines : int
+        Frequency lines fitted.
+    rejected : tuple of Rejected
+        Start poles that did not stay.
+    """
+
+    poles: NDArray[np.complex128]
+    residues: NDArray[np.complex128]
+    covariance: NDArray[np.float64]
+    terms: ResidualTerms
+    coefficients: NDArray[np.complex128]
+    status: tuple[str, ...]
+    reason: tuple[str, ...]
+    band: tuple[float, float]
+    misfit: float
+    lines: int
+    rejected: tuple[Rejected, ...] = ()
+
+    def __post_init__(self) -> None:
+        count, responses = len(self.poles), self.residues.shape[0]
+        wanted = {
+            "residues": (responses, count),
+            "covariance": (count, 2, 2),
+            "coefficients": (responses, len(self.terms.powers)),
+        }
+        for name, shape in wanted.items():
+            if getattr(self, name).shape != shape:
+                raise ValueError(f"{name} has shape {getattr(self, name).shape}; {shape} wanted")
+        if len(self.status) != count or len(self.reason) != count:
+            raise ValueError(f"{count} poles need as many statuses and reasons")
+        unknown = sorted(set(self.status) - set(STATUSES))
+        if unknown:
+            raise ValueError(f"status {unknown[0]!r} is not one of {STATUSES}")
+        if (self.poles.real >= 0.0).any() or (self.poles.imag <= 0.0).any():
+            raise ValueError("poles must be stable and in the upper half plane")
+
+    @property
+    def real(self) -> NDArray[np.bool_]:
+        """Poles that are modes of the plate, kept or weak: (J,) ndarray."""
+        return np.array([status in ("kept", "weak") for status in self.status], dtype=bool)
+
+    def reading(self, damping: Damping = "hysteretic") -> Reading:
+        """Frequency, damping ratio and loss factor of every pole, with standard deviations."""
+        return read_poles(self.poles, self.covariance, damping)
+
+    def synthesis(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Rebuild the FRFs, (K, F), at `frequency` [Hz]."""
+        return synthesis(frequency, self.poles, self.residues, self.terms, self.coefficients)

@@ -1,0 +1,155 @@
+"""How many poles: backward elimination and one look back, both judged by BIC.
+
+The scale of the noise is taken as unknown (n log misfit), so that a model that cannot follow the plate to the
+last decimal does not ask for a pole in every ripple.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.lines import Lines
+from analysis.identification.residual_terms import CHOICES, ResidualTerms
+from analysis.identification.resolution import unresolved
+from analysis.identification.variable_projection import Fit, fit, project
+
+ROUGH = 3e-4
+"""Relative fall of the misfit that is not worth another iteration while poles still come and go."""
+
+
+def bic(fitted: Fit, lines: Lines) -> float:
+    """Bayesian information criterion, n log(misfit) + parameters log(n); smaller is better."""
+    n = lines.values
+    return float(n * np.log((fitted.projection.misfit + lines.hidden) / n) + fitted.parameters * np.log(n))
+
+
+def covariance(fitted: Fit, lines: Lines) -> NDArray[np.float64]:
+    """Covariance (2J, 2J) of log |pole| and log damping ratio, from the Jacobian and the misfit found."""
+    now = fitted.projection
+    freedom = max(lines.values - fitted.parameters, 1)
+    root = np.sqrt(np.maximum(np.diag(now.hessian), np.finfo(float).tiny))
+    scaled = now.hessian / root[:, None] / root
+    inverse: NDArray[np.float64] = np.linalg.pinv(scaled, rcond=1e-13, hermitian=True) / root[:, None] / root
+    return inverse * ((now.misfit + lines.hidden) / freedom)
+
+
+def relative_deviations(fitted: Fit, lines: Lines) -> NDArray[np.float64]:
+    """Return the standard deviations of log |pole| and log damping ratio, (J, 2)."""
+    spread: NDArray[np.float64] = np.sqrt(np.diag(covariance(fitted, lines))).reshape(-1, 2)
+    return spread
+
+
+def pole_price(lines: Lines) -> float:
+    """Return what BIC asks for a pole: two parameters and a complex residue for every response."""
+    return float((2 + 2 * len(lines.h)) * np.log(lines.values))
+
+
+def support(fitted: Fit, lines: Lines) -> NDArray[np.float64]:
+    """How much BIC would rise, at most, were each pole dropped: (J,) ndarray.
+
+    An upper bound, for the other poles stay where they are; below zero the pole has to go.
+    """
+    n, now = lines.values, fitted.projection
+    rise: NDArray[np.float64] = n * np.log1p(now.loss / (now.misfit + lines.hidden)) - pole_price(lines)
+    return rise
+
+
+def drop_unsupported(lines: Lines, fitted: Fit, share: float = 0.0) -> Fit:
+    """Drop, weakest first, the poles whose absence costs less than their price, the others held.
+
+    `share` of the price is a margin: 0 drops whatever does not pay, -0.5 only what pays less than half.
+    """
+    price = pole_price(lines)
+    while len(fitted.poles):
+        rise = support(fitted, lines)
+        weakest = int(np.argmin(rise))
+        if rise[weakest] >= share * price:
+            break
+        fitted = _at(lines, np.delete(fitted.poles, weakest), fitted.terms)
+    return fitted
+
+
+def _at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> Fit:
+    return fit(lines, poles, terms, max_iterations=0)
+
+
+def eliminate(lines: Lines, fitted: Fit, *, candidates: int = 3) -> Fit:
+    """Backward elimination: drop or merge poles, refitting the others, as long as BIC falls.
+
+    Parameters
+    ----------
+    lines : Lines
+        What was measured.
+    fitted : Fit
+        Over-specified start.
+    candidates : int
+        How many of the weakest poles are tried before the order is accepted.
+    """
+    free = _at(lines, fitted.poles[~fitted.stuck], fitted.terms)
+    lesser = unresolved(free.poles, free.projection.residues, lines.spacing)
+    best = fit(lines, free.poles[~lesser], fitted.terms, tolerance=ROUGH, max_iterations=8)
+    best = fit(lines, drop_unsupported(lines, best).poles, best.terms, tolerance=ROUGH, max_iterations=8)
+    while True:
+        best = drop_unresolved(lines, best)
+        smaller = _smaller(lines, best, candidates)
+        if smaller is None:
+            return best
+        best = smaller
+
+
+def drop_unresolved(lines: Lines, fitted: Fit) -> Fit:
+    """Drop poles that the lines cannot tell apart, refitting the others, until all can be."""
+    while (lesser := unresolved(fitted.poles, fitted.projection.residues, lines.spacing)).any():
+        fitted = fit(lines, fitted.poles[~lesser], fitted.terms, tolerance=ROUGH, max_iterations=8)
+    return fitted
+
+
+def _smaller(lines: Lines, best: Fit, candidates: int) -> Fit | None:
+    """Find a fit with fewer poles and a lower BIC, or None."""
+    level = bic(best, lines)
+    for suspect in suspects(lines, best, candidates):
+        trial = fit(lines, np.delete(best.poles, suspect), best.terms, tolerance=ROUGH, max_iterations=25)
+        if bic(trial, lines) < level:
+            return fit(lines, drop_unsupported(lines, trial).poles, trial.terms, tolerance=ROUGH, max_iterations=8)
+    for first, second in duplicates(best.poles):
+        merged = np.append(np.delete(best.poles, [first, second]), best.poles[[first, second]].mean())
+        trial = fit(lines, merged, best.terms, tolerance=ROUGH, max_iterations=12)
+        if bic(trial, lines) < level:
+            return trial
+    return None
+
+
+def suspects(lines: Lines, fitted: Fit, count: int) -> list[int]:
+    """Poles worth dropping on trial: the `count` that explain least, then the ill-determined ones.
+
+    One of two poles that share a peak explains much as long as the other stays where it is; what gives it away
+    is that its damping is hardly known.
+    """
+    rise = support(fitted, lines)
+    rise[fitted.stuck] = -np.inf
+    listed = [int(j) for j in np.argsort(rise)[:count] if rise[j] < 20.0 * pole_price(lines)]
+    uncertain = relative_deviations(fitted, lines)[:, 1]
+    listed += [int(j) for j in np.argsort(uncertain)[::-1][:2] if uncertain[j] > 0.1 and j not in listed]
+    return listed
+
+
+def duplicates(poles: NDArray[np.complex128], share: float = 0.5) -> list[tuple[int, int]]:
+    """Pairs of poles closer than a share of their mean half width, closest first."""
+    pairs = []
+    for i in range(len(poles)):
+        for j in range(i + 1, len(poles)):
+            width = -0.5 * (poles[i].real + poles[j].real)
+            distance = abs(poles[i] - poles[j]) / width
+            if distance < share:
+                pairs.append((distance, i, j))
+    return [(i, j) for _, i, j in sorted(pairs)]
+
+
+def choose_terms(lines: Lines, fitted: Fit, choices: tuple[ResidualTerms, ...] = CHOICES) -> Fit:
+    """Choose the residual terms of lowest BIC, the poles refitted with each."""
+    trials = [fitted]
+    for terms in choices:
+        if terms != fitted.terms:
+            at = project(lines, fitted.poles, terms)
+            if at.misfit < 4.0 * fitted.projection.misfit:  # a worse start than this is hopeless
+                trials.append(fit(lines, fitted.poles, terms, tolerance=ROUGH, max_iterations=10, start=at))
+    return min(trials, key=lambda trial: bic(trial, lines))

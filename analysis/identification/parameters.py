@@ -1,0 +1,57 @@
+"""Poles as the numbers a search moves, and how far it may move them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.lines import Lines
+
+LARGEST_DAMPING = 0.6
+"""Damping ratio beyond which a pole is a background slope, not a mode."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Where poles may go: undamped frequency in rad/s, damping ratio.
+
+    A pole narrower than a tenth of a line's spacing describes one line, not a resonance; one far outside
+    the band is a residual term.
+    """
+
+    frequency: tuple[float, float]
+    half_width: float
+    damping: float = LARGEST_DAMPING
+
+    @classmethod
+    def of(cls, lines: Lines) -> "Bounds":
+        """Bounds that belong to a band and its spacing of lines."""
+        low, high = lines.frequency[0], lines.frequency[-1]
+        return cls((2.0 * np.pi * low * 0.5, 2.0 * np.pi * high * 1.5), 0.2 * np.pi * lines.spacing)
+
+    def clip(self, parameters: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Parameters (J, 2) moved inside."""
+        log_w = np.clip(parameters[:, 0], *np.log(self.frequency))
+        narrowest = np.log(self.half_width) - log_w
+        log_zeta = np.minimum(np.maximum(parameters[:, 1], narrowest), np.log(self.damping))
+        return np.column_stack([log_w, log_zeta])
+
+    def stuck(self, poles: NDArray[np.complex128]) -> NDArray[np.bool_]:
+        """Which poles lie on a bound: (J,) ndarray."""
+        w, zeta = np.abs(poles), -poles.real / np.abs(poles)
+        low, high = self.frequency
+        at: NDArray[np.bool_] = (w < low * 1.001) | (w > high * 0.999) | (zeta > 0.999 * self.damping)
+        return at | (zeta * w < 1.001 * self.half_width)
+
+
+def to_parameters(poles: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Log of |pole| and of the damping ratio, (J, 2): steps in them stay inside the stable half plane."""
+    w = np.abs(poles)
+    return np.column_stack([np.log(w), np.log(np.maximum(-poles.real / w, 1e-12))])
+
+
+def to_poles(parameters: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Inverse of `to_parameters`."""
+    w, zeta = np.exp(parameters[:, 0]), np.exp(parameters[:, 1])
+    poles: NDArray[np.complex128] = w * (-zeta + 1j * np.sqrt(1.0 - zeta**2))
+    return poles

@@ -1,0 +1,79 @@
+"""The pole/residue model of an FRF: columns, derivatives and synthesis (paper eq. 10).
+
+With s = jw, a pole lambda and its conjugate contribute R / (s - lambda) + conj(R) / (s - conj(lambda)).
+That is linear in Re R and Im R, so each pole owns two columns of a real least-squares problem.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.residual_terms import ResidualTerms
+
+
+def pole_columns(s: NDArray[np.complex128], poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Columns that Re R and Im R multiply, pole by pole: (2J, F) complex ndarray.
+
+    Parameters
+    ----------
+    s : (F,) complex ndarray
+        jw, rad/s.
+    poles : (J,) complex ndarray
+        Upper half plane, rad/s.
+    """
+    return _interleave(1.0 / (s - poles[:, None]), 1.0 / (s - poles.conj()[:, None]))
+
+
+def derivative_columns(s: NDArray[np.complex128], poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Columns 1/(s - lambda)^2 in the same arrangement as `pole_columns`: (2J, F) complex ndarray.
+
+    Moving a pole by d changes its share of the FRF by R d/(s - lambda)^2 + conj(R d)/(s - conj(lambda))^2,
+    which lies in the real span of these columns whatever R and d are.
+    """
+    return _interleave(1.0 / (s - poles[:, None]) ** 2, 1.0 / (s - poles.conj()[:, None]) ** 2)
+
+
+def _interleave(upper: NDArray[np.complex128], lower: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    columns = np.empty((2 * upper.shape[0], upper.shape[1]), dtype=complex)
+    columns[0::2] = upper + lower
+    columns[1::2] = 1j * (upper - lower)
+    return columns
+
+
+def residues_from_columns(coefficients: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Complex residues (..., J) from the coefficients (..., 2J) of `pole_columns`."""
+    residues: NDArray[np.complex128] = coefficients[..., 0::2] + 1j * coefficients[..., 1::2]
+    return residues
+
+
+def synthesis(
+    frequency: NDArray[np.float64],
+    poles: NDArray[np.complex128],
+    residues: NDArray[np.complex128],
+    terms: ResidualTerms,
+    coefficients: NDArray[np.complex128],
+) -> NDArray[np.complex128]:
+    """Rebuild FRFs from poles, residues and residual terms.
+
+    Parameters
+    ----------
+    frequency : (F,) ndarray
+        Hz, above zero.
+    poles : (J,) complex ndarray
+        rad/s.
+    residues : (K, J) complex ndarray
+        FRF unit times rad/s.
+    terms : ResidualTerms
+        Which powers of s stand for the modes out of band.
+    coefficients : (K, P) complex ndarray
+        Of those powers, FRF unit times (rad/s)^-power.
+
+    Returns
+    -------
+    (K, F) complex ndarray
+    """
+    s = 2j * np.pi * np.asarray(frequency, dtype=float)
+    h: NDArray[np.complex128] = residues @ (1.0 / (s - poles[:, None]))
+    h = h + residues.conj() @ (1.0 / (s - poles.conj()[:, None]))
+    if terms.powers:
+        h = h + coefficients @ np.array([s**power for power in terms.powers])
+    return h

@@ -1,0 +1,57 @@
+"""Poles that a record is too short to tell apart.
+
+A record of 1/spacing seconds cannot tell two frequencies closer than about two lines, and a resonance that
+rings on beyond it smears into the lines around (leakage). Both are explained better by extra poles than by one,
+so no information criterion refuses those: this rule does.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+CLOSEST = 2.0
+"""Line spacings between two modes at least."""
+
+NARROW = 4.0
+"""Half width, in line spacings, below which a resonance may leak."""
+
+REACH = 30.0
+"""Line spacings beside a narrow resonance where small companions are taken for its leakage."""
+
+SMALL = 0.1
+"""Height of such a companion, relative to the resonance."""
+
+
+def heights(poles: NDArray[np.complex128], residues: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Height of every pole's peak, |R|/|Re lambda|, root of the sum of squares over responses: (J,) ndarray."""
+    size: NDArray[np.float64] = np.linalg.norm(residues, axis=0) / -poles.real
+    return size
+
+
+def unresolved(
+    poles: NDArray[np.complex128], residues: NDArray[np.complex128], spacing: float
+) -> NDArray[np.bool_]:
+    """Which poles are the lesser of two that the lines cannot tell apart, or leakage: (J,) ndarray.
+
+    Parameters
+    ----------
+    poles : (J,) complex ndarray
+        rad/s.
+    residues : (K, J) complex ndarray
+    spacing : float
+        Of the lines, Hz.
+    """
+    height = heights(poles, residues)
+    place = poles.imag / (2.0 * np.pi * spacing)
+    width = -poles.real / (2.0 * np.pi * spacing)
+    lesser = np.zeros(len(poles), dtype=bool)
+    standing: list[int] = []
+    for j in np.argsort(height)[::-1]:
+        for i in standing:
+            apart = abs(place[i] - place[j])
+            leaked = width[i] < NARROW and apart < REACH and height[j] < SMALL * height[i]
+            if apart < CLOSEST or leaked:
+                lesser[j] = True
+                break
+        else:
+            standing.append(int(j))
+    return lesser

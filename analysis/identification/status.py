@@ -1,0 +1,91 @@
+"""Which poles of a model are modes of the plate, and why the others are not."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.lines import Lines
+from analysis.identification.order import pole_price, relative_deviations, support
+from analysis.identification.resolution import heights
+from analysis.identification.variable_projection import Fit
+
+MOST_DAMPED = 0.2
+"""Damping ratio above which a pole bends the background; the lossiest plate polymers stay near 0.05."""
+
+WEAK_DAMPING = 0.3
+"""Relative standard deviation of the damping ratio from which a mode is called weak."""
+
+SMALLEST_SHARE = 0.01
+"""Peak of a mode, relative to |h| where it stands, below which it is not told from curvature."""
+
+
+def judge(lines: Lines, fitted: Fit, mains: float | None) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Status and reason of every pole of a fit.
+
+    Parameters
+    ----------
+    lines : Lines
+        All lines the fit was made on.
+    fitted : Fit
+        Converged.
+    mains : float or None
+        Mains frequency, Hz.
+    """
+    gain = support(fitted, lines)
+    spread = relative_deviations(fitted, lines)
+    share = _shares(lines, fitted)
+    verdicts = [
+        _verdict(lines, pole, bool(stuck), mains)
+        or _weakness(lines, pole, gain[j], spread[j, 1], share[j])
+        or ("kept", f"BIC would rise by {gain[j]:.0f} without it")
+        for j, (pole, stuck) in enumerate(zip(fitted.poles, fitted.stuck, strict=True))
+    ]
+    return tuple(status for status, _ in verdicts), tuple(reason for _, reason in verdicts)
+
+
+def _shares(lines: Lines, fitted: Fit) -> NDArray[np.float64]:
+    """Height of every peak over rms |h| within half a half-power width of it."""
+    height = heights(fitted.poles, fitted.projection.residues)
+    share = np.zeros(len(fitted.poles))
+    for j, pole in enumerate(fitted.poles):
+        reach = max(-pole.real / (2.0 * np.pi), 2.0 * lines.spacing)
+        near = np.abs(lines.frequency - pole.imag / (2.0 * np.pi)) <= reach
+        if near.any():
+            share[j] = height[j] / np.sqrt((np.abs(lines.h[:, near]) ** 2).sum(0).mean())
+    return share
+
+
+def _verdict(lines: Lines, pole: complex, stuck: bool, mains: float | None) -> tuple[str, str] | None:
+    """Name what a pole is if it cannot be a mode of the plate."""
+    f, zeta, width = pole.imag / (2.0 * np.pi), -pole.real / abs(pole), -pole.real / (2.0 * np.pi)
+    low, high = lines.frequency[0], lines.frequency[-1]
+    if not low <= f <= high:
+        return "computational", f"outside the band, {low:g} to {high:g} Hz: stands for the modes there"
+    if mains and width <= lines.spacing and abs(f - mains * max(round(f / mains), 1)) <= lines.spacing:
+        return "harmonic", f"a line at {max(round(f / mains), 1)} x {mains:g} Hz mains"
+    if zeta > MOST_DAMPED:
+        return "computational", f"damping ratio {zeta:.2g} is above {MOST_DAMPED:g}: a slope of the background"
+    if width < 0.2 * lines.spacing:
+        return "computational", "narrower than a fifth of the lines' spacing: one stray line"
+    if stuck:
+        return "computational", "stuck at a bound of the search"
+    return None
+
+
+def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: float) -> tuple[str, str] | None:
+    """Say why a mode in the band is not to be relied on."""
+    f, width = pole.imag / (2.0 * np.pi), -pole.real / (2.0 * np.pi)
+    if share < SMALLEST_SHARE:
+        return (
+            "computational",
+            f"its peak is {100 * share:.2g} % of |h| where it stands: curvature of the background",
+        )
+    if spread > 1.0:
+        return "computational", "its damping ratio is not determined by the data"
+    if spread > WEAK_DAMPING:
+        return "weak", f"its damping ratio is known to {100 * spread:.0f} % only"
+    if gain < 0.25 * pole_price(lines):
+        return "weak", f"BIC would rise by only {gain:.0f} without it"
+    edge = min(f - lines.frequency[0], lines.frequency[-1] - f)
+    if edge < 0.5 * width:
+        return "weak", f"{edge:.3g} Hz from the edge of the band: only half its peak was seen"
+    return None

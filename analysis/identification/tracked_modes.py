@@ -1,0 +1,106 @@
+"""Modes followed over temperature."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.modes import Modes
+from analysis.identification.reading import Damping, Reading, read_poles
+
+ABSENT = "absent"
+
+
+@dataclass(frozen=True)
+class TrackedModes:
+    """One identification per sweep, and which pole of each belongs to which mode.
+
+    Attributes
+    ----------
+    temperature : (T,) ndarray
+        Degrees Celsius, in the order recorded.
+    direction : tuple of str
+        ``up`` or ``down``, per sweep.
+    level : (T,) ndarray
+        Drive amplitude, V.
+    channels : tuple of str
+        Sensor names.
+    modes : tuple of Modes
+        Per sweep, every pole of its model.
+    track : (T, J) int ndarray
+        Index of each mode's pole in the sweep's `modes`, -1 where the sweep does not show it. Modes stand
+        by rising frequency.
+    start : int
+        Sweep that was identified without a model to start from.
+    notes : tuple of str
+        Sweeps that need a look, for people.
+    """
+
+    temperature: NDArray[np.float64]
+    direction: tuple[str, ...]
+    level: NDArray[np.float64]
+    channels: tuple[str, ...]
+    modes: tuple[Modes, ...]
+    track: NDArray[np.int64]
+    start: int
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        sweeps = len(self.modes)
+        if not len(self.temperature) == len(self.direction) == len(self.level) == len(self.track) == sweeps:
+            raise ValueError(
+                f"temperature, direction, level, modes and track hold {len(self.temperature)}, "
+                f"{len(self.direction)}, {len(self.level)}, {sweeps} and {len(self.track)} sweeps"
+            )
+        for t, (modes, row) in enumerate(zip(self.modes, self.track, strict=True)):
+            used = row[row >= 0]
+            if len(set(used.tolist())) != len(used) or (used >= len(modes.poles)).any():
+                raise ValueError(f"sweep {t}: track {row.tolist()} does not fit {len(modes.poles)} poles")
+
+    @property
+    def poles(self) -> NDArray[np.complex128]:
+        """Poles (T, J), rad/s, NaN where absent."""
+        gathered = np.full(self.track.shape, complex(np.nan, np.nan))
+        for t, j, n in self._present():
+            gathered[t, j] = self.modes[t].poles[n]
+        return gathered
+
+    @property
+    def residues(self) -> NDArray[np.complex128]:
+        """Residues (T, K, J), NaN where absent."""
+        sweeps, count = self.track.shape
+        gathered = np.full((sweeps, len(self.channels), count), complex(np.nan, np.nan))
+        for t, j, n in self._present():
+            gathered[t, :, j] = self.modes[t].residues[:, n]
+        return gathered
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """Covariance (T, J, 2, 2) of log |pole| and log damping ratio, NaN where absent."""
+        gathered = np.full((*self.track.shape, 2, 2), np.nan)
+        for t, j, n in self._present():
+            gathered[t, j] = self.modes[t].covariance[n]
+        return gathered
+
+    @property
+    def status(self) -> tuple[tuple[str, ...], ...]:
+        """Status of every mode in every sweep, T by J; ``absent`` where a sweep does not show it."""
+        return tuple(
+            tuple(self.modes[t].status[n] if n >= 0 else ABSENT for n in row) for t, row in enumerate(self.track)
+        )
+
+    @property
+    def misfit(self) -> NDArray[np.float64]:
+        """What each sweep's model leaves over, as a share of rms |h|: (T,) ndarray."""
+        return np.array([modes.misfit for modes in self.modes])
+
+    def reading(self, damping: Damping = "hysteretic") -> Reading:
+        """Frequency, damping ratio and loss factor, each (T, J), with standard deviations; NaN where absent."""
+        return read_poles(self.poles, self.covariance, damping)
+
+    def synthesis(self, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Rebuild the FRFs of every sweep, (T, K, F), at `frequency` [Hz]."""
+        return np.array([modes.synthesis(frequency) for modes in self.modes])
+
+    def _present(self) -> list[tuple[int, int, int]]:
+        return [(t, j, int(n)) for t, row in enumerate(self.track) for j, n in enumerate(row) if n >= 0]

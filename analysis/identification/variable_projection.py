@@ -1,0 +1,236 @@
+"""Least squares over the poles alone: residues and residual terms are eliminated.
+
+For given poles the model is linear in everything else, so its best residues are known and the misfit
+is a function of 2J numbers. Its Gauss-Newton model uses the full derivative of the projection (Golub and
+Pereyra, SIAM J. Numer. Anal. 10, 1973). One triangular factor of [columns, derivative columns, data] holds
+all of it: solution, misfit, gradient and Hessian come from a matrix as small as the number of columns.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+from analysis.identification.lines import Lines
+from analysis.identification.parameters import Bounds, to_parameters, to_poles
+from analysis.identification.pole_residue import derivative_columns, pole_columns, residues_from_columns
+from analysis.identification.residual_terms import ResidualTerms
+
+
+@dataclass(frozen=True)
+class Projection:
+    """The problem at one set of poles, residues and residual terms eliminated.
+
+    Attributes
+    ----------
+    poles : (J,) complex ndarray
+        rad/s.
+    residues : (K, J) complex ndarray
+    coefficients : (K, P) complex ndarray
+        Of the residual terms.
+    misfit : float
+        Weighted sum of squared magnitudes, sum |h - model|^2 / deviation^2.
+    gradient : (2J,) ndarray
+        Half the derivative of `misfit` by log |pole| and log damping ratio, pole by pole.
+    hessian : (2J, 2J) ndarray
+        Jacobian transposed times Jacobian of the projected residual by the same parameters.
+    loss : (J,) ndarray
+        Rise of `misfit` were a pole dropped, the other poles held and all residues refitted.
+    """
+
+    poles: NDArray[np.complex128]
+    residues: NDArray[np.complex128]
+    coefficients: NDArray[np.complex128]
+    misfit: float
+    gradient: NDArray[np.float64]
+    hessian: NDArray[np.float64]
+    loss: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Outcome of the search over poles."""
+
+    projection: Projection
+    terms: ResidualTerms
+    iterations: int
+    converged: bool
+    stuck: NDArray[np.bool_] = field(repr=False)
+
+    @property
+    def poles(self) -> NDArray[np.complex128]:
+        """Poles (J,), rad/s."""
+        return self.projection.poles
+
+    @property
+    def parameters(self) -> int:
+        """Real parameters: two per pole, two per residue, and the residual terms."""
+        responses = len(self.projection.residues)
+        return len(self.poles) * (2 + 2 * responses) + int(responses) * self.terms.parameters
+
+
+def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> Projection:
+    """Eliminate residues and residual terms at given poles."""
+    s, scale, count = lines.s, lines.scale, len(poles)
+    columns = np.concatenate([pole_columns(s, poles), terms.columns(s, scale)])
+    moved = derivative_columns(s, poles)
+    linear = len(columns)
+    solved = np.zeros((lines.h.shape[0], linear))
+    misfit, gradient, hessian = 0.0, np.zeros(2 * count), np.zeros((2 * count, 2 * count))
+    loss = np.zeros(count)
+    chain = _chain(poles)
+    for weight, rows, scales in lines.weight_groups():
+        data = lines.h[rows] * scales[:, None]
+        triangle, norms = _triangle(np.concatenate([columns, moved]), data, weight)
+        r11 = triangle[:linear, :linear]
+        r22, y = triangle[linear:, linear : linear + 2 * count], triangle[:, linear + 2 * count :]
+        scaled = solve_triangular(r11, y[:linear])
+        misfit += float((y[linear:] ** 2).sum())
+        inverse = solve_triangular(r11, np.eye(linear))
+        for k in range(len(rows)):
+            solution = scaled[:, k]
+            loss += _losses(inverse, solution, count)
+            solved[rows[k]] = solution / norms[:linear] / scales[k]
+            steps = _moves(residues_from_columns(solution[: 2 * count] / norms[: 2 * count]), chain)
+            steps *= norms[linear:, None]
+            rest = r22.T @ y[linear:, k]  # what the derivative columns still see of the data
+            bend = _bend(rest * norms[linear:], chain, linear) / norms[:linear, None]
+            pulled = solve_triangular(r11, bend, trans="T")
+            hessian += (r22 @ steps).T @ (r22 @ steps) + pulled.T @ pulled
+            gradient -= steps.T @ rest
+    return Projection(
+        poles=poles,
+        residues=residues_from_columns(solved[:, : 2 * count]),
+        coefficients=terms.coefficients(solved[:, 2 * count :], scale),
+        misfit=misfit,
+        gradient=gradient,
+        hessian=hessian,
+        loss=loss,
+    )
+
+
+def _triangle(
+    columns: NDArray[np.complex128], data: NDArray[np.complex128], weight: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Triangular factor of [columns at unit length, data], both weighted, and the columns' lengths."""
+    points = len(weight)
+    stacked = np.empty((len(columns) + len(data), 2 * points))
+    np.multiply(columns.real, weight, out=stacked[: len(columns), :points])
+    np.multiply(columns.imag, weight, out=stacked[: len(columns), points:])
+    np.multiply(data.real, weight, out=stacked[len(columns) :, :points])
+    np.multiply(data.imag, weight, out=stacked[len(columns) :, points:])
+    norms = np.sqrt(np.einsum("nf,nf->n", stacked[: len(columns)], stacked[: len(columns)]))
+    stacked[: len(columns)] /= norms[:, None]
+    triangle: NDArray[np.float64] = np.asarray(np.linalg.qr(stacked.T, mode="r"))
+    short = len(stacked) - len(triangle)
+    if short > 0:  # fewer lines than columns: pad, so that the parts can be cut out all the same
+        triangle = np.vstack([triangle, np.zeros((short, triangle.shape[1]))])
+    diagonal = np.einsum("ii->i", triangle[:, : len(stacked)])
+    diagonal[: len(columns)] += np.where(np.abs(diagonal[: len(columns)]) < 1e-12, 1e-12, 0.0)
+    return triangle, norms
+
+
+def _chain(poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Differentiate each pole by log |pole| and log damping ratio, (J, 2)."""
+    w = np.abs(poles)
+    zeta = -poles.real / w
+    return np.column_stack([poles, -w * (zeta + 1j * zeta**2 / np.sqrt(1.0 - zeta**2))])
+
+
+def _moves(residues: NDArray[np.complex128], chain: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Change of the model by every parameter, in derivative columns: (2J, 2J)."""
+    count = len(residues)
+    moves = np.zeros((2 * count, 2 * count))
+    rows = 2 * np.arange(count)
+    for p in (0, 1):
+        moved = residues * chain[:, p]
+        moves[rows, rows + p] = moved.real
+        moves[rows + 1, rows + p] = moved.imag
+    return moves
+
+
+def _bend(rest: NDArray[np.float64], chain: NDArray[np.complex128], linear: int) -> NDArray[np.float64]:
+    """Change of columns^T residual by every parameter: (linear, 2J)."""
+    count = len(chain)
+    bend = np.zeros((linear, 2 * count))
+    rows = 2 * np.arange(count)
+    even, odd = rest[0::2], rest[1::2]
+    for p in (0, 1):
+        d = chain[:, p]
+        bend[rows, rows + p] = d.real * even + d.imag * odd
+        bend[rows + 1, rows + p] = d.real * odd - d.imag * even
+    return bend
+
+
+def _losses(inverse: NDArray[np.float64], solution: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Rise of the misfit for each pole's two columns taken out, from the inverse triangular factor."""
+    rows = inverse[: 2 * count].reshape(count, 2, -1)
+    block = np.einsum("jan,jbn->jab", rows, rows)
+    c = solution[: 2 * count].reshape(count, 2)
+    a, b, d = block[:, 0, 0], block[:, 0, 1], block[:, 1, 1]
+    determinant = np.maximum(a * d - b * b, 1e-300)
+    rise: NDArray[np.float64] = (d * c[:, 0] ** 2 - 2 * b * c[:, 0] * c[:, 1] + a * c[:, 1] ** 2) / determinant
+    return rise
+
+
+def fit(
+    lines: Lines,
+    poles: NDArray[np.complex128],
+    terms: ResidualTerms,
+    *,
+    tolerance: float = 1e-6,
+    max_iterations: int = 60,
+    start: Projection | None = None,
+) -> Fit:
+    """Levenberg-Marquardt search over the poles.
+
+    Parameters
+    ----------
+    lines : Lines
+        What was measured.
+    poles : (J,) complex ndarray
+        Start, rad/s, upper half plane.
+    terms : ResidualTerms
+        Eliminated together with the residues.
+    tolerance : float
+        Stop once an accepted step promises and brings a relative fall of the misfit below this.
+    max_iterations : int
+        Projections evaluated at most.
+    start : Projection, optional
+        The projection at `poles`, if it is known already.
+    """
+    bounds = Bounds.of(lines)
+    x = bounds.clip(to_parameters(poles))
+    now = start if start is not None else project(lines, to_poles(x), terms)
+    damping, grow, done = 1e-3, 2.0, len(poles) == 0
+    iterations = 0
+    while not done and iterations < max_iterations:
+        step = _step(now, damping, np.exp(x[:, 1]))
+        trial = bounds.clip(x + step)
+        if np.abs(trial - x).max() < 1e-12:
+            done = True
+            break
+        ahead = project(lines, to_poles(trial), terms)
+        iterations += 1
+        fall = now.misfit - ahead.misfit
+        if fall > 0.0:
+            done = fall < tolerance * (now.misfit + lines.hidden) and damping <= 1e-2
+            x, now = trial, ahead
+            damping, grow = max(damping / 5.0, 1e-9), 2.0
+        else:
+            done = damping > 1e8
+            damping, grow = damping * grow, grow * 2.0
+    return Fit(now, terms, iterations, done, bounds.stuck(now.poles))
+
+
+def _step(now: Projection, damping: float, zeta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Damped Gauss-Newton step (J, 2), at most three half widths in frequency and a factor e in damping."""
+    diagonal = np.maximum(np.diag(now.hessian), 1e-14 * np.diag(now.hessian).max() + 1e-300)
+    root = np.sqrt(diagonal)
+    scaled = now.hessian / root[:, None] / root + (damping + 1e-12) * np.eye(len(root))
+    step = -cho_solve(cho_factor(scaled), now.gradient / root) / root
+    step = step.reshape(-1, 2)
+    limit = np.column_stack([np.maximum(3.0 * zeta, 1e-5), np.ones_like(zeta)])
+    limited: NDArray[np.float64] = np.clip(step, -limit, limit)
+    return limited

@@ -1,0 +1,76 @@
+"""Start poles by relaxed vector fitting.
+
+Gustavsen, IEEE Trans. Power Delivery 21, 2006: a rational function sigma(s) with the present poles turns the
+search for better poles into linear least squares; the zeros of sigma are the next poles. Free scaling of
+sigma with a mild non-triviality condition keeps noise from dragging it. No start values are needed, and
+noise only costs accuracy, which variable projection brings back.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from analysis.identification.lines import Lines
+from analysis.identification.pole_residue import pole_columns
+from analysis.identification.residual_terms import ResidualTerms
+
+
+def spread_poles(low: float, high: float, count: int, damping: float = 0.01) -> NDArray[np.complex128]:
+    """Pole pairs spread evenly between `low` and `high` Hz, rad/s."""
+    w = 2.0 * np.pi * np.linspace(low, high, count)
+    poles: NDArray[np.complex128] = w * (-damping + 1j * np.sqrt(1.0 - damping**2))
+    return poles
+
+
+def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> NDArray[np.complex128]:
+    """One relaxed relocation: zeros of sigma for the present poles, reflected into the left half plane.
+
+    Returns the new pole pairs (upper half plane only; real zeros are left out).
+    """
+    s, count = lines.s, len(poles)
+    basis = pole_columns(s, poles)
+    model = np.concatenate([basis, terms.columns(s, lines.scale)])
+    sigma = np.concatenate([basis, np.ones((1, len(s)))])
+    norms = np.linalg.norm(sigma, axis=1)
+    reduced = []
+    for h, deviation in zip(lines.h, lines.deviation, strict=True):
+        weighted = np.concatenate([model, -h * (sigma / norms[:, None])]) / deviation
+        real = np.concatenate([weighted.real, weighted.imag], axis=1)
+        real[: len(model)] /= np.linalg.norm(real[: len(model)], axis=1)[:, None]
+        triangle: NDArray[np.float64] = np.asarray(np.linalg.qr(real.T, mode="r"))
+        reduced.append(triangle[len(model) :, len(model) :])
+    size = np.sqrt(np.mean([np.mean((np.abs(h) / d) ** 2) for h, d in zip(lines.h, lines.deviation, strict=True)]))
+    # sum over the lines of Re sigma = their number: sigma is neither zero nor bound to a fixed asymptote
+    relaxation = size / np.sqrt(len(s)) * (sigma / norms[:, None]).real.sum(1)
+    system = np.vstack([*reduced, relaxation[None, :]])
+    target = np.zeros(len(system))
+    target[-1] = size * np.sqrt(len(s))
+    c = np.linalg.lstsq(system, target, rcond=None)[0] / norms
+    constant = c[-1] if abs(c[-1]) > 1e-8 * np.abs(c).max() / lines.scale else 1e-8
+    return _zeros(poles, c[: 2 * count], constant)
+
+
+def _zeros(
+    poles: NDArray[np.complex128], coefficients: NDArray[np.float64], constant: float
+) -> NDArray[np.complex128]:
+    """Zeros of constant + sum of pole pairs, as eigenvalues of a real matrix."""
+    blocks = [np.array([[p.real, p.imag], [-p.imag, p.real]]) for p in poles]
+    b = np.tile([2.0, 0.0], len(poles))
+    zeros = np.linalg.eigvals(block_diag(*blocks) - np.outer(b, coefficients) / constant)
+    zeros = zeros[zeros.imag > 0.0]
+    mirrored: NDArray[np.complex128] = -np.abs(zeros.real) + 1j * zeros.imag
+    return mirrored[np.argsort(mirrored.imag)]
+
+
+def start_poles(lines: Lines, count: int, terms: ResidualTerms, *, iterations: int = 12) -> NDArray[np.complex128]:
+    """Over-specified pole pairs of FRFs that share them, sorted by frequency, rad/s."""
+    poles = spread_poles(lines.frequency[0], lines.frequency[-1], count)
+    for _ in range(iterations):
+        moved = relocate(lines, poles, terms)
+        if len(moved) == 0:
+            break
+        settled = len(moved) == len(poles) and np.abs(moved / poles - 1.0).max() < 1e-4
+        poles = moved
+        if settled:
+            break
+    return poles
