@@ -40,8 +40,3 @@ def tones():
 def thirteen():
     temperature = np.arange(0.0, 61.0, 5.0)
     return FirBank(ringing(temperature), temperature, 8_000.0, 16)
-
-
-@pytest.fixture
-def rng():
-    return np.random.default_rng(20_240_607)

@@ -7,7 +7,7 @@ from analysis.focusing.energy import EnergyForms, FieldSpace
 @pytest.fixture
 def swept(supported):
     frequency = np.linspace(60.0, 850.0, 9)
-    return frequency, [supported.amplitudes(e, frequency) for e in (2.0e9, 1.1e9)]
+    return frequency, [supported.amplitudes(e, 0.33, 0.06, frequency) for e in (2.0e9, 1.1e9)]
 
 
 def test_forms_equal_the_integrals_over_the_dense_field(supported, swept):

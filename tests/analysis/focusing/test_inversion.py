@@ -14,7 +14,7 @@ def dense(space, amplitudes):
 @pytest.fixture
 def plate(supported):
     frequency = np.linspace(90.0, 800.0, 15)
-    amplitudes = [supported.amplitudes(e, frequency) for e in (2.2e9, 1.2e9)]
+    amplitudes = [supported.amplitudes(e, 0.33, 0.06, frequency) for e in (2.2e9, 1.2e9)]
     return supported.space, amplitudes
 
 

@@ -31,7 +31,7 @@ def test_a_field_inside_alone_has_contrast_one_and_outside_alone_none(supported)
 
 def test_contrast_equals_the_dense_field_integral(supported, rng):
     frequency = np.linspace(80.0, 900.0, 11)
-    amplitudes = [supported.amplitudes(e, frequency) for e in (3.0e9, 1.0e9)]
+    amplitudes = [supported.amplitudes(e, 0.33, 0.06, frequency) for e in (3.0e9, 1.0e9)]
     filters = rng.normal(size=(2, 11, 6)) + 1j * rng.normal(size=(2, 11, 6))
     found = contrast(supported.space.forms(amplitudes), filters)
     grid = supported.grid
@@ -43,14 +43,14 @@ def test_contrast_equals_the_dense_field_integral(supported, rng):
 
 def test_silence_has_no_contrast_and_no_warning(supported):
     frequency = np.array([100.0])
-    forms = supported.space.forms([supported.amplitudes(2e9, frequency)])
+    forms = supported.space.forms([supported.amplitudes(2e9, 0.33, 0.06, frequency)])
     assert contrast(forms, np.zeros((1, 6), dtype=complex)).item() == 0.0
 
 
 def test_stif_reaches_the_largest_contrast_of_any_drive_within_reason(supported, rng):
     """No random drive beats the inverse's contrast where six actuators face six modes."""
     frequency = np.array([150.0])
-    forms = supported.space.forms([supported.amplitudes(2.2e9, frequency)])
+    forms = supported.space.forms([supported.amplitudes(2.2e9, 0.33, 0.06, frequency)])
     best = contrast(forms, invert(forms, 1e-3).filters).item()
     drives = rng.normal(size=(500, 1, 6)) + 1j * rng.normal(size=(500, 1, 6))
     assert all(contrast(forms, drive).item() < best for drive in drives)
@@ -59,8 +59,8 @@ def test_stif_reaches_the_largest_contrast_of_any_drive_within_reason(supported,
 @pytest.mark.parametrize(("mode", "peak"), [((1, 1), (0.5, 0.5)), ((2, 1), (0.25, 0.5))])
 def test_the_spot_error_of_a_mode_is_the_distance_to_its_antinode(supported, mode, peak):
     grid = supported.grid
-    place = (mode[0] - 1) * supported.modes + mode[1] - 1
-    amplitude = np.zeros((1, 1, supported.modes**2), dtype=complex)
+    place = (mode[0] - 1) * supported.orders + mode[1] - 1
+    amplitude = np.zeros((1, 1, supported.orders**2), dtype=complex)
     amplitude[0, 0, place] = 1j
     found = spot_error(supported.space, amplitude, np.ones((1, 1), dtype=complex)).item()
     exact = np.hypot((peak[0] - 0.3) * 0.24, (peak[1] - 0.55) * 0.19) / 0.24
@@ -77,6 +77,6 @@ def test_the_spot_error_of_the_target_itself_stays_inside_it(supported):
 
 
 def test_forms_of_another_count_of_actuators_are_refused(supported):
-    forms = supported.space.forms([supported.amplitudes(2e9, np.array([100.0]))])
+    forms = supported.space.forms([supported.amplitudes(2e9, 0.33, 0.06, np.array([100.0]))])
     with pytest.raises(ValueError, match="broadcast"):
         contrast(forms, np.ones((1, 4), dtype=complex))

@@ -13,7 +13,7 @@ def test_exchange_finds_the_best_set_of_all(make_plate, make_panel, rng):
     centers = np.array([(x, y) for x in (0.03, 0.075, 0.12, 0.165, 0.21) for y in (0.03, 0.07, 0.12, 0.16)])
     plate = make_plate(make_panel(tuple(map(tuple, centers))))
     frequency = np.linspace(100.0, 500.0, 9)
-    forms = plate.space.forms([plate.amplitudes(2.2e9, frequency)])
+    forms = plate.space.forms([plate.amplitudes(2.2e9, 0.33, 0.06, frequency)])
     score = mean_contrast(forms)
     sets = np.array(list(combinations(range(len(centers)), 3)))
     scores = score(sets)
@@ -25,8 +25,8 @@ def test_exchange_finds_the_best_set_of_all(make_plate, make_panel, rng):
 
 def test_the_score_is_the_contrast_of_those_actuators_alone(supported):
     frequency = np.linspace(100.0, 500.0, 5)
-    forms = supported.space.forms([supported.amplitudes(2.2e9, frequency)])
-    only = supported.space.forms([supported.amplitudes(2.2e9, frequency)[[1, 4]]])
+    forms = supported.space.forms([supported.amplitudes(2.2e9, 0.33, 0.06, frequency)])
+    only = supported.space.forms([supported.amplitudes(2.2e9, 0.33, 0.06, frequency)[[1, 4]]])
     expected = contrast(only, invert(only, 0.02).filters).mean()
     assert mean_contrast(forms, 0.02)(np.array([[1, 4]])).item() == pytest.approx(expected)
 

@@ -1,27 +1,30 @@
-"""A simply supported Kirchhoff plate in closed form, driven by point forces."""
+"""Closed forms: a simply supported Kirchhoff plate driven by point forces, and laws by which it softens."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
 from analysis.experiment import Patch, Plate
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
+from analysis.focusing.methods import Modes
 from analysis.focusing.panel import Filters, Panel, Target
+from analysis.material import MaterialLaws
 
 
 @dataclass(frozen=True)
 class SupportedPlate:
-    """Modes sin(mπx/Lx) sin(nπy/Ly) of a thin plate, `modes` along each side."""
+    """Modes sin(mπx/Lx) sin(nπy/Ly) of a thin plate, `orders` along each side."""
 
     panel: Panel
-    modes: int = 6
+    orders: int = 6
 
     def shapes(self, points):
         x, y = np.asarray(points).T
         plate = self.panel.plate
-        order = np.arange(1, self.modes + 1)
+        order = np.arange(1, self.orders + 1)
         along_x = np.sin(np.pi * np.outer(x, order) / plate.length_x)
         along_y = np.sin(np.pi * np.outer(y, order) / plate.length_y)
         scale = 2.0 / np.sqrt(plate.mass)  # mass-normalised
@@ -30,7 +33,7 @@ class SupportedPlate:
     def eigenvalues(self, youngs_modulus, poisson_ratio=0.33, loss_factor=0.06):
         plate = self.panel.plate
         rigidity = youngs_modulus * plate.thickness**3 / 12.0 / (1.0 - poisson_ratio**2)
-        order = np.arange(1, self.modes + 1)
+        order = np.arange(1, self.orders + 1)
         wavenumber = (np.pi * order[:, None] / plate.length_x) ** 2 + (np.pi * order[None] / plate.length_y) ** 2
         mass = plate.density * plate.thickness
         return (rigidity / mass * wavenumber.ravel() ** 2) * (1.0 + 1j * loss_factor)
@@ -39,11 +42,16 @@ class SupportedPlate:
     def forces(self):
         return self.shapes([patch.center for patch in self.panel.patch]).T
 
-    def amplitudes(self, youngs_modulus, frequency, loss_factor=0.06):
+    def amplitudes(self, youngs_modulus, poisson_ratio, loss_factor, frequency):
         """(N, F, r), m per N."""
-        eigenvalues = self.eigenvalues(youngs_modulus, loss_factor=loss_factor)
+        eigenvalues = self.eigenvalues(youngs_modulus, poisson_ratio, loss_factor)
         dynamic = eigenvalues[None] - (2.0 * np.pi * np.asarray(frequency)[:, None]) ** 2
         return self.forces.T[:, None, :] / dynamic[None]
+
+    def modes(self, youngs_modulus, poisson_ratio, loss_factor, count):
+        eigenvalues = self.eigenvalues(youngs_modulus, poisson_ratio, loss_factor)
+        lowest = np.argsort(eigenvalues.real)[:count]
+        return Modes(eigenvalues[lowest], np.eye(len(eigenvalues))[:, lowest], self.forces[lowest])
 
     @property
     def grid(self):
@@ -73,6 +81,11 @@ def supported():
 
 
 @pytest.fixture(scope="session")
+def six():
+    return SIX
+
+
+@pytest.fixture(scope="session")
 def make_panel():
     return panel_of
 
@@ -85,3 +98,20 @@ def make_plate():
 @pytest.fixture
 def rng():
     return np.random.default_rng(20_240_607)
+
+
+@pytest.fixture(scope="session")
+def softening():
+    """E from 3.2 to 1.0 GPa, nu from 0.34 to 0.45, eta about 6 %, over 0 to 60 °C."""
+    t = np.linspace(0.0, 60.0, 13)
+    values = np.stack(
+        [
+            np.log(3.2e9) - 0.0195 * t,
+            0.34 + 0.11 * (t / 60.0) ** 2,
+            np.log(0.06 + 0.02 * np.exp(-(((t - 17.0) / 14.0) ** 2))),
+        ]
+    )
+    splines = [make_interp_spline(t, row, k=3) for row in values]
+    coefficients = np.array([spline.c for spline in splines])
+    count = coefficients.shape[1]
+    return MaterialLaws(splines[0].t, coefficients, np.zeros((3, count, count)), (0.0, 60.0))
