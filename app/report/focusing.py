@@ -110,7 +110,7 @@ def layout(panel: Panel) -> Figure:
         axes.add_patch(Rectangle((corner[0], corner[1]), *patch.size, fc="#00798c", ec="none", label=label))
         axes.annotate(str(number + 1), patch.center, ha="center", va="center", color="white", fontsize=8)
     axes.set(xlim=(-0.005, plate.length_x + 0.005), ylim=(-0.005, plate.length_y + 0.005), aspect="equal")
-    axes.set(xlabel="x [m]", ylabel="y [m]", title=f"{panel.title} ({plate.boundary})")
+    axes.set(xlabel="x [m]", ylabel="y [m]")
     axes.grid(visible=False)
     figure.legend(loc="outside lower center", ncols=2)
     return figure

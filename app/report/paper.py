@@ -7,6 +7,7 @@ import numpy as np
 from analysis.compensation.study import NETWORK, Compensation
 from analysis.focusing.methods import Comparison
 from analysis.focusing.over_temperature import Focusing
+from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
 from app.report.page import Table
 
@@ -51,6 +52,28 @@ def material_rows(laws: MaterialLaws) -> list[Row]:
         "fitted to the whole FRF with lossless patches"
     )
     return [*rows, Row("largest η [%]", "8.5 between 10 and 20 °C", peak, why)]
+
+
+def mode_rows(tracked: TrackedModes) -> list[Row]:
+    """Say how frequencies and damping ratios move over temperature (the paper's section 4.2 and Fig. 10)."""
+    reading, temperature = tracked.reading(), tracked.temperature
+    cold, hot = int(np.argmin(temperature)), int(np.argmax(temperature))
+    reference = int(np.argmin(np.abs(temperature - 25.4)))
+    moved = [np.nanmedian(reading.frequency_hz[t] / reading.frequency_hz[reference] - 1.0) for t in (cold, hot)]
+    known = reading.sigma_damping_ratio < 0.1 * reading.damping_ratio
+    rows = []
+    for t, paper in ((cold, 0.30), (hot, -0.20)):
+        ours = float(moved[0 if t == cold else 1])
+        heading = f"frequencies at {temperature[t]:.0f} against {temperature[reference]:.0f} °C [%]"
+        why = "median of the tracked modes; follows √E of this specimen"
+        rows.append(Row(heading, f"about {100 * paper:+.0f}", f"{100 * ours:+.0f}", why))
+    for t, paper_range in ((cold, "2 to 2.5"), (hot, "below 2")):
+        found = 100 * reading.damping_ratio[t][known[t]]
+        if found.size:
+            heading = f"damping ratios at {temperature[t]:.0f} °C [%]"
+            why = "modes whose damping is known to 10 %; lossless patches hold a share of the strain energy"
+            rows.append(Row(heading, paper_range, f"{found.min():.1f} to {found.max():.1f}", why))
+    return rows
 
 
 def method_rows(comparison: Comparison) -> list[Row]:

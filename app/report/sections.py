@@ -14,6 +14,7 @@ from app.files.bad_file import ResultFileError
 from app.files.filter_files import load_compensation, load_focusing
 from app.files.frf_file import load_frf
 from app.files.laws_file import load_laws, load_updated
+from app.files.modes_file import load_modes
 from app.files.provenance import read_stamp
 from app.files.run_folder import MADE_BY
 from app.progress import Report
@@ -61,11 +62,9 @@ def sections(run: Path, report: Report) -> Found:
 
 def _measurement(experiment: Experiment, frf: Frf) -> list[Item]:
     plate, protocol, inputs = experiment.plate, experiment.protocol, experiment.acquisition
+    size = " × ".join(f"{1e3 * side:g}" for side in (plate.length_x, plate.length_y, plate.thickness))
     facts = [
-        (
-            "plate",
-            f"{1e3 * plate.length_x:g} × {1e3 * plate.length_y:g} × {1e3 * plate.thickness:g} mm, {plate.boundary}",
-        ),
+        ("plate", f"{size} mm, {plate.boundary}"),
         ("mass, density", f"{1e3 * plate.mass:g} g, {plate.density:.0f} kg/m³"),
         *(
             (p.role, f"{p.id}: {p.material} at {p.center[0]:g}, {p.center[1]:g} m, {p.side}")
@@ -88,6 +87,18 @@ def _measurement(experiment: Experiment, frf: Frf) -> list[Item]:
     ]
     if frf.notes:
         items.append(Listing("\n".join(frf.notes)))
+    return items
+
+
+def _identification(run: Path, frf: Frf, rows: list[paper.Row]) -> list[Item]:
+    tracked = load_modes(run / "modes.h5")
+    rows.extend(paper.mode_rows(tracked))
+    items: list[Item] = [
+        Picture("identified", identified.overlay(frf, tracked), "Poles and residues of a sweep (paper Fig. 9)."),
+        Picture("tracked", identified.over_temperature(tracked), "Modes over temperature (paper Fig. 10)."),
+    ]
+    if tracked.notes:
+        items.append(Listing("\n".join(tracked.notes)))
     return items
 
 

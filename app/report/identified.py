@@ -1,0 +1,62 @@
+"""Identified modes (the paper's Figs. 9 and 10)."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis.frf import Frf
+from analysis.identification.tracked_modes import TrackedModes
+from app.report.style import MEASURED, MODEL, frequency_axis, panels
+
+REFERENCE = 25.4
+"""Temperature of the paper's Fig. 10 to which frequencies are referred, degrees Celsius."""
+
+
+def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
+    """Draw one measured FRF, its synthesis from poles and residues, and what each mode adds."""
+    row = int(np.argmin(np.abs(tracked.temperature - REFERENCE)))
+    modes = tracked.modes[row]
+    rebuilt = modes.synthesis(frf.frequency)[channel]
+    figure, axes = panels(2, 1, height=5.4, sharex=True, height_ratios=[2, 1])
+    axes[0].semilogy(frf.frequency, np.abs(frf.h[row, channel]), color=MEASURED, lw=1.8, label="measured")
+    axes[0].semilogy(frf.frequency, np.abs(rebuilt), color=MODEL, lw=1.0, label="from poles and residues")
+    axes[0].set_ylim(0.5 * float(np.percentile(np.abs(frf.h[row, channel]), 0.5)), None)
+    reading = modes.reading()
+    for f, real, status in zip(reading.frequency_hz, modes.real, modes.status, strict=True):
+        if real:
+            axes[0].axvline(f, color="0.6", lw=0.8, ls="-" if status == "kept" else ":", zorder=0)
+    axes[0].legend(title="modes: solid kept, dotted weak")
+    axes[1].plot(frf.frequency, np.degrees(np.angle(frf.h[row, channel])), color=MEASURED, lw=1.8)
+    axes[1].plot(frf.frequency, np.degrees(np.angle(rebuilt)), color=MODEL, lw=1.0)
+    count = int(modes.real.sum())
+    title = f"{tracked.temperature[row]:.1f} °C: {count} modes, misfit {100 * modes.misfit:.2f} %"
+    axes[0].set(ylabel="|H| [V/V]", title=title)
+    axes[1].set(ylabel="phase [°]")
+    frequency_axis(axes[1])
+    return figure
+
+
+def over_temperature(tracked: TrackedModes) -> Figure:
+    """Draw frequencies, relative to those nearest 25.4 °C, and damping ratios of the tracked modes."""
+    figure, axes = panels(1, 3, width=11.0, height=4.2)
+    reading = tracked.reading()
+    order = np.argsort(tracked.temperature, kind="stable")
+    temperature = tracked.temperature[order]
+    reference = int(np.argmin(np.abs(tracked.temperature - REFERENCE)))
+    for j in range(tracked.track.shape[1]):
+        f, zeta = reading.frequency_hz[order, j], 100 * reading.damping_ratio[order, j]
+        spread = 200 * reading.sigma_damping_ratio[order, j]
+        (line,) = axes[0].plot(temperature, f, ".-", ms=3, lw=0.8)
+        trusted = spread < 0.3 * zeta
+        relative = 100 * (f / reading.frequency_hz[reference, j] - 1)
+        axes[1].plot(temperature, relative, color=line.get_color(), lw=0.9)
+        axes[2].errorbar(
+            temperature[trusted], zeta[trusted], spread[trusted], color=line.get_color(), lw=0.8, marker=".", ms=3
+        )
+    axes[0].set(ylabel="frequency [Hz]", title="tracked modes")
+    axes[1].set(
+        ylabel="frequency against reference [%]", title=f"relative to {tracked.temperature[reference]:.1f} °C"
+    )
+    axes[2].set(ylabel="damping ratio [%]", title="damping, two sigma (known to 30 %)", ylim=(0, None))
+    for each in axes:
+        each.set_xlabel("temperature [°C]")
+    return figure
