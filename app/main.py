@@ -8,6 +8,7 @@ import click
 from threadpoolctl import threadpool_limits
 
 VERBS = {
+    "acquire": "acquire",
     "import": "import_campaign",
     "identify": "identify",
     "update": "update",
@@ -43,12 +44,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run one verb; exit 0 (done), 1 (ran, not good enough) or 2 (bad input, with the reason)."""
     with threadpool_limits(1):  # small dense matrices: a second BLAS thread costs more than it brings
         try:
-            flexura.main(arguments, prog_name="flexura", standalone_mode=False)
+            status = flexura.main(arguments, prog_name="flexura", standalone_mode=False)
         except click.ClickException as error:
             error.show()
             sys.exit(2)
-        except click.exceptions.Exit as leaving:
-            sys.exit(leaving.exit_code)
         except (click.Abort, KeyboardInterrupt):
             click.echo("stopped", err=True)
             sys.exit(130)
+    sys.exit(status if isinstance(status, int) else 0)

@@ -33,7 +33,7 @@ def run_folder(campaign: Path, out: Path | None) -> Path:
 
 
 def run_file(run: Path, name: str) -> Path:
-    """Path of one stage's result in a run folder; ResultFileError naming the verb that makes it if it is missing."""
+    """Path of one stage's result in a run; ResultFileError naming the verb that makes it if it is missing."""
     path = run / name
     if not path.is_file():
         raise ResultFileError(f"{run}: holds no {name}; make it with: flexura {MADE_BY[name]}")

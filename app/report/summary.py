@@ -1,0 +1,63 @@
+"""One line a stage: what a run found."""
+
+from pathlib import Path
+
+import numpy as np
+
+from analysis.compensation.study import NETWORK
+from app.files.filter_files import load_compensation, load_focusing
+from app.files.frf_file import load_frf
+from app.files.laws_file import load_updated
+from app.files.modes_file import load_modes
+
+
+def summary(run: Path) -> dict[str, str]:
+    """Return a line for each verb whose result is in `run`."""
+    makers = {
+        "import": ("frf.h5", _measured),
+        "identify": ("modes.h5", _identified),
+        "update": ("laws.h5", _updated),
+        "focus": ("filters.h5", _focused),
+        "compensate": ("compensation.h5", _compensated),
+    }
+    return {verb: make(run / name) for verb, (name, make) in makers.items() if (run / name).is_file()}
+
+
+def _measured(path: Path) -> str:
+    experiment, frf = load_frf(path)
+    t = frf.temperature
+    return f"{experiment.title}: {len(t)} sweeps, {t.min():.0f} to {t.max():.0f} °C, {len(frf.channels)} sensor(s)"
+
+
+def _identified(path: Path) -> str:
+    tracked = load_modes(path)
+    counts = [int(modes.real.sum()) for modes in tracked.modes]
+    return f"{min(counts)} to {max(counts)} modes a temperature, misfit at most {100 * tracked.misfit.max():.2f} %"
+
+
+def _updated(path: Path) -> str:
+    found, _ = load_updated(path)
+    e, nu, eta = (
+        found.material.youngs_modulus / 1e9,
+        found.material.poisson_ratio,
+        100 * found.material.loss_factor,
+    )
+    ratio = float((found.misfit / found.noise_floor).max())
+    return (
+        f"E {e.max():.2f} to {e.min():.2f} GPa, ν {nu.min():.3f} to {nu.max():.3f}, "
+        f"η {eta.min():.1f} to {eta.max():.1f} %, misfit at most {ratio:.2f} times the noise"
+    )
+
+
+def _focused(path: Path) -> str:
+    _, found, _ = load_focusing(path)
+    own, fixed = found.direct.contrast.mean(1), found.fixed.contrast.mean(1)
+    line = f"mean contrast {own.min():.2f} to {own.max():.2f}"
+    return f"{line}; with the filters of {found.reference_temperature:g} °C down to {fixed.min():.2f}"
+
+
+def _compensated(path: Path) -> str:
+    _, found = load_compensation(path)
+    place = found.methods.index(NETWORK)
+    error, loss = found.relative_error[place].max(), np.abs(found.contrast_loss[place]).max()
+    return f"networks miss by at most {error:.1g} %, contrast lost {loss:.1g}; best here: {found.best}"
