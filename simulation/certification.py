@@ -54,10 +54,11 @@ def measured_error(
 def _field_error(
     model: ShellModel, small: ReducedModel, material: Constants, chosen: Real, full: Complex, lines: Real
 ) -> float:
-    """Largest error of the deflection at the model's points, over its rms over points, inputs and band."""
+    """Largest rms over the points of the deflection's error, over its rms over points, inputs and band."""
     if not len(small.points):
         return 0.0
     field = -(model.deflection(small.points) @ full.reshape(model.size, -1)).reshape(-1, *full.shape[1:])
     reduced = np.einsum("kr,nfr->knf", small.deflection, small.amplitudes(*material, chosen))
     over_band = np.einsum("kr,nfr->knf", small.deflection, small.amplitudes(*material, lines), optimize=True)
-    return float(np.abs(field - reduced).max() / np.sqrt(np.mean(np.abs(over_band) ** 2)))
+    wrong = np.sqrt(np.mean(np.abs(field - reduced) ** 2, axis=0))
+    return float(wrong.max() / np.sqrt(np.mean(np.abs(over_band) ** 2)))

@@ -1,6 +1,8 @@
 """Proper orthogonal decomposition, in the energy norm, of what a plate does over a box of materials."""
 
+from dataclasses import dataclass
 from itertools import product
+from typing import Self
 
 import numpy as np
 import scipy.linalg
@@ -14,6 +16,9 @@ Real = NDArray[np.float64]
 
 MODULI, RATIOS = 6, 4
 """Materials along E (geometric) and nu (even) at which responses are taken."""
+
+FIELD_LINES = 5
+"""The field is compared at every so many lines."""
 
 LEAST_LOSS = 0.01
 """An undamped plate has no finite response at resonance to train on."""
@@ -82,7 +87,7 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
         )
     )
     modes = [_modes(candidate, e, nu) for e, nu in materials]
-    references = [mode.transfers(lines, loss) for mode in modes]
+    references = [_Reference.of(mode, candidate, lines, loss) for mode in modes]
     energy = candidate.stiffness(*middle(candidate.box), 0.0).real
     energy = energy + energy_shift(candidate.band) * np.eye(candidate.size)
     root = scipy.linalg.cholesky(energy, lower=True)
@@ -95,7 +100,7 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
     def good(size: int) -> bool:
         small = candidate.restricted(np.linalg.qr(directions[:, :size])[0])
         return all(
-            relative_error(_modes(small, e, nu).transfers(lines, loss), reference) <= tolerance
+            reference.error(_modes(small, e, nu), small, lines, loss) <= tolerance
             for (e, nu), reference in zip(materials, references, strict=True)
         )
 
@@ -104,6 +109,29 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
         size = (low + high) // 2
         low, high = (low, size) if good(size) else (size, high)
     return np.asarray(np.linalg.qr(directions[:, :high])[0])
+
+
+@dataclass(frozen=True)
+class _Reference:
+    """Transfers, and the field at the points on some of the lines, that a smaller model must meet."""
+
+    transfers: NDArray[np.complex128]
+    field: Real
+
+    @classmethod
+    def of(cls, modes: DampedModes, model: ReducedModel, lines: Real, loss: float) -> Self:
+        return cls(modes.transfers(lines, loss), model.deflection @ modes.responses(lines[::FIELD_LINES], loss))
+
+    def error(self, modes: DampedModes, model: ReducedModel, lines: Real, loss: float) -> float:
+        """Larger of the errors of transfers and field, as `ReducedModel.error` counts them."""
+        transfer = relative_error(modes.transfers(lines, loss), self.transfers)
+        if not self.field.size:
+            return transfer
+        wrong = model.deflection @ modes.responses(lines[::FIELD_LINES], loss) - self.field
+        # Columns are real parts, then imaginary parts, of every input and line.
+        squares = np.mean(wrong**2, axis=0).reshape(2, -1).sum(axis=0)
+        rms = np.sqrt(2.0 * np.mean(self.field**2))
+        return max(transfer, float(np.sqrt(squares.max()) / rms))
 
 
 def _modes(model: ReducedModel, youngs_modulus: float, poisson_ratio: float) -> DampedModes:

@@ -1,16 +1,22 @@
 """A reduced plate at one set of constants: poles, and transfers as sums over them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 import scipy.linalg
+from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike, NDArray
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-SAME_POLE = 1e-9  # relative distance below which two poles count as one double pole
+SAME_POLE = 1e-9
+"""Relative distance below which two poles count as one double pole."""
+
+FAR, NODES = 4.0, 16
+"""A pole beyond FAR times the highest squared frequency leaves 14**-NODES to interpolation."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,7 @@ class ModalForm:
         return self._summed(self._residues(left, right), None, frequency)
 
     def compliance_and_derivatives(
-        self, left: Real, right: Real, changes: list[Complex], frequency: ArrayLike
+        self, left: Real, right: Real, changes: Sequence[Real], frequency: ArrayLike
     ) -> tuple[Complex, Complex]:
         """`compliance` (I, J, F) and its derivatives (D, I, J, F).
 
@@ -86,10 +92,40 @@ class ModalForm:
         return residues
 
     def _summed(self, simple: Complex, squared: Complex | None, frequency: ArrayLike) -> Complex:
-        """Sum simple/(pole - s) + squared/(pole - s)**2 over the poles, (..., r) -> (..., F)."""
+        """Sum simple/(pole - s) + squared/(pole - s)**2 over the poles, (..., r) -> (..., F).
+
+        What the poles far above the lines add is so smooth that a polynomial through few points gives
+        it to rounding: most poles of a reduced model are far.
+        """
         lines = np.atleast_1d(np.asarray(frequency, float))
-        terms = self.terms(lines)
-        total = simple @ terms.T
-        if squared is not None:
-            total += squared @ (terms * terms).T
-        return np.asarray(total)
+        s = (2 * np.pi * lines) ** 2
+        far = np.abs(self.poles) > FAR * s.max()
+        if lines.size < 4 * NODES or not far.any():
+            return _terms_summed(self.poles, simple, squared, s)
+        near_sum = _terms_summed(
+            self.poles[~far], simple[..., ~far], None if squared is None else squared[..., ~far], s
+        )
+        points, interpolation = _interpolation(s)
+        far_sum = _terms_summed(
+            self.poles[far], simple[..., far], None if squared is None else squared[..., far], points
+        )
+        return np.asarray(near_sum + far_sum @ interpolation.T)
+
+
+def _terms_summed(poles: Complex, simple: Complex, squared: Complex | None, s: Real) -> Complex:
+    """Sum over poles (r,) at squared angular frequencies s (F,), weights (..., r): (..., F)."""
+    terms = 1.0 / (poles[:, None] - s)
+    total = simple @ terms
+    if squared is not None and squared.any():
+        total += squared @ (terms * terms)
+    return np.asarray(total)
+
+
+def _interpolation(s: Real) -> tuple[Real, Real]:
+    """Chebyshev points (NODES,) between the ends of s (F,), and the matrix (F, NODES) from them to s."""
+    low, high = s.min(), s.max()
+    points = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    to_coefficients = chebvander(points, NODES - 1).T * (2.0 / NODES)
+    to_coefficients[0] *= 0.5
+    place = (2.0 * s - low - high) / (high - low)
+    return 0.5 * (low + high + (high - low) * points), chebvander(place, NODES - 1) @ to_coefficients

@@ -31,9 +31,9 @@ class ReducedModel:
     band : (float, float)
         Hz; likewise.
     error : float
-        Largest error of a transfer between patches, or of the field at the points, against the full
-        model, at materials and frequencies that were not trained on; relative to the transfer's rms
-        over the band.
+        Largest error, against the full model, at materials and frequencies that were not trained on:
+        of a transfer between patches relative to its rms over the band, and of the field, as rms over
+        the points, relative to its rms over points, inputs and band.
     deflection : (K, r) ndarray
         w at `points` of every coordinate; K = 0 if no field was asked for.
     points : (K, 2) ndarray
@@ -102,15 +102,23 @@ class ReducedModel:
 
     def stiffness_derivatives(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float
-    ) -> list[Complex]:
-        """Differentiate K with respect to E, nu and eta, (r, r) each."""
+    ) -> tuple[tuple[Real, Real], Complex]:
+        """Differentiate K with respect to E, nu and eta.
+
+        Returns
+        -------
+        matrices : pair of (r, r) ndarray
+            The plate's real stiffness, and its derivative with respect to nu.
+        weights : (3, 2) ndarray
+            Row p holds the shares of the two in the derivative with respect to parameter p.
+        """
         e, nu = youngs_modulus, poisson_ratio
         c1, c2 = plane_stress_moduli(e, nu)
-        plate = c1 * self.stiffness_1 + c2 * self.stiffness_2
         slope_1, slope_2 = 2.0 * nu * c1 / (1.0 - nu**2), c1 * (1.0 + nu**2) / (1.0 - nu**2)
+        plate = c1 * self.stiffness_1 + c2 * self.stiffness_2
         by_nu = slope_1 * self.stiffness_1 + slope_2 * self.stiffness_2
         damped = 1.0 + 1j * loss_factor
-        return [np.asarray(change, complex) for change in (damped * plate / e, damped * by_nu, 1j * plate)]
+        return (plate, by_nu), np.array([[damped / e, 0.0], [0.0, damped], [1j, 0.0]])
 
     def restricted(self, basis: Real) -> Self:
         """Galerkin model on the columns of `basis` (r, s), orthonormal; same box, band and stated error."""

@@ -98,15 +98,15 @@ def reduce(
     _check(model, box, band)
     lines = np.linspace(*band, training.lines)
     places = np.asarray(() if points is None else points, float).reshape(-1, 2)
-    deflection = model.deflection(places)
+    probe = model.deflection(places)
     vectors = _candidates(model, box, band, lines, training, report)
     error = float("inf")
     for attempt in range(training.rounds):
         candidate, vectors = _projected(model, vectors, box, band)
+        candidate = replace(candidate, deflection=probe @ vectors, points=places)
         report(STAGE, 0.65 + 0.1 * attempt)
-        basis = decomposition(candidate, lines, 0.25 * training.tolerance)
+        basis = decomposition(candidate, lines, 0.4 * training.tolerance)
         small = candidate.restricted(basis)
-        small = replace(small, deflection=deflection @ (vectors @ basis), points=places)
         report(STAGE, 0.7 + 0.1 * attempt)
         error, seen = measured_error(model, small, candidate, lines, attempt)
         if error <= training.tolerance:

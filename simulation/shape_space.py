@@ -78,7 +78,7 @@ class ShapeSpace:
         basis = self.basis
         chosen = np.flatnonzero(np.ones(basis.nelems, bool) if elements is None else elements)
         measure = basis.dx[chosen]
-        value = np.stack([function[0].value[chosen] for function in basis.basis], axis=1)
+        value = np.stack([np.asarray(function[0])[chosen] for function in basis.basis], axis=1)
         slope = np.stack([np.asarray(function[0].grad)[:, chosen] for function in basis.basis], axis=2)
         index = np.asarray(basis.element_dofs)[:, chosen].T
         parts = {"x": slope[0], "y": slope[1], "0": value}

@@ -101,20 +101,20 @@ class Twin:
         lines = np.atleast_1d(np.asarray(frequency, float))
         self.reduced.require(*material, lines)
         modal = self.reduced.modal_form(*material)
-        changes = self.reduced.stiffness_derivatives(*material)
+        changes, weights = self.reduced.stiffness_derivatives(*material)
         answer, slopes = modal.compliance_and_derivatives(self._read, self._joined, changes, lines)
         admittance = self.load.admittance(self._capacitance, answer[:, :-1], lines)
         voltage = self.load.voltages(answer[:, -1], answer[:, :-1], self._capacitance, lines)
         change = slopes[:, :, -1] + np.einsum("dikf,kf->dif", slopes[:, :, :-1], voltage)
-        by_line = np.linalg.solve(admittance[None], np.moveaxis(change, -1, 1)[..., None])[..., 0]
-        return voltage, np.asarray(-np.moveaxis(by_line, 1, -1), complex)
+        by_line = np.linalg.solve(admittance, change.transpose(2, 1, 0))  # (F, K, changes)
+        return voltage, np.asarray(-np.einsum("pd,fkd->pkf", weights, by_line), complex)
 
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> tuple[Real, Real]:
         """Natural frequencies [Hz], ascending, and loss factors of the elastic modes up to the band's end.
 
-        Hysteretic reading: a pole is w_n**2 (1 + j eta_n). Patches short-circuited.
+        Hysteretic reading: a pole is w_n**2 (1 + j eta_n). Patches short-circuited. Modes below the band
+        are good to a per cent or so: only their tails were trained.
         """
         poles = self.reduced.modal_form(youngs_modulus, poisson_ratio, loss_factor).poles
-        low, high = 2 * np.pi * self.band[0] * 0.1, 2 * np.pi * self.band[1]
-        elastic = poles[(poles.real > low**2) & (poles.real < high**2)]
+        elastic = poles[poles.real < (2 * np.pi * self.band[1]) ** 2]
         return np.sqrt(elastic.real) / (2 * np.pi), elastic.imag / elastic.real

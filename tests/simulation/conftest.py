@@ -1,0 +1,55 @@
+"""The paper's plate with the two patches of the recorded campaigns, and its twins."""
+
+import pytest
+
+from analysis.experiment import Patch, Plate
+from analysis.material import MaterialBox
+from simulation.mesh import MeshRecipe
+from simulation.mindlin import assemble
+from simulation.reduced_model import ReducedModel
+from simulation.reduction import reduce
+from simulation.shell_model import ShellModel
+
+
+def patch(name: str, role: str, center: tuple[float, float], side: str = "top") -> Patch:
+    return Patch(id=name, role=role, center=center, size=(0.02, 0.02), thickness=0.0005, side=side)
+
+
+@pytest.fixture(scope="session")
+def plate() -> Plate:
+    return Plate(length_x=0.24, length_y=0.19, thickness=0.003, mass=0.12996)
+
+
+@pytest.fixture(scope="session")
+def patches() -> list[Patch]:
+    return [patch("A1", "actuator", (0.2, 0.155)), patch("S1", "sensor", (0.04, 0.035))]
+
+
+@pytest.fixture(scope="session")
+def nominal_model(plate: Plate, patches: list[Patch]) -> ShellModel:
+    return assemble(plate, patches)
+
+
+@pytest.fixture(scope="session")
+def nominal(nominal_model: ShellModel) -> ReducedModel:
+    """Reduce as for the recorded campaigns: on the converged mesh, over the whole box and band."""
+    return reduce(nominal_model, MaterialBox((0.8e9, 4e9), (0.30, 0.48), (0.02, 0.12)), (100.0, 1500.0))
+
+
+@pytest.fixture(scope="session")
+def three_patches(patches: list[Patch]) -> list[Patch]:
+    return [*patches, patch("S2", "sensor", (0.06, 0.14), side="bottom")]
+
+
+@pytest.fixture(scope="session")
+def coarse_model(plate: Plate, three_patches: list[Patch]) -> ShellModel:
+    """Few unknowns: for what holds on any mesh."""
+    return assemble(plate, three_patches, recipe=MeshRecipe(degree=3, spacing=0.06, strip=0.004, edge_strip=0.004))
+
+
+@pytest.fixture(scope="session")
+def coarse(coarse_model: ShellModel) -> ReducedModel:
+    """Reduced over a small box and band, with the field at a few points."""
+    points = [(0.0, 0.0), (0.24, 0.19), (0.11, 0.07), (0.03, 0.15)]
+    box = MaterialBox((1.5e9, 3e9), (0.34, 0.42), (0.03, 0.1))
+    return reduce(coarse_model, box, (100.0, 700.0), points=points)
