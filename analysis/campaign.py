@@ -29,6 +29,8 @@ class Sweep:
         Generator voltage of every repeat, V.
     responses : (K, R, M) ndarray
         Voltage across every sensor patch, V.
+    plate_temperature_start, plate_temperature_end : float or None
+        Reading of a thermocouple on the plate at the same moments, degrees Celsius; None without one.
     """
 
     step: int
@@ -39,6 +41,8 @@ class Sweep:
     start_time: str
     drive: NDArray[np.float32]
     responses: NDArray[np.float32]
+    plate_temperature_start: float | None = None
+    plate_temperature_end: float | None = None
 
     def __post_init__(self) -> None:
         if self.drive.ndim != 2 or self.responses.ndim != 3 or self.responses.shape[1:] != self.drive.shape:
@@ -46,11 +50,20 @@ class Sweep:
                 f"sweep {self.step}: drive {self.drive.shape} and responses {self.responses.shape} "
                 "must be (R, M) and (K, R, M)"
             )
+        if (self.plate_temperature_start is None) != (self.plate_temperature_end is None):
+            raise ValueError(f"sweep {self.step}: a plate temperature at its start or end only; both or neither")
 
     @property
     def oven_temperature(self) -> float:
         """Mean oven reading during the sweep, degrees Celsius."""
         return 0.5 * (self.oven_temperature_start + self.oven_temperature_end)
+
+    @property
+    def temperature(self) -> float:
+        """Mean temperature of the plate, degrees Celsius; the oven's where the plate has no sensor."""
+        if self.plate_temperature_start is None or self.plate_temperature_end is None:
+            return self.oven_temperature
+        return 0.5 * (self.plate_temperature_start + self.plate_temperature_end)
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ class Frf:
     Attributes
     ----------
     temperature : (T,) ndarray
-        Mean oven reading during the sweep, degrees Celsius.
+        Mean reading during the sweep, on the plate if there was a sensor on it, else the oven's, degrees Celsius.
     direction : tuple of str
         ``up`` or ``down``, per sweep.
     level : (T,) ndarray
@@ -170,7 +170,7 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
         rows.append(_sweep_frf(sweep, lines, excluded, names, notes))
     h, variance, coherence = (np.array(part) for part in zip(*rows, strict=True))
     return Frf(
-        temperature=np.array([s.oven_temperature for s in campaign.sweeps]),
+        temperature=np.array([s.temperature for s in campaign.sweeps]),
         direction=tuple(s.direction for s in campaign.sweeps),
         level=np.array([s.level for s in campaign.sweeps]),
         frequency=grid[lines],

@@ -51,7 +51,7 @@ def command(folder: Path, out: Path | None, allow_missing: bool, as_json: bool) 
         told = f"note: module {experiment.acquisition.module!r} is unknown: rate and range were not checked"
         click.echo(told, err=True)
     what = {"imported": "imported into", "completed": "completed in", "unchanged": "unchanged: already in"}
-    temperatures = [round(sweep.oven_temperature) for sweep in recording.campaign.sweeps]
+    temperatures = [round(sweep.temperature) for sweep in recording.campaign.sweeps]
     click.echo(
         f"{experiment.title}: {len(temperatures)} sweeps, {min(temperatures)} to {max(temperatures)} °C, "
         f"{what[imported.state]} {imported.folder}",

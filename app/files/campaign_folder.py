@@ -38,14 +38,28 @@ def is_campaign_folder(folder: Path) -> bool:
     return (folder / PROTOCOL).is_file()
 
 
-def frozen_protocol(name: str, experiment: Experiment, source: dict[str, str]) -> dict[str, Any]:
-    """Return what ``protocol.json`` holds; `source` gives the SHA-256 of every file imported, by name."""
+def frozen_protocol(
+    name: str, experiment: Experiment, source: dict[str, str], acquired: dict[str, Any] | None = None
+) -> dict[str, Any]:
+    """Return what ``protocol.json`` holds.
+
+    Parameters
+    ----------
+    name : str
+    experiment : Experiment
+    source : dict
+        SHA-256 of every file imported, or of the experiment's file, by name.
+    acquired : dict, optional
+        Everything the rig was told, for a campaign of Flexura's own.
+    """
     content = {
         "format": FORMAT,
         "name": name,
         "experiment": experiment.model_dump(mode="json"),
         "source": source,
     }
+    if acquired is not None:
+        content["acquired"] = acquired
     return content | {"sha256": _digest(content)}
 
 
@@ -117,9 +131,9 @@ def read_campaign_folder(folder: Path) -> Campaign:
     known = {event["place"] for event in read_events(folder) if event.get("event") == "missing"}
     gone = [str(place) for place in missing_places(experiment.protocol, sweeps) if str(place) not in known]
     if gone and not problems:
-        problems.append(
-            Problem(f"{SWEEPS}/", "missing", ", ".join(gone[:8]), "every sweep of the protocol", REMEDY)
-        )
+        remedy = "go on with the same: flexura acquire" if "acquired" in protocol else REMEDY
+        shown = ", ".join(gone[:8]) + (f" and {len(gone) - 8} more" if len(gone) > 8 else "")
+        problems.append(Problem(f"{SWEEPS}/", "missing", shown, "every sweep of the protocol", remedy))
     if problems:
         raise CampaignFileError(folder, problems)
     hashes = {PROTOCOL: sha256(folder / PROTOCOL)} | {name: sha256(folder / name) for name in sweeps}

@@ -1,101 +1,19 @@
-"""``campaign.toml``: read strictly, its faults told in the words of the file."""
+"""``campaign.toml``: the declaration of a recorded campaign."""
 
-import difflib
-import json
-import re
-import tomllib
-from collections.abc import Sequence
 from pathlib import Path
 
-from pydantic import ValidationError
-from pydantic_core import ErrorDetails
-
 from analysis.experiment import Experiment
-from app.files.allowed_values import allowed_at, keys_at
-from app.files.campaign_error import CampaignFileError, Problem
+from app.files.settings_toml import read_settings
 
 NAME = "campaign.toml"
-LARGEST = 1_000_000
-"""Bytes: a declaration is a page of text, and more is not one."""
 
 
 def read_experiment(folder: Path) -> Experiment:
-    """Read the declaration of a recorded campaign.
+    """Read the declaration in a recorded campaign's folder.
 
     Raises
     ------
     CampaignFileError
         With every missing, unknown, mistyped or implausible key.
     """
-    text = _text(folder)
-    try:
-        declared = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise CampaignFileError(folder, [_syntax(text, error)]) from error
-    try:  # through JSON, where pydantic's strict reading takes lists for tuples but no "0.24" for 0.24
-        return Experiment.model_validate_json(json.dumps(declared, default=str), strict=True)
-    except ValidationError as error:
-        details = error.errors(include_url=False)
-        problems = [_problem(detail) for detail in details if not _follows_from_another(detail, details)]
-        raise CampaignFileError(folder, problems) from error
-
-
-def _text(folder: Path) -> str:
-    path = folder / NAME
-    try:
-        size = path.stat().st_size
-        if size > LARGEST:
-            raise CampaignFileError(folder, [Problem(NAME, "", f"{size} bytes", f"at most {LARGEST}")])
-        return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        seen = f"byte {error.start} is not UTF-8"
-        raise CampaignFileError(folder, [Problem(NAME, "", seen, "TOML, which is UTF-8")]) from error
-    except OSError as error:
-        seen = f"cannot be read: {error.strerror}"
-        raise CampaignFileError(folder, [Problem(NAME, "", seen, "a readable file")]) from error
-
-
-def _syntax(text: str, error: tomllib.TOMLDecodeError) -> Problem:
-    place = re.search(r"at line (\d+)", str(error))
-    lines = text.splitlines()
-    number = int(place[1]) if place else max(len(lines), 1)
-    line = lines[number - 1].strip() if number <= len(lines) else ""
-    return Problem(NAME, f"line {number}", _shown(line), "TOML", str(error))
-
-
-def _follows_from_another(detail: ErrorDetails, details: Sequence[ErrorDetails]) -> bool:
-    """Whether a list is called too short only because one of its items was refused."""
-    place = detail["loc"]
-    return detail["type"] == "too_short" and any(
-        len(other["loc"]) > len(place) and other["loc"][: len(place)] == place for other in details
-    )
-
-
-def _problem(detail: ErrorDetails) -> Problem:
-    place, kind, seen = detail["loc"], detail["type"], detail["input"]
-    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place).lstrip(".")
-    allowed = allowed_at(Experiment, place)
-    if kind == "missing":
-        return Problem(NAME, key, "nothing", allowed, "the key is missing")
-    if kind == "extra_forbidden":
-        known = keys_at(Experiment, place[:-1])
-        close = difflib.get_close_matches(str(place[-1]), known, 1)
-        remedy = f"did you mean {close[0]}?" if close else "remove it"
-        return Problem(NAME, key, "unknown key", "the keys " + ", ".join(known), remedy)
-    if kind == "value_error":  # a check over several keys: it says itself what it saw and allows
-        return Problem(NAME, key, str(detail["ctx"]["error"]), "")
-    return Problem(NAME, key, _shown(seen), allowed, _unit_hint(seen, detail))
-
-
-def _unit_hint(seen: object, detail: ErrorDetails) -> str:
-    """Suggest SI where the value would fit as thousandths: millimetres, grams, millivolts."""
-    limits = detail.get("ctx", {})
-    highest = limits.get("le", limits.get("lt"))
-    if isinstance(seen, int | float) and highest is not None and highest < seen <= 1000.0 * highest:
-        return f"values are SI: {seen:g} thousandths are {seen / 1000.0:g}"
-    return ""
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+    return read_settings(folder / NAME, Experiment)

@@ -43,16 +43,16 @@ def places(protocol: Protocol) -> tuple[Place, ...]:
 
 
 def place_of(protocol: Protocol, sweep: Sweep) -> Place | None:
-    """Find where a sweep belongs; None if its level, direction or oven reading fits nowhere.
+    """Find where a sweep belongs; None if its level, direction or temperature fits nowhere.
 
     The reading must be nearer to its nominal temperature than 0.4 of the way to a neighbour.
     """
     nominal = protocol.temperatures
-    nearest = min(range(len(nominal)), key=lambda i: abs(nominal[i] - sweep.oven_temperature))
+    nearest = min(range(len(nominal)), key=lambda i: abs(nominal[i] - sweep.temperature))
     gaps = [abs(nominal[i] - nominal[nearest]) for i in (nearest - 1, nearest + 1) if 0 <= i < len(nominal)]
     reach = min([0.4 * gap for gap in gaps] + [FURTHEST])
     level = next((v for v in protocol.levels if abs(v - sweep.level) <= 1e-6 * v), None)
-    near = abs(nominal[nearest] - sweep.oven_temperature) <= reach
+    near = abs(nominal[nearest] - sweep.temperature) <= reach
     if level is None or not near or sweep.direction not in protocol.directions:
         return None
     return Place(nominal[nearest], sweep.direction, level)
@@ -104,7 +104,7 @@ def _fits_nowhere(protocol: Protocol, name: str, sweep: Sweep) -> Problem:
         )
     if not any(abs(v - sweep.level) <= 1e-6 * v for v in protocol.levels):
         return Problem(name, "level", f"{sweep.level:g} V", f"protocol.levels {list(protocol.levels)}")
-    nearest = min(protocol.temperatures, key=lambda t: abs(t - sweep.oven_temperature))
+    nearest = min(protocol.temperatures, key=lambda t: abs(t - sweep.temperature))
     seen = f"{sweep.oven_temperature_start:g} to {sweep.oven_temperature_end:g} °C"
     allowed = f"near one of protocol.temperatures, of which {nearest:g} °C is the nearest"
     return Problem(name, "oven_temperature_start, _end", seen, allowed, "is the property in °C?")

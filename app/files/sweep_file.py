@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,18 +14,20 @@ from app.files.atomic import atomic_hdf5
 from app.files.campaign_error import Problem
 from app.files.coverage import Place
 
+PLATE = ("plate_temperature_start", "plate_temperature_end")
+"""Only where a sensor was on the plate."""
 PROPERTIES = ("step", "direction", "level", "oven_temperature_start", "oven_temperature_end", "start_time")
 REMEDY = "delete the folder and import the campaign again"
 
 
 @dataclass(frozen=True)
 class Source:
-    """The recording a sweep was imported from.
+    """What a sweep came from: a recording's file, or the experiment it was acquired for.
 
     Attributes
     ----------
     file : str
-        Its name in the recorded campaign.
+        Its name.
     sha256 : str
     """
 
@@ -39,7 +42,7 @@ def file_name(sweep: Sweep, place: Place) -> str:
 
 def digest(sweep: Sweep) -> str:
     """SHA-256 of a sweep's properties and samples, the same on every machine."""
-    properties = json.dumps([getattr(sweep, name) for name in PROPERTIES])
+    properties = json.dumps([getattr(sweep, name) for name in _properties(sweep)])
     found = hashlib.sha256(properties.encode())
     for samples in (sweep.drive, sweep.responses):
         found.update(repr(samples.shape).encode())
@@ -47,11 +50,30 @@ def digest(sweep: Sweep) -> str:
     return found.hexdigest()
 
 
-def write_sweep(path: Path, sweep: Sweep, sensors: tuple[str, ...], source: Source) -> None:
-    """Write a sweep, whole or not at all; nothing opens the file for writing again."""
+def write_sweep(
+    path: Path,
+    sweep: Sweep,
+    sensors: tuple[str, ...],
+    source: Source,
+    notes: Mapping[str, str | int | float] | None = None,
+) -> None:
+    """Write a sweep, whole or not at all; nothing opens the file for writing again.
+
+    Parameters
+    ----------
+    path : Path
+    sweep : Sweep
+    sensors : tuple of str
+        Names of the responses.
+    source : Source
+    notes : mapping, optional
+        Further attributes, for people: how often it was tried, say.
+    """
     with atomic_hdf5(path) as file:
-        for name in PROPERTIES:
+        for name in _properties(sweep):
             file.attrs[name] = getattr(sweep, name)
+        for name, value in (notes or {}).items():
+            file.attrs[name] = value
         file.attrs["sensors"] = json.dumps(sensors)
         file.attrs["source_file"] = source.file
         file.attrs["source_sha256"] = source.sha256
@@ -90,9 +112,14 @@ def read_sweep_file(path: Path, name: str) -> tuple[Sweep | None, Problem | None
                 start_time=str(file.attrs["start_time"]),
                 drive=file["drive"][()],
                 responses=file["responses"][()],
+                **{name: float(file.attrs[name]) for name in PLATE if name in file.attrs},
             )
     except (OSError, KeyError, ValueError, TypeError, AttributeError) as error:
         return None, Problem(name, "", f"unreadable ({error})", "a whole sweep file", REMEDY)
     if digest(sweep) != stored:
         return None, Problem(name, "sweep_sha256", stored[:12], "the digest of the samples in the file", REMEDY)
     return sweep, None
+
+
+def _properties(sweep: Sweep) -> tuple[str, ...]:
+    return PROPERTIES if sweep.plate_temperature_start is None else (*PROPERTIES, *PLATE)

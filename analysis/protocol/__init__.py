@@ -1,0 +1,13 @@
+"""What is to be measured, at which temperatures, and what a good measurement is.
+
+==============  =================================================================
+``sweep``       the drive's sweep: band, duration, tapers, silence, levels
+``programme``   where the temperature goes and at which temperatures to measure
+``limits``      what stops a campaign and what makes a sweep be repeated
+``protocol``    the three together
+``set_points``  every sweep asked for, in the order of the legs
+``drive``       the voltage to be played
+``objections``  why a protocol cannot be run on the hardware at hand
+``acceptance``  what is wrong with a sweep just recorded
+==============  =================================================================
+"""

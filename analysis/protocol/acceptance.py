@@ -1,0 +1,146 @@
+"""What is wrong with a sweep just recorded: each fault in words, none for a good one."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.campaign import Sweep
+from analysis.frf import h1
+from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.set_points import SetPoint
+
+SAME_LEVEL = 0.05
+"""How far the drive as recorded may be from the drive as asked for, as a share: cards are within 1 %."""
+LIKENESS = 0.99
+"""Least correlation of the drive recorded with the drive played; white noise 17 dB below it still passes."""
+SYNCHRONOUS = 0.1
+"""Largest difference between two repeats' delays, samples."""
+
+
+def faults(
+    sweep: Sweep,
+    played: NDArray[np.float64],
+    overloaded: NDArray[np.bool_],
+    sample_rate: float,
+    set_point: SetPoint,
+    protocol: AcquisitionProtocol,
+) -> tuple[str, ...]:
+    """Return what is wrong with `sweep`.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    played : (M,) ndarray, V
+        The drive as asked for.
+    overloaded : (1 + K,) ndarray
+        Channels that came near the inputs' range in any repeat, drive first.
+    sample_rate : float, Hz
+    set_point : SetPoint
+        What it was to be.
+    protocol : AcquisitionProtocol
+    """
+    signals = (
+        *_overload(overloaded),
+        *_damaged_drive(sweep, played, sample_rate, protocol.sweep.frequency_range),
+        *_silence(sweep, protocol.limits.silence),
+    )
+    # Coherence says nothing further of signals already known to be none.
+    coherence = () if signals else tuple(_incoherence(sweep, sample_rate, protocol))
+    return (*_wrong_temperature(sweep, set_point, protocol), *signals, *coherence)
+
+
+def likeness(
+    recorded: NDArray[np.floating],
+    played: NDArray[np.float64],
+    sample_rate: float,
+    frequencies: tuple[float, float],
+) -> tuple[float, float, float]:
+    """Compare a drive as recorded with the drive as played, over its own frequencies.
+
+    A card delays by a constant number of samples, not a whole one. A sample lost or doubled in the
+    middle splits the record into two of different delay, which no single delay can make alike.
+
+    Returns
+    -------
+    gain : float
+        Recorded over played, of the part that is alike.
+    delay : float
+        Samples.
+    correlation : float
+        1 for a pure delay, 0 for nothing in common.
+    """
+    size = played.size
+    grid = np.fft.rfftfreq(size, 1.0 / sample_rate)
+    inside = (grid >= frequencies[0]) & (grid <= frequencies[1])
+    u, r = np.fft.rfft(played), np.fft.rfft(np.asarray(recorded, dtype=np.float64))
+    cross = np.where(inside, r * u.conj(), 0.0)
+    whole = int(np.argmax(np.fft.irfft(cross, size)))
+    whole -= size if whole > size // 2 else 0
+    omega = 2.0 * np.pi * grid / sample_rate
+    aligned = cross * np.exp(1j * omega * whole)
+    weight = np.abs(aligned)
+    if not weight.sum() > 0.0:
+        return 0.0, 0.0, 0.0
+    rest = -float((weight * omega * np.angle(aligned)).sum() / (weight * omega**2).sum())
+    common = float((aligned * np.exp(1j * omega * rest)).real.sum())
+    power = float((np.abs(u[inside]) ** 2).sum())
+    return common / power, whole + rest, common / float(np.sqrt(power * (np.abs(r[inside]) ** 2).sum()))
+
+
+def _wrong_temperature(sweep: Sweep, set_point: SetPoint, protocol: AcquisitionProtocol) -> Iterator[str]:
+    watched = ["oven"] if sweep.plate_temperature_start is None else ["plate", "oven"]
+    reach = protocol.programme.tolerance
+    if abs(sweep.temperature - set_point.temperature) > reach:
+        yield (
+            f"mean temperature {sweep.temperature:.2f} °C; {set_point.temperature:g} °C within {reach:g} K allowed"
+        )
+    for where in watched:
+        drift = getattr(sweep, f"{where}_temperature_end") - getattr(sweep, f"{where}_temperature_start")
+        if abs(drift) > protocol.limits.drift:
+            yield f"{where} moved by {drift:.2f} K during the sweep; at most {protocol.limits.drift:g} K allowed"
+
+
+def _overload(overloaded: NDArray[np.bool_]) -> Iterator[str]:
+    for channel in np.flatnonzero(overloaded):
+        name = "the drive's input" if channel == 0 else f"response {channel}"
+        yield f"{name} is overloaded: lower the level or widen the input's range"
+
+
+def _damaged_drive(
+    sweep: Sweep, played: NDArray[np.float64], sample_rate: float, frequencies: tuple[float, float]
+) -> Iterator[str]:
+    delays = []
+    for number, recorded in enumerate(sweep.drive, 1):
+        gain, delay, correlation = likeness(recorded, played, sample_rate, frequencies)
+        delays.append(delay)
+        if correlation < LIKENESS:
+            yield (
+                f"repeat {number}: the drive recorded is not the one played (correlation {correlation:.3f}): "
+                "samples were lost, or its cable is off"
+            )
+        elif abs(gain - 1.0) > SAME_LEVEL:
+            yield f"repeat {number}: the drive recorded has {gain:.3f} times the level played"
+    if max(delays) - min(delays) > SYNCHRONOUS:
+        yield f"the repeats begin {max(delays) - min(delays):.2f} samples apart: they are not synchronous"
+
+
+def _silence(sweep: Sweep, least: float) -> Iterator[str]:
+    for number, response in enumerate(sweep.responses, 1):
+        rms = float(np.sqrt(np.mean(np.square(response, dtype=np.float64))))
+        if not rms >= least:
+            yield f"response {number} is silent: {rms:.2g} V rms, at least {least:g} V wanted"
+
+
+def _incoherence(sweep: Sweep, sample_rate: float, protocol: AcquisitionProtocol) -> Iterator[str]:
+    if len(sweep.drive) < 2:  # one repeat is coherent with itself whatever it holds
+        return
+    grid = np.fft.rfftfreq(sweep.drive.shape[1], 1.0 / sample_rate)
+    inside = (grid >= protocol.sweep.band[0]) & (grid <= protocol.sweep.band[1])
+    for number, response in enumerate(sweep.responses, 1):
+        middle = float(np.median(h1(sweep.drive, response)[2][inside]))
+        if not middle >= protocol.limits.coherence:
+            yield (
+                f"response {number} is not coherent over the repeats: median {middle:.3f} over the band, "
+                f"at least {protocol.limits.coherence:g} wanted"
+            )

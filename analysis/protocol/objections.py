@@ -1,0 +1,152 @@
+"""Why a protocol cannot be run on the hardware at hand."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from analysis.protocol.protocol import AcquisitionProtocol
+
+ALIAS_FREE = 0.45
+"""Share of the sample rate up to which a delta-sigma input shows no aliases."""
+
+
+@dataclass(frozen=True)
+class Hardware:
+    """What cards, amplifier and oven allow.
+
+    Attributes
+    ----------
+    sample_rate : float
+        That the inputs will run at, Hz.
+    output_range : float
+        Largest amplitude of the output, V.
+    amplifier_gain : float
+        V/V; may be a rough value.
+    oven_minimum, oven_maximum : float
+        Set-points allowed, degrees Celsius.
+    oven_max_rate : float
+        Steepest ramp it can follow, K/min.
+    poll_within : float
+        Longest time the oven may be left alone, s; infinity where it does not mind.
+    """
+
+    sample_rate: float
+    output_range: float
+    amplifier_gain: float
+    oven_minimum: float
+    oven_maximum: float
+    oven_max_rate: float
+    poll_within: float = float("inf")
+
+
+@dataclass(frozen=True)
+class Objection:
+    """One reason why not.
+
+    Attributes
+    ----------
+    key : str
+        Of the experiment's file.
+    seen : str
+    allowed : str
+    remedy : str
+    """
+
+    key: str
+    seen: str
+    allowed: str
+    remedy: str
+
+
+def objections(protocol: AcquisitionProtocol, hardware: Hardware) -> tuple[Objection, ...]:
+    """Return everything that stands against running `protocol` on `hardware`."""
+    return (
+        *_levels(protocol, hardware),
+        *_frequencies(protocol, hardware),
+        *_temperatures(protocol, hardware),
+        *_times(protocol, hardware),
+    )
+
+
+def _levels(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Objection]:
+    highest, rated = max(protocol.sweep.levels), protocol.limits.patch_voltage
+    if highest > hardware.output_range:
+        yield Objection(
+            "sweep.levels",
+            f"{highest:g} V",
+            f"at most {hardware.output_range:g} V, the output card's range",
+            "lower the level, or use an output card that reaches further",
+        )
+    if highest * hardware.amplifier_gain > rated:
+        yield Objection(
+            "sweep.levels",
+            f"{highest:g} V, which the amplifier makes {highest * hardware.amplifier_gain:g} V on the patch",
+            f"at most {rated / hardware.amplifier_gain:.4g} V: the patch is rated for {rated:g} V",
+            "lower the level or the amplifier's gain",
+        )
+
+
+def _frequencies(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Objection]:
+    top, reach = protocol.sweep.frequency_range[1], ALIAS_FREE * hardware.sample_rate
+    if top > reach:
+        yield Objection(
+            "sweep.band",
+            f"ends at {protocol.sweep.band[1]:g} Hz, its fade at {top:.5g} Hz",
+            f"the fade's end at most {reach:.5g} Hz, {ALIAS_FREE:g} of the {hardware.sample_rate:.6g} Hz sampled",
+            "raise cards.sample_rate, lower the band, or shorten sweep.taper",
+        )
+
+
+def _temperatures(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Objection]:
+    programme, limits = protocol.programme, protocol.limits
+    for low, high, key, whose in (
+        (hardware.oven_minimum, hardware.oven_maximum, "oven.minimum and oven.maximum", "the oven's set-points"),
+        (limits.coldest, limits.hottest, "limits.coldest and limits.hottest", "the temperatures it may have"),
+    ):
+        for name, nearest, end in (
+            ("lowest", programme.lowest, programme.lowest - programme.lead),
+            ("highest", programme.highest, programme.highest + programme.lead),
+        ):
+            if not low <= end <= high:
+                yield Objection(
+                    f"programme.{name}",
+                    f"{nearest:g} °C, with the lead a ramp to {end:g} °C",
+                    f"ramps between {low:g} and {high:g} °C, {whose}",
+                    f"move {name}, shorten programme.lead, or correct {key}",
+                )
+    for name, rate in (("ramp_rate", programme.ramp_rate), ("approach_rate", programme.to_start)):
+        if rate > hardware.oven_max_rate:
+            yield Objection(
+                f"programme.{name}",
+                f"{rate:g} K/min",
+                f"at most {hardware.oven_max_rate:g} K/min, the steepest ramp the oven can follow",
+                "ramp more slowly",
+            )
+
+
+def _times(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Objection]:
+    programme = protocol.programme
+    travel = protocol.sweep_travel * len(protocol.sweep.levels)
+    if travel > 2.0 * programme.tolerance:
+        window = 120.0 * programme.tolerance / programme.ramp_rate
+        yield Objection(
+            "sweep.duration",
+            f"{len(protocol.sweep.levels)} level(s) of {protocol.sweep.repeats} repeats take "
+            f"{protocol.sweep_seconds * len(protocol.sweep.levels):.4g} s, in which the ramp moves {travel:.3g} K",
+            f"at most {2.0 * programme.tolerance:g} K ({window:.4g} s), the window programme.tolerance leaves",
+            "sweep faster, repeat less, ramp more slowly, or widen programme.tolerance",
+        )
+    if protocol.sweep_travel > protocol.limits.drift:
+        yield Objection(
+            "limits.drift",
+            f"{protocol.limits.drift:g} K",
+            f"more than the {protocol.sweep_travel:.3g} K that the ramp moves during every sweep",
+            "raise it, sweep faster, or ramp more slowly",
+        )
+    longest = max(protocol.sweep.record, programme.poll_interval)
+    if longest >= hardware.poll_within:
+        yield Objection(
+            "sweep.duration",
+            f"{protocol.sweep.record:g} s with its tail (programme.poll_interval {programme.poll_interval:g} s)",
+            f"below {hardware.poll_within:g} s: this oven stops when it is left alone for longer",
+            "make the sweeps shorter and the readings closer",
+        )

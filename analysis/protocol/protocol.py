@@ -1,0 +1,85 @@
+"""Sweep, programme and limits together: all that the campaign itself has to know."""
+
+from dataclasses import dataclass
+
+from analysis import experiment
+from analysis.protocol.limits import Limits
+from analysis.protocol.programme import Programme
+from analysis.protocol.set_points import Leg, legs
+from analysis.protocol.sweep import SweepSettings
+
+OVERHEAD = 0.5
+"""Time to set the cards up for one repeat and to bring them to rest again, s."""
+
+
+@dataclass(frozen=True)
+class AcquisitionProtocol:
+    """What is measured when.
+
+    Attributes
+    ----------
+    sweep : SweepSettings
+    programme : Programme
+    limits : Limits
+    """
+
+    sweep: SweepSettings
+    programme: Programme
+    limits: Limits
+
+    @property
+    def legs(self) -> tuple[Leg, ...]:
+        """Every sweep asked for."""
+        return legs(self.programme, self.sweep)
+
+    @property
+    def count(self) -> int:
+        """How many sweeps that is."""
+        return len(self.programme.temperatures) * len(self.programme.legs) * len(self.sweep.levels)
+
+    @property
+    def sweep_seconds(self) -> float:
+        """How long one sweep with all its repeats takes, s."""
+        return self.sweep.repeats * (self.sweep.record + OVERHEAD)
+
+    @property
+    def sweep_travel(self) -> float:
+        """How far the ramp goes meanwhile, K."""
+        return self.sweep_seconds * self.programme.ramp_rate / 60.0
+
+    def seconds(self, temperature: float, leg: int = 0, *, ramping: bool = False) -> float:
+        """Estimate the time to the end, s, lags of oven and plate left aside.
+
+        Parameters
+        ----------
+        temperature : float
+            Now, degrees Celsius.
+        leg : int
+            The leg under way.
+        ramping : bool
+            Whether its ramp has begun; otherwise the way to its start and the soak come first.
+        """
+        programme, total, here = self.programme, 0.0, temperature
+        for one in self.legs[leg:]:
+            if not (ramping and one.number == leg):
+                total += 60.0 * abs(one.start - here) / programme.to_start
+                total += max(programme.soak_before, programme.settling.lasting)
+                here = one.start
+            total += 60.0 * abs(one.end - here) / programme.ramp_rate
+            here = one.end
+        return total + programme.soak_after
+
+    def recorded(self) -> experiment.Protocol:
+        """Return what a recorded campaign declares of the same sweeps."""
+        sweep, programme = self.sweep, self.programme
+        return experiment.Protocol(
+            sweep=sweep.kind,
+            band=sweep.band,
+            sweep_duration=sweep.duration,
+            tail=sweep.tail,
+            repeats=sweep.repeats,
+            ramp_rate=programme.ramp_rate,
+            temperatures=programme.temperatures,
+            directions=programme.legs,
+            levels=sweep.levels,
+        )

@@ -1,0 +1,60 @@
+"""The drive's sweep as declared."""
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from analysis.experiment import Declared
+
+Level = Annotated[float, Field(gt=0.0, le=100.0)]
+
+
+class SweepSettings(Declared):
+    """One sine whose frequency runs once through the band, then silence.
+
+    The drive has its full level over the whole band: it is faded in below the band and out above it.
+    """
+
+    kind: Annotated[Literal["logarithmic", "linear"], Field(description="how the frequency climbs")]
+    band: Annotated[tuple[float, float], Field(description="Hz, driven at full level")]
+    duration: Annotated[float, Field(gt=0.0, le=3600.0, description="s of sound, both fades included")]
+    taper: Annotated[float, Field(gt=0.0, le=60.0, description="s of each fade, a raised cosine")]
+    tail: Annotated[float, Field(gt=0.0, le=600.0, description="s of silence, for the plate to ring down")]
+    repeats: Annotated[int, Field(ge=1, le=1000, description="of the sweep at each set-point")]
+    levels: Annotated[tuple[Level, ...], Field(min_length=1, description="V, amplitudes of the drive")]
+
+    @property
+    def record(self) -> float:
+        """Length of one repeat, s."""
+        return self.duration + self.tail
+
+    @property
+    def frequency_range(self) -> tuple[float, float]:
+        """Frequencies at which the drive begins and ends, fades included, Hz."""
+        low, high = self.band
+        inner = self.duration - 2.0 * self.taper
+        if self.kind == "linear":
+            beyond = (high - low) * self.taper / inner
+            return low - beyond, high + beyond
+        factor = math.exp(math.log(high / low) * self.taper / inner)
+        return low / factor, high * factor
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        low, high = self.band
+        if not 0.0 < low < high:
+            raise ValueError(f"band {list(self.band)} Hz: the lower edge must be above 0 and below the upper edge")
+        if self.taper > 0.25 * self.duration:
+            raise ValueError(
+                f"taper {self.taper:g} s is more than a quarter of duration ({self.duration:g} s): "
+                f"at most {0.25 * self.duration:g} s leaves time for the band"
+            )
+        if self.frequency_range[0] <= 0.0:
+            raise ValueError(
+                f"taper {self.taper:g} s: a linear sweep would begin at {self.frequency_range[0]:.4g} Hz; "
+                "shorten the taper, lengthen the sweep, or sweep logarithmically"
+            )
+        if len(set(self.levels)) != len(self.levels):
+            raise ValueError(f"levels {list(self.levels)} V name a level twice")
+        return self

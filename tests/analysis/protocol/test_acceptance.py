@@ -1,0 +1,129 @@
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfilt
+
+from analysis.campaign import Sweep
+from analysis.protocol.acceptance import faults, likeness
+from analysis.protocol.drive import drive_signal
+from analysis.protocol.protocol import AcquisitionProtocol
+
+RATE = 51_200.0 / 6.0
+QUIET = np.zeros(2, dtype=bool)
+
+
+@pytest.fixture
+def protocol(protocol_of: Callable[..., AcquisitionProtocol]) -> AcquisitionProtocol:
+    return protocol_of()
+
+
+@pytest.fixture
+def played(protocol: AcquisitionProtocol) -> NDArray[np.float64]:
+    return drive_signal(protocol.sweep, 1.0, RATE)
+
+
+@pytest.fixture
+def good(played: NDArray[np.float64]) -> Sweep:
+    """Three repeats through a resonance and a card's filter of 38.4 samples, at 10 °C."""
+    rng = np.random.default_rng(3)
+    grid = np.fft.rfftfreq(played.size)
+    delayed = np.fft.irfft(np.fft.rfft(played) * np.exp(-2j * np.pi * grid * 38.4), played.size)
+    resonance = butter(1, [400.0, 440.0], btype="bandpass", fs=RATE, output="sos")
+    noise = 5e-5 * rng.standard_normal((2, 3, played.size))
+    return Sweep(
+        step=5,
+        direction="up",
+        level=1.0,
+        oven_temperature_start=10.8,
+        oven_temperature_end=10.9,
+        start_time="2000-01-01T00:00:00+00:00",
+        drive=(delayed + noise[0]).astype(np.float32),
+        responses=(0.3 * sosfilt(resonance, delayed) + noise[1]).astype(np.float32)[None],
+        plate_temperature_start=9.98,
+        plate_temperature_end=10.03,
+    )
+
+
+def told(
+    sweep: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol, overload: object = QUIET
+) -> str:
+    point = protocol.legs[0].set_points[5]
+    assert point.temperature == 10.0
+    return " | ".join(faults(sweep, played, np.asarray(overload, dtype=bool), RATE, point, protocol))
+
+
+def test_a_good_sweep_has_no_fault(
+    good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol
+) -> None:
+    assert told(good, played, protocol) == ""
+
+
+def test_delay_is_found_to_a_hundredth_of_a_sample(
+    good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol
+) -> None:
+    gain, delay, correlation = likeness(good.drive[0], played, RATE, protocol.sweep.frequency_range)
+    assert gain == pytest.approx(1.0, abs=1e-3)
+    assert delay == pytest.approx(38.4, abs=0.01)
+    assert correlation > 0.9999
+
+
+def test_wrong_temperature(good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol) -> None:
+    late = replace(good, plate_temperature_start=10.6, plate_temperature_end=10.65)
+    assert "mean temperature 10.62" in told(late, played, protocol)
+    unmeasured = replace(good, plate_temperature_start=None, plate_temperature_end=None)
+    assert "mean temperature 10.85" in told(unmeasured, played, protocol)  # then it is the air that counts
+
+
+def test_drift(good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol) -> None:
+    assert "oven moved by 0.60 K" in told(replace(good, oven_temperature_end=11.4), played, protocol)
+    gone = replace(good, plate_temperature_start=9.6, plate_temperature_end=10.3)
+    assert "plate moved by 0.70 K" in told(gone, played, protocol)
+
+
+def test_overload(good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol) -> None:
+    assert told(good, played, protocol, [True, False]).startswith("the drive's input is overloaded")
+    assert told(good, played, protocol, [False, True]).startswith("response 1 is overloaded")
+
+
+@pytest.mark.parametrize("lost", [1, 5, 400])
+def test_lost_samples(good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol, lost: int) -> None:
+    """A few samples that go missing half way, as a card that overruns without saying so would lose them."""
+    drive = good.drive.copy()
+    half = drive.shape[1] // 2
+    drive[1] = np.concatenate([drive[1, :half], drive[1, half + lost :], np.zeros(lost, np.float32)])
+    assert "repeat 2: the drive recorded is not the one played" in told(
+        replace(good, drive=drive), played, protocol
+    )
+
+
+def test_repeats_out_of_step(good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol) -> None:
+    drive = good.drive.copy()
+    drive[2] = np.roll(drive[2], 1)
+    assert "1.00 samples apart" in told(replace(good, drive=drive), played, protocol)
+
+
+def test_drive_of_another_level_or_none(
+    good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol
+) -> None:
+    assert "0.900 times the level" in told(replace(good, drive=np.float32(0.9) * good.drive), played, protocol)
+    assert "correlation" in told(replace(good, drive=np.zeros_like(good.drive)), played, protocol)
+
+
+def test_silence(good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol) -> None:
+    noise = 5e-5 * np.random.default_rng(1).standard_normal(good.responses.shape)
+    assert "response 1 is silent" in told(replace(good, responses=noise.astype(np.float32)), played, protocol)
+    assert "response 1 is silent" in told(
+        replace(good, responses=np.full_like(good.responses, np.nan)), played, protocol
+    )
+
+
+def test_a_response_that_has_nothing_to_do_with_the_drive(
+    good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol
+) -> None:
+    noise = 0.1 * np.random.default_rng(1).standard_normal(good.responses.shape)
+    assert "not coherent over the repeats" in told(
+        replace(good, responses=noise.astype(np.float32)), played, protocol
+    )
