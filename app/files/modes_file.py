@@ -1,0 +1,117 @@
+"""``modes.h5`` and ``modes.csv``: what was identified at every temperature, for Flexura and for people."""
+
+import csv
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.modes import Modes, Rejected
+from analysis.identification.reading import Damping
+from analysis.identification.residual_terms import named
+from analysis.identification.tracked_modes import TrackedModes
+from app.files.atomic import atomic_hdf5, write_text
+from app.files.bad_file import ResultFileError
+from app.files.provenance import stamp
+from app.files.values import read_value, write_value
+
+
+@dataclass(frozen=True)
+class _Sweep:
+    """One sweep's `Modes` in parts that HDF5 knows; see there."""
+
+    poles: NDArray[np.complex128]
+    residues: NDArray[np.complex128]
+    covariance: NDArray[np.float64]
+    terms: str
+    coefficients: NDArray[np.complex128]
+    status: tuple[str, ...]
+    reason: tuple[str, ...]
+    band: tuple[float, float]
+    misfit: float
+    lines: int
+    rejected_poles: NDArray[np.complex128]
+    rejected_reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Track:
+    """`TrackedModes` less its modes; see there."""
+
+    temperature: NDArray[np.float64]
+    direction: tuple[str, ...]
+    level: NDArray[np.float64]
+    channels: tuple[str, ...]
+    track: NDArray[np.int64]
+    start: int
+    notes: tuple[str, ...]
+
+
+SHARED = ("poles", "residues", "covariance", "coefficients", "status", "reason", "band", "misfit", "lines")
+
+
+def save_modes(target: Path, tracked: TrackedModes, made_from: Mapping[str, Any]) -> None:
+    """Write tracked modes, whole or not at all; they rebuild their FRFs exactly when read back."""
+    with atomic_hdf5(target) as file:
+        stamp(file, made_from)
+        parts = {name: getattr(tracked, name) for name in _Track.__dataclass_fields__}
+        write_value(file.create_group("tracked"), _Track(**parts))
+        for number, modes in enumerate(tracked.modes):
+            same = {name: getattr(modes, name) for name in SHARED}
+            sweep = _Sweep(
+                **same,
+                terms=modes.terms.name,
+                rejected_poles=np.array([r.pole for r in modes.rejected], dtype=complex),
+                rejected_reasons=tuple(r.reason for r in modes.rejected),
+            )
+            write_value(file.create_group(f"sweeps/{number:04d}"), sweep)
+
+
+def load_modes(path: Path) -> TrackedModes:
+    """Read back what `save_modes` wrote; ResultFileError where the file is something else."""
+    try:
+        with h5py.File(path) as file:
+            parts = vars(read_value(file["tracked"], _Track))
+            modes = tuple(_modes(read_value(file["sweeps"][name], _Sweep)) for name in sorted(file["sweeps"]))
+            return TrackedModes(**parts, modes=modes)
+    except (OSError, KeyError, ValueError) as error:
+        raise ResultFileError(
+            f"{path}: not a readable modes.h5 ({error}); make it again: flexura identify"
+        ) from error
+
+
+def _modes(sweep: _Sweep) -> Modes:
+    pairs = zip(sweep.rejected_poles, sweep.rejected_reasons, strict=True)
+    return Modes(
+        **{name: getattr(sweep, name) for name in SHARED},
+        terms=named(sweep.terms),
+        rejected=tuple(Rejected(complex(pole), reason) for pole, reason in pairs),
+    )
+
+
+def write_table(target: Path, tracked: TrackedModes, damping: Damping) -> None:
+    """Write one row per sweep and mode as comma-separated text."""
+    reading, status = tracked.reading(damping), tracked.status
+    stream = io.StringIO()
+    rows = csv.writer(stream, lineterminator="\n")
+    names = (
+        "frequency_hz",
+        "sigma_frequency_hz",
+        "damping_ratio",
+        "sigma_damping_ratio",
+        "loss_factor",
+        "sigma_loss_factor",
+    )
+    rows.writerow(["temperature_c", "direction", "level_v", "mode", *names, "status"])
+    for t, found in enumerate(status):
+        for j, state in enumerate(found):
+            if state != "absent":
+                values = [f"{float(getattr(reading, name)[t, j]):.9g}" for name in names]
+                place = [f"{tracked.temperature[t]:.4f}", tracked.direction[t], f"{tracked.level[t]:g}", j + 1]
+                rows.writerow([*place, *values, state])
+    write_text(target, stream.getvalue())

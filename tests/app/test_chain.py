@@ -1,0 +1,143 @@
+"""The chain as a user types it, on five temperatures of the shipped recording: folder in, page out."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from threadpoolctl import threadpool_limits
+
+from app.files.laws_file import load_laws, load_updated
+from app.main import flexura
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
+TEMPERATURES = (0, 16, 32, 48, 60)
+
+
+def typed(*words: str) -> Result:
+    with threadpool_limits(1):
+        result = CliRunner().invoke(flexura, list(words))
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Cut five sweeps out of the shipped recording."""
+    folder = tmp_path_factory.mktemp("chain") / "five"
+    (folder / "sweeps").mkdir(parents=True)
+    for file in sorted((EXAMPLE / "sweeps").iterdir()):
+        temperature = re.search(r"_\+(\d\d)\.0C", file.name)
+        if temperature and int(temperature[1]) in TEMPERATURES:
+            shutil.copy(file, folder / "sweeps")
+    text = (EXAMPLE / "campaign.toml").read_text(encoding="utf-8")
+    listed = ", ".join(f"{t:.1f}" for t in TEMPERATURES)
+    text = re.sub(r"temperatures = \[[^]]*\]", f"temperatures = [{listed}]", text)
+    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run(recording: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Type every verb once; the run folder."""
+    campaign, folder = recording.with_name("campaign"), recording.with_name("run")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FLEXURA_CACHE", str(tmp_path_factory.mktemp("cache")))
+        for words in (
+            ("import", str(recording), "--out", str(campaign)),
+            ("identify", str(campaign), "--out", str(folder)),
+            ("update", str(campaign), "--out", str(folder)),
+            ("focus", str(folder), "--temperature", "20", "--temperature", "40"),
+            ("compensate", str(folder), "--spacing", "4", "--step", "2"),
+            ("report", str(folder), "--pictures"),
+        ):
+            result = typed(*words)
+            assert result.exit_code == 0, f"flexura {' '.join(words)}: {result.output}"
+        yield folder
+
+
+def test_misfit_is_the_noise_and_the_laws_fall(run: Path) -> None:
+    updated, twin = load_updated(run / "laws.h5")
+    assert updated.settled.all()
+    assert (updated.misfit < 1.1 * updated.noise_floor).all()
+    np.testing.assert_allclose(updated.chi2_per_dof, 1.0, atol=0.15)
+    assert twin.basis_error <= 1e-4
+    laws = load_laws(run / "laws.h5")
+    assert laws.temperature_range == pytest.approx((0.0, 60.0), abs=0.2)
+    assert (np.diff(laws.at(np.linspace(0.0, 60.0, 61)).youngs_modulus) < 0.0).all()
+
+
+def test_identified_and_updated_agree_on_the_damping(run: Path) -> None:
+    """Two ways that share nothing but the FRFs: no mode may be lossier than the material all modes are made of."""
+    from app.files.modes_file import load_modes
+
+    updated, _ = load_updated(run / "laws.h5")
+    tracked = load_modes(run / "modes.h5")
+    reading = tracked.reading()
+    known = reading.sigma_loss_factor < 0.03 * reading.loss_factor
+    assert known.any(axis=1).all()
+    for t, eta in enumerate(updated.material.loss_factor):
+        share = reading.loss_factor[t][known[t]] / eta
+        spread = 4 * reading.sigma_loss_factor[t][known[t]] / eta
+        assert (share < 1.0 + spread).all(), "a mode is lossier than the plate's material"
+        assert np.median(share) > 0.8, "lossless patches hold no fifth of the strain energy"
+
+
+def test_update_prints_json_that_a_machine_can_read(recording: Path, run: Path) -> None:
+    result = CliRunner().invoke(
+        flexura, ["update", str(recording), "--out", str(run.with_name("again")), "--json"]
+    )
+    printed = json.loads(result.stdout)
+    updated, _ = load_updated(run / "laws.h5")
+    assert [
+        row["youngs_modulus_pa"] for row in printed["temperatures"]
+    ] == updated.material.youngs_modulus.tolist()
+    assert printed["gain"] == updated.gain
+    assert set(printed["temperatures"][0]["sigma"]) == {"youngs_modulus_pa", "poisson_ratio", "loss_factor"}
+    assert printed["seconds"] > 0.0
+
+
+def test_the_report_is_one_page_that_fetches_nothing(run: Path) -> None:
+    page = (run / "report.html").read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") >= 12
+    assert not re.search(r"""(src|href)=["']?(http|//|/)""", page)
+    assert "not run yet" not in page
+    for wanted in (
+        "paper Fig. 7",
+        "paper Fig. 9",
+        "paper Fig. 10",
+        "paper Fig. 11",
+        "paper Fig. 12",
+        "paper Fig. 13",
+    ):
+        assert wanted in page
+    for wanted in ("paper Fig. 15", "paper Fig. 17", "why they differ"):
+        assert wanted in page
+    assert (run / "waterfall.png").stat().st_size > 10_000
+
+
+def test_the_same_page_comes_out_again(run: Path) -> None:
+    first = (run / "report.html").read_bytes()
+    assert typed("report", str(run)).exit_code == 0
+    assert (run / "report.html").read_bytes() == first
+
+
+def test_a_run_that_has_not_come_far_says_what_to_type(run: Path, tmp_path: Path) -> None:
+    shutil.copy(run / "frf.h5", tmp_path)
+    assert typed("report", str(tmp_path)).exit_code == 0
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert page.count("not run yet; make it with: flexura") == 4
+    nothing = typed("report", str(tmp_path / "absent"))
+    assert nothing.exit_code != 0
+    assert "does not exist" in nothing.output
+
+
+def test_a_damaged_result_is_refused_in_a_sentence(run: Path, tmp_path: Path) -> None:
+    (tmp_path / "frf.h5").write_bytes((run / "frf.h5").read_bytes()[:5000])
+    result = typed("report", str(tmp_path))
+    assert result.exit_code != 0
+    assert "not a readable frf.h5" in result.output
