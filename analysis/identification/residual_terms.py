@@ -57,10 +57,14 @@ COMPLEX_E_F_G = ResidualTerms("complex E + F/s^2 + G s", (0, -2, 1), True)
 CHOICES = (NONE, REAL_E, REAL_E_F, COMPLEX_E_F, COMPLEX_E_F_G)
 """From the poorest to the richest: the order choice by BIC starts from the last."""
 
+ACCELERANCE = ResidualTerms("complex E + F/s^2 + G s + s^2", (0, -2, 1, 2), True)
+"""For accelerance: s^2 times a pole's term leaves powers 0 and 1, and the modes above the band a power 2."""
+
 
 def named(name: str) -> ResidualTerms:
     """Residual terms of that name; ValueError naming the choices otherwise."""
-    for terms in CHOICES:
+    known = (*CHOICES, ACCELERANCE)
+    for terms in known:
         if terms.name == name:
             return terms
-    raise ValueError(f"residual terms {name!r} are not known; choose from {[t.name for t in CHOICES]}")
+    raise ValueError(f"residual terms {name!r} are not known; choose from {[t.name for t in known]}")

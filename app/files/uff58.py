@@ -1,0 +1,141 @@
+"""FRFs in universal files (data set 58), the exchange format of modal software, through pyuff."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyuff
+from numpy.typing import NDArray
+from pyuff.datasets.dataset_58 import prepare_58
+
+from app.files.atomic import atomic_path
+from app.files.bad_file import ResultFileError
+
+FRF_FUNCTION = 4
+FUNCTIONS = {0: "general", 1: "time response", 2: "auto spectrum", 3: "cross spectrum", 6: "coherence", 9: "PSD"}
+QUANTITIES = {8: "displacement", 11: "velocity", 12: "acceleration"}
+LARGEST = 2_000_000_000
+"""Bytes above which a file is refused rather than read into memory."""
+
+
+@dataclass(frozen=True)
+class UffFrf:
+    """One FRF of a universal file.
+
+    Attributes
+    ----------
+    name : str
+        Its first identification line.
+    response, reference : str
+        Node and direction, as ``5:+3``.
+    quantity : str
+        What was measured: ``displacement``, ``velocity``, ``acceleration`` or ``unknown``.
+    frequency : (F,) ndarray
+        Hz, above zero, ascending.
+    h : (F,) complex ndarray
+        In the file's units.
+    """
+
+    name: str
+    response: str
+    reference: str
+    quantity: str
+    frequency: NDArray[np.float64]
+    h: NDArray[np.complex128]
+
+
+def read_frfs(path: Path) -> list[UffFrf]:
+    """Read every FRF of a universal file.
+
+    Raises
+    ------
+    ResultFileError
+        Where the file cannot be read, holds no FRF, or one of its FRFs is cut short, not finite or has
+        lines out of order; data sets that are no FRF are named.
+    """
+    if not path.is_file():
+        raise ResultFileError(f"{path}: no such file")
+    if path.stat().st_size > LARGEST:
+        raise ResultFileError(f"{path}: {path.stat().st_size} bytes; allowed up to {LARGEST}: split it")
+    try:
+        file = pyuff.UFF(str(path))
+        kinds = [int(kind) for kind in np.atleast_1d(file.get_set_types())]
+        sets = [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
+    except Exception as error:  # pyuff says what is wrong with a file by bare Exception, and by accident
+        raise ResultFileError(f"{path}: not a readable universal file ({error})") from error
+    frfs = [d for d in sets if int(d.get("func_type", -1)) == FRF_FUNCTION]
+    if not frfs:
+        held = sorted({FUNCTIONS.get(int(d.get("func_type", -1)), str(d.get("func_type"))) for d in sets})
+        other = sorted({str(kind) for kind in kinds if kind != 58})
+        listed = ", ".join([*(f"58 ({h})" for h in held), *other]) or "none"
+        raise ResultFileError(
+            f"{path}: holds no frequency response function (data set 58, function type 4); found: {listed}"
+        )
+    return [_frf(path, number, d) for number, d in enumerate(frfs, start=1)]
+
+
+def write_frfs(path: Path, frfs: Sequence[UffFrf]) -> None:
+    """Write FRFs with evenly spaced lines as ASCII data sets 58, double precision, whole or not at all."""
+    numbers = {name: number for number, name in QUANTITIES.items()}
+    with atomic_path(path) as partial:
+        target = pyuff.UFF(str(partial))
+        for n, frf in enumerate(frfs):
+            (node, direction), (from_node, from_direction) = (
+                (int(part) for part in place.split(":")) for place in (frf.response, frf.reference)
+            )
+            target.write_sets(
+                prepare_58(
+                    binary=0,
+                    func_type=FRF_FUNCTION,
+                    rsp_node=node,
+                    rsp_dir=direction,
+                    ref_node=from_node,
+                    ref_dir=from_direction,
+                    data=frf.h,
+                    x=frf.frequency,
+                    id1=frf.name,
+                    rsp_ent_name="NONE",
+                    ref_ent_name="NONE",
+                    abscissa_spacing=1,
+                    abscissa_min=float(frf.frequency[0]),
+                    abscissa_inc=float(frf.frequency[1] - frf.frequency[0]),
+                    abscissa_spec_data_type=18,
+                    ordinate_spec_data_type=numbers.get(frf.quantity, 0),
+                    orddenom_spec_data_type=13,
+                ),
+                "overwrite" if n == 0 else "add",
+            )
+
+
+def _as_dict(data: Any) -> dict[str, Any]:
+    """Return the one set pyuff read, which it may wrap in a list."""
+    first: dict[str, Any] = data[0] if isinstance(data, list) else data
+    return first
+
+
+def _frf(path: Path, number: int, data: dict[str, Any]) -> UffFrf:
+    """Check one data set and make it an FRF without its line at 0 Hz."""
+    name = str(data.get("id1", "")).strip() or f"FRF {number}"
+    frequency = np.atleast_1d(np.asarray(data.get("x", ()), dtype=float))
+    h = np.atleast_1d(np.asarray(data.get("data", ()), dtype=complex))
+    declared = int(data.get("num_pts", len(h)))
+    place = f"{path}: FRF {number} ({name})"
+    if len(frequency) != len(h) or len(h) != declared:
+        raise ResultFileError(
+            f"{place}: {len(h)} values and {len(frequency)} lines; {declared} are declared: cut short?"
+        )
+    if not (np.isfinite(frequency).all() and np.isfinite(h).all()):
+        raise ResultFileError(f"{place}: values that are not finite")
+    if (np.diff(frequency) <= 0.0).any() or (frequency < 0.0).any():
+        raise ResultFileError(f"{place}: frequencies must ascend from 0 Hz or above")
+    used = frequency > 0.0
+    if used.sum() < 8:
+        raise ResultFileError(f"{place}: {int(used.sum())} lines above 0 Hz; at least 8 are needed to identify")
+    quantity = QUANTITIES.get(int(data.get("ordinate_spec_data_type", 0)), "unknown")
+    return UffFrf(name, _place(data, "rsp"), _place(data, "ref"), quantity, frequency[used], h[used])
+
+
+def _place(data: dict[str, Any], end: str) -> str:
+    return f"{int(data.get(f'{end}_node', 0))}:{int(data.get(f'{end}_dir', 0)):+d}"
