@@ -1,5 +1,6 @@
 """The command line: one verb per stage."""
 
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -42,7 +43,11 @@ def flexura() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one verb; exit 0 (done), 1 (ran, not good enough) or 2 (bad input, with the reason)."""
-    with threadpool_limits(1):  # small dense matrices: a second BLAS thread costs more than it brings
+    for pool in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        # Read by libraries the verbs import later, which no limit set now would reach. Their matrices are
+        # small: two threads waiting for each other on a busy machine take twenty times as long as one.
+        os.environ.setdefault(pool, "1")
+    with threadpool_limits(1):  # and for those that are loaded already
         try:
             status = flexura.main(arguments, prog_name="flexura", standalone_mode=False)
         except click.ClickException as error:

@@ -1,0 +1,262 @@
+"""``flexura focus`` and ``flexura compensate`` on a panel small enough to be reduced in seconds."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from analysis.material import MaterialLaws
+from app.files.filter_files import load_compensation, load_focusing
+from app.files.panel_file import SECTION_2, read_panel
+from app.files.provenance import read_stamp
+from app.files.values import write_value
+from app.main import flexura
+
+PANEL = """\
+format = "panel/1"
+title = "two patches"
+grid = [20, 16]
+
+[plate]
+length_x = 0.24
+length_y = 0.19
+thickness = 0.003
+mass = 0.12996
+boundary = "clamped"
+
+[[patch]]
+id = "A1"
+role = "actuator"
+center = [0.07, 0.1]
+size = [0.02, 0.02]
+thickness = 0.0005
+
+[[patch]]
+id = "A2"
+role = "actuator"
+center = [0.15, 0.1]
+size = [0.02, 0.02]
+thickness = 0.0005
+
+[target]
+center = [0.3, 0.55]
+size = [0.25, 0.3]
+
+[filters]
+taps = 64
+sample_rate = 4000.0
+band = [100.0, 300.0]
+edges = [60.0, 360.0]
+transform_length = 512
+delay = 32
+
+[twin]
+youngs_modulus = [0.9e9, 3.4e9]
+poisson_ratio = [0.33, 0.46]
+loss_factor = [0.05, 0.09]
+mesh_degree = 3
+mesh_strip = 0.02
+basis_tolerance = 1e-2
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def cache(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FLEXURA_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture
+def panel(tmp_path):
+    path = tmp_path / "panel.toml"
+    path.write_text(PANEL, encoding="utf-8")
+    return path
+
+
+def laws(low=0.0, high=60.0):
+    """E falls from 3.2 to 1.0 GPa over 0 to 60 °C, nu and eta hold still; valid from `low` to `high`."""
+    knots = np.concatenate([[0.0] * 4, [60.0] * 4])
+    steps = np.linspace(0.0, 1.0, 4)
+    log_e = np.log(3.2e9) + steps * np.log(1.0 / 3.2)
+    coefficients = np.array([log_e, np.full(4, 0.38), np.full(4, np.log(0.07))])
+    return MaterialLaws(knots, coefficients, np.zeros((3, 4, 4)), (low, high))
+
+
+def write_laws(folder, value):
+    folder.mkdir(exist_ok=True)
+    with h5py.File(folder / "laws.h5", "w") as file:
+        file.create_group("updated")
+        write_value(file.create_group("laws"), value)
+    return folder
+
+
+@pytest.fixture
+def run(tmp_path):
+    return write_laws(tmp_path / "run", laws())
+
+
+def flex(*words):
+    return CliRunner().invoke(flexura, [str(word) for word in words])
+
+
+def test_focus_writes_what_it_prints(run, panel):
+    result = flex("focus", run, "--panel", panel, "--json")
+    assert result.exit_code == 0, result.output
+    printed = json.loads(result.stdout)
+    declared, found, comparison = load_focusing(run / "filters.h5")
+    assert declared == read_panel(panel)
+    assert printed["temperatures_c"] == found.temperature.tolist() == list(np.arange(0.0, 61.0, 5.0))
+    assert printed["direct"]["contrast"] == pytest.approx(found.direct.contrast.mean(axis=1).tolist())
+    assert (
+        set(printed["comparison"]) == set(comparison.methods) == {"stif", "time-reversal", "modal-control", "none"}
+    )
+    assert found.bank.taps.shape == (13, 2, 64)
+    place = found.temperature.tolist().index(20.0)
+    np.testing.assert_allclose(found.fixed.contrast[place], found.direct.contrast[place])
+    with h5py.File(run / "filters.h5") as file:
+        made_from = read_stamp(file)
+    assert set(made_from["inputs"]) == {"laws.h5", "panel.toml"}
+    assert made_from["settings"]["panel"]["filters"]["taps"] == 64
+    assert "13 temperatures" in result.stderr
+
+
+def test_temperatures_method_and_regularisation_can_be_chosen(run, panel, tmp_path):
+    words = [
+        "--temperature",
+        31.5,
+        "--temperature",
+        7,
+        "--method",
+        "time-reversal",
+        "--regularisation",
+        "truncation",
+    ]
+    words += ["--tolerance", 0.2, "--out", tmp_path / "other"]
+    result = flex("focus", run / "laws.h5", "--panel", panel, *words)
+    assert result.exit_code == 0, result.output
+    _, found, _ = load_focusing(tmp_path / "other" / "filters.h5")
+    assert (found.method, found.regularisation, found.tolerance) == ("time-reversal", "truncation", 0.2)
+    np.testing.assert_array_equal(found.temperature, [7.0, 31.5])
+    assert not (run / "filters.h5").exists()
+
+
+def test_compensate_prints_every_method_and_keeps_the_networks(run, panel):
+    result = flex("compensate", run, "--panel", panel, "--json")
+    assert result.exit_code == 0, result.output
+    printed = json.loads(result.stdout)
+    _, found = load_compensation(run / "compensation.h5")
+    assert list(printed["methods"]) == list(found.methods)
+    assert printed["temperatures"] == 241
+    network = printed["methods"]["network"]
+    assert network["relative_error_max_percent"] == pytest.approx(found.relative_error[0].max())
+    assert network["relative_error_max_percent"] <= 0.05
+    assert network["contrast_loss"] <= 0.005
+    assert printed["methods"]["linear"]["relative_error_max_percent"] > network["relative_error_max_percent"]
+    assert printed["methods"][printed["best"]]["relative_error_max_percent"] == min(
+        m["relative_error_max_percent"] for m in printed["methods"].values()
+    )
+    # The file holds the network itself: what it says at a training temperature is the filter there.
+    flex("focus", run, "--panel", panel, "--temperature", 20)
+    _, focused, _ = load_focusing(run / "filters.h5")
+    np.testing.assert_allclose(
+        found.trained.networks.taps([20.0]), focused.bank.taps, atol=1e-3 * np.abs(focused.bank.taps).max()
+    )
+
+
+def test_compensate_takes_the_panel_filters_were_made_for(run, panel):
+    assert flex("focus", run, "--panel", panel, "--temperature", 20).exit_code == 0
+    panel.unlink()
+    result = flex("compensate", run, "--nodes", 8, "--split", "matlab", "--scale", "tap", "--seed", 3)
+    assert result.exit_code in (0, 1), result.output
+    declared, found = load_compensation(run / "compensation.h5")
+    assert declared.title == "two patches"
+    assert (found.trained.settings.nodes, found.trained.settings.split, found.trained.settings.seed) == (
+        8,
+        "matlab",
+        3,
+    )
+    np.testing.assert_array_equal(found.trained.used.sum(axis=1), 11.0)
+
+
+def test_laws_that_end_early_are_used_as_far_as_they_go_and_it_is_said(tmp_path, panel):
+    run = write_laws(tmp_path / "short", laws(22.0, 60.0))
+    result = flex("focus", run, "--panel", panel)
+    assert result.exit_code == 0, result.output
+    assert "do not reach 20 °C" in result.stderr
+    _, found, _ = load_focusing(run / "filters.h5")
+    assert (found.temperature[0], found.temperature[-1], found.reference_temperature) == (22.0, 60.0, 22.0)
+    result = flex("compensate", run, "--spacing", 3)
+    assert result.exit_code in (0, 1), result.output
+    assert "22 to 60 °C only" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--temperature", 61), "--temperature 61 °C is outside the laws' range, 0 to 60 °C"),
+        (("--tolerance", 2), "filters.tolerance"),
+        (("--method", "magic"), "magic"),
+        (("--panel", "nowhere.toml"), "nowhere.toml"),
+    ],
+)
+def test_focus_names_what_is_wrong(run, panel, words, said):
+    result = CliRunner().invoke(
+        flexura, ["focus", str(run), "--panel", str(panel), *map(str, words)], standalone_mode=True
+    )
+    assert result.exit_code in (1, 2)
+    assert said in result.output
+    assert "Traceback" not in result.output
+    assert not (run / "filters.h5").exists()
+
+
+def test_compensate_names_what_is_wrong(run, panel):
+    result = flex("compensate", run, "--panel", panel, "--nodes", 12)
+    assert "12 nodes need at least 14 training temperatures; 13 are given" in result.output
+    assert result.exit_code == 2
+    result = flex("compensate", run, "--panel", panel, "--device", "abacus")
+    assert "--device abacus: torch cannot use it" in result.output
+    assert not (run / "compensation.h5").exists()
+
+
+def test_a_run_without_laws_says_how_to_make_them(tmp_path):
+    result = flex("focus", tmp_path)
+    assert "holds no laws.h5; make it with: flexura update" in result.output
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("taps = 64", "taps = 64.5", "filters.taps = 64.5; allowed: an integer from 16 to 16384"),
+        ("length_x = 0.24", "length_x = 240", "plate.length_x = 240"),
+        ("[target]", "[aim]", "target is missing"),
+        ("delay = 32", "dealy = 32", "filters.dealy is not known; the keys here are taps, sample_rate"),
+        ("delay = 32", "delay = 64", "filters: delay 64 samples must lie inside the 64 taps"),
+        ("center = [0.07, 0.1]", "center = [0.005, 0.1]", "patch 'A1' spans -0.005 to 0.015 m along x"),
+        ('format = "panel/1"', "format =", "not TOML"),
+        (
+            "youngs_modulus = [0.9e9, 3.4e9]",
+            "youngs_modulus = [1.05e9, 3.4e9]",
+            "widen [twin] in the panel's file",
+        ),
+    ],
+)
+def test_a_panel_file_s_faults_are_told_in_its_own_words(run, panel, old, new, said):
+    text = PANEL.replace(old, new)
+    assert text != PANEL
+    panel.write_text(text, encoding="utf-8")
+    result = flex("focus", run, "--panel", panel)
+    assert result.exit_code != 0
+    assert said in result.output
+    assert "panel.toml" in result.output or "widen" in said
+
+
+def test_the_shipped_panel_is_the_paper_s_section_2():
+    panel = read_panel(SECTION_2)
+    assert len(panel.patch) == 6
+    assert panel.plate.density == pytest.approx(950.0)
+    assert (panel.filters.taps, panel.filters.sample_rate, panel.filters.band) == (512, 44_100.0, (100.0, 800.0))
+    assert (panel.target.center, panel.target.size) == ((0.3, 0.55), (0.25, 0.3))
+    assert panel.grid[0] * panel.grid[1] >= 1000
