@@ -1,1 +1,22 @@
-"""The computed plate: laminated Mindlin shells with piezo patches, and their reduced models."""
+"""The computed plate: laminated Mindlin shells with piezo patches, and their reduced models.
+
+=========================  ================================================================
+``piezo_material``         ceramic constants, and what a thin poled patch makes of them
+``laminate``               through-thickness integrals of plate and patches
+``mesh``                   graded mesh lines, with strips where shear layers are
+``shape_space``            hierarchical quadrilaterals and their elementary integrals
+``thinning``               which functions a graded mesh can spare
+``mindlin``                assembly: K1, K2, Kp, M, couplings, capacitances
+``shell_model``            the assembled plate, answers by direct solution
+``electric_load``          sensors on real inputs, all connected at once
+``rational_krylov``        candidate vectors of a reduced model
+``damped_modes``           real modes, cheap enough to train with
+``energy_decomposition``   the candidates worth keeping
+``certification``          the error against the full model where it was not trained
+``reduction``              all of it: a plate over a box of materials and a band
+``basis_key``              a reduced model's name by all that decides it
+``reduced_model``          small matrices that answer for the whole box
+``modal_form``             poles, transfers as sums over them, and their derivatives
+``twin``                   volts in, volts out, for model updating
+=========================  ================================================================
+"""

@@ -26,26 +26,35 @@ LONGEST = 60
 
 @dataclass
 class Chain:
-    """Orthonormal blocks spanning (K - s M)**-1 b, (K - s M)**-1 M (K - s M)**-1 b, ... of one shift s."""
+    """Orthonormal blocks spanning (K - s M)**-1 b, (K - s M)**-1 M (K - s M)**-1 b, ... of one shift s.
+
+    `weighed` holds the mass times every block, which is also the next load.
+    """
 
     factors: SuperLU
     mass: csr_matrix
     load: Real
     blocks: list[Real] = field(default_factory=list)
+    weighed: list[Real] = field(default_factory=list)
 
-    def next(self) -> Real:
-        """Add a block, orthonormal to all before in the mass's inner product, and return it."""
-        block = self.factors.solve(self.load)
-        for _ in range(2):  # once leaves what rounding kept of the blocks before
+    def extend(self, steps: int) -> tuple[Real, Real]:
+        """Add blocks, orthonormal to all before in the mass's inner product: (n, k), and mass times them."""
+        for _ in range(steps):
+            block = self.factors.solve(self.load)
             weighed = self.mass @ block
-            for before in self.blocks:
-                block = block - before @ (before.T @ weighed)
-            values, vectors = np.linalg.eigh(block.T @ (self.mass @ block))
-            kept = values > 1e-14 * values[-1]
-            block = block @ (vectors[:, kept] / np.sqrt(values[kept]))
-        self.blocks.append(block)
-        self.load = self.mass @ block
-        return block
+            for _ in range(2):  # once leaves what rounding kept of the blocks before
+                for before, weighed_before in zip(self.blocks, self.weighed, strict=True):
+                    share = before.T @ weighed
+                    block = block - before @ share
+                    weighed = weighed - weighed_before @ share
+                values, vectors = np.linalg.eigh(block.T @ weighed)
+                kept = values > 1e-14 * values[-1]
+                scale = vectors[:, kept] / np.sqrt(values[kept])
+                block, weighed = block @ scale, weighed @ scale
+            self.blocks.append(block)
+            self.weighed.append(weighed)
+            self.load = weighed
+        return np.hstack(self.blocks[-steps:]), np.hstack(self.weighed[-steps:])
 
 
 @dataclass
@@ -53,17 +62,16 @@ class Galerkin:
     """Gram matrices of a growing set of vectors: nothing is multiplied twice."""
 
     stiffness: csr_matrix
-    mass: csr_matrix
     coupling: Real
     vectors: Real
     projected_stiffness: Real = field(default_factory=lambda: np.zeros((0, 0)))
     projected_mass: Real = field(default_factory=lambda: np.zeros((0, 0)))
 
-    def add(self, block: Real) -> None:
-        """Append vectors (n, k)."""
+    def add(self, block: Real, weighed: Real) -> None:
+        """Append vectors (n, k), given the mass times them."""
         self.vectors = np.hstack([self.vectors, block])
         self.projected_stiffness = _bordered(self.projected_stiffness, self.vectors.T @ (self.stiffness @ block))
-        self.projected_mass = _bordered(self.projected_mass, self.vectors.T @ (self.mass @ block))
+        self.projected_mass = _bordered(self.projected_mass, self.vectors.T @ weighed)
 
     def modes(self) -> DampedModes:
         """Modes of the projected plate, nearly dependent vectors left out."""
@@ -94,10 +102,11 @@ def material_space(
         Chain(factorize(stiffness - (2 * np.pi * shift) ** 2 * model.mass), model.mass, model.coupling)
         for shift in shifts
     ]
-    space = Galerkin(stiffness, model.mass, model.coupling, np.zeros((model.size, 0)))
+    space = Galerkin(stiffness, model.coupling, np.zeros((model.size, 0)))
     last: NDArray[np.complex128] | None = None
     while len(chains[0].blocks) < LONGEST:
-        space.add(np.hstack([chain.next() for chain in chains for _ in range(STEPS)]))
+        for chain in chains:
+            space.add(*chain.extend(STEPS))
         now = space.modes().transfers(lines, loss_factor)
         if last is not None and relative_error(now, last) < tolerance:
             return space.vectors

@@ -105,7 +105,7 @@ def reduce(
         candidate, vectors = _projected(model, vectors, box, band)
         candidate = replace(candidate, deflection=probe @ vectors, points=places)
         report(STAGE, 0.65 + 0.1 * attempt)
-        basis = decomposition(candidate, lines, 0.4 * training.tolerance)
+        basis = decomposition(candidate, lines, 0.25 * training.tolerance)
         small = candidate.restricted(basis)
         report(STAGE, 0.7 + 0.1 * attempt)
         error, seen = measured_error(model, small, candidate, lines, attempt)
