@@ -1,0 +1,202 @@
+"""One ramp through its set-points."""
+
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.set_points import Leg, SetPoint
+from drivers.ni.errors import Action, DaqError
+from drivers.rig.errors import RigStopped
+from drivers.rig.progress import Purpose
+from drivers.rig.readings import Reading
+from drivers.rig.station import Station
+from drivers.rig.sweeping import Sweeping
+
+Result = TypeVar("Result")
+
+STALLED = 1800.0
+"""The ramp counts as stalled when the temperature has not moved a quarter of what it should in this time, s."""
+
+Watcher = Callable[[str, float, bool], None]
+"""Told what is being done, the temperature, and whether the leg's ramp has begun."""
+
+
+class LegRun:
+    """Runs one leg.
+
+    Parameters
+    ----------
+    leg : Leg
+    todo : sequence of SetPoint
+        What is still to be done of it.
+    station : Station
+    sweeping : Sweeping
+    protocol : AcquisitionProtocol
+
+    Attributes
+    ----------
+    leg : Leg
+    todo : list of SetPoint
+        What is left.
+    """
+
+    def __init__(
+        self,
+        leg: Leg,
+        todo: Sequence[SetPoint],
+        station: Station,
+        sweeping: Sweeping,
+        protocol: AcquisitionProtocol,
+    ) -> None:
+        self.leg = leg
+        self.todo = list(todo)
+        self._station = station
+        self._sweeping = sweeping
+        self._protocol = protocol
+        self._failures: dict[int, int] = {}
+        self._mark: tuple[float, float] | None = None
+        self._begun_anew = False
+        self._lost = False
+        self._ramp: tuple[float, float, Purpose] = (leg.end, protocol.programme.ramp_rate, "leg")
+
+    def run(self, watch: Watcher, *, under_way: bool, begun: bool) -> None:
+        """Measure what is to be done.
+
+        Parameters
+        ----------
+        watch : callable
+        under_way : bool
+            The oven is in this leg's ramp already: set-points it has passed meanwhile are missed.
+        begun : bool
+            The ramp was begun before and broken off: it is begun again just before the next set-point,
+            not from the leg's start.
+        """
+        if not under_way:
+            self._begin(watch, self._before_next() if begun else self.leg.start)
+        self._measure(watch)
+
+    def _begin(self, watch: Watcher, start: float) -> None:
+        """Take the plate to `start` and let the oven ramp from there."""
+        programme = self._protocol.programme
+        self.settle(watch, start, programme.to_start, programme.soak_before, f"way to {start:g} °C")
+        self._ramp = (self.leg.end, programme.ramp_rate, "leg")
+        self._station.ramp(*self._ramp)
+
+    def _before_next(self) -> float:
+        """Return where to begin a ramp anew, degrees Celsius: the lead before what comes next, but in the leg."""
+        along = self.leg.sign * self.todo[0].temperature - self._protocol.programme.lead
+        return self.leg.sign * max(along, self.leg.sign * self.leg.start)
+
+    def settle(self, watch: Watcher, target: float, rate: float, soak: float, stage: str) -> None:
+        """Take the plate to `target` and let it rest there for `soak` s.
+
+        Raises
+        ------
+        RigStopped
+            If it does not get there in the time that ramp and settling allow.
+        """
+        settling = self._protocol.programme.settling
+        self._ramp = (target, rate, "approach")
+        self._station.ramp(*self._ramp)
+        deadline: float | None = None
+        inside_since: float | None = None
+        while True:
+            reading = self._read()
+            now = self._station.now
+            if self._were_lost():
+                self._station.ramp(*self._ramp)
+            if reading is None:
+                continue
+            here = self._station.watched(reading)
+            watch(stage, here, False)
+            if deadline is None:
+                deadline = now + 60.0 * abs(target - here) / rate + settling.timeout
+            if abs(here - target) > settling.within:
+                inside_since = None
+            elif inside_since is None:
+                inside_since = now
+            if inside_since is not None and now - inside_since >= max(settling.lasting, soak):
+                return
+            if inside_since is None and now > deadline:
+                raise RigStopped(
+                    f"{here:.1f} °C after {settling.timeout:g} s more than the ramp to {target:g} °C takes",
+                    "Can the oven get there? Look at it, or correct programme and oven limits",
+                )
+
+    def _measure(self, watch: Watcher) -> None:
+        sign, travel = self.leg.sign, self._protocol.sweep_travel
+        tolerance = self._protocol.programme.tolerance
+        while self.todo:
+            reading = self._read()
+            if (
+                self._were_lost()
+            ):  # held, the plate has drifted on: back, and through what is left at a steady ramp
+                self._begin(watch, self._before_next())
+                continue
+            if reading is None:
+                continue
+            here = self._station.watched(reading)
+            watch(f"{self.leg.direction} to {self.todo[0].temperature:g} °C", here, True)
+            # Where the middle of a sweep begun now would be, counted in the ramp's direction.
+            middle = sign * here + 0.5 * travel
+            while self.todo and middle > sign * self.todo[0].temperature + tolerance:
+                self._give_up(self.todo[0], f"passed: {here:.2f} °C when a sweep could have begun")
+            if self.todo and middle >= sign * self.todo[0].temperature + self.todo[0].offset * travel:
+                self._sweep(self.todo[0])
+            elif self.todo:
+                self._require_progress(sign * here)
+
+    def _sweep(self, set_point: SetPoint) -> None:
+        self._mark = None
+        made = self._with_cards(lambda: self._sweeping.attempt(set_point))
+        if made is not None and not made.faults:
+            self.todo.remove(set_point)
+            return
+        failed = self._failures.get(set_point.step, 0) + 1
+        self._failures[set_point.step] = failed
+        if failed > self._protocol.limits.retries or (made is not None and not made.may_repeat):
+            last = "the cards were lost" if made is None else "; ".join(made.faults)
+            self._give_up(set_point, f"{failed} attempts failed; the last: {last}")
+
+    def _give_up(self, set_point: SetPoint, why: str) -> None:
+        self.todo.remove(set_point)
+        self._station.note("missing", step=set_point.step, place=str(set_point), why=why)
+
+    def _read(self) -> Reading | None:
+        return self._with_cards(self._station.next_reading)
+
+    def _with_cards(self, action: Callable[[], Result]) -> Result | None:
+        """Return what `action` returns; None if the cards were lost meanwhile and are back."""
+        try:
+            return action()
+        except DaqError as error:
+            if error.action is not Action.LOST_DEVICE:
+                raise
+        self._station.regain_cards()
+        self._lost, self._mark = True, None
+        return None
+
+    def _were_lost(self) -> bool:
+        """Whether the cards were lost since this was asked last."""
+        lost, self._lost = self._lost, False
+        return lost
+
+    def _require_progress(self, along: float) -> None:
+        """Begin the ramp anew, once, if it has come to a halt, and stop if that does not help.
+
+        Somebody may have pressed a key on the oven, or it may have been told to rest by a program
+        that was killed before it could say so.
+        """
+        now, least = self._station.now, 0.25 * self._protocol.programme.ramp_rate * STALLED / 60.0
+        if self._mark is None or along - self._mark[1] >= least:
+            self._mark = (now, along)
+        if now - self._mark[0] < STALLED:
+            return
+        if self._begun_anew:
+            raise RigStopped(
+                f"the temperature stands at {abs(along):.1f} °C: the oven does not ramp",
+                "Look at the oven: is it in remote control, and is its heating or cooling on?",
+            )
+        self._begun_anew, self._mark = True, None
+        self._station.note("trouble", what=f"the ramp has halted at {abs(along):.1f} °C; it is begun anew")
+        self._station.ramp(*self._ramp)

@@ -1,0 +1,58 @@
+"""What has been done already, read from the log and the finished sweeps."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+Purpose = Literal["approach", "leg"]
+"""What a ramp is for: the way to a leg's start, or the leg itself."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where an interrupted campaign stands.
+
+    Attributes
+    ----------
+    finished : frozenset of int
+        Steps whose sweeps are kept.
+    given_up : frozenset of int
+        Steps that were missed or failed.
+    attempts : dict of int to int
+        Attempts made, by step.
+    ramping : int or None
+        The leg whose ramp the oven was left in; None where it was brought to rest, or never began one.
+    begun : frozenset of int
+        Legs whose ramp has begun.
+    """
+
+    finished: frozenset[int]
+    given_up: frozenset[int]
+    attempts: dict[int, int] = field(default_factory=dict)
+    ramping: int | None = None
+    begun: frozenset[int] = frozenset()
+
+    @classmethod
+    def of(
+        cls, finished: frozenset[int], events: Sequence[Mapping[str, Any]], *, again: bool = False
+    ) -> "Progress":
+        """Read a log; `again` tries what was given up once more."""
+        attempts: dict[int, int] = {}
+        given_up: set[int] = set()
+        begun: set[int] = set()
+        ramping: int | None = None
+        for event in events:
+            kind = event.get("event")
+            if kind == "sweep begun":
+                attempts[int(event["step"])] = int(event["attempt"])
+            elif kind == "missing":
+                given_up.add(int(event["step"]))
+            elif kind == "oven":
+                runs_leg = event["command"] == "ramp" and event.get("purpose") == "leg"
+                ramping = int(event["leg"]) if runs_leg else None
+                if runs_leg:
+                    begun.add(int(event["leg"]))
+        if again and given_up - finished:
+            # Every leg is driven from its start once more, whatever state the oven is in.
+            return cls(finished, frozenset(), attempts)
+        return cls(finished, frozenset(given_up) - finished, attempts, ramping, frozenset(begun))

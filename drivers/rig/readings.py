@@ -1,0 +1,75 @@
+"""Temperatures as read, and for how long they may be missing or absurd."""
+
+import math
+from dataclasses import dataclass
+
+from drivers.rig.errors import RigStopped
+
+RESOLUTION = 3
+"""Decimals kept of a reading: a millikelvin is a twentieth of what any sensor here can tell."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Temperatures at one moment.
+
+    Attributes
+    ----------
+    air : float
+        The oven's own sensor, degrees Celsius.
+    plate : float or None
+        The thermocouple on the plate; None where there is none.
+    """
+
+    air: float
+    plate: float | None
+
+    @property
+    def believable(self) -> bool:
+        """Whether both are numbers a sensor in one piece can give."""
+        return all(math.isfinite(value) and -120.0 < value < 400.0 for value in self._values)
+
+    @property
+    def _values(self) -> tuple[float, ...]:
+        return (self.air,) if self.plate is None else (self.air, self.plate)
+
+    def require_within(self, coldest: float, hottest: float) -> None:
+        """Raise RigStopped unless both lie within the limits."""
+        for name, value in zip(("air", "plate"), self._values, strict=False):
+            if not coldest <= value <= hottest:
+                raise RigStopped(
+                    f"{name} temperature {value:.1f} °C is outside limits.coldest and hottest, "
+                    f"{coldest:g} to {hottest:g} °C",
+                    "Look at the oven, its set-point and its sensors before going on",
+                )
+
+
+class Patience:
+    """Counts how long something has been failing, and ends it when that is too long.
+
+    Parameters
+    ----------
+    limit : float
+        s.
+    """
+
+    def __init__(self, limit: float) -> None:
+        self._limit = limit
+        self._since = math.inf
+
+    @property
+    def failing(self) -> bool:
+        """Whether the last time was a failure."""
+        return self._since < math.inf
+
+    def good(self) -> None:
+        """Begin anew."""
+        self._since = math.inf
+
+    def bad(self, now: float, what: str, next_step: str) -> None:
+        """Note a failure at `now` (s); raise RigStopped if they have lasted longer than the limit."""
+        self._since = min(self._since, now)
+        if now - self._since >= self._limit:
+            raise RigStopped(
+                f"{what}, for {now - self._since:.0f} s (limits.lost_after {self._limit:g} s)", next_step
+            )

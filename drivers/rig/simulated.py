@@ -1,0 +1,161 @@
+"""The rig with simulated cards and a simulated oven, on a virtual clock they share.
+
+The real drivers talk to it: nidaqmx to the simulated device server, the oven's driver to its
+simulated controller. Everything in it is a function of the seed, of virtual time and of when the
+oven was told what, so that a campaign which is killed and taken up again ends as if it had not been.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.clock import VirtualClock
+from drivers.ni.cards import Cards
+from drivers.ni.daqmx import DaqmxCards
+from drivers.ni.simulated.in_process import InProcessChannel
+from drivers.ni.simulated.servicer import SimulatedDaq
+from drivers.ni.simulated.surroundings import Module, Plate, Surroundings
+from drivers.ni.wiring import Wiring
+from drivers.ovens.oven import Oven
+from drivers.ovens.settings import OvenSettings, open_oven
+from drivers.ovens.simulated.build import simulated_controller
+from drivers.ovens.simulated.controller import Controller
+from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.regulated_oven import RegulatedOven
+from drivers.ovens.simulated.thermal import Chamber
+from drivers.rig.rig import Rig
+
+EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
+"""When virtual time begins: a date no measurement of today can be mistaken for."""
+
+KEPT = frozenset({"oven", "finished", "rejected", "missing"})
+"""Events at which a campaign taken up again may go on."""
+
+
+@dataclass(frozen=True)
+class SimulatedParts:
+    """What a simulated rig consists of, for whoever wants to look behind the drivers or break something.
+
+    Attributes
+    ----------
+    clock : VirtualClock
+    body : RegulatedOven
+        Heat of air and plate.
+    controller : Controller
+        May be wrapped in a bad line.
+    server : SimulatedDaq
+    wiring : Wiring
+    oven : OvenSettings
+    address : str or None
+        ``host:port`` where the server is served; None to call it inside this process.
+    lines : list of MemoryTransport
+        To the controller, one for each time the oven was opened.
+    """
+
+    clock: VirtualClock
+    body: RegulatedOven
+    controller: Controller
+    server: SimulatedDaq
+    wiring: Wiring
+    oven: OvenSettings
+    address: str | None = None
+    lines: list[MemoryTransport] = field(default_factory=list)
+
+    def rig(self) -> Rig:
+        """Return the rig as a campaign uses it."""
+        return Rig(self._open_cards, self._open_oven, self.clock, self._date, self._restore)
+
+    def _open_cards(self) -> Cards:
+        if self.address is not None:
+            return DaqmxCards(self.wiring.model_copy(update={"grpc": self.address}))
+        return DaqmxCards(self.wiring, InProcessChannel(self.server))
+
+    def _open_oven(self) -> Oven:
+        self.lines.append(MemoryTransport(self.controller, self.clock))
+        return open_oven(self.oven, self.clock, self.lines[-1])
+
+    def _date(self) -> datetime:
+        return EPOCH + timedelta(seconds=round(self.clock.now(), 3))
+
+    def _restore(self, oven: Oven, events: Sequence[Mapping[str, Any]]) -> None:
+        """Tell the oven again what it was told, when it was told; go to the last event that counts."""
+        for event in events:
+            if event.get("event") != "oven":
+                continue
+            self.clock.sleep(float(event["time"]) - self.clock.now())
+            match event["command"]:
+                case "ramp":
+                    oven.ramp_to(float(event["target"]), float(event["rate"]))
+                case "hold":
+                    oven.hold()
+                case "safe":
+                    oven.safe()
+        last = max((float(event["time"]) for event in events if event.get("event") in KEPT), default=0.0)
+        self.clock.sleep(last - self.clock.now())
+
+
+def simulated_parts(
+    wiring: Wiring,
+    oven: OvenSettings,
+    plate: Plate,
+    *,
+    modules: Mapping[int, Module],
+    seed: int,
+    chamber: Chamber | None = None,
+) -> SimulatedParts:
+    """Build a simulated rig around a plate.
+
+    Parameters
+    ----------
+    wiring : Wiring
+        As for the real cards; the plate's sensors hang on `wiring.responses` in their order.
+    oven : OvenSettings
+        The kind decides which controller is simulated.
+    plate : Plate
+    modules : mapping of int to Module
+        Slot -> module in it.
+    seed : int
+        Of the sensors' and the cards' noise.
+    chamber : Chamber, optional
+
+    Raises
+    ------
+    ValueError
+        If a terminal of the wiring is on no module.
+    """
+    chamber = chamber or Chamber()
+    clock = VirtualClock()
+    body = RegulatedOven(clock, np.random.default_rng(seed), chamber)
+    surroundings = Surroundings(
+        plate=plate,
+        sensors={terminal: row for row, terminal in enumerate(wiring.responses)},
+        drive_inputs=frozenset({wiring.drive_input}),
+        output=wiring.output,
+        plate_temperature=PlateForecast(clock, body, chamber),
+        chassis=wiring.output.split("/")[0].partition("Mod")[0],
+        modules=dict(modules),
+    )
+    server = SimulatedDaq(surroundings, clock, seed)
+    return SimulatedParts(clock, body, simulated_controller(oven, body, clock), server, wiring, oven)
+
+
+@dataclass(frozen=True)
+class PlateForecast:
+    """The plate's temperature around now, ahead of the clock too: by its present rate of change.
+
+    Exact but for the curvature over one record: a plate that lags by minutes behaves.
+    """
+
+    clock: VirtualClock
+    body: RegulatedOven
+    chamber: Chamber
+
+    def __call__(self, moments: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the temperature at moments (M,), degrees Celsius."""
+        plate = self.body.plate
+        slope = (self.body.air - plate) * self.chamber.plate_conductance / self.chamber.plate_capacity
+        return np.asarray(plate + slope * (np.asarray(moments) - self.clock.now()))

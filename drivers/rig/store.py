@@ -1,0 +1,31 @@
+"""What a campaign needs of whatever keeps its sweeps; files are the business of the floor above."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from analysis.campaign import Sweep
+from analysis.protocol.set_points import SetPoint
+
+
+class Store(Protocol):
+    """Keeps finished sweeps and the log. Every method may raise OSError: a full or failing disk."""
+
+    def finished(self) -> frozenset[int]:
+        """Return the steps whose sweeps are kept, whole and verified."""
+        ...
+
+    def keep(self, sweep: Sweep, set_point: SetPoint, attempt: int) -> None:
+        """Keep a good sweep for ever; return when it is on the disk."""
+        ...
+
+    def put_aside(self, sweep: Sweep, set_point: SetPoint, attempt: int, faults: Sequence[str]) -> None:
+        """Keep a bad sweep where nobody takes it for a good one."""
+        ...
+
+    def log(self, event: Mapping[str, Any]) -> None:
+        """Append an event; return when it is on the disk."""
+        ...
+
+    def events(self) -> Sequence[Mapping[str, Any]]:
+        """Return every event so far, oldest first."""
+        ...

@@ -1,0 +1,133 @@
+"""One set-point: sweep, check, repeat within bounds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.campaign import Sweep
+from analysis.protocol.acceptance import faults
+from analysis.protocol.drive import drive_signal
+from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.set_points import SetPoint
+from drivers.ni.errors import DaqError
+from drivers.rig.readings import Reading
+from drivers.rig.station import Station
+from drivers.rig.store import Store
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """What came of one attempt.
+
+    Attributes
+    ----------
+    sweep : Sweep or None
+        None where the cards gave nothing that could be kept.
+    faults : tuple of str
+        Why it does not count; empty for a good sweep.
+    may_repeat : bool
+        Whether another attempt could do better.
+    """
+
+    sweep: Sweep | None
+    faults: tuple[str, ...]
+    may_repeat: bool = True
+
+
+class Sweeping:
+    """Makes the sweeps of a campaign.
+
+    Parameters
+    ----------
+    station : Station
+    protocol : AcquisitionProtocol
+    store : Store
+    attempts : dict of int to int
+        Attempts made so far, by step; they go on being counted after an interruption.
+    """
+
+    def __init__(
+        self, station: Station, protocol: AcquisitionProtocol, store: Store, attempts: dict[int, int]
+    ) -> None:
+        self._station = station
+        self._protocol = protocol
+        self._store = store
+        self._attempts = attempts
+
+    def attempt(self, set_point: SetPoint) -> Attempt:
+        """Make one attempt; keep it if it is good, put it aside if it is not.
+
+        Raises
+        ------
+        DaqError
+            If the cards are lost or refuse what repeating cannot mend.
+        RigStopped
+            If the oven or a temperature calls for it.
+        OSError
+            If the sweep cannot be written.
+        """
+        number = self._attempts.get(set_point.step, 0) + 1
+        self._attempts[set_point.step] = number
+        self._station.note("sweep begun", step=set_point.step, place=str(set_point), attempt=number)
+        try:
+            made = self._make(set_point)
+        except DaqError as error:
+            if error.action.retries == 0:
+                raise
+            made = Attempt(None, (str(error),), may_repeat=number <= error.action.retries)
+        what = {"step": set_point.step, "place": str(set_point), "attempt": number}
+        if made.sweep is not None and not made.faults:
+            self._store.keep(made.sweep, set_point, number)
+            self._station.note("finished", **what, temperature=round(made.sweep.temperature, 4))
+            return made
+        if made.sweep is not None:
+            self._store.put_aside(made.sweep, set_point, number, made.faults)
+        self._station.note("rejected", **what, faults=list(made.faults))
+        return made
+
+    def _make(self, set_point: SetPoint) -> Attempt:
+        station, sweep = self._station, self._protocol.sweep
+        rate = station.cards.sample_rate
+        drive = drive_signal(sweep, set_point.level, rate)
+        before, began = station.reading(), station.date()
+        if before is None:
+            return Attempt(None, ("no temperature before the sweep",))
+        drives, responses, overloaded = [], [], np.zeros(0, dtype=bool)
+        for repeat in range(sweep.repeats):
+            if repeat and station.reading() is None:  # the oven is not left alone for longer than one repeat
+                return Attempt(None, (f"no temperature before repeat {repeat + 1}",))
+            record = station.cards.sweep(drive)
+            if record.drive.shape != drive.shape:
+                told = f"repeat {repeat + 1}: {record.drive.size} samples came, {drive.size} were played"
+                return Attempt(None, (told,))
+            drives.append(record.drive.astype(np.float32))
+            responses.append(record.responses.astype(np.float32))
+            overloaded = record.overloaded if not repeat else overloaded | record.overloaded
+        after = station.reading()
+        if after is None:
+            return Attempt(None, ("no temperature after the sweep",))
+        made = _sweep(set_point, before, after, began, drives, responses)
+        return Attempt(made, faults(made, drive, overloaded, rate, set_point, self._protocol))
+
+
+def _sweep(
+    set_point: SetPoint,
+    before: Reading,
+    after: Reading,
+    began: str,
+    drives: list[NDArray[np.float32]],
+    responses: list[NDArray[np.float32]],
+) -> Sweep:
+    return Sweep(
+        step=set_point.step,
+        direction=set_point.direction,
+        level=set_point.level,
+        oven_temperature_start=before.air,
+        oven_temperature_end=after.air,
+        start_time=began,
+        drive=np.stack(drives),
+        responses=np.stack(responses, axis=1),
+        plate_temperature_start=before.plate,
+        plate_temperature_end=after.plate,
+    )

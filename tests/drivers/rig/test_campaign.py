@@ -1,0 +1,101 @@
+"""Campaigns without faults: sweeps at their temperatures, on every oven, up and down, at several levels."""
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from drivers.rig.campaign import Moment
+from drivers.rig.errors import RigStopped
+
+
+def test_every_sweep_is_made_at_its_temperature(world: Any) -> None:
+    outcome = world.run()
+    assert (outcome.finished, outcome.missing, outcome.made_now, outcome.unsafe) == (3, 0, 3, ())
+    for step, sweep in world.store.kept.items():
+        assert sweep.step == step
+        assert sweep.temperature == pytest.approx(24.0 + 2.0 * step, abs=0.15)
+        # the air is ahead by the plate's lag of 30 s, 1 K at this rate once the ramp is steady
+        assert sweep.oven_temperature - sweep.temperature == pytest.approx(1.0, abs=0.3)
+        assert sweep.plate_temperature_end > sweep.plate_temperature_start - 0.1
+    assert world.worst_error() < 0.02
+    assert world.at_rest()
+    assert world.parts.server.tasks_open() == ()
+    assert world.store.told("rejected") == world.store.told("missing") == []
+
+
+@pytest.mark.parametrize("kind", ["eurotherm-2400", "eurotherm-3500", "votsch-ascii2", "espec-p300"])
+def test_every_other_oven(world_of: Callable[..., Any], kind: str) -> None:
+    world = world_of(kind)
+    assert world.run().finished == 3
+    assert world.worst_error() < 0.02
+    assert world.at_rest()
+
+
+def test_up_and_down_with_two_levels(world_of: Callable[..., Any]) -> None:
+    world = world_of(sweep={"levels": (0.5, 1.0)}, programme={"legs": ("up", "down"), "soak_after": 120.0})
+    moments: list[Moment] = []
+    assert world.run(observer=moments.append).finished == 12
+    kept = world.store.kept
+    assert [kept[step].direction for step in range(12)] == ["up"] * 6 + ["down"] * 6
+    assert [round(kept[step].temperature) for step in range(6, 12, 2)] == [28, 26, 24]
+    for step in range(0, 12, 2):  # the group is centred: the first level comes before, the second after
+        sign = 1.0 if step < 6 else -1.0
+        nominal = round(kept[step].temperature)
+        assert sign * (kept[step].temperature - nominal) < sign * (kept[step + 1].temperature - nominal)
+    assert world.worst_error() < 0.02
+    # told all along, the time left falls and agrees with what then passed
+    assert [moment.total for moment in moments] == [12] * len(moments)
+    assert all(b.done >= a.done for a, b in itertools.pairwise(moments))
+    assert moments[0].seconds_left == pytest.approx(world.parts.clock.now(), rel=0.35)
+    assert moments[-1].stage == "last soak"
+
+
+def test_watching_the_air_needs_no_thermocouple(world_of: Callable[..., Any]) -> None:
+    world = world_of(programme={"watch": "air"})
+    world.parts.wiring.__dict__["thermocouples"] = ()
+    assert world.run().finished == 3
+    for step, sweep in world.store.kept.items():
+        assert sweep.plate_temperature_start is None
+        assert sweep.oven_temperature == pytest.approx(24.0 + 2.0 * step, abs=0.15)
+
+
+def test_nothing_left_to_do_touches_nothing(world: Any) -> None:
+    world.run()
+    before = list(world.store.log_lines)
+    world.renew()
+    outcome = world.run()
+    assert (outcome.finished, outcome.made_now) == (3, 0)
+    assert world.store.log_lines == before
+    assert world.parts.lines == []
+
+
+def test_an_oven_that_must_be_asked_more_often_is_refused(world_of: Callable[..., Any]) -> None:
+    world = world_of("espec-p300", sweep={"duration": 30.0, "taper": 1.0}, programme={"ramp_rate": 0.2})
+    with pytest.raises(RigStopped, match="left alone for 30 s"):
+        world.run()
+    assert world.at_rest()
+    assert world.parts.clock.now() < 60.0
+
+
+def test_an_oven_that_cannot_get_there_stops_the_campaign(world_of: Callable[..., Any]) -> None:
+    world = world_of(
+        programme={"lowest": 44.0, "highest": 45.0, "every": 1.0, "settling": {"timeout": 600.0, "lasting": 60.0}}
+    )
+    world.chamber = replace(world.chamber, heating=50.0)
+    world.renew()
+    with pytest.raises(RigStopped, match="Can the oven get there"):
+        world.run()
+    assert world.at_rest()
+
+
+def test_time_of_readings_lies_on_a_grid(world: Any) -> None:
+    """However long anything takes in between: that is what makes a resumed campaign equal an undisturbed one."""
+    seen = []
+    moment_of = world.parts.clock.now
+    world.run(observer=lambda moment: seen.append(moment_of()))
+    # the thermocouple module's own conversion, 1/14 s, and the oven's answer pass before anybody is told
+    assert all(math.fmod(time, 3.0) < 0.5 for time in seen)

@@ -1,0 +1,300 @@
+"""Everything that can go wrong at the rig, once: the campaign recovers, gives a sweep up, or stops to be resumed.
+
+Whatever happens, no finished sweep is lost or altered, none is kept that is not the plate's, the drive
+ends at 0 V and the oven at rest; and where that cannot be, it is said.
+"""
+
+import errno
+import os
+import signal
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from drivers.ni.simulated.faults import FailingCall, Faults
+from drivers.ovens import f4t
+from drivers.ovens.simulated.disturbance import flipped, halved, instead, late, noisy, silenced, untouched
+from drivers.rig.errors import RigStopped
+from drivers.rig.rig import Rig
+
+World = Any
+Inject = Callable[[World], None]
+
+
+def card_fails(call: str, code: int, times: int = 1) -> Inject:
+    def inject(world: World) -> None:
+        world.parts.server.inject(Faults(calls=(FailingCall(call, code, 1, times),)))
+
+    return inject
+
+
+def cards(**faults: Any) -> Inject:
+    return lambda world: world.parts.server.inject(Faults(**faults))
+
+
+def unplugged_for(seconds: float) -> Inject:
+    def inject(world: World) -> None:
+        now = world.parts.clock.now()
+        world.parts.server.inject(Faults(unplugged=(now + 0.1, now + 0.1 + seconds)))
+
+    return inject
+
+
+def stalled(world: World) -> None:
+    world.parts.server.inject(Faults(stalled_at=world.parts.clock.now(), stalled=30.0))
+
+
+class Tampered:
+    """Cards whose thermocouples say something else."""
+
+    def __init__(self, inner: Any, tamper: Callable[[], float | None]) -> None:
+        self._inner, self._tamper = inner, tamper
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._inner, name)
+
+    def temperatures(self) -> NDArray[np.float64]:
+        true: NDArray[np.float64] = self._inner.temperatures()
+        said = self._tamper()
+        return true if said is None else np.full_like(true, said)
+
+
+def thermocouple_says(value: float, seconds: float = float("inf")) -> Inject:
+    """Must be injected before the cards are opened; begins when a sweep is about to be made."""
+
+    def inject(world: World) -> None:
+        world.thermocouple = (world.parts.clock.now(), value, seconds)
+
+    return inject
+
+
+def oven_answers(*plan: Any, always: Any = None, seconds: float = float("inf")) -> Inject:
+    def inject(world: World) -> None:
+        world.disturbed.disturb(*plan)
+        if always is not None:
+            world.disturbed.always = always
+            world.at(world.parts.clock.now() + seconds, lambda: setattr(world.disturbed, "always", untouched))
+
+    return inject
+
+
+def cable_pulled_for(seconds: float) -> Inject:
+    def inject(world: World) -> None:
+        line = world.parts.lines[-1]
+        line.plugged = False
+        world.at(world.parts.clock.now() + seconds, lambda: setattr(line, "plugged", True))
+
+    return inject
+
+
+def controller(**changes: Any) -> Inject:
+    def inject(world: World) -> None:
+        for name, value in changes.items():
+            setattr(world.parts.controller._controller, name, value)
+
+    return inject
+
+
+def panel_stop(world: World) -> None:
+    world.parts.controller._controller.write_words(f4t.MODE, (f4t.OFF,))
+
+
+def raised(error: BaseException) -> Inject:
+    def inject(_: World) -> None:
+        raise error
+
+    return inject
+
+
+def signalled(number: int) -> Inject:
+    return lambda world: os.kill(os.getpid(), number)
+
+
+def full_disk(world: World) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    world.store.before_keeping = refuse
+    world.mended = lambda: setattr(world.store, "before_keeping", lambda point: None)
+
+
+def log_refused(world: World) -> None:
+    log = world.store.log
+
+    def refuse(event: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    world.store.log = refuse
+    world.mended = lambda: setattr(world.store, "log", log)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault and what is to come of it.
+
+    `ends` is "recovers" (every sweep is made), "gives up" (some are not), "goes on" (either: what the ramp has
+    passed in the meantime is missed), or the exception the campaign stops with.
+    """
+
+    name: str
+    inject: Inject
+    ends: str | type[BaseException]
+    told: str = ""
+    in_a_sweep: bool = True
+    unsafe: str = ""
+
+
+FAULTS = (
+    Fault("input overrun", card_fails("ReadAnalogF64", -200279), "recovers", "-200279"),
+    Fault("input FIFO overflow", card_fails("ReadAnalogF64", -200361), "recovers", "-200361"),
+    Fault("ADC overrun", card_fails("ReadAnalogF64", -200019), "recovers", "-200019"),
+    Fault("output ran dry", card_fails("WaitUntilTaskDone", -200290), "recovers", "-200290"),
+    Fault("DAC underflow", card_fails("WaitUntilTaskDone", -200018), "recovers", "-200018"),
+    Fault("no samples once", card_fails("ReadAnalogF64", -200284), "recovers", "-200284"),
+    Fault("reader stalls for 30 s", stalled, "gives up", "moved by"),
+    Fault("output always dry", card_fails("WaitUntilTaskDone", -200290, 10_000), "gives up", "attempts failed"),
+    Fault("overruns without end", card_fails("ReadAnalogF64", -200279, 10_000), RigStopped, "no temperature"),
+    Fault("start trigger never comes", cards(stuck_trigger=True), "gives up", "attempts failed"),
+    Fault("sensor's cable off", cards(dead_inputs=frozenset({"cDAQ1Mod1/ai1"})), "gives up", "silent"),
+    Fault("drive's cable off", cards(dead_inputs=frozenset({"cDAQ1Mod1/ai0"})), "gives up", "not the one played"),
+    Fault("chassis unplugged for 20 s", unplugged_for(20.0), "recovers", "the cards are back"),
+    Fault(
+        "chassis unplugged while waiting", unplugged_for(20.0), "recovers", "the cards are back", in_a_sweep=False
+    ),
+    Fault("chassis gone", unplugged_for(1e6), RigStopped, "cards are lost", unsafe="turn the amplifier off"),
+    Fault(
+        "card taken by another program", card_fails("StartTask", -50103, 10_000), RigStopped, "close the program"
+    ),
+    Fault("setting refused", card_fails("CfgSampClkTiming", -200077, 10_000), RigStopped, "data sheet"),
+    Fault("unknown status", card_fails("StartTask", -212345, 10_000), RigStopped, "-212345"),
+    Fault("thermocouple NaN for 20 s", thermocouple_says(np.nan, 20.0), "goes on", "recovered"),
+    Fault("thermocouple NaN for ever", thermocouple_says(np.nan), RigStopped, "plate nan °C"),
+    Fault("thermocouple open", thermocouple_says(2300.0), RigStopped, "plate 2300.0 °C"),
+    Fault("plate too hot", thermocouple_says(55.0), RigStopped, "outside limits.coldest and hottest"),
+    Fault("plate reading jumps once", thermocouple_says(35.0, 1.0), "goes on"),
+    Fault("oven silent for 10 s", oven_answers(always=silenced, seconds=10.0), "goes on", "recovered"),
+    Fault("oven silent for ever", oven_answers(always=silenced), RigStopped, "no usable answer", unsafe="rest"),
+    Fault("noise on the line", oven_answers(noisy(b"\x00\xff"), flipped(2), halved), "recovers"),
+    Fault("line garbled for ever", oven_answers(always=instead(b"?!")), RigStopped, "", unsafe="rest"),
+    Fault("oven answers late", oven_answers(late(0.5), late(0.5)), "recovers"),
+    Fault("oven's cable pulled for 10 s", cable_pulled_for(10.0), "goes on", "recovered"),
+    Fault("oven's cable pulled for ever", cable_pulled_for(1e9), RigStopped, "unplugged", unsafe="rest"),
+    Fault("oven's sensor broken", controller(sensor_broken=True), RigStopped, "no valid temperature"),
+    Fault("oven stopped on its panel", panel_stop, "recovers", "begun anew", in_a_sweep=False),
+    Fault("Ctrl-C in a sweep", signalled(signal.SIGINT), KeyboardInterrupt),
+    Fault("Ctrl-C while waiting", signalled(signal.SIGINT), KeyboardInterrupt, in_a_sweep=False),
+    Fault("SIGTERM in a sweep", signalled(signal.SIGTERM), SystemExit),
+    Fault("SIGTERM while waiting", signalled(signal.SIGTERM), SystemExit, in_a_sweep=False),
+    Fault("defect in the program", raised(ZeroDivisionError("defect")), ZeroDivisionError, in_a_sweep=False),
+    Fault("out of memory", raised(MemoryError()), MemoryError, in_a_sweep=False),
+    Fault("disk full for a sweep", full_disk, OSError, "No space"),
+    Fault("disk full for the log", log_refused, OSError, "No space"),
+)
+
+
+@pytest.fixture(autouse=True)
+def _terminable() -> Any:
+    """SIGTERM as `flexura acquire` takes it."""
+
+    def leave(number: int, _: object) -> None:
+        raise SystemExit(128 + number)
+
+    before = signal.signal(signal.SIGTERM, leave)
+    yield
+    signal.signal(signal.SIGTERM, before)
+
+
+def arm(world: World, fault: Fault, repeat: int) -> None:
+    """Let the fault strike in the given repeat of the campaign, or just after it."""
+    world.thermocouple = None
+    world.mended = lambda: None
+
+    def said() -> float | None:
+        if world.thermocouple is None:
+            return None
+        since, value, seconds = world.thermocouple
+        return value if world.parts.clock.now() < since + seconds else None
+
+    open_cards = world.rig.open_cards
+    world.rig = Rig(
+        lambda: Tampered(open_cards(), said),  # type: ignore[arg-type, return-value]
+        world.rig.open_oven,
+        world.rig.clock,
+        world.rig.date,
+        world.rig.restore,
+    )
+
+    def strike() -> None:
+        if world.plate.sweeps == repeat:
+            if fault.in_a_sweep:
+                fault.inject(world)
+            else:
+                world.at(world.parts.clock.now() + 7.0, lambda: fault.inject(world))
+
+    world.plate.before = strike
+
+
+def check(world: World, fault: Fault, repeat: int) -> None:
+    arm(world, fault, repeat)
+    error: BaseException | None = None
+    outcome = None
+    if isinstance(fault.ends, str):
+        outcome = world.run()
+    else:
+        with pytest.raises(fault.ends) as caught:
+            world.run()
+        error = caught.value
+    said = " ".join(str(event) for event in world.store.log_lines) + str(error)
+    assert fault.told in said
+    if fault.ends == "recovers":
+        assert outcome.missing == 0
+    elif fault.ends == "gives up":
+        assert outcome.missing > 0
+    if fault.unsafe:
+        assert isinstance(error, RigStopped)
+        assert fault.unsafe in " ".join(error.unsafe)
+        assert world.parts.server.output_voltage() == 0.0 or "amplifier" in " ".join(error.unsafe)
+    else:
+        assert world.at_rest()
+        assert world.parts.server.tasks_open() == ()
+    assert world.worst_error() < 0.02
+    done = world.digests()
+    world.mended()
+    world.renew()
+    after = world.run()
+    assert after.finished + after.missing == world.protocol.count
+    if not isinstance(fault.ends, str):
+        assert after.missing == 0
+    assert {step: sweep for step, sweep in world.digests().items() if step in done} == done
+    assert world.worst_error() < 0.02
+    assert world.at_rest()
+
+
+KIN = {
+    "input FIFO overflow",
+    "ADC overrun",
+    "DAC underflow",
+    "line garbled for ever",
+    "out of memory",
+    "unknown status",
+}
+"""Handled by the same lines as a neighbour in the table."""
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [pytest.param(f, id=f.name, marks=[pytest.mark.slow] if f.name in KIN else []) for f in FAULTS],
+)
+def test_fault(world: World, fault: Fault) -> None:
+    check(world, fault, 3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("repeat", [1, 2, 4, 5, 6])
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_fault_at_another_moment(world: World, fault: Fault, repeat: int) -> None:
+    check(world, fault, repeat)
