@@ -46,12 +46,11 @@ def over_temperature(tracked: TrackedModes) -> Figure:
         f, zeta = reading.frequency_hz[order, j], 100 * reading.damping_ratio[order, j]
         spread = 200 * reading.sigma_damping_ratio[order, j]
         (line,) = axes[0].plot(temperature, f, ".-", ms=3, lw=0.8)
-        trusted = spread < 0.3 * zeta
+        hidden = ~(spread < 0.3 * zeta)  # what is hardly known would hide what is known
         relative = 100 * (f / reading.frequency_hz[reference, j] - 1)
         axes[1].plot(temperature, relative, color=line.get_color(), lw=0.9)
-        axes[2].errorbar(
-            temperature[trusted], zeta[trusted], spread[trusted], color=line.get_color(), lw=0.8, marker=".", ms=3
-        )
+        zeta[hidden] = np.nan
+        axes[2].errorbar(temperature, zeta, spread, color=line.get_color(), lw=0.8, marker=".", ms=3)
     axes[0].set(ylabel="frequency [Hz]", title="tracked modes")
     axes[1].set(
         ylabel="frequency against reference [%]", title=f"relative to {tracked.temperature[reference]:.1f} °C"

@@ -52,7 +52,7 @@ def run(recording: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
             ("identify", str(campaign), "--out", str(folder)),
             ("update", str(campaign), "--out", str(folder)),
             ("focus", str(folder), "--temperature", "20", "--temperature", "40"),
-            ("compensate", str(folder), "--spacing", "4", "--step", "2"),
+            ("compensate", str(folder), "--spacing", "4"),
             ("report", str(folder), "--pictures"),
         ):
             result = typed(*words)
