@@ -1,0 +1,59 @@
+"""A running campaign on the error stream: a bar with the time left, or plain lines where nobody looks."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+from drivers.rig.campaign import Moment, Observer
+
+
+@contextmanager
+def campaign_screen(clock_is_virtual: bool) -> Iterator[Observer]:
+    """Yield an observer that shows every moment of a campaign.
+
+    Parameters
+    ----------
+    clock_is_virtual : bool
+        The time left is that of a simulated rig, which passes faster than ours.
+    """
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description:<16}"),
+        TextColumn("{task.fields[temperature]:>6.2f} °C"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[left]}"),
+    )
+    suffix = " of simulated time" if clock_is_virtual else ""
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bars:
+        bar = bars.add_task("opening", total=None, temperature=0.0, left="")
+        last = -1
+
+        def show(moment: Moment) -> None:
+            nonlocal last
+            left = f"{duration(moment.seconds_left)} left{suffix}"
+            bars.update(
+                bar,
+                description=moment.stage,
+                completed=moment.done,
+                total=moment.total,
+                temperature=moment.temperature,
+                left=left,
+            )
+            if not console.is_terminal and moment.done != last:
+                last = moment.done
+                console.print(
+                    f"{moment.done} of {moment.total} sweeps, {moment.stage}, {moment.temperature:.2f} °C, {left}"
+                )
+
+        yield show
+
+
+def duration(seconds: float) -> str:
+    """Return hours and minutes, or seconds where it is less than two minutes."""
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{minutes} min"

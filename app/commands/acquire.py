@@ -1,0 +1,129 @@
+"""``flexura acquire``: run, or take up again, an experiment on a rig."""
+
+import json
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from app.commands.bad_input import bad_input
+
+if TYPE_CHECKING:
+    from app.files.experiment_toml import RigKind
+    from drivers.rig.campaign import Outcome
+
+
+@click.command(name="acquire")
+@click.argument("experiment", type=click.Path(path_type=Path))
+@click.option("--rig", type=click.Choice(["simulated", "ni"]), help="Which rig (default: what EXPERIMENT says).")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Campaign folder (default: NAME-campaign beside EXPERIMENT)."
+)
+@click.option("--again", is_flag=True, help="Run the legs once more for what was missed or failed.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@bad_input
+def command(experiment: Path, rig: "RigKind | None", out: Path | None, again: bool, as_json: bool) -> None:
+    """Run EXPERIMENT (a TOML file) on the rig, or take it up where it was interrupted.
+
+    Sweeps are triggered by the temperature measured; each is checked, repeated within bounds, and written as one
+    finished file. On Ctrl-C, on an error, when the oven or a card is lost or the disk is full, the drive is
+    brought to 0 V and the oven to rest, and the same command goes on later: what is finished is never touched.
+
+    Exit status 1 where sweeps are missing at the end, or the rig stopped the campaign.
+    """
+    from drivers.ni.errors import DaqError
+    from drivers.rig.errors import RigStopped
+
+    folder = (out or experiment.resolve().with_name(experiment.stem + "-campaign")).resolve()
+    started = time.perf_counter()
+    summary: dict[str, Any] = {"campaign": str(folder)}
+    try:
+        with _terminable():
+            outcome, summary["rig"], summary["sweeps"] = _acquire(experiment, rig, folder, again)
+    except RigStopped as stopped:
+        summary |= {"state": "stopped", "why": str(stopped), "unsafe": list(stopped.unsafe)}
+        _told(summary, as_json, f"stopped: {stopped}")
+    except DaqError as error:
+        summary |= {"state": "stopped", "why": str(error), "unsafe": []}
+        _told(summary, as_json, f"the rig cannot be opened: {error}")
+    except OSError as error:
+        summary |= {"state": "stopped", "why": str(error), "unsafe": []}
+        _told(summary, as_json, f"stopped: {folder} cannot be written: {error}. Make room, then run this again")
+    else:
+        summary |= {
+            "state": "complete" if not outcome.missing else "complete with sweeps missing",
+            "finished": outcome.finished,
+            "missing": outcome.missing,
+            "made_now": outcome.made_now,
+            "unsafe": list(outcome.unsafe),
+            "seconds": time.perf_counter() - started,
+        }
+        _told(summary, as_json, _line(outcome, folder, time.perf_counter() - started))
+        if not outcome.missing and not outcome.unsafe:
+            return
+    raise click.exceptions.Exit(1)
+
+
+def _acquire(experiment: Path, kind: "RigKind | None", folder: Path, again: bool) -> "tuple[Outcome, str, int]":
+    from app.campaign_screen import campaign_screen
+    from app.files.acquired_campaign import open_campaign
+    from app.files.campaign_folder import frozen_protocol
+    from app.files.experiment_toml import read_acquired_experiment
+    from app.files.provenance import sha256
+    from app.files.sweep_file import Source
+    from app.progress import progress
+    from app.rig import declared_by, rig_of
+    from drivers.rig.campaign import run_campaign
+
+    declared = read_acquired_experiment(experiment)
+    chosen = kind or declared.rig
+    source = Source(experiment.name, sha256(experiment))
+    with progress() as report:
+        opened = rig_of(declared, chosen, experiment, report)
+        rig = opened.__enter__()
+    try:
+        recorded = declared_by(declared, rig)
+        acquired = {"rig": chosen, **declared.model_dump(mode="json")}
+        protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, acquired)
+        with (
+            open_campaign(folder, protocol, recorded, source) as store,
+            campaign_screen(chosen == "simulated") as screen,
+        ):
+            outcome = run_campaign(rig, declared.protocol, store, screen, again=again)
+    finally:
+        opened.__exit__(*sys.exc_info())
+    return outcome, chosen, declared.protocol.count
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """End on SIGTERM, and when the terminal is closed, as on Ctrl-C: with everything brought to rest."""
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+    def leave(number: int, _: object) -> None:
+        raise SystemExit(128 + number)
+
+    before = {number: signal.signal(number, leave) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _line(outcome: "Outcome", folder: Path, seconds: float) -> str:
+    line = f"{outcome.finished} sweeps in {folder}, {outcome.made_now} of them now, in {seconds:.1f} s"
+    if outcome.missing:
+        line += f"; {outcome.missing} are missing (events.jsonl says why; --again tries once more)"
+    return line + "".join(f"\nNOT AT REST: {what}" for what in outcome.unsafe)
+
+
+def _told(summary: dict[str, Any], as_json: bool, line: str) -> None:
+    if as_json:
+        click.echo(json.dumps(summary, indent=1, allow_nan=False))
+    click.echo(line, err=True)

@@ -1,0 +1,178 @@
+"""The campaign folder a rig writes into: begun or taken up again, one finished file for every sweep."""
+
+import errno
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from analysis.campaign import Sweep
+from analysis.experiment import Experiment
+from analysis.protocol.set_points import SetPoint
+from app.files import events
+from app.files.atomic import force_folder_to_disk
+from app.files.campaign_error import CampaignFileError, Problem
+from app.files.campaign_folder import (
+    PROTOCOL,
+    SWEEPS,
+    is_campaign_folder,
+    read_protocol,
+    remove_unfinished,
+    sweep_paths,
+    write_index,
+    write_protocol,
+)
+from app.files.coverage import Place
+from app.files.folder_lock import folder_lock
+from app.files.sweep_file import Source, file_name, read_sweep_file, write_sweep
+
+REJECTED = "rejected"
+SPARE = 50_000_000
+"""Bytes of disk left free for the log and for whatever else lives there."""
+
+
+class AcquiredCampaign:
+    """A campaign folder open for a rig; made by `open_campaign`.
+
+    Parameters
+    ----------
+    folder : Path
+    experiment : Experiment
+    source : Source
+        The experiment's file.
+    """
+
+    def __init__(self, folder: Path, experiment: Experiment, source: Source) -> None:
+        self.folder = folder
+        self._experiment = experiment
+        self._sensors = tuple(sensor.id for sensor in experiment.sensors)
+        self._source = source
+        self._finished = self._verified()
+
+    def finished(self) -> frozenset[int]:
+        """Return the steps whose sweeps are there and whole."""
+        return frozenset(self._finished)
+
+    def keep(self, sweep: Sweep, set_point: SetPoint, attempt: int) -> None:
+        """Write a good sweep; FileExistsError rather than touch one that is there, OSError on a full disk."""
+        path = self.folder / SWEEPS / file_name(sweep, _place(set_point))
+        if path.exists():
+            raise FileExistsError(errno.EEXIST, "a finished sweep is never overwritten", str(path))
+        self._write(path, sweep, {"attempt": attempt})
+        self._finished.add(set_point.step)
+
+    def put_aside(self, sweep: Sweep, set_point: SetPoint, attempt: int, faults: Sequence[str]) -> None:
+        """Write a bad sweep where no reader of campaigns looks."""
+        stem = Path(file_name(sweep, _place(set_point))).stem
+        path = self.folder / REJECTED / f"{stem}_attempt{attempt}.h5"
+        while path.exists():
+            path = path.with_name(f"{path.stem}x.h5")
+        self._write(path, sweep, {"attempt": attempt, "faults": "\n".join(faults)})
+
+    def log(self, event: Mapping[str, Any]) -> None:
+        """Append an event to ``events.jsonl``."""
+        events.append_event(self.folder, dict(event))
+
+    def events(self) -> list[dict[str, Any]]:
+        """Read every event."""
+        return events.read_events(self.folder)
+
+    def _write(self, path: Path, sweep: Sweep, notes: Mapping[str, str | int | float]) -> None:
+        needed = sweep.drive.nbytes + sweep.responses.nbytes + SPARE
+        free = shutil.disk_usage(self.folder).free
+        if free < needed:
+            raise OSError(
+                errno.ENOSPC, f"{free / 1e6:.0f} MB are free, {needed / 1e6:.0f} MB are needed", str(path)
+            )
+        try:
+            write_sweep(path, sweep, self._sensors, self._source, notes)
+        except RuntimeError as error:  # how h5py tells that a file could not be closed
+            raise OSError(errno.EIO, f"cannot be written: {error}", str(path)) from error
+
+    def _verified(self) -> set[int]:
+        """Return the steps of the sweeps that are there; CampaignFileError for one that was damaged since."""
+        steps, problems = set(), []
+        for path in sweep_paths(self.folder):
+            sweep, wrong = read_sweep_file(path, f"{SWEEPS}/{path.name}")
+            if wrong is not None:
+                remedy = "move it out of the campaign; the same command then measures it again"
+                problems.append(Problem(wrong.file, wrong.key, wrong.seen, wrong.allowed, remedy))
+            elif sweep is not None:
+                steps.add(sweep.step)
+        if problems:
+            raise CampaignFileError(self.folder, problems)
+        return steps
+
+
+@contextmanager
+def open_campaign(
+    folder: Path, protocol: dict[str, Any], experiment: Experiment, source: Source
+) -> Iterator[AcquiredCampaign]:
+    """Make a campaign folder, or take one up again; nobody else can meanwhile.
+
+    Parameters
+    ----------
+    folder : Path
+    protocol : dict
+        Of `frozen_protocol`. It must be the very one a folder that is there was begun with.
+    experiment : Experiment
+    source : Source
+
+    Yields
+    ------
+    AcquiredCampaign
+
+    Raises
+    ------
+    CampaignFileError
+        If another process writes it, if it holds something else, or if it cannot be written.
+    """
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with folder_lock(folder):
+            _prepare(folder, protocol)
+            yield AcquiredCampaign(folder, experiment, source)
+            write_index(folder)
+    except PermissionError as error:
+        seen = f"cannot be written: {error.strerror or error}"
+        raise CampaignFileError(
+            folder, [Problem("", "", seen, "a folder on a writable disk", "use --out")]
+        ) from error
+
+
+def _prepare(folder: Path, protocol: dict[str, Any]) -> None:
+    ours = {PROTOCOL, f"{PROTOCOL}.part", SWEEPS}
+    if is_campaign_folder(folder):
+        there, _ = read_protocol(folder)
+        different = _differences(there, protocol)
+        if different:
+            seen = f"holds a campaign begun with another experiment; different: {', '.join(different[:6])}"
+            allowed = "a new folder, or this same experiment"
+            raise CampaignFileError(folder, [Problem("", "", seen, allowed, "undo the change, or use --out")])
+        remove_unfinished(folder)
+    elif folder.exists() and (not folder.is_dir() or {child.name for child in folder.iterdir()} - ours):
+        allowed = "a new folder, or one this same experiment began"
+        raise CampaignFileError(folder, [Problem("", "", "exists and is no campaign", allowed, "use --out")])
+    else:
+        folder.mkdir(exist_ok=True)
+        write_protocol(folder, protocol)
+    (folder / SWEEPS).mkdir(exist_ok=True)
+    force_folder_to_disk(folder)
+
+
+def _differences(there: dict[str, Any], asked: dict[str, Any]) -> list[str]:
+    """Keys in which two protocols differ; the wording of the file, its comments, is nobody's concern."""
+    one, other = _flat(there), _flat(asked)
+    keys = sorted(key for key in set(one) | set(other) if one.get(key) != other.get(key))
+    return [key.lstrip(".") for key in keys if not key.startswith((".source", ".sha256"))]
+
+
+def _flat(tree: Any, prefix: str = "") -> dict[str, Any]:
+    if not isinstance(tree, dict):
+        return {prefix: tree}
+    return {key: value for name, part in tree.items() for key, value in _flat(part, f"{prefix}.{name}").items()}
+
+
+def _place(set_point: SetPoint) -> Place:
+    return Place(set_point.temperature, set_point.direction, set_point.level)

@@ -1,0 +1,147 @@
+"""The rig of an experiment: real cards and oven, or simulated ones around the twin."""
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+
+from analysis.experiment import Experiment
+from analysis.material import MaterialLaws
+from app.files.campaign_error import CampaignFileError, Problem
+from app.files.experiment_toml import AcquiredExperiment, RigKind, Simulation
+from app.progress import Report
+from app.simulated_plate import TwinPlate
+from app.twin import UPDATING_BOX, campaign_twin
+from drivers.clock import SystemClock
+from drivers.ni.daqmx import DaqmxCards
+from drivers.ni.modules import KNOWN, InputModule
+from drivers.ni.output_modules import KNOWN_OUTPUTS
+from drivers.ni.simulated.loopback import serving
+from drivers.ni.simulated.surroundings import Module
+from drivers.ni.thermocouple_modules import NI_9211, NI_9213
+from drivers.ovens.settings import open_oven
+from drivers.ovens.simulated.thermal import Chamber
+from drivers.rig.rig import Rig
+from drivers.rig.simulated import SimulatedParts, simulated_parts
+
+
+@contextmanager
+def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Report) -> Iterator[Rig]:
+    """Yield the rig that runs an experiment.
+
+    Parameters
+    ----------
+    experiment : AcquiredExperiment
+    kind : str
+        ``ni`` or ``simulated``.
+    file : Path
+        The experiment's, for messages.
+    report : callable
+        Told the stage and the share done where the twin has to be reduced first.
+
+    Raises
+    ------
+    CampaignFileError
+        If the simulated rig is asked for and the file does not say enough about it.
+    """
+    if kind == "ni":
+        clock = SystemClock()
+        yield Rig(
+            open_cards=lambda: DaqmxCards(experiment.cards),
+            open_oven=lambda: open_oven(experiment.oven, clock),
+            clock=clock,
+            date=lambda: datetime.now(UTC),
+        )
+        return
+    parts = simulated_rig(experiment, file, report)
+    if experiment.simulation is not None and experiment.simulation.served:
+        with serving(parts.server) as address:
+            yield dataclasses.replace(parts, address=address).rig()
+    else:
+        yield parts.rig()
+
+
+def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) -> SimulatedParts:
+    """Build the simulated rig around the twin; CampaignFileError for what ``[simulation]`` lacks."""
+    simulation = experiment.simulation
+    if simulation is None:
+        allowed = "a table that says what is simulated: laws, seed, gain, noise"
+        raise CampaignFileError(file.parent, [Problem(file.name, "simulation", "nothing", allowed)])
+    laws = simulation.laws.laws()
+    _require_covered(experiment, laws, file)
+    gain = experiment.amplifier.gain if simulation.gain is None else simulation.gain
+    plate = TwinPlate(campaign_twin(experiment.recorded(experiment.sample_rate), report), laws, gain)
+    try:
+        return simulated_parts(
+            experiment.cards.model_copy(update={"grpc": None}),
+            experiment.oven,
+            plate,
+            modules=_modules(simulation, file),
+            seed=simulation.seed,
+            chamber=Chamber(room=experiment.oven.room_temperature),
+        )
+    except ValueError as error:
+        told = Problem(file.name, "cards", str(error), "terminals of simulation.modules")
+        raise CampaignFileError(file.parent, [told]) from error
+
+
+def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: Path) -> None:
+    """Raise CampaignFileError unless the laws reach over all sweeps and stay where the twin is certified."""
+    programme, limits = experiment.programme, experiment.limits
+    wanted = (programme.lowest - programme.tolerance - 1.0, programme.highest + programme.tolerance + 1.0)
+    low, high = laws.temperature_range
+    problems = []
+    if wanted[0] < low or wanted[1] > high:
+        problems.append(
+            Problem(
+                file.name,
+                "simulation.laws.temperature",
+                f"{low:g} to {high:g} °C",
+                f"to reach over {math.floor(wanted[0])} to {math.ceil(wanted[1])} °C, where sweeps are made "
+                f"(limits: {limits.coldest:g} to {limits.hottest:g} °C)",
+            )
+        )
+    else:
+        values = laws.at(range(math.ceil(wanted[0]), math.floor(wanted[1]) + 1))
+        for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
+            least, most = float(getattr(values, name).min()), float(getattr(values, name).max())
+            bottom, top = getattr(UPDATING_BOX, name)
+            if least < bottom or most > top:
+                seen = f"{least:.4g} to {most:.4g} between the values given"
+                problems.append(
+                    Problem(file.name, f"simulation.laws.{name}", seen, f"{bottom:g} to {top:g}, the twin's range")
+                )
+    if problems:
+        raise CampaignFileError(file.parent, problems)
+
+
+def _modules(simulation: Simulation, file: Path) -> dict[int, Module]:
+    known: dict[str, Module] = {module.name: module for module in (*KNOWN, *KNOWN_OUTPUTS, NI_9211, NI_9213)}
+    found: dict[int, Module] = {}
+    for slot, name in simulation.modules.items():
+        module = known.get(name.upper().replace(" ", "-"))
+        if module is None or slot not in tuple("12345678"):
+            seen = f"slot {slot!r}: {name!r}"
+            allowed = f"slots '1' to '8' with one of {', '.join(known)}"
+            raise CampaignFileError(file.parent, [Problem(file.name, "simulation.modules", seen, allowed)])
+        if isinstance(module, InputModule) and simulation.noise is not None:
+            module = dataclasses.replace(module, noise=simulation.noise)
+        found[int(slot)] = module
+    return found
+
+
+def declared_by(experiment: AcquiredExperiment, rig: Rig) -> Experiment:
+    """Return the declaration of the campaign, with the sample rate the opened cards read back.
+
+    Raises
+    ------
+    DaqError
+        If the cards cannot be opened.
+    """
+    cards = rig.open_cards()
+    try:
+        return experiment.recorded(cards.sample_rate)
+    finally:
+        cards.close()

@@ -1,0 +1,156 @@
+"""The folder a rig writes into."""
+
+import errno
+import os
+import shutil
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.campaign import Sweep
+from analysis.protocol.set_points import SetPoint
+from app.files.acquired_campaign import AcquiredCampaign, open_campaign
+from app.files.campaign import load_campaign
+from app.files.campaign_error import CampaignFileError
+from app.files.campaign_folder import frozen_protocol, sweep_paths
+from app.files.experiment_toml import read_acquired_experiment
+from app.files.sweep_file import Source, read_sweep_file
+
+EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "simulated-rig.toml"
+Opened = Callable[..., AbstractContextManager[AcquiredCampaign]]
+
+
+@pytest.fixture
+def opened(tmp_path: Path) -> Opened:
+    """Return a function that opens the campaign of the example, or of a changed one."""
+
+    def make(folder: str = "campaign", **changes: Any) -> AbstractContextManager[AcquiredCampaign]:
+        experiment = read_acquired_experiment(EXAMPLE)
+        recorded = experiment.recorded(8533.0)
+        acquired = experiment.model_dump(mode="json") | changes
+        source = Source("mine.toml", changes.get("sha256", "0" * 64))
+        acquired.pop("sha256", None)
+        protocol = frozen_protocol("campaign", recorded, {source.file: source.sha256}, acquired)
+        return open_campaign(tmp_path / folder, protocol, recorded, source)
+
+    return make
+
+
+def point(step: int) -> SetPoint:
+    return SetPoint(step, 10.0 * step, "up", 1.0, 0.0)
+
+
+def sweep(step: int, plate: float | None = None) -> Sweep:
+    rng = np.random.default_rng(step)
+    drive, response = rng.standard_normal((2, 3, 500)).astype(np.float32)
+    plate = 10.0 * step if plate is None else plate
+    return Sweep(
+        step, "up", 1.0, plate + 1.0, plate + 1.2, "2000-01-01T00:00:00+00:00", drive, response[None], plate, plate
+    )
+
+
+def test_sweeps_come_back_with_both_temperatures(opened: Opened, tmp_path: Path) -> None:
+    with opened() as store:
+        for step in range(7):
+            store.keep(sweep(step, 10.0 * step + 0.1), point(step), 1)
+        assert store.finished() == frozenset(range(7))
+    campaign = load_campaign(tmp_path / "campaign")
+    assert [round(one.temperature, 3) for one in campaign.sweeps] == [10.0 * step + 0.1 for step in range(7)]
+    assert campaign.sweeps[3].oven_temperature_start == pytest.approx(31.1)
+    np.testing.assert_array_equal(campaign.sweeps[2].responses, sweep(2).responses)
+    assert "sweeps/0003_up_T+030.0.h5" in campaign.hashes
+
+
+def test_a_finished_sweep_is_never_overwritten(opened: Opened, tmp_path: Path) -> None:
+    with opened() as store:
+        store.keep(sweep(1), point(1), 1)
+        (path,) = sweep_paths(tmp_path / "campaign")
+        before = path.read_bytes()
+        with pytest.raises(FileExistsError):
+            store.keep(sweep(1, 10.3), point(1), 2)
+        assert path.read_bytes() == before
+
+
+def test_rejected_sweeps_are_kept_apart_and_numbered(opened: Opened, tmp_path: Path) -> None:
+    with opened() as store:
+        store.put_aside(sweep(1), point(1), 1, ("too loud",))
+        store.put_aside(sweep(1), point(1), 2, ("too loud", "too hot"))
+        store.put_aside(sweep(1), point(1), 2, ("the log was lost",))
+        assert store.finished() == frozenset()
+    names = sorted(path.name for path in (tmp_path / "campaign" / "rejected").iterdir())
+    assert names == [f"0001_up_T+010.0_attempt{end}.h5" for end in ("1", "2", "2x")]
+    kept, problem = read_sweep_file(tmp_path / "campaign" / "rejected" / names[0], names[0])
+    assert problem is None
+    assert kept is not None
+
+
+def test_taken_up_again_without_what_a_kill_left_unfinished(opened: Opened, tmp_path: Path) -> None:
+    with opened() as store:
+        store.keep(sweep(0), point(0), 1)
+        store.log({"event": "finished", "step": 0})
+    torn = tmp_path / "campaign" / "sweeps" / "0001_up_T+010.0.h5.part"
+    torn.write_bytes(b"half a sweep")
+    with opened(sha256="1" * 64) as store:  # another comment in the file is no other experiment
+        assert store.finished() == frozenset({0})
+        assert store.events() == [{"event": "finished", "step": 0}]
+    assert not torn.exists()
+
+
+def test_a_damaged_sweep_is_named_not_measured_over(opened: Opened, tmp_path: Path) -> None:
+    with opened() as store:
+        store.keep(sweep(0), point(0), 1)
+    (path,) = sweep_paths(tmp_path / "campaign")
+    damaged = bytearray(path.read_bytes())
+    damaged[-200] ^= 0xFF
+    path.write_bytes(bytes(damaged))
+    with pytest.raises(CampaignFileError, match="move it out of the campaign"), opened():
+        pass
+    assert path.read_bytes() == bytes(damaged)
+
+
+def test_another_experiment_is_refused_with_what_differs(opened: Opened) -> None:
+    with opened():
+        pass
+    with pytest.raises(CampaignFileError, match=r"different: acquired\.title"), opened(title="another"):
+        pass
+
+
+def test_a_folder_of_somebody_elses_is_left_alone(opened: Opened, tmp_path: Path) -> None:
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter.txt").write_text("mine", encoding="utf-8")
+    with pytest.raises(CampaignFileError, match="is no campaign"), opened("thesis"):
+        pass
+    assert sorted(child.name for child in (tmp_path / "thesis").iterdir()) == ["chapter.txt"]
+
+
+def test_a_second_process_is_kept_out(opened: Opened) -> None:
+    with opened(), pytest.raises(CampaignFileError, match="another process"), opened():
+        pass
+
+
+def test_a_full_disk_leaves_nothing_half_written(
+    opened: Opened, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usage = shutil.disk_usage(tmp_path)
+    with opened() as store:
+        store.keep(sweep(0), point(0), 1)
+        with monkeypatch.context() as full:
+            full.setattr(shutil, "disk_usage", lambda path: usage._replace(free=1000))
+            with pytest.raises(OSError, match="are needed") as caught:
+                store.keep(sweep(1), point(1), 1)
+            assert caught.value.errno == errno.ENOSPC
+        with monkeypatch.context() as failing:
+            failing.setattr(os, "fsync", _no_space)
+            with pytest.raises(OSError, match="No space"):
+                store.keep(sweep(1), point(1), 1)
+        assert store.finished() == frozenset({0})
+        assert [path.name for path in (tmp_path / "campaign" / "sweeps").iterdir()] == ["0000_up_T+000.0.h5"]
+        store.keep(sweep(1), point(1), 2)
+
+
+def _no_space(handle: int) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")

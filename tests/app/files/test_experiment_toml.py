@@ -1,0 +1,64 @@
+import re
+from pathlib import Path
+
+import pytest
+
+from app.files.campaign_error import CampaignFileError
+from app.files.experiment_toml import read_acquired_experiment
+
+EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "simulated-rig.toml"
+
+
+def changed(tmp_path: Path, pattern: str, replacement: str) -> Path:
+    text, count = re.subn(pattern, replacement, EXAMPLE.read_text(encoding="utf-8"), count=1, flags=re.MULTILINE)
+    assert count == 1
+    file = tmp_path / "mine.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("pattern", "replacement", "told"),
+    [
+        (r"^every = 10.0", "evry = 10.0", r"programme.evry = unknown key; .*did you mean every\?"),
+        (r"^ramp_rate = 1.0", 'ramp_rate = "1"', r"programme.ramp_rate = '1'; allowed: a number above 0 to 60"),
+        (r"^band = .*", "band = [100.0, 5000.0]", "below half of"),
+        (r"^levels = .*", "levels = [4.5]", r"sweep.levels = 4.5 V; allowed: at most 4.24 V"),
+        (r"^levels = .*", "levels = [4.0]\ntypo = 1", r"sweep.typo = unknown key"),
+        (r"^patch_voltage = .*", "patch_voltage = 10.0", "the patch is rated for 10 V"),
+        (r"^max_rate = .*", "max_rate = 0.5", r"programme.ramp_rate = 1 K/min; .* steepest ramp"),
+        (r"^duration = .*", "duration = 60.0", r"the window programme.tolerance leaves"),
+        (r"^thermocouples = .*", "", r"names no thermocouple"),
+        (r"^responses = .*", 'responses = ["cDAQ1Mod1/ai1", "cDAQ1Mod1/ai2"]', "2 terminals for the 1 sensors"),
+        (r"^sample_rate = 8500.0", "sample_rate = 99000.0", r"NI-9234 allows .* to 51200 Hz"),
+        (r"^youngs_modulus = .*", "youngs_modulus = [1e9, 1e9, 1e9, 1e9]", "4 values for 9 temperatures"),
+        (r"^format = .*", 'format = "experiment/2"', r"format = 'experiment/2'; allowed: 'experiment/1'"),
+        (r"^kind = \"watlow-f4t\"", 'kind = "watlow"', "'votsch-ascii2'"),
+        (r"^center = \[0.04", "center = [0.24", "the plate allows 0 to 0.24"),
+    ],
+)
+def test_what_is_wrong_is_named_with_file_key_value_and_range(
+    tmp_path: Path, pattern: str, replacement: str, told: str
+) -> None:
+    with pytest.raises(CampaignFileError, match=told) as caught:
+        read_acquired_experiment(changed(tmp_path, pattern, replacement))
+    assert "mine.toml" in str(caught.value)
+
+
+def test_without_simulation_it_cannot_be_the_simulated_rig(tmp_path: Path) -> None:
+    text = EXAMPLE.read_text(encoding="utf-8").split("[simulation]")[0]
+    file = tmp_path / "mine.toml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(CampaignFileError, match=r"no \[simulation\]"):
+        read_acquired_experiment(file)
+    file.write_text(text.replace('rig = "simulated"', 'rig = "ni"'), encoding="utf-8")
+    assert read_acquired_experiment(file).simulation is None
+
+
+def test_declares_its_campaign_with_the_rate_read_back() -> None:
+    experiment = read_acquired_experiment(EXAMPLE)
+    recorded = experiment.recorded(8533.0)
+    assert recorded.format == "recorded-campaign/1"
+    assert recorded.acquisition.sample_rate == 8533.0
+    assert recorded.protocol.temperatures == (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0)
+    assert recorded.oven.room_temperature == 22.0
