@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.compensation.bayesian import train
-from analysis.compensation.network import scaled
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
 from analysis.compensation.training import Trained, outputs_at, prepare
@@ -41,7 +40,7 @@ def leave_one_out_networks(
     )
     used = np.ones((len(inner), actuators, count))
     used[np.arange(len(inner)), :, inner] = 0.0
-    inputs = scaled(filters.temperature, (float(filters.temperature[0]), float(filters.temperature[-1])))
+    inputs = trained.networks.input.at(filters.temperature)
     hidden = tuple(np.tile(layer, (len(inner), 1)) for layer in (trained.networks.slope, trained.networks.bias))
     batch = prepare(
         inputs,

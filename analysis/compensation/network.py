@@ -9,28 +9,65 @@ Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class InputMap:
+    """What networks are fed at a temperature, from -1 to 1 over the range they are trained on.
+
+    Attributes
+    ----------
+    temperature : (k,) ndarray
+        Ascending, degrees Celsius; its ends are the trained range.
+    value : (k,) ndarray
+        The input there, straight in between: two points for the temperature itself, a finer table for
+        log √D(T), along which the modes move evenly.
+    """
+
+    temperature: Real
+    value: Real
+
+    def __post_init__(self) -> None:
+        low, high = self.temperature_range
+        if not (np.diff(self.temperature) > 0.0).all():
+            raise ValueError(f"temperature range {low:g} to {high:g} °C must ascend")
+        if self.value.shape != self.temperature.shape or not np.isfinite(self.value).all():
+            raise ValueError(f"{self.value.shape} inputs for {self.temperature.shape} temperatures")
+
+    @classmethod
+    def of(cls, temperature: Real, coordinate: Real) -> "InputMap":
+        """Stretch a `coordinate` (k,) of `temperature` (k,) to -1..1."""
+        low, high = float(coordinate.min()), float(coordinate.max())
+        return cls(temperature, (2.0 * coordinate - low - high) / (high - low))
+
+    @property
+    def temperature_range(self) -> tuple[float, float]:
+        """Trained range, degrees Celsius."""
+        return float(self.temperature[0]), float(self.temperature[-1])
+
+    def at(self, temperature: ArrayLike) -> Real:
+        """Input (T,) at `temperature` (T,); outside the range, that of its end."""
+        value: Real = np.interp(np.atleast_1d(np.asarray(temperature, dtype=float)), self.temperature, self.value)
+        return value
+
+
+@dataclass(frozen=True)
 class NetworkBank:
     """Trained networks of N actuators: tanh hidden layer of H nodes, M linear outputs.
 
     Attributes
     ----------
-    temperature_range : (float, float)
-        Trained range, degrees Celsius; mapped to -1..1 at the input.
+    input : InputMap
+        From temperature to what the hidden nodes see.
     slope, bias : (N, H) ndarray
         Of the hidden nodes.
     output : (N, H+1, M) ndarray
         Weights into the taps and, last, their biases, scales undone: V per unit of audio signal.
     """
 
-    temperature_range: tuple[float, float]
+    input: InputMap
     slope: Real
     bias: Real
     output: Real
 
     def __post_init__(self) -> None:
-        low, high = self.temperature_range
-        if not low < high:
-            raise ValueError(f"temperature range {low:g} to {high:g} °C must ascend")
         count, nodes = self.slope.shape
         if self.bias.shape != (count, nodes) or self.output.shape[:2] != (count, nodes + 1):
             raise ValueError(
@@ -40,9 +77,7 @@ class NetworkBank:
 
     def taps(self, temperature: ArrayLike) -> Real:
         """Return filters (T, N, M) at `temperature` (T,), degrees Celsius; outside the range, those of its end."""
-        low, high = self.temperature_range
-        inside = np.clip(np.atleast_1d(np.asarray(temperature, dtype=float)), low, high)
-        x = scaled(inside, self.temperature_range)
+        x = self.input.at(temperature)
         hidden = np.tanh(x[:, None, None] * self.slope + self.bias)
         taps: Real = np.einsum("tnh,nhm->tnm", hidden, self.output[:, :-1]) + self.output[:, -1]
         return taps
@@ -50,11 +85,5 @@ class NetworkBank:
     def outside(self, temperature: ArrayLike) -> NDArray[np.bool_]:
         """Which of `temperature` (T,) lie outside the trained range: their filters are clamped, not predicted."""
         t = np.atleast_1d(np.asarray(temperature, dtype=float))
-        low, high = self.temperature_range
+        low, high = self.input.temperature_range
         return ~((t >= low - 1e-9) & (t <= high + 1e-9))
-
-
-def scaled(temperature: Real, temperature_range: tuple[float, float]) -> Real:
-    """Temperatures on -1..1 over the trained range."""
-    low, high = temperature_range
-    return (2.0 * temperature - low - high) / (high - low)

@@ -11,6 +11,9 @@ class Training:
     ----------
     nodes : int
         Hidden tanh nodes; at most the training temperatures less 2.
+    feed : str
+        ``rigidity``: log √D(T) of the panel's plate, along which its modes move evenly, so that a wrinkle of a
+        measured law costs nothing; ``temperature``: the temperature itself, as in the paper.
     scale : str
         ``global``: one scale for all taps of an actuator, so that errors count as in eq. (13);
         ``tap``: every tap stretched to -1..1, as MATLAB does it.
@@ -30,6 +33,7 @@ class Training:
     """
 
     nodes: int = 10
+    feed: str = "rigidity"
     scale: str = "global"
     start: str = "warm"
     split: str = "none"
@@ -43,6 +47,7 @@ class Training:
             if not low <= getattr(self, name) <= high:
                 raise ValueError(f"{name} {getattr(self, name)} is outside {low} to {high}")
         for name, choices in (
+            ("feed", ("rigidity", "temperature")),
             ("scale", ("global", "tap")),
             ("start", ("warm", "random")),
             ("split", ("none", "matlab")),

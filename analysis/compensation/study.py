@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.compensation.interpolation import cubic_spline, linear, log_root_rigidity, reduced_frequency
 from analysis.compensation.leave_one_out import leave_one_out, leave_one_out_networks
+from analysis.compensation.network import InputMap
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
 from analysis.compensation.training import Trained, train_networks
@@ -116,10 +117,13 @@ def compensate(
     truth, forms = _direct(model, panel, laws, everywhere, report)
     filters, _ = _direct(model, panel, laws, knots, report, stage="Training filters")
     trained: list[Trained] = []
+    fed = InputMap.of(everywhere, everywhere if training.feed == "temperature" else _rigidity(laws, everywhere))
 
     def networks(bank: FirBank, temperature: Real) -> Real:
         trained.append(
-            train_networks(bank, training, device, lambda epoch: report("Networks", (epoch + 1) / training.epochs))
+            train_networks(
+                bank, training, device, lambda epoch: report("Networks", (epoch + 1) / training.epochs), fed
+            )
         )
         return trained[-1].networks.taps(temperature)
 
@@ -160,8 +164,7 @@ def rivals(model: PanelModel, panel: Panel, laws: MaterialLaws, knots: Real) -> 
     """Methods that interpolate, in the order of `METHODS`, given the training temperatures `knots`."""
 
     def u(temperature: Real) -> Real:
-        material = laws.at(temperature)
-        return log_root_rigidity(material.youngs_modulus, material.poisson_ratio)
+        return _rigidity(laws, temperature)
 
     def spline(bank: FirBank, temperature: Real) -> Real:
         return cubic_spline(bank, bank.temperature, temperature)
@@ -184,6 +187,11 @@ def rivals(model: PanelModel, panel: Panel, laws: MaterialLaws, knots: Real) -> 
         return design(complex_filters, temperature, settings).taps
 
     return linear, spline, rigidity_spline, equal_reduced_frequency
+
+
+def _rigidity(laws: MaterialLaws, temperature: Real) -> Real:
+    material = laws.at(temperature)
+    return log_root_rigidity(material.youngs_modulus, material.poisson_ratio)
 
 
 def _wide_lines(panel: Panel) -> Real:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.compensation.arrow import Weights, predict
 from analysis.compensation.bayesian import Fit, Problem, train
-from analysis.compensation.network import NetworkBank, scaled
+from analysis.compensation.network import InputMap, NetworkBank
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
 from analysis.focusing.fir import FirBank
@@ -76,15 +76,11 @@ class Batch:
     scale: Real
     offset: Real
 
-    def bank(
-        self, weights: Weights, chosen: NDArray[np.int64], temperature_range: tuple[float, float]
-    ) -> NetworkBank:
+    def bank(self, weights: Weights, chosen: NDArray[np.int64], inputs: InputMap) -> NetworkBank:
         """Networks with rotation and scale undone, of the `chosen` members."""
         output = weights.output.cpu().numpy()[chosen] @ self.axes[chosen] * self.scale[chosen, None, :]
         output[:, -1] += self.offset[chosen]
-        return NetworkBank(
-            temperature_range, weights.slope.cpu().numpy()[chosen], weights.bias.cpu().numpy()[chosen], output
-        )
+        return NetworkBank(inputs, weights.slope.cpu().numpy()[chosen], weights.bias.cpu().numpy()[chosen], output)
 
 
 def train_networks(
@@ -92,8 +88,9 @@ def train_networks(
     settings: Training,
     device: str = "cpu",
     progress: Callable[[int], None] | None = None,
+    inputs: InputMap | None = None,
 ) -> Trained:
-    """Train one network per actuator on the filters at a few temperatures.
+    """Train one network per actuator on the filters at a few temperatures, fed with `inputs` (temperature).
 
     Raises
     ------
@@ -107,13 +104,13 @@ def train_networks(
     rng = np.random.default_rng(settings.seed)
     targets = np.repeat(filters.taps.transpose(1, 0, 2), settings.restarts, axis=0)
     used = split(len(targets), len(filters.temperature), settings.split, rng)
-    ends = (float(filters.temperature[0]), float(filters.temperature[-1]))
-    batch = prepare(scaled(filters.temperature, ends), targets, used, settings, rng, device)
+    fed = inputs or InputMap.of(filters.temperature[[0, -1]], filters.temperature[[0, -1]])
+    batch = prepare(fed.at(filters.temperature), targets, used, settings, rng, device)
     fit = train(batch.problem, batch.start, settings.epochs, progress=progress)
-    error = relative_error(outputs_at(batch, fit.weights, scaled(filters.temperature, ends)), targets)
+    error = relative_error(outputs_at(batch, fit.weights, fed.at(filters.temperature)), targets)
     worst = np.where(used > 0.0, error, 0.0).max(axis=1)
     chosen = _best(fit, worst, settings, filters.taps.shape[1])
-    return _report(fit, batch.bank(fit.weights, chosen, ends), chosen, worst, used, settings)
+    return _report(fit, batch.bank(fit.weights, chosen, fed), chosen, worst, used, settings)
 
 
 def prepare(

@@ -33,6 +33,13 @@ GOOD_ERROR = 0.05
 @click.option(
     "--restarts", type=click.IntRange(1, 100), default=1, show_default=True, help="Trainings per actuator."
 )
+@click.option(
+    "--feed",
+    type=click.Choice(("rigidity", "temperature")),
+    default="rigidity",
+    show_default=True,
+    help="What the networks are fed: log √D of the plate at the temperature, or the temperature as in the paper.",
+)
 @click.option("--scale", type=click.Choice(("global", "tap")), default="global", show_default=True)
 @click.option("--start", type=click.Choice(("warm", "random")), default="warm", show_default=True)
 @click.option("--split", type=click.Choice(("none", "matlab")), default="none", show_default=True)
@@ -49,6 +56,7 @@ def command(
     spacing: float = 5.0,
     nodes: int = 10,
     restarts: int = 1,
+    feed: str = "rigidity",
     scale: str = "global",
     start: str = "warm",
     split: str = "none",
@@ -78,7 +86,9 @@ def command(
     laws_path, laws = laws_of(run or Path())
     declared, panel_path = panel_for(panel, laws_path.parent)
     low, high = range_of(declared, laws, laws_path)
-    training = Training(nodes=nodes, scale=scale, start=start, split=split, restarts=restarts, seed=seed)
+    training = Training(
+        nodes=nodes, feed=feed, scale=scale, start=start, split=split, restarts=restarts, seed=seed
+    )
     checked_device(device)
     try:
         training.check_temperatures(len(spaced(low, high, spacing)))
@@ -152,7 +162,7 @@ def show(found: "Compensation") -> None:
 
     table = Table(title="Filters between the training temperatures", header_style="bold")
     for heading in ("method", "RE max [%]", "RE mean [%]", "RE left out [%]", "contrast loss", "s"):
-        table.add_column(heading, justify="left" if heading == "method" else "right")
+        table.add_column(heading, justify="left" if heading == "method" else "right", no_wrap=heading == "method")
     for m, name in enumerate(found.methods):
         table.add_row(
             name,

@@ -68,8 +68,9 @@ def test_spot_errors_belong_to_their_temperatures(plain, softening, studied):
 
 
 def test_what_is_left_out_is_missed_by_more_than_what_is_trained_on(studied):
-    between = studied.relative_error.max(axis=(1, 2))
-    assert np.all(studied.left_out.max(axis=(1, 2)) > between)
+    trained_on = studied.relative_error[:, 5:-5:5]
+    assert trained_on.shape == studied.left_out.shape
+    assert np.all(studied.left_out > 10.0 * trained_on)
 
 
 def test_stiffness_alone_orders_the_temperatures(softening):

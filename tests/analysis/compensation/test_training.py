@@ -82,6 +82,7 @@ def test_a_network_that_explains_filters_as_noise_is_refused(rng):
         {"restarts": 0},
         {"epochs": 0},
         {"scale": "none"},
+        {"feed": "pressure"},
         {"start": "cold"},
         {"split": 3},
         {"largest_error": 0.0},
