@@ -70,7 +70,7 @@ def test_spot_errors_belong_to_their_temperatures(plain, softening, studied):
 def test_what_is_left_out_is_missed_by_more_than_what_is_trained_on(studied):
     trained_on = studied.relative_error[:, 5:-5:5]
     assert trained_on.shape == studied.left_out.shape
-    assert np.all(studied.left_out > 10.0 * trained_on)
+    assert np.all(studied.left_out.max(axis=2) > 10.0 * trained_on.max(axis=2))
 
 
 def test_stiffness_alone_orders_the_temperatures(softening):
