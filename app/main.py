@@ -16,6 +16,8 @@ VERBS = {
     "focus": "focus",
     "compensate": "compensate",
     "report": "report",
+    "doctor": "doctor",
+    "simulate-daq": "simulate_daq",
     "demo": "demo",
 }
 

@@ -1,0 +1,78 @@
+"""What can be said of this computer before a campaign: cards, ports, oven, disk, clock."""
+
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+from app.campaign_screen import duration
+from app.files.experiment_toml import AcquiredExperiment
+from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven, look_at_ports
+
+EARLIEST = datetime(2025, 1, 1, tzinfo=UTC)
+"""A clock that shows less was never set."""
+APART = 2.0
+"""Largest difference between the computer's and the disk's time, s."""
+PLENTY = 1e9
+"""Bytes that are enough where no experiment says how many are needed."""
+
+
+def examine(experiment: AcquiredExperiment | None, folder: Path) -> Iterator[Finding]:
+    """Yield a finding for everything looked at.
+
+    Parameters
+    ----------
+    experiment : AcquiredExperiment, optional
+        Whose cards, oven and amount of data are looked at too.
+    folder : Path
+        Where a campaign would be written.
+    """
+    real = experiment is not None and experiment.rig == "ni"
+    yield from look_at_cards(experiment.cards if experiment is not None else None, needed=real)
+    yield from look_at_ports()
+    if experiment is not None:
+        yield look_at_oven(experiment.oven, needed=real)
+        seconds = experiment.protocol.seconds(experiment.oven.room_temperature)
+        yield Finding("campaign", State.GOOD, f"{experiment.protocol.count} sweeps, about {duration(seconds)}")
+    yield _disk(experiment, folder)
+    yield _clock(folder)
+
+
+def campaign_bytes(experiment: AcquiredExperiment) -> float:
+    """Estimate the size of a campaign whose every sweep needs one repetition, bytes."""
+    samples = experiment.sweep.record * experiment.sample_rate * experiment.sweep.repeats
+    channels = 1 + len(experiment.cards.responses)
+    return 2.0 * 4.0 * samples * channels * experiment.protocol.count
+
+
+def _disk(experiment: AcquiredExperiment | None, folder: Path) -> Finding:
+    there = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    free = shutil.disk_usage(there).free
+    needed = PLENTY if experiment is None else 1e8 + campaign_bytes(experiment)
+    seen = f"{free / 1e9:.1f} GB free at {there}, {needed / 1e9:.2f} GB wanted"
+    if not os.access(there, os.W_OK):
+        return Finding("disk", State.BAD, f"{there} cannot be written", "choose another folder with --out")
+    if free < needed:
+        return Finding("disk", State.BAD, seen, "make room, or choose another disk with --out")
+    return Finding("disk", State.GOOD, seen)
+
+
+def _clock(folder: Path) -> Finding:
+    """Look at the time of day: no deadline hangs on it, but a wrong date in a measurement stays wrong."""
+    now = datetime.now(UTC)
+    local = now.astimezone().isoformat(timespec="seconds")
+    if now < EARLIEST:
+        return Finding("clock", State.BAD, f"shows {local}", "set it, and let it be kept by a time server")
+    there = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    try:
+        with tempfile.NamedTemporaryFile(dir=there) as probe:
+            apart = abs(Path(probe.name).stat().st_mtime - time.time())
+    except OSError:  # told of already, as a disk that cannot be written
+        apart = 0.0
+    if apart > APART:
+        step = "let both be kept by the same time server"
+        return Finding("clock", State.NOTE, f"{local}, {apart:.0f} s from that of the disk at {there}", step)
+    return Finding("clock", State.GOOD, local)

@@ -1,0 +1,119 @@
+"""What is connected to this computer, and whether it answers: looked at, never set to anything."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from serial.tools import list_ports
+
+from drivers.ni.connection import Connection, Device
+from drivers.ni.errors import DaqError
+from drivers.ni.wiring import Wiring
+from drivers.ovens.error import OvenError
+from drivers.ovens.settings import OvenSettings, open_oven
+
+
+class State(StrEnum):
+    """How a finding is to be taken."""
+
+    GOOD = "good"
+    NOTE = "note"
+    """In the way of nothing that was asked for."""
+    BAD = "bad"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at.
+
+    Attributes
+    ----------
+    what : str
+        The thing.
+    state : State
+    seen : str
+    next_step : str
+        What to do about it; empty where there is nothing to do.
+    """
+
+    what: str
+    state: State
+    seen: str
+    next_step: str = ""
+
+
+def look_at_cards(wiring: Wiring | None, *, needed: bool) -> Iterator[Finding]:
+    """Yield what the NI driver, here or on the server of `wiring`, knows, and whether the wiring fits.
+
+    Parameters
+    ----------
+    wiring : Wiring or None
+    needed : bool
+        Whether lacking any of it is bad or only to be noted.
+    """
+    lacking = State.BAD if needed else State.NOTE
+    where = f"server {wiring.grpc}" if wiring is not None and wiring.grpc else "this computer"
+    try:
+        with Connection(wiring.grpc if wiring is not None else None) as connection:
+            devices = connection.devices()
+    except DaqError as error:
+        yield Finding("NI driver", lacking, f"{where}: {error.said}", error.next_step)
+        return
+    yield Finding("NI driver", State.GOOD, f"answers on {where}")
+    if not devices:
+        step = "connect the chassis, switch it on, and look for it in NI MAX or NI Hardware Configuration Utility"
+        yield Finding("NI devices", lacking, "none", step)
+    for device in devices:
+        channels = f"{len(device.inputs)} inputs, {len(device.outputs)} outputs"
+        simulated = ", simulated" if device.simulated else ""
+        yield Finding(f"NI device {device.name}", State.GOOD, f"{device.product}, {channels}{simulated}")
+    if wiring is not None and devices:
+        yield _terminals(wiring, devices, lacking)
+
+
+def _terminals(wiring: Wiring, devices: tuple[Device, ...], lacking: State) -> Finding:
+    there = {channel for device in devices for channel in device.inputs + device.outputs}
+    asked = (wiring.output, *wiring.inputs, *wiring.thermocouples)
+    missing = [terminal for terminal in asked if terminal not in there]
+    if not missing:
+        return Finding("terminals of [cards]", State.GOOD, f"all {len(asked)} exist")
+    step = f"correct [cards]; what exists: {', '.join(sorted(there)) or 'no terminal at all'}"
+    return Finding("terminals of [cards]", lacking, f"not there: {', '.join(missing)}", step)
+
+
+def look_at_ports() -> Iterator[Finding]:
+    """Yield every serial port."""
+    ports = sorted(list_ports.comports(), key=lambda port: str(port.device))
+    if not ports:
+        step = (
+            "connect the oven's cable or its USB adapter, and install the adapter's driver, if an oven is needed"
+        )
+        yield Finding("serial ports", State.NOTE, "none", step)
+    for port in ports:
+        usable = os.name == "nt" or os.access(port.device, os.R_OK | os.W_OK)
+        step = "" if usable else "get the right to use it (on Linux: the group dialout), log out and in again"
+        seen = str(port.description) if usable else f"{port.description}, but not for this user"
+        yield Finding(f"serial port {port.device}", State.GOOD if usable else State.NOTE, seen, step)
+
+
+def look_at_oven(settings: OvenSettings, *, needed: bool) -> Finding:
+    """Ask an oven for its temperature, and nothing else."""
+    lacking = State.BAD if needed else State.NOTE
+    name = f"oven {settings.kind} at {settings.port}"
+    if not needed and "://" not in settings.port and not Path(settings.port).exists():
+        return Finding(name, State.NOTE, "no such port", "nothing to do: this experiment's rig is simulated")
+    try:
+        oven = open_oven(settings)
+        try:
+            temperature = oven.temperature()
+        finally:
+            oven.close()
+    except OvenError as error:
+        return Finding(name, lacking, error.what, error.advice)
+    limits = settings.limits()
+    if not limits.minimum - 20.0 <= temperature <= limits.maximum + 20.0:
+        step = "check its sensor, and that the controller's unit is degrees Celsius (decimals, for a Eurotherm)"
+        return Finding(name, lacking, f"answers {temperature:.1f} °C, far beyond its limits", step)
+    return Finding(name, State.GOOD, f"answers {temperature:.1f} °C")

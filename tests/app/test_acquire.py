@@ -1,0 +1,182 @@
+"""flexura acquire on the simulated rig, and what the rest of the program makes of its campaigns."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from app.commands import acquire
+from app.files.campaign import load_campaign
+from app.files.campaign_error import CampaignFileError
+from app.files.events import read_events
+from app.files.experiment_toml import read_acquired_experiment
+from app.main import flexura, main
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLE = ROOT / "examples" / "simulated-rig.toml"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _cache(tmp_path_factory: pytest.TempPathFactory) -> object:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FLEXURA_CACHE", str(tmp_path_factory.getbasetemp() / "bases"))
+        yield
+
+
+def experiment(folder: Path, *changes: tuple[str, str]) -> Path:
+    """Write the example with a narrow band, quick to reduce, and four temperatures; further changes by pattern."""
+    usual = (
+        (r"^band = .*", "band = [100.0, 600.0]"),
+        (r"^duration = .*", "duration = 1.0"),
+        (r"^lowest = .*", "lowest = 15.0"),
+        (r"^highest = .*", "highest = 45.0"),
+        (r"^soak_before = .*", "soak_before = 300.0"),
+    )
+    text = EXAMPLE.read_text(encoding="utf-8")
+    for pattern, replacement in (*usual, *changes):
+        text, count = re.subn(pattern, replacement, text, count=1, flags=re.MULTILINE)
+        assert count == 1, pattern
+    file = folder / "mine.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(flexura, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def acquired(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Result]:
+    """Return an experiment and its undisturbed campaign."""
+    file = experiment(tmp_path_factory.mktemp("acquired"))
+    result = run("acquire", file, "--json")
+    return file, file.with_name("mine-campaign"), result
+
+
+def test_says_what_came_of_it(acquired: tuple[Path, Path, Result]) -> None:
+    _, folder, result = acquired
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert (told["state"], told["rig"], told["sweeps"], told["finished"]) == ("complete", "simulated", 4, 4)
+    assert Path(told["campaign"]) == folder
+    assert "4 sweeps in" in result.stderr
+    with h5py.File(folder / "index.h5") as index:
+        assert len(index) == 4
+        assert index["0001_up_T+025.0/drive"].shape[0] == 3
+
+
+def test_the_laws_put_in_come_back(acquired: tuple[Path, Path, Result], tmp_path: Path) -> None:
+    file, folder, _ = acquired
+    result = run("update", folder, "--out", tmp_path / "run", "--json")
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    simulation = read_acquired_experiment(file).simulation
+    assert simulation is not None
+    assert told["gain"] == pytest.approx(simulation.gain, rel=0.005)
+    for row in told["temperatures"]:
+        truth = simulation.laws.laws().at(row["temperature_c"])
+        assert row["youngs_modulus_pa"] == pytest.approx(truth.youngs_modulus[0], rel=0.005)
+        assert row["poisson_ratio"] == pytest.approx(truth.poisson_ratio[0], abs=0.01)
+        assert row["loss_factor"] == pytest.approx(truth.loss_factor[0], rel=0.03)
+        assert row["misfit"] < 1.5 * row["noise_floor"]
+
+
+def test_again_changes_nothing(acquired: tuple[Path, Path, Result]) -> None:
+    file, folder, _ = acquired
+    before = {path: path.read_bytes() for path in folder.rglob("*.h5")}
+    result = run("acquire", file)
+    assert result.exit_code == 0
+    assert "0 of them now" in result.stderr
+    assert {path: path.read_bytes() for path in folder.rglob("*.h5")} == before
+
+
+def test_over_a_loopback_port_the_same_sweeps_are_measured(
+    acquired: tuple[Path, Path, Result], tmp_path: Path
+) -> None:
+    _, folder, _ = acquired
+    served = experiment(tmp_path, (r"^seed = 1", "seed = 1\nserved = true"), (r"^highest = .*", "highest = 25.0"))
+    assert run("acquire", served, "--out", tmp_path / "served").exit_code == 0
+    first_two = load_campaign(folder).sweeps[:2]
+    for here, there in zip(first_two, load_campaign(tmp_path / "served").sweeps, strict=True):
+        np.testing.assert_array_equal(here.responses, there.responses)
+        assert here.temperature == there.temperature
+
+
+def test_missing_sweeps_make_it_not_good_enough(tmp_path: Path) -> None:
+    """Asked for more coherence than the noise leaves, every sweep is rejected and put aside."""
+    file = experiment(
+        tmp_path, (r"^noise = .*", "noise = 0.02"), (r"^retries = 2", "retries = 1\ncoherence = 0.99")
+    )
+    result = run("acquire", file, "--out", tmp_path / "noisy", "--json")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["missing"] == 4
+    assert len(list((tmp_path / "noisy" / "rejected").iterdir())) == 8
+    reasons = {event["why"] for event in read_events(tmp_path / "noisy") if event["event"] == "missing"}
+    assert all("not coherent" in reason for reason in reasons)
+
+
+def test_laws_that_do_not_reach_over_the_sweeps_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    short = "temperature = [-10.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 52.0, 54.0]"
+    file = experiment(tmp_path, (r"^highest = .*", "highest = 55.0"), (r"^temperature = .*", short))
+    with pytest.raises(SystemExit) as left:
+        main(["acquire", str(file)])
+    assert left.value.code == 2
+    assert "simulation.laws.temperature = -10 to 54 °C" in capsys.readouterr().err
+
+
+def test_the_real_rig_is_refused_where_there_is_none(tmp_path: Path) -> None:
+    result = run("acquire", experiment(tmp_path), "--rig", "ni", "--json")
+    assert result.exit_code == 1
+    assert "NI-DAQmx" in json.loads(result.stdout)["why"]
+    assert not (tmp_path / "mine-campaign").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
+@pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
+def test_a_signal_brings_everything_to_rest_and_the_command_goes_on(
+    acquired: tuple[Path, Path, Result], tmp_path: Path, number: signal.Signals
+) -> None:
+    file, out = acquired[0], tmp_path / "broken-off"
+    command = [sys.executable, "-m", "app", "acquire", str(file), "--out", str(out)]
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as child:
+        _wait_for(lambda: len(list(out.glob("sweeps/*.h5"))) >= 1, child)
+        child.send_signal(number)
+        _, said = child.communicate(timeout=60)
+    assert child.returncode == {signal.SIGINT: 130, signal.SIGTERM: 143}[number], said
+    assert "Traceback" not in said
+    last = [event for event in read_events(out) if event["event"] == "oven"][-1]
+    assert (last["command"], last["unsafe"]) == ("safe", [])
+    done = {path.name: path.read_bytes() for path in out.glob("sweeps/*.h5")}
+    assert 1 <= len(done) < 4
+    with pytest.raises(CampaignFileError, match="flexura acquire"):  # not to be taken for a whole one
+        load_campaign(out)
+    assert run("acquire", file, "--out", out).exit_code == 0
+    assert {path.name: path.read_bytes() for path in out.glob("sweeps/*.h5") if path.name in done} == done
+    assert len(load_campaign(out).sweeps) == 4
+
+
+def _wait_for(condition: Callable[[], bool], child: "subprocess.Popen[str]") -> None:
+    deadline = time.monotonic() + 90.0
+    while not condition():
+        assert child.poll() is None, "the campaign ended by itself"
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+
+
+def test_help_is_quick_to_say_what_it_does() -> None:
+    result = run("acquire", "--help")
+    assert result.exit_code == 0
+    assert "taken up" in result.output or "take it up" in result.output
+    assert acquire.command.name == "acquire"

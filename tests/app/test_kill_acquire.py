@@ -1,0 +1,131 @@
+"""Campaigns killed by SIGKILL at any moment and taken up again end as if they had never been."""
+
+import os
+import random
+import signal
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfilt
+
+from analysis.protocol.protocol import AcquisitionProtocol
+from app.files.acquired_campaign import open_campaign
+from app.files.campaign import load_campaign
+from app.files.campaign_folder import frozen_protocol
+from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
+from app.files.sweep_file import Source, digest
+from drivers.ni.modules import NI_9234
+from drivers.ni.output_modules import NI_9260
+from drivers.ni.thermocouple_modules import NI_9211
+from drivers.rig.campaign import run_campaign
+from drivers.rig.simulated import simulated_parts
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs fork and SIGKILL")
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "simulated-rig.toml"
+Array = NDArray[np.float64]
+
+
+def plate(drive: Array, rate: float, temperature: Array) -> Array:
+    """One resonance that softens: computed at once, so that a kill strikes anywhere but in the plate."""
+    centre = 600.0 * (1.0 - 0.01 * (float(temperature.mean()) - 20.0))
+    band = butter(1, [0.95 * centre, 1.05 * centre], btype="bandpass", fs=rate, output="sos")
+    return np.asarray(0.5 * sosfilt(band, drive))[None]
+
+
+@pytest.fixture(scope="module")
+def experiment() -> AcquiredExperiment:
+    """Six set-points 2 K apart, close to the room: half a second for a whole campaign."""
+    example = read_acquired_experiment(EXAMPLE)
+    programme = example.programme.model_copy(
+        update={"lowest": 24.0, "highest": 34.0, "every": 2.0, "ramp_rate": 2.0, "lead": 2.0, "soak_before": 60.0}
+    )
+    sweep = example.sweep.model_copy(update={"duration": 0.5, "taper": 0.05, "tail": 0.2})
+    return example.model_copy(update={"programme": programme, "sweep": sweep})
+
+
+def acquire(experiment: AcquiredExperiment, folder: Path) -> None:
+    """Do what `flexura acquire` does, with a plate that costs nothing."""
+    protocol: AcquisitionProtocol = experiment.protocol
+    parts = simulated_parts(
+        experiment.cards, experiment.oven, plate, modules={1: NI_9234, 2: NI_9260, 3: NI_9211}, seed=3
+    )
+    recorded = experiment.recorded(experiment.sample_rate)
+    source = Source("mine.toml", "0" * 64)
+    frozen = frozen_protocol("killed", recorded, {source.file: source.sha256}, experiment.model_dump(mode="json"))
+    with open_campaign(folder, frozen, recorded, source) as store:
+        run_campaign(parts.rig(), protocol, store)
+
+
+def killed(experiment: AcquiredExperiment, folder: Path, after: float) -> bool:
+    """Run a campaign in a process of its own and kill it; False if it was done before."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # of forking where threads are about: none runs here
+        child = os.fork()
+    if child == 0:
+        try:
+            acquire(experiment, folder)
+        except BaseException:  # noqa: BLE001 (nothing may come back into the test's own process)
+            os._exit(9)
+        os._exit(0)
+    time.sleep(after)
+    os.kill(child, signal.SIGKILL)
+    status = os.waitpid(child, 0)[1]
+    assert os.WIFSIGNALED(status) or os.WEXITSTATUS(status) == 0
+    return os.WIFSIGNALED(status)
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in (folder / "sweeps").glob("*.h5")}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(experiment: AcquiredExperiment, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, float]:
+    folder = tmp_path_factory.mktemp("undisturbed") / "campaign"
+    began = time.perf_counter()
+    acquire(experiment, folder)
+    return folder, time.perf_counter() - began
+
+
+@pytest.fixture
+def hunted(
+    experiment: AcquiredExperiment, undisturbed: tuple[Path, float], tmp_path: Path
+) -> Callable[[int, int], None]:
+    """Return a function that kills campaigns so many times, and holds each against the undisturbed one."""
+    reference, seconds = undisturbed
+    whole = [digest(sweep) for sweep in load_campaign(reference).sweeps]
+
+    def hunt(kills: int, seed: int) -> None:
+        rng = random.Random(seed)  # noqa: S311 (moments, not secrets)
+        struck, number = 0, 0
+        while struck < kills:
+            folder = tmp_path / f"campaign-{number}"
+            number += 1
+            finished: dict[str, bytes] = {}
+            for _ in range(4):  # killed, taken up, killed again
+                struck += killed(experiment, folder, rng.uniform(0.0, 0.8 * seconds))
+                now = files(folder) if folder.exists() else {}
+                assert finished.items() <= now.items(), "a finished sweep was lost or altered"
+                finished = now
+            acquire(experiment, folder)
+            assert finished.items() <= files(folder).items()
+            # Samples, temperatures and times to the last bit; a sweep cut off has counted one attempt more.
+            assert [digest(sweep) for sweep in load_campaign(folder).sweeps] == whole
+            assert not list(folder.rglob("*.part"))
+
+    return hunt
+
+
+def test_killed_at_random_moments(hunted: Callable[[int, int], None]) -> None:
+    hunted(10, 1)
+
+
+@pytest.mark.slow
+def test_killed_two_hundred_times(hunted: Callable[[int, int], None]) -> None:
+    hunted(200, 2)
