@@ -16,8 +16,8 @@ from analysis.identification.status import judge
 from analysis.identification.variable_projection import Fit, fit
 from analysis.identification.vector_fitting import start_poles
 
-EXACT = 1e-9
-"""Relative fall of the misfit at which the last fit stops."""
+EXACT = 1e-2
+"""Fall of the misfit, in units of one line's, at which a fit stops: a tenth of the weakest pole's deviation."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Settings:
     Attributes
     ----------
     start_count : int
-        Pole pairs vector fitting starts with; doubled while more than 0.6 of them stay.
+        Pole pairs vector fitting starts with; doubled while more than 0.7 of them stay.
     most_count : int
         Where doubling ends.
     terms : tuple of ResidualTerms
@@ -104,7 +104,7 @@ def identify(measured: Measured, settings: Settings | None = None) -> Modes:
     count = min(settings.start_count, max(len(lines.frequency) // 6, 1))
     while True:
         found, started = _search(measured, lines, count, settings)
-        if len(found.poles) <= 0.6 * count or 2 * count > min(settings.most_count, len(lines.frequency) // 6):
+        if len(found.poles) <= 0.7 * count or 2 * count > min(settings.most_count, len(lines.frequency) // 6):
             break
         count *= 2
     return finish(measured, lines, found, settings, started)
@@ -138,7 +138,7 @@ def settle(
     found = fit(blocks, found.poles, found.terms, tolerance=1e-4)
     found = add_missing(lines, blocks, found, proposals)
     found = choose_terms(blocks, found, settings.terms)
-    return eliminate(blocks, found)
+    return fit(blocks, eliminate(blocks, found).poles, found.terms, tolerance=EXACT / len(lines.frequency))
 
 
 def finish(
@@ -150,7 +150,7 @@ def finish(
 ) -> Modes:
     """Fit on all lines, judge every pole and list the start poles that did not stay."""
     lines = measured.reweighted(lines, found)
-    last = fit(lines, found.poles, found.terms, tolerance=EXACT)
+    last = fit(lines, found.poles, found.terms, tolerance=EXACT / len(lines.frequency) / len(lines.h))
     status, reason = judge(lines, last, settings.mains)
     order = np.argsort(last.poles.imag)
     spread = covariance(last, lines)

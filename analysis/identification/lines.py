@@ -1,6 +1,7 @@
 """The lines of an FRF that a fit sees, each with its weight."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,10 +70,11 @@ class Lines:
         """Real numbers measured."""
         return 2 * (self.h.size + self.hidden)
 
+    @cached_property
     def weight_groups(self) -> list[tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.float64]]]:
         """Responses whose deviations are proportional, so that they share one factorisation.
 
-        Returns a list of (weight (F,), rows, scale of each row): 1/deviation[row] = scale * weight.
+        A list of (weight (F,), rows, scale of each row): 1/deviation[row] = scale * weight.
         """
         groups: list[tuple[NDArray[np.float64], list[int], list[float]]] = []
         for row, deviation in enumerate(self.deviation):

@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
-from analysis.identification.order import ROUGH, bic
+from analysis.identification.order import attempt, bic
 from analysis.identification.pole_residue import pole_columns, synthesis
 from analysis.identification.resolution import unresolved
-from analysis.identification.variable_projection import Fit, fit
+from analysis.identification.variable_projection import Fit
 
 
 def residual(lines: Lines, fitted: Fit) -> NDArray[np.complex128]:
@@ -95,14 +95,15 @@ def add_missing(
             candidates = np.concatenate([candidates, proposals])
         if len(candidates) == 0:
             return fitted
-        best = candidates[np.argsort(gains(blocks, fitted, candidates))[::-1][:2]]
+        level = bic(fitted, blocks)
         trials = [
-            fit(blocks, np.append(fitted.poles, pole), fitted.terms, tolerance=ROUGH, max_iterations=15)
-            for pole in best
+            attempt(blocks, np.append(fitted.poles, pole), fitted.terms, level)
+            for pole in candidates[np.argsort(gains(blocks, fitted, candidates))[::-1][:2]]
         ]
-        trial = min(trials, key=lambda t: t.projection.misfit)
-        if bic(trial, blocks) >= bic(fitted, blocks):
+        better = [trial for trial in trials if trial is not None]
+        if not better:
             return fitted
+        trial = min(better, key=lambda t: t.projection.misfit)
         if unresolved(trial.poles, trial.projection.residues, lines.spacing).any():
             return fitted
         fitted = trial

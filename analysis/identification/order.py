@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.identification.lines import Lines
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
 from analysis.identification.resolution import unresolved
-from analysis.identification.variable_projection import Fit, fit, project
+from analysis.identification.variable_projection import Fit, Projection, fit, project
 
 ROUGH = 3e-4
 """Relative fall of the misfit that is not worth another iteration while poles still come and go."""
@@ -20,6 +20,12 @@ def bic(fitted: Fit, lines: Lines) -> float:
     """Bayesian information criterion, n log(misfit) + parameters log(n); smaller is better."""
     n = lines.values
     return float(n * np.log((fitted.projection.misfit + lines.hidden) / n) + fitted.parameters * np.log(n))
+
+
+def misfit_worth(lines: Lines, level: float, parameters: int) -> float:
+    """Return the misfit at which a model of so many parameters reaches a BIC of `level`."""
+    n = lines.values
+    return float(n * np.exp((level - parameters * np.log(n)) / n) - lines.hidden)
 
 
 def covariance(fitted: Fit, lines: Lines) -> NDArray[np.float64]:
@@ -61,10 +67,11 @@ def drop_unsupported(lines: Lines, fitted: Fit, share: float = 0.0) -> Fit:
     price = pole_price(lines)
     while len(fitted.poles):
         rise = support(fitted, lines)
-        weakest = int(np.argmin(rise))
-        if rise[weakest] >= share * price:
+        below = int((rise < share * price).sum())
+        if below == 0:
             break
-        fitted = _at(lines, np.delete(fitted.poles, weakest), fitted.terms)
+        # bounds of several poles do not add up, so no more than a quarter of them go at once
+        fitted = _at(lines, np.delete(fitted.poles, np.argsort(rise)[: max(below // 4, 1)]), fitted.terms)
     return fitted
 
 
@@ -103,17 +110,33 @@ def drop_unresolved(lines: Lines, fitted: Fit) -> Fit:
     return fitted
 
 
+def attempt(
+    lines: Lines,
+    poles: NDArray[np.complex128],
+    terms: ResidualTerms,
+    level: float,
+    *,
+    start: Projection | None = None,
+) -> Fit | None:
+    """Fit a rival model and return it if its BIC falls below `level`; given up early where it cannot."""
+    responses = len(lines.h)
+    parameters = len(poles) * (2 + 2 * responses) + responses * terms.parameters
+    target = misfit_worth(lines, level, parameters)
+    trial = fit(lines, poles, terms, tolerance=ROUGH, max_iterations=18, start=start, target=target)
+    return trial if trial.projection.misfit < target else None
+
+
 def _smaller(lines: Lines, best: Fit, candidates: int) -> Fit | None:
     """Find a fit with fewer poles and a lower BIC, or None."""
     level = bic(best, lines)
     for suspect in suspects(lines, best, candidates):
-        trial = fit(lines, np.delete(best.poles, suspect), best.terms, tolerance=ROUGH, max_iterations=25)
-        if bic(trial, lines) < level:
+        trial = attempt(lines, np.delete(best.poles, suspect), best.terms, level)
+        if trial is not None:
             return fit(lines, drop_unsupported(lines, trial).poles, trial.terms, tolerance=ROUGH, max_iterations=8)
     for first, second in duplicates(best.poles):
         merged = np.append(np.delete(best.poles, [first, second]), best.poles[[first, second]].mean())
-        trial = fit(lines, merged, best.terms, tolerance=ROUGH, max_iterations=12)
-        if bic(trial, lines) < level:
+        trial = attempt(lines, merged, best.terms, level)
+        if trial is not None:
             return trial
     return None
 
@@ -124,11 +147,17 @@ def suspects(lines: Lines, fitted: Fit, count: int) -> list[int]:
     One of two poles that share a peak explains much as long as the other stays where it is; what gives it away
     is that its damping is hardly known.
     """
-    rise = support(fitted, lines)
+    rise, price = support(fitted, lines), pole_price(lines)
     rise[fitted.stuck] = -np.inf
-    listed = [int(j) for j in np.argsort(rise)[:count] if rise[j] < 20.0 * pole_price(lines)]
+    listed = [int(j) for j in np.argsort(rise)[:count] if rise[j] < 8.0 * price]
     uncertain = relative_deviations(fitted, lines)[:, 1]
-    listed += [int(j) for j in np.argsort(uncertain)[::-1][:2] if uncertain[j] > 0.1 and j not in listed]
+    place = fitted.poles.imag / (2.0 * np.pi)
+    uncertain[(place < lines.frequency[0]) | (place > lines.frequency[-1])] = 0.0  # background, never well known
+    listed += [
+        int(j)
+        for j in np.argsort(uncertain)[::-1][:2]
+        if uncertain[j] > 0.1 and rise[j] < 60.0 * price and j not in listed
+    ]
     return listed
 
 
@@ -146,10 +175,10 @@ def duplicates(poles: NDArray[np.complex128], share: float = 0.5) -> list[tuple[
 
 def choose_terms(lines: Lines, fitted: Fit, choices: tuple[ResidualTerms, ...] = CHOICES) -> Fit:
     """Choose the residual terms of lowest BIC, the poles refitted with each."""
-    trials = [fitted]
+    best = fitted
     for terms in choices:
         if terms != fitted.terms:
             at = project(lines, fitted.poles, terms)
-            if at.misfit < 4.0 * fitted.projection.misfit:  # a worse start than this is hopeless
-                trials.append(fit(lines, fitted.poles, terms, tolerance=ROUGH, max_iterations=10, start=at))
-    return min(trials, key=lambda trial: bic(trial, lines))
+            trial = attempt(lines, fitted.poles, terms, bic(best, lines), start=at)
+            best = trial if trial is not None else best
+    return best

@@ -20,7 +20,7 @@ from analysis.identification.lines import Lines
 from analysis.identification.modes import Modes
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.variable_projection import fit, project
+from analysis.identification.variable_projection import fit, misfit_at
 
 WIDEST_STEP = 0.12
 """Largest shift of log frequency from one sweep to the next that the scan looks for at first."""
@@ -78,7 +78,9 @@ def track(
     return _collect(done, frf, start)
 
 
-def _start(temperature: NDArray[np.float64], measured: Sequence[Measured], settings: Settings) -> tuple[int, Modes]:
+def _start(
+    temperature: NDArray[np.float64], measured: Sequence[Measured], settings: Settings
+) -> tuple[int, Modes]:
     """Of the coldest, the middle and the hottest sweep the one that shows most modes."""
     order = np.argsort(temperature, kind="stable")
     tried = {int(order[n]) for n in (0, len(order) // 2, len(order) - 1)}
@@ -93,9 +95,7 @@ def _outwards(temperature: NDArray[np.float64], start: int) -> list[int]:
     return [int(t) for t in np.argsort(distance, kind="stable") if t != start]
 
 
-def _follow(
-    done: _Progress, measured: Measured, t: int, source: int, settings: Settings, name: str
-) -> None:
+def _follow(done: _Progress, measured: Measured, t: int, source: int, settings: Settings, name: str) -> None:
     """Identify sweep `t` from the poles of sweep `source`; start afresh where that fails."""
     lines, before = measured.lines(), done.modes[source]
     shift, found_end = common_factor(averaged(lines), before.poles, before.terms)
@@ -116,19 +116,17 @@ def _follow(
     _enter(done, t, modes, factor)
 
 
-def common_factor(
-    lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms
-) -> tuple[float, bool]:
-    """Find the factor that moves all poles to where they explain FRFs best, and whether it ended at the scan's edge.
+def common_factor(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> tuple[float, bool]:
+    """Find the factor that moves all poles to where they explain FRFs best, and whether that is the scan's edge.
 
-    A scan in steps of half the narrowest half width, no coarser than 0.5 %, then a parabola through the lowest
-    three; widened to three times where the lowest is the last.
+    A scan in steps of half the median half width, no coarser than 0.5 %, then a parabola through the lowest
+    three; three times as wide where the lowest is the last.
     """
     zeta = float(np.median(-poles.real / np.abs(poles))) if len(poles) else 0.01
     step = min(max(0.5 * zeta, 1e-3), 5e-3)
     for widest in (WIDEST_STEP, 3.0 * WIDEST_STEP):
         grid = np.arange(-widest, widest + step, step)
-        misfit = np.array([project(lines, poles * np.exp(g), terms).misfit for g in grid])
+        misfit = np.array([misfit_at(lines, poles * np.exp(g), terms) for g in grid])
         lowest = int(np.argmin(misfit))
         if 0 < lowest < len(grid) - 1:
             left, middle, right = misfit[lowest - 1 : lowest + 2]
@@ -156,9 +154,7 @@ def _enter(done: _Progress, t: int, modes: Modes, factor: float) -> None:
     done.modes[t], done.labels[t], done.factor[t] = modes, labels, factor
 
 
-def _distance(
-    known: tuple[complex, NDArray[np.complex128]], modes: Modes, n: int, factor: float
-) -> float:
+def _distance(known: tuple[complex, NDArray[np.complex128]], modes: Modes, n: int, factor: float) -> float:
     """Distance of a pole from a mode's prediction in half widths, plus up to 1 for another shape or phase."""
     predicted, shape = known[0] * factor, known[1]
     pole, residue = modes.poles[n], modes.residues[:, n]

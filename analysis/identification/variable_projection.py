@@ -10,12 +10,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
 
 from analysis.identification.lines import Lines
 from analysis.identification.parameters import Bounds, to_parameters, to_poles
 from analysis.identification.pole_residue import derivative_columns, pole_columns, residues_from_columns
 from analysis.identification.residual_terms import ResidualTerms
+
+PATIENCE = 2.0
+"""How many times its promise a search is credited with before it is given up."""
+
+WELL_APART = 1e-3
+"""Smallest sine between a column and those before it for which normal equations are good enough."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +86,7 @@ def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -
     misfit, gradient, hessian = 0.0, np.zeros(2 * count), np.zeros((2 * count, 2 * count))
     loss = np.zeros(count)
     chain = _chain(poles)
-    for weight, rows, scales in lines.weight_groups():
+    for weight, rows, scales in lines.weight_groups:
         data = lines.h[rows] * scales[:, None]
         triangle, norms = _triangle(np.concatenate([columns, moved]), data, weight)
         r11 = triangle[:linear, :linear]
@@ -110,25 +116,53 @@ def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -
     )
 
 
+def misfit_at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> float:
+    """Misfit of the best residues and residual terms at given poles: that of `project`, without derivatives."""
+    columns = np.concatenate([pole_columns(lines.s, poles), terms.columns(lines.s, lines.scale)])
+    misfit = 0.0
+    for weight, rows, scales in lines.weight_groups:
+        triangle, norms = _triangle(columns, lines.h[rows] * scales[:, None], weight)
+        misfit += float((triangle[len(norms) :, len(norms) :] ** 2).sum())
+    return misfit
+
+
 def _triangle(
     columns: NDArray[np.complex128], data: NDArray[np.complex128], weight: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Triangular factor of [columns at unit length, data], both weighted, and the columns' lengths."""
+    """Factor [columns at unit length, data], both weighted; also the columns' lengths."""
     points = len(weight)
     stacked = np.empty((len(columns) + len(data), 2 * points))
     np.multiply(columns.real, weight, out=stacked[: len(columns), :points])
     np.multiply(columns.imag, weight, out=stacked[: len(columns), points:])
     np.multiply(data.real, weight, out=stacked[len(columns) :, :points])
     np.multiply(data.imag, weight, out=stacked[len(columns) :, points:])
-    norms = np.sqrt(np.einsum("nf,nf->n", stacked[: len(columns)], stacked[: len(columns)]))
-    stacked[: len(columns)] /= norms[:, None]
-    triangle: NDArray[np.float64] = np.asarray(np.linalg.qr(stacked.T, mode="r"))
-    short = len(stacked) - len(triangle)
+    lengths = np.sqrt(np.einsum("nf,nf->n", stacked, stacked))
+    lengths[lengths == 0.0] = 1.0
+    stacked /= lengths[:, None]
+    triangle = _factor(stacked)
+    triangle[:, len(columns) :] *= lengths[len(columns) :]
+    return triangle, lengths[: len(columns)]
+
+
+def _factor(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the upper triangular factor R of rows of unit length, R^T R = rows rows^T.
+
+    Cholesky's of the Gram matrix costs a quarter of an orthogonal one and squares the condition, so it is only
+    taken where every row keeps a thousandth of its length beside the ones before.
+    """
+    try:
+        factor: NDArray[np.float64] = cholesky(rows @ rows.T, check_finite=False)
+        if np.diag(factor).min() > WELL_APART:
+            return factor
+    except LinAlgError:
+        pass
+    factor = np.asarray(np.linalg.qr(rows.T, mode="r"))
+    short = len(rows) - len(factor)
     if short > 0:  # fewer lines than columns: pad, so that the parts can be cut out all the same
-        triangle = np.vstack([triangle, np.zeros((short, triangle.shape[1]))])
-    diagonal = np.einsum("ii->i", triangle[:, : len(stacked)])
-    diagonal[: len(columns)] += np.where(np.abs(diagonal[: len(columns)]) < 1e-12, 1e-12, 0.0)
-    return triangle, norms
+        factor = np.vstack([factor, np.zeros((short, factor.shape[1]))])
+    diagonal = np.einsum("ii->i", factor)
+    diagonal += np.where(np.abs(diagonal) < 1e-12, 1e-12, 0.0)
+    return factor
 
 
 def _chain(poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -182,6 +216,7 @@ def fit(
     tolerance: float = 1e-6,
     max_iterations: int = 60,
     start: Projection | None = None,
+    target: float | None = None,
 ) -> Fit:
     """Levenberg-Marquardt search over the poles.
 
@@ -199,6 +234,8 @@ def fit(
         Projections evaluated at most.
     start : Projection, optional
         The projection at `poles`, if it is known already.
+    target : float, optional
+        Stop once the Gauss-Newton model promises no misfit as low as this, or once one is reached.
     """
     bounds = Bounds.of(lines)
     x = bounds.clip(to_parameters(poles))
@@ -206,8 +243,7 @@ def fit(
     damping, grow, done = 1e-3, 2.0, len(poles) == 0
     iterations = 0
     while not done and iterations < max_iterations:
-        step = _step(now, damping, np.exp(x[:, 1]))
-        trial = bounds.clip(x + step)
+        trial = bounds.clip(x + _step(now, damping, np.exp(x[:, 1])))
         if np.abs(trial - x).max() < 1e-12:
             done = True
             break
@@ -218,10 +254,26 @@ def fit(
             done = fall < tolerance * (now.misfit + lines.hidden) and damping <= 1e-2
             x, now = trial, ahead
             damping, grow = max(damping / 5.0, 1e-9), 2.0
+            if target is not None and _decided(now, fall, target):
+                break
         else:
             done = damping > 1e8
             damping, grow = damping * grow, grow * 2.0
     return Fit(now, terms, iterations, done, bounds.stuck(now.poles))
+
+
+def _decided(now: Projection, fall: float, target: float) -> bool:
+    """Whether a target is reached with little to gain beyond, or out of reach."""
+    if now.misfit < target:
+        return fall < 0.1 * (target - now.misfit)
+    return now.misfit - PATIENCE * _promise(now) > target
+
+
+def _promise(now: Projection) -> float:
+    """Fall of the misfit that a full Gauss-Newton step would bring if the model were quadratic."""
+    root = np.sqrt(np.maximum(np.diag(now.hessian), np.finfo(float).tiny))
+    scaled = now.hessian / root[:, None] / root + 1e-6 * np.eye(len(root))
+    return float(now.gradient / root @ cho_solve(cho_factor(scaled), now.gradient / root))
 
 
 def _step(now: Projection, damping: float, zeta: NDArray[np.float64]) -> NDArray[np.float64]:
