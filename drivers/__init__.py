@@ -4,5 +4,6 @@
 ``clock``   the machine's time, or a virtual one
 ``ni``      National Instruments cards, real and simulated
 ``ovens``   ovens and climatic chambers, real and simulated
+``rig``     both together: campaigns of sweeps at measured temperatures
 ==========  ============================================================
 """

@@ -17,6 +17,9 @@ Campaigns:
 ``recorded_campaign``   one as it came from the recorder: ``campaign_toml`` and ``tdms_sweep``
 ``campaign_folder``     one in Flexura's own form: ``sweep_file``
 ``import_recording``    from the one to the other, surviving a kill
+``acquired_campaign``   the same folder while a rig writes into it
+``experiment_toml``     what a rig is to acquire
+``settings_toml``       any settings, their faults in the words of the file
 ``campaign_error``      everything that is wrong with one, in ``allowed_values``' words
 ``coverage``            the sweeps there against the sweeps asked for
 ``tdms_layout``         groups, channels and lengths there against those declared

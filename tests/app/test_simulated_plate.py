@@ -1,0 +1,102 @@
+"""The simulated rig's plate against an oscillator integrated in time while its stiffness drifts."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from analysis.material import Material
+from analysis.material_table import laws_through
+from analysis.protocol.drive import drive_signal
+from analysis.protocol.sweep import SweepSettings
+from app import simulated_plate
+from app.simulated_plate import TwinPlate
+
+Array = NDArray[np.float64]
+RATE = 51_200.0 / 6.0
+DAMPING = 0.03
+SWEEP = SweepSettings(
+    kind="logarithmic", band=(100.0, 1500.0), duration=2.0, taper=0.1, tail=0.4, repeats=1, levels=(1.0,)
+)
+T = np.linspace(0.0, 40.0, 5)
+LAWS = laws_through(T, Material(3e9 * np.exp(-0.02 * T), np.full(5, 0.35), np.full(5, 0.05)))
+
+
+def natural(youngs_modulus: float) -> float:
+    """Angular frequency of the oscillator, rad/s: 400 Hz at 3 GPa."""
+    return float(2.0 * np.pi * 400.0 * np.sqrt(youngs_modulus / 3e9))
+
+
+def frf(_: Any, constants: tuple[float, float, float], lines: Array) -> NDArray[np.complex128]:
+    own, omega = natural(constants[0]), 2.0 * np.pi * lines
+    return np.asarray(own**2 / (own**2 - omega**2 + 2j * DAMPING * own * omega))[None]
+
+
+@pytest.fixture
+def plate(monkeypatch: pytest.MonkeyPatch) -> TwinPlate:
+    """Return a plate that is an oscillator behind an amplifier of 2 V/V."""
+    monkeypatch.setattr(simulated_plate, "_frf_beyond_band", frf)
+    return TwinPlate(SimpleNamespace(band=(100.0, 1500.0), sensors=(1,)), LAWS, 2.0)  # type: ignore[arg-type]
+
+
+def integrated(temperature: Array) -> Array:
+    """Solve y'' + 2 z w(T) y' + w(T)**2 y = w(T)**2 u by the classical Runge-Kutta method, four steps a sample."""
+    fine = 8  # two evaluations of the drive for each step
+    drive = 2.0 * drive_signal(SWEEP, 1.0, fine * RATE)
+    own = np.interp(np.arange(drive.size) / fine, np.arange(temperature.size), _natural_over(temperature))
+    step, state, answer = 2.0 / (fine * RATE), np.zeros(2), np.empty(temperature.size)
+
+    def slope(at: int, y: Array) -> Array:
+        at = min(at, drive.size - 1)
+        w = own[at]
+        return np.array([y[1], w * w * (drive[at] - y[0]) - 2.0 * DAMPING * w * y[1]])
+
+    for sample in range(temperature.size):
+        answer[sample] = state[0]
+        for begin in range(fine * sample, fine * (sample + 1), 2):
+            k1 = slope(begin, state)
+            k2 = slope(begin + 1, state + 0.5 * step * k1)
+            k3 = slope(begin + 1, state + 0.5 * step * k2)
+            k4 = slope(begin + 2, state + step * k3)
+            state = state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    return answer
+
+
+def _natural_over(temperature: Array) -> Array:
+    nodes = np.linspace(temperature.min(), temperature.max() + 1e-9, 50)
+    values = [natural(float(LAWS.at(node).youngs_modulus[0])) for node in nodes]
+    return np.interp(temperature, nodes, values)
+
+
+def in_band(signal: Array) -> NDArray[np.complex128]:
+    grid = np.fft.rfftfreq(signal.size, 1.0 / RATE)
+    return np.fft.rfft(signal)[(grid > 110.0) & (grid < 1400.0)]
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.016, 0.35])
+def test_answers_as_the_oscillator_does(plate: TwinPlate, drift: float) -> None:
+    """At rest, at the paper's 0.4 K/min, and through several nodes in one record."""
+    drive = drive_signal(SWEEP, 1.0, RATE)
+    temperature = 20.03 + drift * np.arange(drive.size) / drive.size
+    answer = plate(drive, RATE, temperature)
+    assert answer.shape == (1, drive.size)
+    truth = integrated(temperature)
+    error = np.linalg.norm(in_band(answer[0]) - in_band(truth)) / np.linalg.norm(in_band(truth))
+    assert error < 2e-3
+    if drift > 0.1:  # and a plate that did not drift would be told apart
+        still = plate(drive, RATE, np.full(drive.size, 20.03))
+        assert np.linalg.norm(in_band(still[0]) - in_band(truth)) / np.linalg.norm(in_band(truth)) > 2 * error
+
+
+def test_depends_on_what_it_is_given_only(plate: TwinPlate) -> None:
+    """Whatever was asked before: a campaign that is taken up again meets the same plate."""
+    drive = drive_signal(SWEEP, 1.0, RATE)
+    first = plate(drive, RATE, np.full(drive.size, 20.03))
+    for other in (3.0, 11.0, 25.0, 31.0, 38.0):
+        plate(drive, RATE, np.full(drive.size, other))
+    np.testing.assert_array_equal(plate(drive, RATE, np.full(drive.size, 20.03)), first)
+    np.testing.assert_allclose(
+        plate(3.0 * drive, RATE, np.full(drive.size, 20.03)), 3.0 * first, rtol=1e-9, atol=1e-12
+    )
