@@ -113,8 +113,8 @@ class TwinSettings(Declared):
     """Elastic constants between which the panel's reduced twin is trained, and how finely it is made."""
 
     youngs_modulus: Annotated[tuple[Modulus, Modulus], Field(description="Pa")] = (0.8e9, 4.0e9)
-    poisson_ratio: tuple[Ratio, Ratio] = (0.30, 0.48)
-    loss_factor: tuple[Loss, Loss] = (0.02, 0.12)
+    poisson_ratio: tuple[Ratio, Ratio] = (0.30, 0.49)
+    loss_factor: tuple[Loss, Loss] = (0.005, 0.15)
     mesh_degree: Annotated[int, Field(ge=3, le=8)] = 4
     mesh_strip: Annotated[float, Field(ge=5e-4, le=0.02, description="m, on both sides of every patch edge")] = (
         0.005
