@@ -90,7 +90,8 @@ def h1(
     h : (M // 2 + 1,) complex ndarray
         G_yu / G_uu, the cross and auto spectra averaged over the repeats (paper section 3.2).
     residual_power : (M // 2 + 1,) ndarray
-        Unbiased variance of a single repeat's ratio about h; NaN for one repeat.
+        Unbiased variance of a single repeat's ratio about h; NaN for one repeat. From three repeats on, a straight
+        drift over them is no noise: the oven ramps on, and h stands for the temperature in the middle.
     coherence : (M // 2 + 1,) ndarray
         |G_yu|^2 / (G_uu G_yy); identically 1 for one repeat, which says nothing.
     """
@@ -101,8 +102,14 @@ def h1(
     g_yy = (np.abs(y) ** 2).sum(0)
     h = g_yu / g_uu
     repeats = drive.shape[0]
-    residual = (np.abs(y - h * u) ** 2).sum(0)
-    power = residual / (repeats - 1) * repeats / g_uu if repeats > 1 else np.full(h.shape, np.nan)
+    residual, freedom = y - h * u, repeats - 1
+    if repeats > 2:
+        place = np.arange(repeats) - 0.5 * (repeats - 1)
+        residual = residual - np.outer(place, place @ residual) / (place @ place)
+        freedom -= 1
+    power = np.full(h.shape, np.nan)
+    if freedom:
+        power = (np.abs(residual) ** 2).sum(0) / freedom * repeats / g_uu
     return h, power, np.abs(g_yu) ** 2 / (g_uu * g_yy)
 
 

@@ -144,12 +144,13 @@ def record(updated: "Updated", seconds: float) -> dict[str, Any]:
 
 def show(updated: "Updated") -> None:
     """Print the estimates as a table for people."""
+    from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title="Updated twin", header_style="bold")
-    for heading in ("T [°C]", "E [GPa]", "σ_E [%]", "ν", "σ_ν", "η [%]", "σ_η [%]", "misfit [%]", "noise [%]", ""):
-        table.add_column(heading, justify="right")
+    table = Table(title="Updated twin", header_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in ("T [°C]", "E [GPa]", "σ_E [%]", "ν", "σ_ν", "η [%]", "σ_η [%]", "misfit", "noise", ""):
+        table.add_column(heading, justify="right", no_wrap=True)
     sigma = updated.sigma
     for t, (e, nu, eta) in enumerate(_constants(updated)):
         table.add_row(
@@ -160,8 +161,8 @@ def show(updated: "Updated") -> None:
             f"{sigma.poisson_ratio[t]:.5f}",
             f"{100 * eta:.3f}",
             f"{100 * sigma.loss_factor[t]:.4f}",
-            f"{100 * updated.misfit[t]:.2f}",
-            f"{100 * updated.noise_floor[t]:.2f}",
+            f"{100 * updated.misfit[t]:.2f} %",
+            f"{100 * updated.noise_floor[t]:.2f} %",
             "" if updated.settled[t] else "not settled",
         )
     Console().print(table)

@@ -71,6 +71,15 @@ def test_stated_variance_is_that_of_repeated_estimates() -> None:
     np.testing.assert_allclose(ratio, 1.0, atol=0.08)
 
 
+def test_a_steady_drift_over_the_repeats_is_no_noise() -> None:
+    drive, response = recorded(np.random.default_rng(7), repeats=5, noise=0.01)
+    still = campaign_frf(campaign(drive, response))
+    drifting = response * (1.0 + 0.05 * np.arange(-2, 3))[:, None]
+    moved = campaign_frf(campaign(drive, drifting))
+    np.testing.assert_allclose(moved.h, still.h, rtol=0.02, atol=2e-3)
+    assert (moved.variance / still.variance).mean() == pytest.approx(1.0, abs=0.05)
+
+
 def test_variance_of_a_single_repeat_comes_from_its_roughness() -> None:
     rng = np.random.default_rng(2)
     frfs = [campaign_frf(campaign(*recorded(rng, repeats=1, noise=0.05))) for _ in range(60)]
