@@ -16,8 +16,8 @@ from analysis.identification.status import judge
 from analysis.identification.variable_projection import Fit, fit
 from analysis.identification.vector_fitting import start_poles
 
-EXACT = 1e-2
-"""Fall of the misfit, in units of one line's, at which a fit stops: a tenth of the weakest pole's deviation."""
+EXACT = 2e-2
+"""Fall of the misfit, in units of one line's, at which a fit stops: a seventh of the weakest pole's deviation."""
 
 
 @dataclass(frozen=True)

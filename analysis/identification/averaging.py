@@ -38,7 +38,7 @@ def averaged(lines: Lines) -> Lines:
     """Average lines in blocks of 1, 2, 4, ... as far as no curvature shows.
 
     A block of 4m lines is judged by the second difference of its four quarter means: if that is within
-    two standard deviations for every response, its lines may be averaged in blocks of m.
+    four standard deviations for every response, its lines may be averaged in blocks of 2m.
     """
     length = np.ones(len(lines.frequency), dtype=int)
     size = 1
@@ -59,8 +59,9 @@ def _smooth_blocks(lines: Lines, size: int) -> NDArray[np.bool_]:
     quarters = lines.h[:, :used].reshape(len(lines.h), blocks, 4, size // 4).mean(3)
     noise = (lines.deviation[:, :used] ** 2).reshape(len(lines.h), blocks, 4, size // 4).mean((2, 3))
     bend = quarters[:, :, 0] - quarters[:, :, 1] - quarters[:, :, 2] + quarters[:, :, 3]
-    # four means of size/4 lines; E|bend|^2 = 16 noise / size, and exp(-4) of pure noise lies above four times that
-    smooth: NDArray[np.bool_] = (np.abs(bend) ** 2 < 64.0 * noise / size).all(0)
+    # four means of size/4 lines: E|bend|^2 = 16 noise / size. Averaging 2m lines leaves a small part of a bend
+    # over 4m, so four standard deviations of it stay below the noise of the means.
+    smooth: NDArray[np.bool_] = (np.abs(bend) ** 2 < 256.0 * noise / size).all(0)
     span = lines.frequency[:used].reshape(blocks, size)
     gapless: NDArray[np.bool_] = (span[:, -1] - span[:, 0]) < 1.5 * (size - 1) * lines.spacing
     return smooth & gapless

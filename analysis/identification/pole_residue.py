@@ -20,23 +20,32 @@ def pole_columns(s: NDArray[np.complex128], poles: NDArray[np.complex128]) -> ND
     poles : (J,) complex ndarray
         Upper half plane, rad/s.
     """
-    return _interleave(1.0 / (s - poles[:, None]), 1.0 / (s - poles.conj()[:, None]))
+    columns = np.empty((2 * len(poles), len(s)), dtype=complex)
+    _pair(1.0 / (s - poles[:, None]), 1.0 / (s - poles.conj()[:, None]), columns)
+    return columns
 
 
-def derivative_columns(s: NDArray[np.complex128], poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Columns 1/(s - lambda)^2 in the same arrangement as `pole_columns`: (2J, F) complex ndarray.
+def columns_with_derivatives(
+    s: NDArray[np.complex128], poles: NDArray[np.complex128]
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Return `pole_columns` and, in the same arrangement, the columns of 1/(s - lambda)^2: twice (2J, F).
 
     Moving a pole by d changes its share of the FRF by R d/(s - lambda)^2 + conj(R d)/(s - conj(lambda))^2,
-    which lies in the real span of these columns whatever R and d are.
+    which lies in the real span of the latter whatever R and d are.
     """
-    return _interleave(1.0 / (s - poles[:, None]) ** 2, 1.0 / (s - poles.conj()[:, None]) ** 2)
+    upper, lower = 1.0 / (s - poles[:, None]), 1.0 / (s - poles.conj()[:, None])
+    columns = np.empty((2 * len(poles), len(s)), dtype=complex)
+    moved = np.empty_like(columns)
+    _pair(upper, lower, columns)
+    _pair(upper * upper, lower * lower, moved)
+    return columns, moved
 
 
-def _interleave(upper: NDArray[np.complex128], lower: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    columns = np.empty((2 * upper.shape[0], upper.shape[1]), dtype=complex)
-    columns[0::2] = upper + lower
-    columns[1::2] = 1j * (upper - lower)
-    return columns
+def _pair(upper: NDArray[np.complex128], lower: NDArray[np.complex128], columns: NDArray[np.complex128]) -> None:
+    """Fill `columns` with upper + lower and j (upper - lower), in turns."""
+    np.add(upper, lower, out=columns[0::2])
+    np.subtract(upper, lower, out=columns[1::2])
+    columns[1::2] *= 1j
 
 
 def residues_from_columns(coefficients: NDArray[np.float64]) -> NDArray[np.complex128]:

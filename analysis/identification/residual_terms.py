@@ -57,14 +57,37 @@ COMPLEX_E_F_G = ResidualTerms("complex E + F/s^2 + G s", (0, -2, 1), True)
 CHOICES = (NONE, REAL_E, REAL_E_F, COMPLEX_E_F, COMPLEX_E_F_G)
 """From the poorest to the richest: the order choice by BIC starts from the last."""
 
-ACCELERANCE = ResidualTerms("complex E + F/s^2 + G s + s^2", (0, -2, 1, 2), True)
+MOBILITY_CHOICES = (
+    ResidualTerms("E + F/s + G s", (0, -1, 1), False),
+    ResidualTerms("complex E + F/s + G s + K s^2", (0, -1, 1, 2), True),
+)
+"""For mobility: s times a pole's term leaves power 0, the modes above the band power 1, those below power -1."""
+
+ACCELERANCE_CHOICES = (
+    ResidualTerms("E + G s + K s^2", (0, 1, 2), False),
+    ResidualTerms("complex E + F/s^2 + G s + K s^2", (0, -2, 1, 2), True),
+)
 """For accelerance: s^2 times a pole's term leaves powers 0 and 1, and the modes above the band a power 2."""
+
+EVERY_CHOICE = (*CHOICES, *MOBILITY_CHOICES, *ACCELERANCE_CHOICES)
+
+
+def choices_for(quantity: str) -> tuple[ResidualTerms, ...]:
+    """Residual terms that suit an FRF's response; every one where it is unknown.
+
+    `quantity` is ``displacement``, ``velocity``, ``acceleration`` or anything else for unknown.
+    """
+    suited = {
+        "displacement": CHOICES,
+        "velocity": (*CHOICES, *MOBILITY_CHOICES),
+        "acceleration": (*CHOICES, *ACCELERANCE_CHOICES),
+    }
+    return suited.get(quantity, EVERY_CHOICE)
 
 
 def named(name: str) -> ResidualTerms:
     """Residual terms of that name; ValueError naming the choices otherwise."""
-    known = (*CHOICES, ACCELERANCE)
-    for terms in known:
+    for terms in EVERY_CHOICE:
         if terms.name == name:
             return terms
-    raise ValueError(f"residual terms {name!r} are not known; choose from {[t.name for t in known]}")
+    raise ValueError(f"residual terms {name!r} are not known; choose from {[t.name for t in EVERY_CHOICE]}")

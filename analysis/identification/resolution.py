@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 CLOSEST = 2.0
 """Line spacings between two modes at least."""
 
-NARROW = 4.0
+NARROW = 6.0
 """Half width, in line spacings, below which a resonance may leak."""
 
 REACH = 30.0
@@ -19,6 +19,9 @@ REACH = 30.0
 
 SMALL = 0.1
 """Height of such a companion, relative to the resonance."""
+
+NEEDLE_SMALL = 0.5
+"""The same for a companion narrower than one line's spacing: a needle in the noise that a tall peak carries."""
 
 
 def heights(poles: NDArray[np.complex128], residues: NDArray[np.complex128]) -> NDArray[np.float64]:
@@ -48,7 +51,8 @@ def unresolved(
     for j in np.argsort(height)[::-1]:
         for i in standing:
             apart = abs(place[i] - place[j])
-            leaked = width[i] < NARROW and apart < REACH and height[j] < SMALL * height[i]
+            small = NEEDLE_SMALL if width[j] < 1.0 else SMALL
+            leaked = width[i] < NARROW and apart < REACH and height[j] < small * height[i]
             if apart < CLOSEST or leaked:
                 lesser[j] = True
                 break

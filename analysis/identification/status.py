@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
 from analysis.identification.order import pole_price, relative_deviations, support
-from analysis.identification.resolution import heights
+from analysis.identification.resolution import heights, unresolved
 from analysis.identification.variable_projection import Fit
 
 MOST_DAMPED = 0.2
@@ -13,6 +13,11 @@ MOST_DAMPED = 0.2
 
 WEAK_DAMPING = 0.3
 """Relative standard deviation of the damping ratio from which a mode is called weak."""
+
+UNRESOLVED = "so close to a taller peak that the lines cannot tell them apart, or its leakage"
+
+OUTSTANDING = 8.0
+"""Damping ratio, in multiples of the median of all poles in the band, above which a pole is background too."""
 
 SMALLEST_SHARE = 0.01
 """Peak of a mode, relative to |h| where it stands, below which it is not told from curvature."""
@@ -33,13 +38,26 @@ def judge(lines: Lines, fitted: Fit, mains: float | None) -> tuple[tuple[str, ..
     gain = support(fitted, lines)
     spread = relative_deviations(fitted, lines)
     share = _shares(lines, fitted)
+    lesser = unresolved(fitted.poles, fitted.projection.residues, lines.spacing)
+    limit = _damping_limit(lines, fitted)
     verdicts = [
-        _verdict(lines, pole, bool(stuck), mains)
+        _verdict(lines, pole, bool(fitted.stuck[j]), mains, limit)
+        or (("computational", UNRESOLVED) if lesser[j] else None)
         or _weakness(lines, pole, gain[j], spread[j, 1], share[j])
         or ("kept", f"BIC would rise by {gain[j]:.0f} without it")
-        for j, (pole, stuck) in enumerate(zip(fitted.poles, fitted.stuck, strict=True))
+        for j, pole in enumerate(fitted.poles)
     ]
     return tuple(status for status, _ in verdicts), tuple(reason for _, reason in verdicts)
+
+
+def _damping_limit(lines: Lines, fitted: Fit) -> float:
+    """Damping ratio above which a pole of this FRF is background."""
+    place = fitted.poles.imag / (2.0 * np.pi)
+    inside = (place >= lines.frequency[0]) & (place <= lines.frequency[-1])
+    if inside.sum() < 3:
+        return MOST_DAMPED
+    zeta = (-fitted.poles.real / np.abs(fitted.poles))[inside]
+    return min(MOST_DAMPED, OUTSTANDING * float(np.median(zeta)))
 
 
 def _shares(lines: Lines, fitted: Fit) -> NDArray[np.float64]:
@@ -54,7 +72,9 @@ def _shares(lines: Lines, fitted: Fit) -> NDArray[np.float64]:
     return share
 
 
-def _verdict(lines: Lines, pole: complex, stuck: bool, mains: float | None) -> tuple[str, str] | None:
+def _verdict(
+    lines: Lines, pole: complex, stuck: bool, mains: float | None, limit: float
+) -> tuple[str, str] | None:
     """Name what a pole is if it cannot be a mode of the plate."""
     f, zeta, width = pole.imag / (2.0 * np.pi), -pole.real / abs(pole), -pole.real / (2.0 * np.pi)
     low, high = lines.frequency[0], lines.frequency[-1]
@@ -62,8 +82,8 @@ def _verdict(lines: Lines, pole: complex, stuck: bool, mains: float | None) -> t
         return "computational", f"outside the band, {low:g} to {high:g} Hz: stands for the modes there"
     if mains and width <= lines.spacing and abs(f - mains * max(round(f / mains), 1)) <= lines.spacing:
         return "harmonic", f"a line at {max(round(f / mains), 1)} x {mains:g} Hz mains"
-    if zeta > MOST_DAMPED:
-        return "computational", f"damping ratio {zeta:.2g} is above {MOST_DAMPED:g}: a slope of the background"
+    if zeta > limit:
+        return "computational", f"damping ratio {zeta:.2g} is above {limit:.2g}: a slope of the background"
     if width < 0.2 * lines.spacing:
         return "computational", "narrower than a fifth of the lines' spacing: one stray line"
     if stuck:

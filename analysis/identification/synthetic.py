@@ -22,8 +22,8 @@ class SyntheticFrf:
     ----------
     frequency : (F,) ndarray
         Hz.
-    h : (F,) complex ndarray
-        With noise.
+    clean, h : (F,) complex ndarray
+        Without and with noise.
     deviation : float
         sqrt(E|noise|^2) of every line.
     poles, residues : (J,) complex ndarray
@@ -31,6 +31,7 @@ class SyntheticFrf:
     """
 
     frequency: NDArray[np.float64]
+    clean: NDArray[np.complex128]
     h: NDArray[np.complex128]
     deviation: float
     poles: NDArray[np.complex128]
@@ -72,4 +73,6 @@ def r10(rng: np.random.Generator, *, noise: float = 0.01, modes: int = 10) -> Sy
     clean = synthesis(frequency, poles, residues[None, :], REAL_E_F, constants)[0]
     deviation = float(noise * np.sqrt(np.mean(np.abs(clean) ** 2)))
     disturbance = rng.normal(size=len(frequency)) + 1j * rng.normal(size=len(frequency))
-    return SyntheticFrf(frequency, clean + deviation / np.sqrt(2.0) * disturbance, deviation, poles, residues)
+    return SyntheticFrf(
+        frequency, clean, clean + deviation / np.sqrt(2.0) * disturbance, deviation, poles, residues
+    )

@@ -14,13 +14,13 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_tri
 
 from analysis.identification.lines import Lines
 from analysis.identification.parameters import Bounds, to_parameters, to_poles
-from analysis.identification.pole_residue import derivative_columns, pole_columns, residues_from_columns
+from analysis.identification.pole_residue import columns_with_derivatives, pole_columns, residues_from_columns
 from analysis.identification.residual_terms import ResidualTerms
 
 PATIENCE = 2.0
 """How many times its promise a search is credited with before it is given up."""
 
-WELL_APART = 1e-3
+WELL_APART = 1e-4
 """Smallest sine between a column and those before it for which normal equations are good enough."""
 
 
@@ -79,8 +79,8 @@ class Fit:
 def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> Projection:
     """Eliminate residues and residual terms at given poles."""
     s, scale, count = lines.s, lines.scale, len(poles)
-    columns = np.concatenate([pole_columns(s, poles), terms.columns(s, scale)])
-    moved = derivative_columns(s, poles)
+    own, moved = columns_with_derivatives(s, poles)
+    columns = np.concatenate([own, terms.columns(s, scale)])
     linear = len(columns)
     solved = np.zeros((lines.h.shape[0], linear))
     misfit, gradient, hessian = 0.0, np.zeros(2 * count), np.zeros((2 * count, 2 * count))
@@ -148,7 +148,7 @@ def _factor(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the upper triangular factor R of rows of unit length, R^T R = rows rows^T.
 
     Cholesky's of the Gram matrix costs a quarter of an orthogonal one and squares the condition, so it is only
-    taken where every row keeps a thousandth of its length beside the ones before.
+    taken where every row keeps a ten-thousandth of its length beside the ones before.
     """
     try:
         factor: NDArray[np.float64] = cholesky(rows @ rows.T, check_finite=False)

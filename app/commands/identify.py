@@ -99,7 +99,7 @@ def identify_campaign(
 def identify_uff(path: Path, settings: "Settings", damping: "Damping", as_json: bool) -> None:
     """Identify every FRF of a universal file on its own and print its modes."""
     from analysis.identification.automatic import Measured, identify
-    from analysis.identification.residual_terms import ACCELERANCE, CHOICES
+    from analysis.identification.residual_terms import choices_for
     from app.files.bad_file import ResultFileError
     from app.files.uff58 import read_frfs
 
@@ -110,7 +110,7 @@ def identify_uff(path: Path, settings: "Settings", damping: "Damping", as_json: 
         for done, frf in enumerate(frfs):
             report("identify", done / len(frfs))
             try:
-                terms = (*CHOICES, ACCELERANCE) if frf.quantity == "acceleration" else CHOICES
+                terms = choices_for(frf.quantity)
                 modes = identify(Measured(frf.frequency, frf.h[None]), replace(settings, terms=terms))
             except ValueError as error:
                 raise ResultFileError(f"{path}: {frf.name}: {error}") from error
