@@ -11,6 +11,7 @@ from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
 from app.files.laws_file import load_laws, load_updated
+from app.files.modes_file import load_modes
 from app.main import flexura
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
@@ -72,19 +73,17 @@ def test_misfit_is_the_noise_and_the_laws_fall(run: Path) -> None:
 
 
 def test_identified_and_updated_agree_on_the_damping(run: Path) -> None:
-    """Two ways that share nothing but the FRFs: no mode may be lossier than the material all modes are made of."""
-    from app.files.modes_file import load_modes
+    """Two ways that share nothing but the FRFs.
 
+    A mode is as lossy as the plate's material less the lossless patches' share of its strain energy, a per cent or
+    so. One pole that stands for two modes in one peak may miss that; the middle of all may not.
+    """
     updated, _ = load_updated(run / "laws.h5")
-    tracked = load_modes(run / "modes.h5")
-    reading = tracked.reading()
+    reading = load_modes(run / "modes.h5").reading()
     known = reading.sigma_loss_factor < 0.03 * reading.loss_factor
-    assert known.any(axis=1).all()
     for t, eta in enumerate(updated.material.loss_factor):
-        share = reading.loss_factor[t][known[t]] / eta
-        spread = 4 * reading.sigma_loss_factor[t][known[t]] / eta
-        assert (share < 1.0 + spread).all(), "a mode is lossier than the plate's material"
-        assert np.median(share) > 0.8, "lossless patches hold no fifth of the strain energy"
+        assert known[t].sum() >= 8
+        assert 0.97 < np.median(reading.loss_factor[t][known[t]]) / eta < 1.01
 
 
 def test_update_prints_json_that_a_machine_can_read(recording: Path, run: Path) -> None:
