@@ -4,8 +4,6 @@ import json
 import signal
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +13,43 @@ from app.commands.bad_input import bad_input
 
 if TYPE_CHECKING:
     from app.files.experiment_toml import RigKind
-    from drivers.rig.campaign import Outcome
+    from drivers.rig.campaign import Moment, Outcome
+
+
+class Signals:
+    """Ends a campaign on SIGTERM, and when the terminal is closed, as on Ctrl-C: with everything at rest.
+
+    A signal that arrives while Python runs a destructor raises into nothing; so it is kept, and `check`, called at
+    every reading, raises it again.
+    """
+
+    NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
+
+    def __init__(self) -> None:
+        self._arrived: int | None = None
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> "Signals":
+        """Take the signals over."""
+        for number in (getattr(signal, name) for name in self.NAMES if hasattr(signal, name)):
+            self._before[number] = signal.signal(number, self._keep)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Give them back."""
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def check(self) -> None:
+        """Raise what the signal that has arrived, if one has, stands for."""
+        if self._arrived == signal.SIGINT:
+            raise KeyboardInterrupt
+        if self._arrived is not None:
+            raise SystemExit(128 + self._arrived)
+
+    def _keep(self, number: int, _: object) -> None:
+        self._arrived = number
+        self.check()
 
 
 @click.command(name="acquire")
@@ -43,8 +77,8 @@ def command(experiment: Path, rig: "RigKind | None", out: Path | None, again: bo
     started = time.perf_counter()
     summary: dict[str, Any] = {"campaign": str(folder)}
     try:
-        with _terminable():
-            outcome, summary["rig"], summary["sweeps"] = _acquire(experiment, rig, folder, again)
+        with Signals() as signals:
+            outcome, summary["rig"], summary["sweeps"] = _acquire(experiment, rig, folder, again, signals)
     except RigStopped as stopped:
         summary |= {"state": "stopped", "why": str(stopped), "unsafe": list(stopped.unsafe)}
         _told(summary, as_json, f"stopped: {stopped}")
@@ -69,7 +103,9 @@ def command(experiment: Path, rig: "RigKind | None", out: Path | None, again: bo
     raise click.exceptions.Exit(1)
 
 
-def _acquire(experiment: Path, kind: "RigKind | None", folder: Path, again: bool) -> "tuple[Outcome, str, int]":
+def _acquire(
+    experiment: Path, kind: "RigKind | None", folder: Path, again: bool, signals: Signals
+) -> "tuple[Outcome, str, int]":
     from app.campaign_screen import campaign_screen
     from app.files.acquired_campaign import open_campaign
     from app.files.campaign_folder import frozen_protocol
@@ -94,26 +130,15 @@ def _acquire(experiment: Path, kind: "RigKind | None", folder: Path, again: bool
             open_campaign(folder, protocol, recorded, source) as store,
             campaign_screen(chosen == "simulated") as screen,
         ):
-            outcome = run_campaign(rig, declared.protocol, store, screen, again=again)
+
+            def observer(moment: "Moment") -> None:
+                signals.check()
+                screen(moment)
+
+            outcome = run_campaign(rig, declared.protocol, store, observer, again=again)
     finally:
         opened.__exit__(*sys.exc_info())
     return outcome, chosen, declared.protocol.count
-
-
-@contextmanager
-def _terminable() -> Iterator[None]:
-    """End on SIGTERM, and when the terminal is closed, as on Ctrl-C: with everything brought to rest."""
-    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-
-    def leave(number: int, _: object) -> None:
-        raise SystemExit(128 + number)
-
-    before = {number: signal.signal(number, leave) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _line(outcome: "Outcome", folder: Path, seconds: float) -> str:

@@ -175,6 +175,20 @@ def _wait_for(condition: Callable[[], bool], child: "subprocess.Popen[str]") -> 
         time.sleep(0.002)
 
 
+@pytest.mark.parametrize(("number", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)])
+def test_a_signal_swallowed_by_a_destructor_is_raised_at_the_next_reading(
+    number: signal.Signals, raised: type[BaseException]
+) -> None:
+    before = signal.getsignal(number)
+    with acquire.Signals() as signals:
+        signals.check()
+        with pytest.raises(raised):
+            os.kill(os.getpid(), number)
+        with pytest.raises(raised):  # as if the first had been lost
+            signals.check()
+    assert signal.getsignal(number) is before
+
+
 def test_help_is_quick_to_say_what_it_does() -> None:
     result = run("acquire", "--help")
     assert result.exit_code == 0
