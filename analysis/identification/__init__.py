@@ -19,6 +19,7 @@
 ``order``                  backward elimination and residual terms by BIC
 ``resolution``             what a record is too short to tell apart
 ``missing``                poles the residual asks for
+``harmonics``              lines the mains have spoilt
 ``synthetic``              R10, the hard case with its truth
 =========================  ==================================================================
 """

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged, roughness
+from analysis.identification.harmonics import harmonic_lines
 from analysis.identification.lines import Lines
 from analysis.identification.missing import add_missing, residual
 from analysis.identification.modes import Modes, Rejected
@@ -75,6 +76,11 @@ class Measured:
         """Whether every line has a variance."""
         return self.variance is not None and bool((self.variance > 0.0).all())
 
+    def without(self, spoilt: NDArray[np.bool_]) -> "Measured":
+        """Leave out lines (F,)."""
+        variance = None if self.variance is None else self.variance[:, ~spoilt]
+        return Measured(self.frequency[~spoilt], self.h[:, ~spoilt], variance)
+
     def lines(self) -> Lines:
         """Lines weighted by the variance if it is known, by the roughness along frequency otherwise."""
         if self.known and self.variance is not None:
@@ -85,7 +91,7 @@ class Measured:
         """Lines weighted by what a fit leaves over, unless the variance is known."""
         if self.known:
             return lines
-        return Lines(self.frequency, self.h, deviation_from_residual(residual(lines, fitted)))
+        return Lines(self.frequency, self.h, deviation_from_residual(residual(lines, fitted), self.h))
 
 
 def identify(measured: Measured, settings: Settings | None = None) -> Modes:
@@ -107,7 +113,26 @@ def identify(measured: Measured, settings: Settings | None = None) -> Modes:
         if len(found.poles) <= 0.7 * count or 2 * count > min(settings.most_count, len(lines.frequency) // 6):
             break
         count *= 2
-    return finish(measured, lines, found, settings, started)
+    rejected: tuple[Rejected, ...] = ()
+    if settings.mains is not None:
+        spoilt = harmonic_lines(lines.frequency, residual(lines, found), lines.spacing, settings.mains)
+        if spoilt.any():
+            rejected = _spoilt(lines.frequency[spoilt], settings.mains)
+            measured = measured.without(spoilt)
+            lines = measured.lines()
+            found = settle(measured, lines, found, settings)
+    modes = finish(measured, lines, found, settings)
+    return replace(modes, rejected=(*_rejected(started, modes.poles), *rejected))
+
+
+def _spoilt(frequency: NDArray[np.float64], mains: float) -> tuple[Rejected, ...]:
+    """Name the lines left out for the mains."""
+    return tuple(
+        Rejected(
+            2j * np.pi * float(f), f"line left out: {max(round(f / mains), 1)} x {mains:g} Hz mains", "harmonic"
+        )
+        for f in frequency
+    )
 
 
 def _search(
@@ -146,9 +171,8 @@ def finish(
     lines: Lines,
     found: Fit,
     settings: Settings,
-    started: NDArray[np.complex128] | None = None,
 ) -> Modes:
-    """Fit on all lines, judge every pole and list the start poles that did not stay."""
+    """Fit on all lines and judge every pole."""
     lines = measured.reweighted(lines, found)
     last = fit(lines, found.poles, found.terms, tolerance=EXACT / len(lines.frequency) / len(lines.h))
     status, reason = judge(lines, last, settings.mains)
@@ -167,7 +191,6 @@ def finish(
         band=(float(lines.frequency[0]), float(lines.frequency[-1])),
         misfit=float(np.sqrt((np.abs(left) ** 2).sum() / (np.abs(lines.h) ** 2).sum())),
         lines=len(lines.frequency),
-        rejected=() if started is None else _rejected(started, last.poles),
     )
 
 

@@ -14,6 +14,9 @@ from analysis.identification.lines import Lines
 LONGEST = 64
 """Lines in a block at most."""
 
+FEWEST = 64
+"""Blocks that are left at least."""
+
 
 def roughness(h: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Estimate the standard deviation of an FRF's noise from its fourth differences, (K, F).
@@ -42,7 +45,8 @@ def averaged(lines: Lines) -> Lines:
     """
     length = np.ones(len(lines.frequency), dtype=int)
     size = 1
-    while 4 * size <= len(length) and size < LONGEST:
+    longest = min(LONGEST, len(length) // FEWEST)
+    while 2 * size <= longest:
         smooth = _smooth_blocks(lines, 4 * size)
         usable = len(smooth) * 4 * size
         ready = (length[:usable].reshape(-1, 4 * size) == size).all(1) & smooth

@@ -14,17 +14,20 @@ STATUSES = ("kept", "weak", "computational", "harmonic")
 
 @dataclass(frozen=True)
 class Rejected:
-    """A pole that was tried and is not in the model.
+    """A pole that was tried and is not in the model, or a line that was left out of the fit.
 
     Attributes
     ----------
     pole : complex
-        rad/s.
+        rad/s; without a real part for a line.
     reason : str
+    status : str
+        ``computational`` or ``harmonic``.
     """
 
     pole: complex
     reason: str
+    status: str = "computational"
 
 
 @dataclass(frozen=True)

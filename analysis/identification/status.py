@@ -80,7 +80,7 @@ def _verdict(
     low, high = lines.frequency[0], lines.frequency[-1]
     if not low <= f <= high:
         return "computational", f"outside the band, {low:g} to {high:g} Hz: stands for the modes there"
-    if mains and width <= lines.spacing and abs(f - mains * max(round(f / mains), 1)) <= lines.spacing:
+    if mains and width <= 0.5 * lines.spacing and abs(f - mains * max(round(f / mains), 1)) <= lines.spacing:
         return "harmonic", f"a line at {max(round(f / mains), 1)} x {mains:g} Hz mains"
     if zeta > limit:
         return "computational", f"damping ratio {zeta:.2g} is above {limit:.2g}: a slope of the background"

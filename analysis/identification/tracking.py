@@ -25,6 +25,9 @@ from analysis.identification.variable_projection import fit, misfit_at
 WIDEST_STEP = 0.12
 """Largest shift of log frequency from one sweep to the next that the scan looks for at first."""
 
+POOR = 1.15
+"""Misfit, in multiples of the one expected, above which a sweep is identified afresh, then reported."""
+
 SAME_MODE = 1.5
 """Largest distance, in half widths, between a mode's predicted and found pole."""
 
@@ -46,8 +49,14 @@ def sweep_measured(frf: Frf, sweep: int) -> Measured:
     return Measured(frf.frequency[used], frf.h[sweep][:, used], frf.variance[sweep][:, used])
 
 
+Method = Callable[[Measured, Settings], Modes]
+
+
 def track(
-    frf: Frf, settings: Settings | None = None, progress: Callable[[str, float], None] | None = None
+    frf: Frf,
+    settings: Settings | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    method: Method | None = None,
 ) -> TrackedModes:
     """Identify every sweep of a campaign and follow its modes.
 
@@ -59,6 +68,8 @@ def track(
         Of the identification.
     progress : callable, optional
         Told the stage and the share done.
+    method : callable, optional
+        Identifies every sweep alone, with no warm start; modes are followed all the same.
 
     Raises
     ------
@@ -67,24 +78,29 @@ def track(
     """
     settings = settings or Settings()
     measured = [sweep_measured(frf, t) for t in range(len(frf.temperature))]
-    start, first = _start(frf.temperature, measured, settings)
+    start, first = _start(frf.temperature, measured, settings, method or identify)
     done = _Progress()
     _enter(done, start, first, 1.0)
     for count, t in enumerate(_outwards(frf.temperature, start), start=1):
         source = min(done.modes, key=lambda s: (abs(frf.temperature[s] - frf.temperature[t]), abs(s - t)))
-        _follow(done, measured[t], t, source, settings, f"{frf.temperature[t]:.1f} °C (sweep {t})")
+        if method is None:
+            _follow(done, measured[t], t, source, settings, f"{frf.temperature[t]:.1f} °C (sweep {t})")
+        else:
+            before = done.modes[source]
+            shift, _ = common_factor(averaged(measured[t].lines()), before.poles, before.terms)
+            _enter(done, t, method(measured[t], settings), done.factor[source] * shift)
         if progress is not None:
             progress("identify", (count + 1) / len(measured))
     return _collect(done, frf, start)
 
 
 def _start(
-    temperature: NDArray[np.float64], measured: Sequence[Measured], settings: Settings
+    temperature: NDArray[np.float64], measured: Sequence[Measured], settings: Settings, method: Method
 ) -> tuple[int, Modes]:
     """Of the coldest and the hottest sweep the one that shows more modes: damping is least at the ends."""
     order = np.argsort(temperature, kind="stable")
     tried = {int(order[n]) for n in (0, -1)}
-    found = {t: identify(measured[t], settings) for t in sorted(tried)}
+    found = {t: method(measured[t], settings) for t in sorted(tried)}
     best = max(found, key=lambda t: (found[t].status.count("kept"), -found[t].misfit))
     return best, found[best]
 
@@ -105,15 +121,24 @@ def _follow(done: _Progress, measured: Measured, t: int, source: int, settings: 
     warm = fit(averaged(lines), before.poles * shift, before.terms, tolerance=1e-3)
     settled = settle(measured, lines, warm, settings, np.array(dormant, dtype=complex))
     modes = finish(measured, lines, settled, settings)
-    if found_end or modes.misfit > 3.0 * before.misfit:
+    ceiling = POOR * _expected(measured, before)
+    if found_end or modes.misfit > ceiling:
         fresh = identify(measured, settings)
+        modes = fresh if fresh.misfit < modes.misfit else modes
+    if modes.misfit > ceiling:
+        times = POOR * modes.misfit / ceiling
         done.notes.append(
-            f"{name}: the neighbouring sweep's poles leave {100 * modes.misfit:.2g} % of rms |h|, a fresh "
-            f"identification {100 * fresh.misfit:.2g} %; the better one is used"
+            f"{name}: the model leaves {100 * modes.misfit:.2g} % of rms |h|, {times:.1f} times what was expected: "
+            "its modes are not to be relied on"
         )
-        if fresh.misfit < modes.misfit:
-            modes = fresh
     _enter(done, t, modes, factor)
+
+
+def _expected(measured: Measured, before: Modes) -> float:
+    """Misfit to be expected, as a share of rms |h|: the noise if it is known, the neighbour's misfit if not."""
+    if measured.known and measured.variance is not None:
+        return float(np.sqrt(measured.variance.sum() / (np.abs(measured.h) ** 2).sum()))
+    return before.misfit
 
 
 def common_factor(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> tuple[float, bool]:

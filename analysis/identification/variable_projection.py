@@ -199,7 +199,7 @@ def _bend(rest: NDArray[np.float64], chain: NDArray[np.complex128], linear: int)
 
 def _losses(inverse: NDArray[np.float64], solution: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     """Rise of the misfit for each pole's two columns taken out, from the inverse triangular factor."""
-    rows = inverse[: 2 * count].reshape(count, 2, -1)
+    rows = inverse[: 2 * count].reshape(count, 2, inverse.shape[1])
     block = np.einsum("jan,jbn->jab", rows, rows)
     c = solution[: 2 * count].reshape(count, 2)
     a, b, d = block[:, 0, 0], block[:, 0, 1], block[:, 1, 1]

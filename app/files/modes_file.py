@@ -37,6 +37,7 @@ class _Sweep:
     lines: int
     rejected_poles: NDArray[np.complex128]
     rejected_reasons: tuple[str, ...]
+    rejected_statuses: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,7 @@ def save_modes(target: Path, tracked: TrackedModes, made_from: Mapping[str, Any]
                 terms=modes.terms.name,
                 rejected_poles=np.array([r.pole for r in modes.rejected], dtype=complex),
                 rejected_reasons=tuple(r.reason for r in modes.rejected),
+                rejected_statuses=tuple(r.status for r in modes.rejected),
             )
             write_value(file.create_group(f"sweeps/{number:04d}"), sweep)
 
@@ -86,11 +88,11 @@ def load_modes(path: Path) -> TrackedModes:
 
 
 def _modes(sweep: _Sweep) -> Modes:
-    pairs = zip(sweep.rejected_poles, sweep.rejected_reasons, strict=True)
+    parts = zip(sweep.rejected_poles, sweep.rejected_reasons, sweep.rejected_statuses, strict=True)
     return Modes(
         **{name: getattr(sweep, name) for name in SHARED},
         terms=named(sweep.terms),
-        rejected=tuple(Rejected(complex(pole), reason) for pole, reason in pairs),
+        rejected=tuple(Rejected(complex(pole), reason, status) for pole, reason, status in parts),
     )
 
 

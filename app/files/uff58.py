@@ -19,6 +19,9 @@ QUANTITIES = {8: "displacement", 11: "velocity", 12: "acceleration"}
 LARGEST = 2_000_000_000
 """Bytes above which a file is refused rather than read into memory."""
 
+UNEVEN = 0.1
+"""Spread of the lines' spacing, relative to it, that rounding in the file may cause."""
+
 
 @dataclass(frozen=True)
 class UffFrf:
@@ -53,7 +56,7 @@ def read_frfs(path: Path) -> list[UffFrf]:
     ------
     ResultFileError
         Where the file cannot be read, holds no FRF, or one of its FRFs is cut short, not finite or has
-        lines out of order; data sets that are no FRF are named.
+        lines out of order or unevenly spaced; data sets that are no FRF are named.
     """
     if not path.is_file():
         raise ResultFileError(f"{path}: no such file")
@@ -64,7 +67,9 @@ def read_frfs(path: Path) -> list[UffFrf]:
         kinds = [int(kind) for kind in np.atleast_1d(file.get_set_types())]
         sets = [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
     except Exception as error:  # pyuff says what is wrong with a file by bare Exception, and by accident
-        raise ResultFileError(f"{path}: not a readable universal file ({error})") from error
+        raise ResultFileError(f"{path}: not a readable universal file, or cut short ({error})") from error
+    if not kinds:
+        raise ResultFileError(f"{path}: no data set that begins and ends: not a universal file, or cut short")
     frfs = [d for d in sets if int(d.get("func_type", -1)) == FRF_FUNCTION]
     if not frfs:
         held = sorted({FUNCTIONS.get(int(d.get("func_type", -1)), str(d.get("func_type"))) for d in sets})
@@ -122,6 +127,8 @@ def _frf(path: Path, number: int, data: dict[str, Any]) -> UffFrf:
     h = np.atleast_1d(np.asarray(data.get("data", ()), dtype=complex))
     declared = int(data.get("num_pts", len(h)))
     place = f"{path}: FRF {number} ({name})"
+    if int(data.get("ord_data_type", 6)) not in (5, 6):
+        raise ResultFileError(f"{place}: real values; an FRF needs complex ones (ordinate data type 5 or 6)")
     if len(frequency) != len(h) or len(h) != declared:
         raise ResultFileError(
             f"{place}: {len(h)} values and {len(frequency)} lines; {declared} are declared: cut short?"
@@ -130,6 +137,8 @@ def _frf(path: Path, number: int, data: dict[str, Any]) -> UffFrf:
         raise ResultFileError(f"{place}: values that are not finite")
     if (np.diff(frequency) <= 0.0).any() or (frequency < 0.0).any():
         raise ResultFileError(f"{place}: frequencies must ascend from 0 Hz or above")
+    if len(frequency) > 2 and np.ptp(np.diff(frequency)) > UNEVEN * np.median(np.diff(frequency)):
+        raise ResultFileError(f"{place}: unevenly spaced frequencies; an FRF with even spacing is needed")
     used = frequency > 0.0
     if used.sum() < 8:
         raise ResultFileError(f"{place}: {int(used.sum())} lines above 0 Hz; at least 8 are needed to identify")

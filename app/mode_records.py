@@ -1,0 +1,80 @@
+"""Modes as JSON for machines and as tables for people."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from analysis.identification.modes import Modes
+from analysis.identification.reading import Damping
+from analysis.identification.tracked_modes import TrackedModes
+
+FIELDS = (
+    "frequency_hz",
+    "sigma_frequency_hz",
+    "damping_ratio",
+    "sigma_damping_ratio",
+    "loss_factor",
+    "sigma_loss_factor",
+)
+
+
+def modes_record(modes: Modes, damping: Damping) -> dict[str, Any]:
+    """Return what ``--json`` prints of one identification: modes of the plate, and poles that are none."""
+    reading = modes.reading(damping)
+    found: list[dict[str, Any]] = []
+    rejected: list[dict[str, Any]] = []
+    for j, (status, reason) in enumerate(zip(modes.status, modes.reason, strict=True)):
+        values: dict[str, Any] = {name: float(getattr(reading, name)[j]) for name in FIELDS}
+        values["pole_rad_s"] = [float(modes.poles[j].real), float(modes.poles[j].imag)]
+        (found if modes.real[j] else rejected).append(values | {"status": status, "reason": reason})
+    for pole in modes.rejected:
+        place = {"frequency_hz": abs(pole.pole) / (2.0 * math.pi)}
+        rejected.append(place | {"status": pole.status, "reason": pole.reason})
+    return {
+        "residual_terms": modes.terms.name,
+        "misfit": modes.misfit,
+        "modes": found,
+        "rejected": rejected,
+    }
+
+
+def campaign_record(tracked: TrackedModes, damping: Damping, seconds: float) -> dict[str, Any]:
+    """Return what ``--json`` prints of a campaign: the same per sweep, each mode with the number of its track."""
+    sweeps = []
+    for t, modes in enumerate(tracked.modes):
+        record = modes_record(modes, damping)
+        numbers = {int(n): j + 1 for j, n in enumerate(tracked.track[t]) if n >= 0}
+        real = [n for n in range(len(modes.poles)) if modes.real[n]]
+        for n, mode in zip(real, record["modes"], strict=True):
+            mode["track"] = numbers.get(n)
+        place = {"temperature_c": float(tracked.temperature[t]), "direction": tracked.direction[t]}
+        sweeps.append(place | {"level_v": float(tracked.level[t])} | record)
+    return {"temperatures": sweeps, "notes": list(tracked.notes), "seconds": seconds}
+
+
+def show(tracked: TrackedModes, damping: Damping) -> None:
+    """Print the modes of the coldest, a middle and the hottest sweep; modes.csv holds them all."""
+    order = np.argsort(tracked.temperature, kind="stable")
+    for t in sorted({int(order[0]), int(order[len(order) // 2]), int(order[-1])}):
+        show_modes(f"{tracked.temperature[t]:.2f} °C", modes_record(tracked.modes[t], damping)["modes"])
+
+
+def show_modes(title: str, modes: Sequence[dict[str, Any]]) -> None:
+    """Print modes as a table for people."""
+    table = Table(title=title, header_style="bold")
+    for heading in ("f [Hz]", "σ_f [Hz]", "ζ [%]", "σ_ζ [%]", "η [%]", "status"):
+        table.add_column(heading, justify="left" if heading == "status" else "right")
+    for mode in modes:
+        table.add_row(
+            f"{mode['frequency_hz']:.3f}",
+            f"{mode['sigma_frequency_hz']:.3f}",
+            f"{100 * mode['damping_ratio']:.3f}",
+            f"{100 * mode['sigma_damping_ratio']:.3f}",
+            f"{100 * mode['loss_factor']:.3f}",
+            mode["status"] if mode["status"] == "kept" else f"{mode['status']}: {mode['reason']}",
+        )
+    Console().print(table)
