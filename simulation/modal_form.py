@@ -43,7 +43,7 @@ class ModalForm:
     @classmethod
     def of(cls, stiffness: Complex) -> Self:
         """Solve the eigenproblem of a complex (r, r) stiffness."""
-        poles, shapes = scipy.linalg.eig(stiffness, check_finite=False)
+        poles, shapes = np.linalg.eig(stiffness)  # scipy's holds the interpreter; this one lets other threads run
         order = np.argsort(poles.real)
         shapes = np.asfortranarray(shapes[:, order])
         return cls(poles[order], shapes, scipy.linalg.inv(shapes, check_finite=False))

@@ -1,6 +1,7 @@
 """The compensation put to the test: every method at every quarter of a degree (paper 5.3 and 5.4)."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -220,13 +221,20 @@ def _direct(
     settings = panel.filters
     lines = settings.frequency
     band = settings.in_band(lines)
+
+    def at(t: int) -> tuple[Real, EnergyForms]:
+        here = temperature[t : t + 1]
+        (_, amplitude), *_ = responses(model, laws, here, lines)
+        form = model.space.forms([amplitude], panel.target.displacement)
+        filters = invert(form, settings.tolerance, settings.regularisation).filters
+        return design(filters, here, settings).taps, form.at(slice(None), band)
+
     taps, forms = [], []
-    for t, (_, amplitude) in enumerate(responses(model, laws, temperature, lines)):
-        here = model.space.forms([amplitude], panel.target.displacement)
-        filters = invert(here, settings.tolerance, settings.regularisation).filters
-        taps.append(design(filters, temperature[t : t + 1], settings).taps)
-        forms.append(here.at(slice(None), band))
-        report(stage, (t + 1) / len(temperature))
+    with ThreadPoolExecutor(2) as pool:
+        for done, (tap, form) in enumerate(pool.map(at, range(len(temperature))), start=1):
+            taps.append(tap)
+            forms.append(form)
+            report(stage, done / len(temperature))
     bank = FirBank(np.concatenate(taps), temperature, settings.sample_rate, settings.delay)
     return bank, EnergyForms(
         np.concatenate([part.plate for part in forms]),
