@@ -80,6 +80,7 @@ def _means(lines: Lines, length: NDArray[np.intp]) -> Lines:
     mean = np.empty((len(lines.h), len(first)), dtype=complex)
     mean[:] = np.add.reduceat(lines.h, first, axis=1)
     mean /= count
+    away = lines.frequency - np.repeat(np.add.reduceat(lines.frequency, first) / count, count)
     mean_variance = np.add.reduceat(lines.deviation**2, first, axis=1) / count**2
     return Lines(
         frequency=np.add.reduceat(lines.frequency, first) / count,
@@ -87,4 +88,5 @@ def _means(lines: Lines, length: NDArray[np.intp]) -> Lines:
         deviation=np.sqrt(mean_variance),
         hidden=int((count - 1).sum()) * len(lines.h) + lines.hidden,
         line_spacing=lines.spacing,
+        spread=np.add.reduceat((2.0 * np.pi * away) ** 2, first) / count,
     )

@@ -24,6 +24,8 @@ class Lines:
         measured, each with a misfit of 1.
     line_spacing : float, optional
         Spacing before any averaging, Hz.
+    spread : (F,) ndarray, optional
+        Mean squared distance (rad/s)^2 of the lines averaged into one from their middle.
     """
 
     frequency: NDArray[np.float64]
@@ -31,6 +33,7 @@ class Lines:
     deviation: NDArray[np.float64]
     hidden: int = 0
     line_spacing: float | None = None
+    spread: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         if self.h.ndim != 2 or self.h.shape[1] != len(self.frequency) or self.deviation.shape != self.h.shape:

@@ -54,8 +54,10 @@ def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> N
 def gains(lines: Lines, fitted: Fit, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Fall of the misfit by adding each pole alone, all residues refitted, poles held: (N,) ndarray."""
     s = lines.s
-    model = np.concatenate([pole_columns(s, fitted.poles), fitted.terms.columns(s, lines.scale)])
-    new = pole_columns(s, poles)
+    model = np.concatenate(
+        [pole_columns(s, fitted.poles, lines.spread), fitted.terms.columns(s, lines.scale, lines.spread)]
+    )
+    new = pole_columns(s, poles, lines.spread)
     left = residual(lines, fitted)
     total = np.zeros(len(poles))
     for row, deviation in enumerate(lines.deviation):

@@ -48,9 +48,10 @@ def identify_by_peaks(
 def peaks(lines: Lines) -> list[tuple[int, float]]:
     """Places of peaks, as numbers of lines, and their half-power widths in lines.
 
-    Amplitudes in standard deviations of the noise, all responses together.
+    Amplitudes in standard deviations of the band's noise, all responses together.
     """
-    height: NDArray[np.float64] = np.sqrt((np.abs(lines.h / lines.deviation) ** 2).mean(axis=0))
+    noise = np.median(lines.deviation, axis=1, keepdims=True)  # its ripple from line to line would make peaks
+    height: NDArray[np.float64] = np.sqrt((np.abs(lines.h / noise) ** 2).mean(axis=0))
     places, _ = find_peaks(height, prominence=PROMINENCE)
     widths = peak_widths(height, places, rel_height=1.0 - np.sqrt(0.5))[0]
     return [(int(place), float(width)) for place, width in zip(places, widths, strict=True)]

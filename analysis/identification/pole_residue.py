@@ -9,8 +9,12 @@ from numpy.typing import NDArray
 
 from analysis.identification.residual_terms import ResidualTerms
 
+Spread = NDArray[np.float64] | None
 
-def pole_columns(s: NDArray[np.complex128], poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
+
+def pole_columns(
+    s: NDArray[np.complex128], poles: NDArray[np.complex128], spread: Spread = None
+) -> NDArray[np.complex128]:
     """Columns that Re R and Im R multiply, pole by pole: (2J, F) complex ndarray.
 
     Parameters
@@ -19,14 +23,21 @@ def pole_columns(s: NDArray[np.complex128], poles: NDArray[np.complex128]) -> ND
         jw, rad/s.
     poles : (J,) complex ndarray
         Upper half plane, rad/s.
+    spread : (F,) ndarray, optional
+        Where `s` is the middle of several averaged lines, their mean squared distance from it, (rad/s)^2:
+        the mean of 1/(s - lambda) over them is taken to fourth order in their reach over s - lambda.
     """
     columns = np.empty((2 * len(poles), len(s)), dtype=complex)
-    _pair(1.0 / (s - poles[:, None]), 1.0 / (s - poles.conj()[:, None]), columns)
+    upper, lower = 1.0 / (s - poles[:, None]), 1.0 / (s - poles.conj()[:, None])
+    if spread is not None:
+        upper *= 1.0 - spread * upper * upper
+        lower *= 1.0 - spread * lower * lower
+    _pair(upper, lower, columns)
     return columns
 
 
 def columns_with_derivatives(
-    s: NDArray[np.complex128], poles: NDArray[np.complex128]
+    s: NDArray[np.complex128], poles: NDArray[np.complex128], spread: Spread = None
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Return `pole_columns` and, in the same arrangement, the columns of 1/(s - lambda)^2: twice (2J, F).
 
@@ -36,8 +47,15 @@ def columns_with_derivatives(
     upper, lower = 1.0 / (s - poles[:, None]), 1.0 / (s - poles.conj()[:, None])
     columns = np.empty((2 * len(poles), len(s)), dtype=complex)
     moved = np.empty_like(columns)
+    upper_squared, lower_squared = upper * upper, lower * lower
+    if spread is not None:
+        bend, lower_bend = spread * upper_squared, spread * lower_squared
+        upper -= bend * upper
+        lower -= lower_bend * lower
+        upper_squared -= 3.0 * bend * upper_squared
+        lower_squared -= 3.0 * lower_bend * lower_squared
     _pair(upper, lower, columns)
-    _pair(upper * upper, lower * lower, moved)
+    _pair(upper_squared, lower_squared, moved)
     return columns, moved
 
 

@@ -30,11 +30,18 @@ class ResidualTerms:
         """Real parameters per FRF."""
         return len(self.powers) * (2 if self.complex_valued else 1)
 
-    def columns(self, s: NDArray[np.complex128], scale: float) -> NDArray[np.complex128]:
-        """Columns of the least-squares problem, (parameters, F), with s in units of `scale` rad/s."""
+    def columns(
+        self, s: NDArray[np.complex128], scale: float, spread: NDArray[np.float64] | None = None
+    ) -> NDArray[np.complex128]:
+        """Columns of the least-squares problem, (parameters, F), with s in units of `scale` rad/s.
+
+        `spread` (F,) is the mean squared distance of lines averaged into one, (rad/s)^2.
+        """
         powers: NDArray[np.complex128] = np.empty((len(self.powers), len(s)), dtype=complex)
         for row, power in enumerate(self.powers):
             powers[row] = (s / scale) ** power
+            if spread is not None:
+                powers[row] -= 0.5 * power * (power - 1) * spread * (s / scale) ** power / s**2
         return np.concatenate([powers, 1j * powers]) if self.complex_valued else powers
 
     def coefficients(self, solved: NDArray[np.float64], scale: float) -> NDArray[np.complex128]:

@@ -128,8 +128,8 @@ def _follow(done: _Progress, measured: Measured, t: int, source: int, settings: 
     if modes.misfit > ceiling:
         times = POOR * modes.misfit / ceiling
         done.notes.append(
-            f"{name}: the model leaves {100 * modes.misfit:.2g} % of rms |h|, {times:.1f} times what was expected: "
-            "its modes are not to be relied on"
+            f"{name}: the model leaves {100 * modes.misfit:.2g} % of rms |h|, {times:.1f} times what was "
+            "expected: its modes are not to be relied on"
         )
     _enter(done, t, modes, factor)
 

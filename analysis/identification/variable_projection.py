@@ -79,8 +79,8 @@ class Fit:
 def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> Projection:
     """Eliminate residues and residual terms at given poles."""
     s, scale, count = lines.s, lines.scale, len(poles)
-    own, moved = columns_with_derivatives(s, poles)
-    columns = np.concatenate([own, terms.columns(s, scale)])
+    own, moved = columns_with_derivatives(s, poles, lines.spread)
+    columns = np.concatenate([own, terms.columns(s, scale, lines.spread)])
     linear = len(columns)
     solved = np.zeros((lines.h.shape[0], linear))
     misfit, gradient, hessian = 0.0, np.zeros(2 * count), np.zeros((2 * count, 2 * count))
@@ -118,7 +118,9 @@ def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -
 
 def misfit_at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> float:
     """Misfit of the best residues and residual terms at given poles: that of `project`, without derivatives."""
-    columns = np.concatenate([pole_columns(lines.s, poles), terms.columns(lines.s, lines.scale)])
+    columns = np.concatenate(
+        [pole_columns(lines.s, poles, lines.spread), terms.columns(lines.s, lines.scale, lines.spread)]
+    )
     misfit = 0.0
     for weight, rows, scales in lines.weight_groups:
         triangle, norms = _triangle(columns, lines.h[rows] * scales[:, None], weight)

@@ -28,8 +28,8 @@ def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) 
     Returns the new pole pairs (upper half plane only; real zeros are left out).
     """
     s, count = lines.s, len(poles)
-    basis = pole_columns(s, poles)
-    model = np.concatenate([basis, terms.columns(s, lines.scale)])
+    basis = pole_columns(s, poles, lines.spread)
+    model = np.concatenate([basis, terms.columns(s, lines.scale, lines.spread)])
     sigma = np.concatenate([basis, np.ones((1, len(s)))])
     norms = np.linalg.norm(sigma, axis=1)
     reduced = []

@@ -1,0 +1,76 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.identification.modes import Modes
+from analysis.identification.residual_terms import REAL_E
+from analysis.identification.tracked_modes import TrackedModes
+
+
+def modes(f: float = 100.0) -> Modes:
+    return Modes(
+        poles=2 * np.pi * f * np.array([-0.02 + 1j, -0.06 + 3j]),
+        residues=np.array([[1j, 2j]]),
+        covariance=np.full((2, 2, 2), 1e-6),
+        terms=REAL_E,
+        coefficients=np.array([[0.1 + 0j]]),
+        status=("kept", "computational"),
+        reason=("", "outside"),
+        band=(50.0, 200.0),
+        misfit=0.01,
+        lines=100,
+    )
+
+
+def test_real_are_kept_and_weak_ones() -> None:
+    np.testing.assert_array_equal(modes().real, [True, False])
+    np.testing.assert_array_equal(replace(modes(), status=("weak", "harmonic")).real, [True, False])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"residues": np.ones((1, 3), complex)}, "residues has shape"),
+        ({"coefficients": np.ones((1, 2), complex)}, "coefficients has shape"),
+        ({"status": ("kept",)}, "2 poles need as many"),
+        ({"status": ("kept", "sure")}, "'sure'"),
+        ({"poles": np.array([1.0 + 5j, -1.0 + 5j])}, "stable"),
+    ],
+)
+def test_nonsense_is_refused(changes: dict[str, object], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        replace(modes(), **changes)
+
+
+def tracked() -> TrackedModes:
+    return TrackedModes(
+        temperature=np.array([10.0, 20.0]),
+        direction=("up", "up"),
+        level=np.ones(2),
+        channels=("S1",),
+        modes=(modes(), modes(90.0)),
+        track=np.array([[0, -1], [0, 1]]),
+        start=0,
+    )
+
+
+def test_tabulated_values_are_those_of_the_sweeps_and_absent_ones_are_nan() -> None:
+    found = tracked()
+    read = found.reading("viscous")
+    assert read.frequency_hz[1, 0] == pytest.approx(90.0, rel=1e-3)
+    assert np.isnan(read.frequency_hz[0, 1])
+    assert np.isnan(read.sigma_damping_ratio[0, 1])
+    assert found.status == (("kept", "absent"), ("kept", "computational"))
+    assert found.residues[1, 0, 1] == 2j
+    f = np.array([60.0, 99.0])
+    np.testing.assert_array_equal(found.synthesis(f)[1], modes(90.0).synthesis(f))
+
+
+def test_tracks_must_fit_the_poles() -> None:
+    with pytest.raises(ValueError, match="sweep 1"):
+        replace(tracked(), track=np.array([[0, -1], [0, 2]]))
+    with pytest.raises(ValueError, match="sweep 0"):
+        replace(tracked(), track=np.array([[0, 0], [0, 1]]))
+    with pytest.raises(ValueError, match="hold 1"):
+        replace(tracked(), temperature=np.array([10.0]))

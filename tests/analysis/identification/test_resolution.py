@@ -1,0 +1,32 @@
+import numpy as np
+
+from analysis.identification.resolution import heights, unresolved
+
+
+def at(f: float, half_width: float) -> complex:
+    return 2 * np.pi * complex(-half_width, f)
+
+
+def test_height_is_what_a_lone_peak_shows() -> None:
+    pole, residue = at(100.0, 1.0), 3.0 - 4.0j
+    on_peak = residue / (2j * np.pi * 100.0 - pole)
+    assert heights(np.array([pole]), np.array([[residue]]))[0] == abs(on_peak)
+
+
+def test_two_frequencies_closer_than_two_lines_are_one() -> None:
+    poles = np.array([at(100.0, 1.0), at(100.15, 1.0), at(101.0, 1.0)])
+    residues = np.array([[1.0, 2.0, 1.0]], complex)
+    np.testing.assert_array_equal(unresolved(poles, residues, 0.1), [True, False, False])
+
+
+def test_small_companions_of_a_narrow_peak_are_its_leakage() -> None:
+    poles = np.array([at(100.0, 0.1), at(101.5, 0.3), at(98.0, 0.05)])
+    residues = np.array([[1.0, 0.1, 0.1]], complex)  # heights 1, 1/30, 1/5 of the first; the last is a needle
+    np.testing.assert_array_equal(unresolved(poles, residues, 0.1), [False, True, True])
+    residues = np.array([[1.0, 1.0, 0.6]], complex)
+    np.testing.assert_array_equal(unresolved(poles, residues, 0.1), [False, False, False])
+
+
+def test_wide_peaks_may_have_small_neighbours() -> None:
+    poles = np.array([at(100.0, 3.0), at(102.0, 3.0)])
+    assert not unresolved(poles, np.array([[1.0, 0.02]], complex), 0.1).any()
