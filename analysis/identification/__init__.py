@@ -5,6 +5,7 @@
 ``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
 ``tracking``               one identification followed over temperature, both ways
 ``modes``                  what was identified; rebuilds its FRFs
+``common_factor``          how far a change of temperature moves all frequencies
 ``tracked_modes``          the same over temperature
 ``reading``                frequency and damping of a pole, hysteretic or viscous
 ``status``                 which poles are modes of the plate, and why the others are not

@@ -16,14 +16,13 @@ from scipy.optimize import linear_sum_assignment
 from analysis.frf import Frf
 from analysis.identification.automatic import Measured, Settings, finish, identify, settle
 from analysis.identification.averaging import averaged
-from analysis.identification.lines import Lines
+from analysis.identification.common_factor import common_factor
 from analysis.identification.modes import Modes
-from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.variable_projection import fit, misfit_at
+from analysis.identification.variable_projection import fit
 
-WIDEST_STEP = 0.12
-"""Largest shift of log frequency from one sweep to the next that the scan looks for at first."""
+LEAST_BASE = 0.5
+"""Difference of temperature, K, below which two sweeps show no trend."""
 
 POOR = 1.15
 """Misfit, in multiples of the one expected, above which a sweep is identified afresh, then reported."""
@@ -32,15 +31,39 @@ SAME_MODE = 1.5
 """Largest distance, in half widths, between a mode's predicted and found pole."""
 
 
+@dataclass(frozen=True)
+class _Sighting:
+    """A mode as one sweep showed it: its pole over the sweep's common factor, and its residues."""
+
+    temperature: float
+    pole: complex
+    shape: NDArray[np.complex128]
+
+
 @dataclass
 class _Progress:
-    """What is known so far: sweeps done, the common factor of each, and where every mode was last seen."""
+    """What is known so far: sweeps done, the common factor of each, and where every mode was seen."""
 
     modes: dict[int, Modes] = field(default_factory=dict)
     labels: dict[int, NDArray[np.int64]] = field(default_factory=dict)
     factor: dict[int, float] = field(default_factory=dict)
-    last: dict[int, tuple[complex, NDArray[np.complex128]]] = field(default_factory=dict)
+    seen: dict[int, list[_Sighting]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+
+    def predict(self, label: int, temperature: float) -> _Sighting:
+        """Where a mode should be: as the nearest sweep showed it, moved on along its own trend.
+
+        The trend is what the mode did beside the common factor between the two nearest sweeps that showed it,
+        and is believed for one and a half times their distance.
+        """
+        nearest, *others = sorted(self.seen[label], key=lambda s: abs(s.temperature - temperature))
+        step = temperature - nearest.temperature
+        for other in others:
+            base = nearest.temperature - other.temperature
+            if abs(base) > LEAST_BASE and abs(step) <= 1.5 * abs(base):
+                trend = np.log(abs(nearest.pole) / abs(other.pole)) / base
+                return _Sighting(temperature, nearest.pole * np.exp(trend * step), nearest.shape)
+        return nearest
 
 
 def sweep_measured(frf: Frf, sweep: int) -> Measured:
@@ -80,15 +103,16 @@ def track(
     measured = [sweep_measured(frf, t) for t in range(len(frf.temperature))]
     start, first = _start(frf.temperature, measured, settings, method or identify)
     done = _Progress()
-    _enter(done, start, first, 1.0)
+    _enter(done, start, frf.temperature[start], first, 1.0)
     for count, t in enumerate(_outwards(frf.temperature, start), start=1):
         source = min(done.modes, key=lambda s: (abs(frf.temperature[s] - frf.temperature[t]), abs(s - t)))
         if method is None:
-            _follow(done, measured[t], t, source, settings, f"{frf.temperature[t]:.1f} °C (sweep {t})")
+            _follow(done, measured[t], t, frf.temperature[t], source, settings)
         else:
             before = done.modes[source]
             shift, _ = common_factor(averaged(measured[t].lines()), before.poles, before.terms)
-            _enter(done, t, method(measured[t], settings), done.factor[source] * shift)
+            modes = method(measured[t], settings)
+            _enter(done, t, frf.temperature[t], modes, done.factor[source] * shift)
         if progress is not None:
             progress("identify", (count + 1) / len(measured))
     return _collect(done, frf, start)
@@ -111,14 +135,20 @@ def _outwards(temperature: NDArray[np.float64], start: int) -> list[int]:
     return [int(t) for t in np.argsort(distance, kind="stable") if t != start]
 
 
-def _follow(done: _Progress, measured: Measured, t: int, source: int, settings: Settings, name: str) -> None:
+def _follow(
+    done: _Progress, measured: Measured, t: int, temperature: float, source: int, settings: Settings
+) -> None:
     """Identify sweep `t` from the poles of sweep `source`; start afresh where that fails."""
     lines, before = measured.lines(), done.modes[source]
     shift, found_end = common_factor(averaged(lines), before.poles, before.terms)
     factor = done.factor[source] * shift
+    start = before.poles * shift
+    for n, label in enumerate(done.labels[source]):
+        if label >= 0:
+            start[n] = factor * done.predict(int(label), temperature).pole
     shown = set(done.labels[source].tolist())
-    dormant = [pole * factor for label, (pole, _) in done.last.items() if label not in shown]
-    warm = fit(averaged(lines), before.poles * shift, before.terms, tolerance=1e-3)
+    dormant = [factor * done.predict(label, temperature).pole for label in done.seen if label not in shown]
+    warm = fit(averaged(lines), start, before.terms, tolerance=1e-3)
     settled = settle(measured, lines, warm, settings, np.array(dormant, dtype=complex))
     modes = finish(measured, lines, settled, settings)
     ceiling = POOR * _expected(measured, before)
@@ -126,12 +156,11 @@ def _follow(done: _Progress, measured: Measured, t: int, source: int, settings: 
         fresh = identify(measured, settings)
         modes = fresh if fresh.misfit < modes.misfit else modes
     if modes.misfit > ceiling:
-        times = POOR * modes.misfit / ceiling
         done.notes.append(
-            f"{name}: the model leaves {100 * modes.misfit:.2g} % of rms |h|, {times:.1f} times what was "
-            "expected: its modes are not to be relied on"
+            f"{temperature:.1f} °C (sweep {t}): the model leaves {100 * modes.misfit:.2g} % of rms |h|, "
+            f"{POOR * modes.misfit / ceiling:.1f} times what was expected: its modes are not to be relied on"
         )
-    _enter(done, t, modes, factor)
+    _enter(done, t, temperature, modes, factor)
 
 
 def _expected(measured: Measured, before: Modes) -> float:
@@ -141,47 +170,28 @@ def _expected(measured: Measured, before: Modes) -> float:
     return before.misfit
 
 
-def common_factor(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> tuple[float, bool]:
-    """Find the factor that moves all poles to where they explain FRFs best, and whether that is the scan's edge.
-
-    A scan in steps of half the median half width, no coarser than 0.5 %, then a parabola through the lowest
-    three; three times as wide where the lowest is the last.
-    """
-    zeta = float(np.median(-poles.real / np.abs(poles))) if len(poles) else 0.01
-    step = min(max(0.5 * zeta, 1e-3), 5e-3)
-    for widest in (WIDEST_STEP, 3.0 * WIDEST_STEP):
-        grid = np.arange(-widest, widest + step, step)
-        misfit = np.array([misfit_at(lines, poles * np.exp(g), terms) for g in grid])
-        lowest = int(np.argmin(misfit))
-        if 0 < lowest < len(grid) - 1:
-            left, middle, right = misfit[lowest - 1 : lowest + 2]
-            bend = left - 2.0 * middle + right
-            offset = 0.5 * (left - right) / bend if bend > 0.0 else 0.0
-            return float(np.exp(grid[lowest] + step * offset)), False
-    return float(np.exp(grid[lowest])), True
-
-
-def _enter(done: _Progress, t: int, modes: Modes, factor: float) -> None:
+def _enter(done: _Progress, t: int, temperature: float, modes: Modes, factor: float) -> None:
     """Name the poles of a sweep: each gets the label of a known mode, a new one, or -1 for no mode."""
     labels = np.full(len(modes.poles), -1, dtype=np.int64)
-    known = list(done.last)
+    known = list(done.seen)
     candidates = [int(n) for n in np.flatnonzero(modes.real)]
     cost = np.array(
-        [[_distance(done.last[label], modes, n, factor) for n in candidates] for label in known]
+        [[_distance(done.predict(label, temperature), modes, n, factor) for n in candidates] for label in known]
     ).reshape(len(known), len(candidates))
     for row, column in zip(*linear_sum_assignment(np.minimum(cost, 100.0)), strict=True):
         if cost[row, column] < SAME_MODE + 1.0:
             labels[candidates[column]] = known[row]
     for n in candidates:
         if labels[n] < 0:
-            labels[n] = max(done.last, default=-1) + 1
-        done.last[int(labels[n])] = (modes.poles[n] / factor, modes.residues[:, n])
+            labels[n] = max(done.seen, default=-1) + 1
+        sighting = _Sighting(temperature, modes.poles[n] / factor, modes.residues[:, n])
+        done.seen.setdefault(int(labels[n]), []).append(sighting)
     done.modes[t], done.labels[t], done.factor[t] = modes, labels, factor
 
 
-def _distance(known: tuple[complex, NDArray[np.complex128]], modes: Modes, n: int, factor: float) -> float:
+def _distance(known: _Sighting, modes: Modes, n: int, factor: float) -> float:
     """Distance of a pole from a mode's prediction in half widths, plus up to 1 for another shape or phase."""
-    predicted, shape = known[0] * factor, known[1]
+    predicted, shape = known.pole * factor, known.shape
     pole, residue = modes.poles[n], modes.residues[:, n]
     width = -0.5 * (predicted.real + pole.real)
     away = abs(predicted.imag - pole.imag) / width
@@ -196,7 +206,7 @@ def _distance(known: tuple[complex, NDArray[np.complex128]], modes: Modes, n: in
 
 def _collect(done: _Progress, frf: Frf, start: int) -> TrackedModes:
     """Order modes by their frequency, referred to the start's temperature, and tabulate them."""
-    order = sorted(done.last, key=lambda label: abs(done.last[label][0]))
+    order = sorted(done.seen, key=lambda label: np.median([abs(s.pole) for s in done.seen[label]]))
     table = np.full((len(frf.temperature), len(order)), -1, dtype=np.int64)
     for t, labels in done.labels.items():
         for n, label in enumerate(labels):

@@ -28,7 +28,7 @@ def moved(factor: float) -> np.ndarray:
 
 
 def projected_residual(lines: Lines, x: np.ndarray, terms: ResidualTerms) -> np.ndarray:
-    """What the best residues leave, weighted, real and imaginary part: plain least squares, response by response."""
+    """Return what the best residues leave, by plain least squares, response by response."""
     s = lines.s
     left = []
     for h, deviation in zip(lines.h, lines.deviation, strict=True):

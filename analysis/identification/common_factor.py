@@ -1,0 +1,43 @@
+"""The factor by which a change of temperature moves all frequencies."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.lines import Lines
+from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.variable_projection import misfit_at
+
+WIDEST_STEP = 0.12
+"""Largest shift of log frequency from one sweep to the next that is looked for at first."""
+
+WIDE_MISFIT = 0.1
+"""Share of the FRF's energy left over by the best factor above which a wider scan is made."""
+
+
+def common_factor(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> tuple[float, bool]:
+    """Find the factor that moves all poles to where they explain FRFs best, and whether that is the scan's edge.
+
+    A scan in steps of half the median half width, no coarser than 0.5 %, then a parabola through the lowest
+    three; three times as wide where the lowest is the last or leaves much over.
+    """
+    zeta = float(np.median(-poles.real / np.abs(poles))) if len(poles) else 0.01
+    step = min(max(0.5 * zeta, 1e-3), 5e-3)
+    energy = float((np.abs(lines.h / lines.deviation) ** 2).sum())
+    grid, misfit = _scan(lines, poles, terms, WIDEST_STEP, step)
+    if not 0 < np.argmin(misfit) < len(grid) - 1 or misfit.min() > WIDE_MISFIT * energy:
+        grid, misfit = _scan(lines, poles, terms, 3.0 * WIDEST_STEP, step)
+    lowest = int(np.argmin(misfit))
+    if not 0 < lowest < len(grid) - 1:
+        return float(np.exp(grid[lowest])), True
+    left, middle, right = misfit[lowest - 1 : lowest + 2]
+    bend = left - 2.0 * middle + right
+    offset = 0.5 * (left - right) / bend if bend > 0.0 else 0.0
+    return float(np.exp(grid[lowest] + step * offset)), False
+
+
+def _scan(
+    lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms, widest: float, step: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Shifts of log frequency to either side, and the misfit at each."""
+    grid = step * np.arange(-np.ceil(widest / step), np.ceil(widest / step) + 1)
+    return grid, np.array([misfit_at(lines, poles * np.exp(g), terms) for g in grid])

@@ -1,0 +1,170 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from analysis.frf import Frf
+from analysis.identification.automatic import Settings
+from analysis.identification.common_factor import common_factor
+from analysis.identification.lines import Lines
+from analysis.identification.peak_picking import identify_by_peaks
+from analysis.identification.pole_residue import synthesis
+from analysis.identification.residual_terms import NONE, REAL_E, REAL_E_F
+from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.tracking import track
+
+FREQUENCY = np.arange(100.0, 900.0, 0.5)
+TEMPERATURE = np.arange(0.0, 61.0, 6.0)
+AT_ZERO = np.array([170.0, 240.0, 310.0, 455.0, 560.0, 700.0])
+
+
+def softening(temperature: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the common factor of all frequencies: 1 at 0 °C, about 0.6 at 60 °C, as polypropylene has it."""
+    return 1.0 - 0.4 / (1.0 + np.exp(-(temperature - 25.0) / 12.0)) + 0.4 / (1.0 + np.exp(25.0 / 12.0))
+
+
+def loss(temperature: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Loss factor with its peak at the transition."""
+    return 0.035 + 0.045 * np.exp(-(((temperature - 18.0) / 18.0) ** 2))
+
+
+def poles_at(temperature: float, drift: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Hysteretic poles; `drift` is each mode's own change of log frequency over 60 K."""
+    t = np.array([temperature])
+    f = AT_ZERO * softening(t)[0] * np.exp(drift * temperature / 60.0)
+    return 2j * np.pi * f * np.sqrt(1 + 1j * loss(t)[0])
+
+
+def campaign(
+    residues: NDArray[np.complex128],
+    drift: NDArray[np.float64] | None = None,
+    temperature: NDArray[np.float64] = TEMPERATURE,
+    seed: int = 0,
+) -> Frf:
+    """FRFs (T, K, F) of six modes with one percent noise."""
+    rng = np.random.default_rng(seed)
+    drift = np.zeros(6) if drift is None else drift
+    none = np.zeros((len(residues), 0), complex)
+    clean = np.array([synthesis(FREQUENCY, poles_at(t, drift), residues, NONE, none) for t in temperature])
+    deviation = 0.01 * np.sqrt(np.mean(np.abs(clean) ** 2, axis=2, keepdims=True))
+    draw = rng.normal(size=clean.shape) + 1j * rng.normal(size=clean.shape)
+    return Frf(
+        temperature=temperature,
+        direction=("up",) * len(temperature),
+        level=np.ones(len(temperature)),
+        frequency=FREQUENCY,
+        h=clean + deviation / np.sqrt(2) * draw,
+        variance=np.broadcast_to(deviation**2, clean.shape).copy(),
+        coherence=np.ones(clean.shape),
+        excluded=np.zeros(len(FREQUENCY), bool),
+        channels=tuple(f"S{k}" for k in range(len(residues))),
+    )
+
+
+ONE = 1j * np.array([[100.0, -120, 150, 130, -160, 200]])
+
+
+def column_of(tracked: TrackedModes, t: int, f: float) -> int:
+    return int(np.nanargmin(np.abs(tracked.reading().frequency_hz[t] - f)))
+
+
+def test_every_mode_is_one_track_over_the_whole_transition() -> None:
+    """A 40 % fall, damping that more than doubles, no start value: six tracks, each within its deviations."""
+    tracked = track(campaign(ONE))
+    read = tracked.reading()
+    truth = AT_ZERO * softening(TEMPERATURE)[:, None]
+    assert tracked.track.shape == (11, 6)
+    in_band = truth > 103.0
+    assert (tracked.track[in_band] >= 0).all()
+    error = (read.frequency_hz - truth) / read.sigma_frequency_hz
+    assert np.abs(error[in_band]).max() < 4.5
+    eta = (read.loss_factor - loss(TEMPERATURE)[:, None]) / read.sigma_loss_factor
+    assert np.abs(eta[in_band]).max() < 4.5
+    assert tracked.notes == ()
+
+
+def test_synthesis_rebuilds_the_measurement_down_to_its_noise() -> None:
+    frf = campaign(ONE)
+    left = frf.h - track(frf).synthesis(frf.frequency)
+    chi_square = (np.abs(left) ** 2 / frf.variance).mean(axis=(1, 2))
+    np.testing.assert_allclose(chi_square, 1.0, atol=0.12)
+
+
+def test_two_modes_that_cross_keep_their_names_by_their_shapes() -> None:
+    """Modes 3 and 4 change places at about 40 °C; two sensors see them with different shapes."""
+    residues = 1j * np.array([[100.0, -120, 150, 130, -160, 200], [80.0, 90, -150, 130, 100, -90]])
+    drift = np.array([0, 0, 0.31, -0.27, 0, 0])
+    tracked = track(campaign(residues, drift))
+    third, fourth = column_of(tracked, 0, 310.0), column_of(tracked, 0, 455.0)
+    f = np.abs([poles_at(60.0, drift)[j] for j in (2, 3)]) / (2 * np.pi)
+    assert f[0] > f[1]
+    assert tracked.reading().frequency_hz[-1, third] == pytest.approx(f[0], rel=5e-3)
+    assert tracked.reading().frequency_hz[-1, fourth] == pytest.approx(f[1], rel=5e-3)
+
+
+def test_a_mode_that_enters_the_band_is_born_and_one_that_fades_dies() -> None:
+    """Mode 1 leaves through the lower edge as the plate softens; seen from 60 °C it is born."""
+    tracked = track(campaign(ONE))
+    lowest = column_of(tracked, 0, 170.0)
+    f = AT_ZERO[0] * softening(TEMPERATURE)
+    shown = tracked.track[:, lowest] >= 0
+    assert shown[f > 103.0].all()
+    assert not shown[f < 97.0].any()
+
+
+def test_down_leg_and_second_level_join_the_same_tracks() -> None:
+    frf = campaign(ONE, temperature=np.array([20.0, 30.0, 40.0, 30.2, 20.1]))
+    frf = replace(frf, direction=("up", "up", "up", "down", "down"))
+    tracked = track(frf)
+    assert tracked.track.shape[1] == 6
+    shown = tracked.reading().frequency_hz
+    np.testing.assert_allclose(shown[4], shown[0], rtol=2e-3)
+
+
+def test_a_jump_that_the_scan_cannot_follow_is_identified_afresh() -> None:
+    frf = campaign(ONE, temperature=np.array([0.0, 3.0, 60.0]))
+    tracked = track(frf)
+    truth = AT_ZERO * softening(np.array([60.0]))
+    read = tracked.modes[2].reading()
+    for f in truth[truth > 105.0]:
+        assert np.abs(read.frequency_hz[tracked.modes[2].real] / f - 1).min() < 2e-3
+
+
+def test_a_spoilt_sweep_is_reported_not_hidden() -> None:
+    frf = campaign(ONE)
+    h = frf.h.copy()
+    beat = np.exp(1j * np.linspace(0.0, 2500.0, len(FREQUENCY)))
+    h[5] += 0.2 * np.sqrt(np.mean(np.abs(h[5]) ** 2)) * beat  # an echo: no pole explains it
+    tracked = track(replace(frf, h=h))
+    assert len(tracked.notes) == 1
+    assert "30.0 °C" in tracked.notes[0]
+    assert "not to be relied on" in tracked.notes[0]
+    assert (tracked.track[[4, 6]] >= 0).sum() >= 10
+
+
+def test_excluded_lines_have_no_influence() -> None:
+    frf = campaign(ONE, temperature=np.array([20.0, 24.0]))
+    excluded = np.abs(FREQUENCY - 50.0 * np.round(FREQUENCY / 50.0)) < 0.6
+    h = np.where(excluded, 1e6, frf.h)
+    plain = track(replace(frf, excluded=excluded))
+    spoilt = track(replace(frf, excluded=excluded, h=h))
+    np.testing.assert_array_equal(spoilt.poles, plain.poles)
+
+
+def test_the_papers_recipe_can_be_followed_too() -> None:
+    frf = campaign(ONE, temperature=np.array([50.0, 55.0, 60.0]))
+    tracked = track(frf, Settings(), method=identify_by_peaks)
+    column = column_of(tracked, 0, AT_ZERO[4] * softening(np.array([50.0]))[0])
+    assert (tracked.track[:, column] >= 0).all()
+
+
+@pytest.mark.parametrize("factor", [0.78, 0.97, 1.005, 1.3])
+def test_common_factor_is_found_by_the_scan(factor: float) -> None:
+    rng = np.random.default_rng(0)
+    h = synthesis(FREQUENCY, poles_at(0.0, np.zeros(6)), ONE, REAL_E, np.array([[0.01 + 0j]]))
+    h = h + 0.01 * (rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape))
+    lines = Lines(FREQUENCY, h, np.full(h.shape, 0.01))
+    found, at_edge = common_factor(lines, poles_at(0.0, np.zeros(6)) / factor, REAL_E_F)
+    assert not at_edge
+    assert found == pytest.approx(factor, rel=3e-3)
