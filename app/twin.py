@@ -14,5 +14,7 @@ def campaign_twin(experiment: Experiment, report: Report) -> Twin:
     """Twin of a campaign's plate over its band, certified over `UPDATING_BOX`."""
     return Twin.of(
         experiment,
-        cached_reduction(experiment.plate, experiment.patch, UPDATING_BOX, experiment.protocol.band, progress=report),
+        cached_reduction(
+            experiment.plate, experiment.patch, UPDATING_BOX, experiment.protocol.band, progress=report
+        ),
     )
