@@ -1,0 +1,160 @@
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyuff
+from pyuff.datasets.dataset_58 import prepare_58
+
+from app.files.bad_file import ResultFileError
+from app.files.uff58 import UffFrf, read_frfs, write_frfs
+
+SAMPLES = Path(__file__).resolve().parents[4] / "shared" / "data" / "real" / "uff58_samples"
+FREQUENCY = np.arange(0.0, 50.0, 0.5)
+RNG = np.random.default_rng(0)
+H = RNG.normal(size=100) + 1j * RNG.normal(size=100)
+
+
+def data_set(**changes: object) -> dict[str, object]:
+    fields: dict[str, object] = {
+        "binary": 0,
+        "func_type": 4,
+        "rsp_node": 7,
+        "rsp_dir": -3,
+        "ref_node": 2,
+        "ref_dir": 1,
+        "data": H,
+        "x": FREQUENCY,
+        "id1": "door panel",
+        "rsp_ent_name": "NONE",
+        "ref_ent_name": "NONE",
+        "abscissa_spacing": 1,
+        "abscissa_spec_data_type": 18,
+        "ordinate_spec_data_type": 12,
+        "orddenom_spec_data_type": 13,
+    }
+    prepared: dict[str, object] = prepare_58(**(fields | changes))
+    return prepared
+
+
+def written(path: Path, *sets: dict[str, object]) -> Path:
+    pyuff.UFF(str(path)).write_sets(list(sets), "add")
+    return path
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("binary", [0, 1])
+def test_frfs_of_another_program_are_read(tmp_path: Path, binary: int) -> None:
+    (frf,) = read_frfs(written(tmp_path / "a.uff", data_set(binary=binary)))
+    assert (frf.name, frf.response, frf.reference, frf.quantity) == ("door panel", "7:-3", "2:+1", "acceleration")
+    np.testing.assert_array_equal(frf.frequency, FREQUENCY[1:])
+    np.testing.assert_allclose(frf.h, H[1:], rtol=1e-11)
+
+
+def test_big_endian_single_precision_is_read(tmp_path: Path) -> None:
+    """As written by an analyser, byte by byte: no other program has this form in its own writer."""
+    lines = written(tmp_path / "a.uff", data_set()).read_bytes().splitlines(keepends=True)
+    header = lines[:13]
+    header[1] = f"{58:6d}b{2:6d}{2:6d}{11:12d}{800:12d}{0:6d}{0:6d}{0:12d}{0:12d}\n".encode()
+    header[8] = header[8].replace(b"         6", b"         5", 1)
+    values = np.column_stack([H.real, H.imag]).ravel()
+    path = tmp_path / "b.uff"
+    path.write_bytes(b"".join(header) + struct.pack(f">{len(values)}f", *values) + b"\n    -1\n")
+    np.testing.assert_allclose(read_frfs(path)[0].h, H[1:], rtol=1e-6)
+
+
+def test_what_we_write_we_read(tmp_path: Path) -> None:
+    frfs = [
+        UffFrf(f"point {n}", f"{n}:+3", "1:-2", quantity, FREQUENCY[1:], H[1:] * n)
+        for n, quantity in enumerate(("displacement", "velocity", "acceleration", "unknown"), start=1)
+    ]
+    write_frfs(tmp_path / "a.uff", frfs)
+    again = read_frfs(tmp_path / "a.uff")
+    for one, other in zip(frfs, again, strict=True):
+        assert (one.name, one.response, one.reference) == (other.name, other.response, other.reference)
+        assert one.quantity == other.quantity
+        np.testing.assert_allclose(other.h, one.h, rtol=1e-11)
+
+
+def test_other_functions_are_named(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.uff", data_set(func_type=1, data=H.real), data_set(func_type=2, data=H.real))
+    with pytest.raises(ResultFileError, match=r"58 \(auto spectrum\), 58 \(time response\)"):
+        read_frfs(path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"data": H.real}, "real values"),
+        ({"data": H[:6], "x": FREQUENCY[:6]}, "5 lines above 0 Hz"),
+        ({"x": FREQUENCY**1.5, "abscissa_spacing": 0}, "unevenly spaced"),
+        ({"x": FREQUENCY[::-1].copy(), "abscissa_spacing": 0}, "ascend"),
+    ],
+)
+def test_frfs_that_are_none_are_refused_by_name(tmp_path: Path, changes: dict[str, object], words: str) -> None:
+    path = written(tmp_path / "a.uff", data_set(**changes))
+    with pytest.raises(ResultFileError, match=f"FRF 1 .door panel.: .*{words}"):
+        read_frfs(path)
+
+
+@pytest.mark.parametrize("value", ["NaN", "Infinity"])
+def test_values_that_are_not_finite_are_refused(tmp_path: Path, value: str) -> None:
+    text = written(tmp_path / "a.uff", data_set()).read_text()
+    number = f"{H[20].real:20.11e}"
+    assert number in text
+    (tmp_path / "a.uff").write_text(text.replace(number, f"{value:>20}"))
+    with pytest.raises(ResultFileError, match="not finite"):
+        read_frfs(tmp_path / "a.uff")
+
+
+def test_a_file_cut_short_is_refused(tmp_path: Path) -> None:
+    whole = written(tmp_path / "a.uff", data_set()).read_bytes()
+    for share in (0.05, 0.3, 0.6, 0.95):
+        (tmp_path / "cut.uff").write_bytes(whole[: int(share * len(whole))])
+        with pytest.raises(ResultFileError, match="cut short"):
+            read_frfs(tmp_path / "cut.uff")
+
+
+@pytest.mark.parametrize("content", [b"", b"\x00" * 500, b"    -1\n    58\n    -1\n", b"frequency,re,im\n1,2,3\n"])
+def test_other_files_are_refused(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "x.uff").write_bytes(content)
+    with pytest.raises(ResultFileError, match=r"x\.uff"):
+        read_frfs(tmp_path / "x.uff")
+    with pytest.raises(ResultFileError, match="no such file"):
+        read_frfs(tmp_path / "absent.uff")
+
+
+def test_no_damage_gets_past_as_anything_but_a_refusal(tmp_path: Path) -> None:
+    """Three hundred damaged copies: read, or refused in a sentence; nothing else."""
+    rng = np.random.default_rng(6)
+    whole = written(tmp_path / "a.uff", data_set()).read_bytes()
+    refused = 0
+    for _ in range(300):
+        damaged = bytearray(whole)
+        for _ in range(rng.integers(1, 6)):
+            place = int(rng.integers(1200))
+            damaged[place : place + int(rng.integers(3))] = (
+                rng.integers(256, size=rng.integers(4)).astype(np.uint8).tobytes()
+            )
+        (tmp_path / "d.uff").write_bytes(bytes(damaged))
+        try:
+            read_frfs(tmp_path / "d.uff")
+        except ResultFileError:
+            refused += 1
+    assert 0 < refused < 300
+
+
+@pytest.mark.shared
+@pytest.mark.skipif(not SAMPLES.is_dir(), reason="the measured samples lie beside the checkout, and are absent")
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("MPSTD#Set001_2024_10_08_10_27_07.uff", "time response"),
+        ("Sample_UFF58b_bin.uff", "time response"),
+        ("sample_dataset58_psd.uff", "PSD"),
+        ("non_ascii_header.uff", "5 lines above 0 Hz"),
+    ],
+)
+def test_samples_of_other_programs(name: str, words: str) -> None:
+    with pytest.raises(ResultFileError, match=words):
+        read_frfs(SAMPLES / name)

@@ -1,0 +1,190 @@
+"""The identify verb as typed, on universal files and on what it must refuse."""
+
+import gzip
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from threadpoolctl import threadpool_limits
+
+from analysis.identification.synthetic import SyntheticFrf, r10
+from app.files.uff58 import UffFrf, write_frfs
+from app.main import flexura
+
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
+BEAM = SHARED / "real" / "beam_roving_hammer"
+CAMPAIGN = SHARED / "campaigns" / "pp-plate-nominal"
+
+
+def typed(*words: str) -> Result:
+    with threadpool_limits(1):
+        result = CliRunner().invoke(flexura, list(words))
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+def of_case(case: SyntheticFrf, name: str, quantity: str = "displacement") -> UffFrf:
+    power = {"displacement": 0, "velocity": 1, "acceleration": 2}[quantity]
+    h = case.h * (2j * np.pi * case.frequency) ** power
+    return UffFrf(name, "1:+3", "2:+3", quantity, case.frequency, h)
+
+
+@pytest.fixture(scope="module")
+def cases() -> list[SyntheticFrf]:
+    return [r10(np.random.default_rng(seed)) for seed in (61, 62, 63)]
+
+
+@pytest.fixture(scope="module")
+def uff(cases: list[SyntheticFrf], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three FRFs of three plates: receptance, mobility and accelerance."""
+    path = tmp_path_factory.mktemp("uff") / "plates.uff"
+    kinds = ("displacement", "velocity", "acceleration")
+    write_frfs(path, [of_case(case, kind, kind) for case, kind in zip(cases, kinds, strict=True)])
+    return path
+
+
+def test_every_frf_of_a_file_shows_its_ten_modes(uff: Path, cases: list[SyntheticFrf]) -> None:
+    result = typed("identify", str(uff), "--json", "--damping", "viscous")
+    assert result.exit_code == 0
+    printed = json.loads(result.stdout)
+    assert [frf["name"] for frf in printed["frfs"]] == ["displacement", "velocity", "acceleration"]
+    for frf, case in zip(printed["frfs"], cases, strict=True):
+        f = np.array([mode["frequency_hz"] for mode in frf["modes"]])
+        zeta = np.array([mode["damping_ratio"] for mode in frf["modes"]])
+        sigma_f = np.array([mode["sigma_frequency_hz"] for mode in frf["modes"]])
+        sigma_zeta = np.array([mode["sigma_damping_ratio"] for mode in frf["modes"]])
+        w = np.abs(case.poles)
+        assert (np.abs(f - w / (2 * np.pi)) < 4.5 * sigma_f).all()
+        assert (np.abs(zeta + case.poles.real / w) < 4.5 * sigma_zeta).all()
+        assert {mode["status"] for mode in frf["modes"]} == {"kept"}
+        assert all(mode["reason"] for mode in frf["modes"] + frf["rejected"])
+    assert printed["frfs"][0]["misfit"] == pytest.approx(0.01, rel=0.1)
+
+
+def test_default_reading_is_hysteretic(uff: Path, cases: list[SyntheticFrf]) -> None:
+    printed = json.loads(typed("identify", str(uff), "--json").stdout)
+    k = -(cases[0].poles ** 2)
+    for mode, stiffness in zip(printed["frfs"][0]["modes"], k, strict=True):
+        f, eta = np.sqrt(stiffness.real) / (2 * np.pi), stiffness.imag / stiffness.real
+        assert mode["frequency_hz"] == pytest.approx(f, abs=4.5 * mode["sigma_frequency_hz"])
+        assert mode["loss_factor"] == pytest.approx(eta, abs=4.5 * mode["sigma_loss_factor"])
+
+
+def test_shared_poles_and_band(cases: list[SyntheticFrf], tmp_path: Path) -> None:
+    case = cases[0]
+    rng = np.random.default_rng(9)
+    again = case.h + case.deviation * (rng.normal(size=case.h.shape) + 1j * rng.normal(size=case.h.shape))
+    frfs = [of_case(case, "a"), UffFrf("b", "2:+3", "2:+3", "displacement", case.frequency, -2 * again)]
+    write_frfs(tmp_path / "two.uff", frfs)
+    result = typed("identify", str(tmp_path / "two.uff"), "--shared-poles", "--band", "100", "900", "--json")
+    first, second = json.loads(result.stdout)["frfs"]
+    assert first["modes"] == second["modes"]
+    f = np.abs(case.poles) / (2 * np.pi)
+    inside = f[f < 880.0]
+    found = np.array([mode["frequency_hz"] for mode in first["modes"]])
+    assert all(np.abs(found / one - 1).min() < 5e-3 for one in inside)
+    assert (found < 900.0).all()
+
+
+def test_frfs_with_different_lines_cannot_share_poles(cases: list[SyntheticFrf], tmp_path: Path) -> None:
+    case = cases[0]
+    short = UffFrf("short", "1:+3", "2:+3", "displacement", case.frequency[:900], case.h[:900])
+    write_frfs(tmp_path / "two.uff", [of_case(case, "long"), short])
+    result = typed("identify", str(tmp_path / "two.uff"), "--shared-poles")
+    assert result.exit_code != 0
+    assert "'short' and 'long'" in result.output
+
+
+def test_paper_recipe_is_offered(uff: Path) -> None:
+    printed = json.loads(typed("identify", str(uff), "--method", "peak-picking", "--json").stdout)
+    assert 5 <= len(printed["frfs"][0]["modes"]) <= 10
+
+
+def test_a_dead_channel_is_noted_and_does_not_stop_the_others(cases: list[SyntheticFrf], tmp_path: Path) -> None:
+    case = cases[1]
+    dead = UffFrf("dead", "3:+3", "2:+3", "displacement", case.frequency, 0 * case.h)
+    write_frfs(tmp_path / "two.uff", [dead, of_case(case, "alive")])
+    result = typed("identify", str(tmp_path / "two.uff"), "--json")
+    assert result.exit_code == 0
+    first, second = json.loads(result.stdout)["frfs"]
+    assert (first["modes"], len(second["modes"])) == ([], 10)
+    assert "zero on every line" in first["note"]
+    assert "dead" in result.stderr
+
+
+def test_nothing_found_is_exit_status_one(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    f = np.arange(100.0, 500.0, 0.5)
+    h = rng.normal(size=len(f)) + 1j * rng.normal(size=len(f))
+    write_frfs(tmp_path / "noise.uff", [UffFrf("noise", "1:+3", "2:+3", "displacement", f, h)])
+    result = typed("identify", str(tmp_path / "noise.uff"))
+    assert result.exit_code == 1
+    assert "0 modes" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--band", "900", "100"), "LOW must be below HIGH"),
+        (("--mains", "0"), "mains"),
+        (("--method", "guess"), "peak-picking"),
+        (("--out", "somewhere"), "only printed"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(uff: Path, words: tuple[str, ...], message: str) -> None:
+    result = CliRunner().invoke(flexura, ["identify", str(uff), *words])
+    assert result.exit_code == 2
+    assert message in result.output
+
+
+def test_what_is_neither_campaign_nor_universal_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("nothing here\n")
+    for path, message in ((tmp_path / "notes.txt", "universal file"), (tmp_path / "absent", "does not exist")):
+        result = CliRunner().invoke(flexura, ["identify", str(path)])
+        assert result.exit_code != 0
+        assert message in str(result.exception) + result.output
+    assert sorted(child.name for child in tmp_path.iterdir()) == ["notes.txt"]
+
+
+@pytest.mark.shared
+@pytest.mark.skipif(not BEAM.is_dir(), reason="the measured beam lies beside the checkout, and is absent")
+def test_measured_beam_has_four_modes_and_no_doublets(tmp_path: Path) -> None:
+    """Accelerance of a lightly damped beam with some leakage; poles known from a study."""
+    frfs = []
+    for number in (3, 5, 7):
+        with gzip.open(BEAM / f"Hxysv0000{number}.txt.gz", "rt", encoding="latin-1") as file:
+            f, real, imaginary = np.loadtxt(file.readlines()[9:]).T
+        used = (f >= 65.0) & (f <= 1000.0)
+        h = (real + 1j * imaginary)[used]
+        frfs.append(UffFrf(f"point {number}", f"{number}:+1", "1:-1", "acceleration", f[used], h))
+    write_frfs(tmp_path / "beam.uff", frfs)
+    printed = json.loads(typed("identify", str(tmp_path / "beam.uff"), "--json").stdout)
+    for frf in printed["frfs"]:
+        found = [mode["frequency_hz"] for mode in frf["modes"]]
+        assert found == pytest.approx([112.0, 306.9, 596.4, 974.2], abs=0.15)
+        assert all(1e-5 < mode["damping_ratio"] < 4e-4 for mode in frf["modes"])
+
+
+@pytest.mark.slow
+@pytest.mark.shared
+@pytest.mark.skipif(not CAMPAIGN.is_dir(), reason="the recorded campaigns lie beside the checkout, and are absent")
+def test_recorded_campaign_is_identified_down_to_its_noise(tmp_path: Path) -> None:
+    """31 temperatures by an independent solver: the material's loss factor is what the well-known modes show."""
+    from app.files.frf_file import load_frf
+    from app.files.modes_file import load_modes
+
+    assert typed("identify", str(CAMPAIGN), "--out", str(tmp_path)).exit_code == 0
+    tracked, (_, frf) = load_modes(tmp_path / "modes.h5"), load_frf(tmp_path / "frf.h5")
+    assert (tracked.misfit < 1.15 * frf.noise_floor).all()
+    truth = np.loadtxt(CAMPAIGN / "truth-laws.csv", delimiter=",", skiprows=1)
+    eta = np.interp(tracked.temperature, truth[:, 0], truth[:, 3])
+    read = tracked.reading()
+    for t in range(31):
+        known = read.sigma_loss_factor[t] < 0.01 * read.loss_factor[t]
+        assert known.sum() >= 3
+        share = read.loss_factor[t, known] / eta[t]
+        # the patches, a few per cent of the strain energy, have no loss
+        assert 0.96 < np.median(share) < 1.02
