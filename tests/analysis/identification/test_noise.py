@@ -1,0 +1,36 @@
+import numpy as np
+import pytest
+
+from analysis.identification.harmonics import harmonic_lines
+from analysis.identification.noise import deviation_from_residual
+
+FREQUENCY = np.arange(40.0, 840.0, 0.5)
+RNG = np.random.default_rng(4)
+
+
+def noise(deviation: np.ndarray) -> np.ndarray:
+    draw = RNG.normal(size=(1, len(FREQUENCY))) + 1j * RNG.normal(size=(1, len(FREQUENCY)))
+    return deviation / np.sqrt(2) * draw
+
+
+def test_slowly_changing_deviation_is_recovered() -> None:
+    truth = 0.3 + (FREQUENCY / 400.0) ** 2
+    found = deviation_from_residual(noise(truth), np.ones((1, len(FREQUENCY))))
+    assert np.abs(found[0] / truth - 1).max() < 0.4
+    assert np.mean(found[0] / truth) == pytest.approx(1.0, abs=0.05)
+
+
+def test_exact_fit_still_has_weights() -> None:
+    found = deviation_from_residual(np.zeros((1, 100), complex), np.full((1, 100), 5.0 + 0j))
+    assert (found > 0.0).all()
+    assert found.max() < 1e-10
+
+
+def test_only_outlying_lines_at_harmonics_are_spoilt() -> None:
+    left = noise(np.ones(len(FREQUENCY)))
+    at = {f: int(np.argmin(np.abs(FREQUENCY - f))) for f in (100.0, 250.5, 333.0, 600.0)}
+    for f in (100.0, 250.5, 333.0):
+        left[0, at[f]] += 12.0
+    spoilt = harmonic_lines(FREQUENCY, left, 0.5, 50.0)
+    assert [f for f in at if spoilt[at[f]]] == [100.0, 250.5]
+    assert spoilt.sum() == 2
