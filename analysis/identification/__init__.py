@@ -15,7 +15,8 @@
 ``averaging``              fewer lines for the search
 ``noise``                  weights of FRFs without a variance
 ``parameters``             poles as numbers a search moves, with bounds
-``variable_projection``    least squares over the poles alone
+``variable_projection``    residues eliminated: misfit, gradient and Hessian of the poles alone
+``pole_search``            least squares over the poles
 ``vector_fitting``         start poles from nothing
 ``order``                  backward elimination and residual terms by BIC
 ``resolution``             what a record is too short to tell apart

@@ -12,13 +12,16 @@ from analysis.identification.missing import add_missing, residual
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.noise import deviation_from_residual
 from analysis.identification.order import choose_terms, covariance, drop_unsupported, eliminate
+from analysis.identification.pole_search import Fit, fit
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
 from analysis.identification.status import judge
-from analysis.identification.variable_projection import Fit, fit
 from analysis.identification.vector_fitting import start_poles
 
 EXACT = 2e-2
 """Fall of the misfit, in units of one line's, at which a fit stops: a seventh of the weakest pole's deviation."""
+
+LAST_STEPS = 10
+"""Projections on all lines at most: averaged lines have brought all but the weakest poles to rest already."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +177,8 @@ def finish(
 ) -> Modes:
     """Fit on all lines and judge every pole."""
     lines = measured.reweighted(lines, found)
-    last = fit(lines, found.poles, found.terms, tolerance=EXACT / len(lines.frequency) / len(lines.h))
+    tolerance = EXACT / len(lines.frequency) / len(lines.h)
+    last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS)
     status, reason = judge(lines, last, settings.mains)
     order = np.argsort(last.poles.imag)
     spread = covariance(last, lines)

@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 from analysis.identification.lines import Lines
 from analysis.identification.order import attempt, bic
 from analysis.identification.pole_residue import pole_columns, synthesis
+from analysis.identification.pole_search import Fit
 from analysis.identification.resolution import unresolved
-from analysis.identification.variable_projection import Fit
 
 
 def residual(lines: Lines, fitted: Fit) -> NDArray[np.complex128]:

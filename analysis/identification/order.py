@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
+from analysis.identification.pole_search import Fit, fit
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
 from analysis.identification.resolution import unresolved
-from analysis.identification.variable_projection import Fit, Projection, fit, project
+from analysis.identification.variable_projection import Projection, project
 
 ROUGH = 3e-4
 """Relative fall of the misfit that is not worth another iteration while poles still come and go."""

@@ -11,8 +11,8 @@ from scipy.signal import find_peaks, peak_widths
 from analysis.identification.automatic import Measured, Settings, finish
 from analysis.identification.lines import Lines
 from analysis.identification.modes import Modes
+from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import REAL_E, REAL_E_F, ResidualTerms
-from analysis.identification.variable_projection import fit
 
 PROMINENCE = 10.0
 """Standard deviations of the noise by which a peak must stand out of its surroundings."""

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
 from analysis.identification.order import pole_price, relative_deviations, support
+from analysis.identification.pole_search import Fit
 from analysis.identification.resolution import heights, unresolved
-from analysis.identification.variable_projection import Fit
 
 MOST_DAMPED = 0.2
 """Damping ratio above which a pole bends the background; the lossiest plate polymers stay near 0.05."""

@@ -18,8 +18,8 @@ from analysis.identification.automatic import Measured, Settings, finish, identi
 from analysis.identification.averaging import averaged
 from analysis.identification.common_factor import common_factor
 from analysis.identification.modes import Modes
+from analysis.identification.pole_search import fit
 from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.variable_projection import fit
 
 LEAST_BASE = 0.5
 """Difference of temperature, K, below which two sweeps show no trend."""

@@ -13,9 +13,9 @@ from analysis.identification.order import (
     pole_price,
     support,
 )
+from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import COMPLEX_E_F_G, NONE, REAL_E_F
 from analysis.identification.synthetic import SyntheticFrf, r10
-from analysis.identification.variable_projection import fit
 
 
 @pytest.fixture(scope="module")
