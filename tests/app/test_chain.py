@@ -92,10 +92,10 @@ def test_update_prints_json_that_a_machine_can_read(recording: Path, run: Path) 
     )
     printed = json.loads(result.stdout)
     updated, _ = load_updated(run / "laws.h5")
-    assert [
-        row["youngs_modulus_pa"] for row in printed["temperatures"]
-    ] == updated.material.youngs_modulus.tolist()
-    assert printed["gain"] == updated.gain
+    found = [row["youngs_modulus_pa"] for row in printed["temperatures"]]
+    # BLAS libraries loaded by an earlier test keep their threads here, and so the last digits
+    np.testing.assert_allclose(found, updated.material.youngs_modulus, rtol=1e-11)
+    assert printed["gain"] == pytest.approx(updated.gain, rel=1e-11)
     assert set(printed["temperatures"][0]["sigma"]) == {"youngs_modulus_pa", "poisson_ratio", "loss_factor"}
     assert printed["seconds"] > 0.0
 
