@@ -1,0 +1,92 @@
+"""What the gap workflow knows of a physical effect without knowing any physics."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+Values = Mapping[str, float]
+"""Parameters of one effect, by name, SI."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number that an effect brings into the twin.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        SI; ``1`` for a pure number.
+    low, high : float
+        What is physically possible.
+    sigma : float
+        Standard deviation of the prior about zero (about `typical` for a shape).
+    shape : bool
+        A shape (a position, a rate of softening) does nothing while the effect's amplitudes are zero.
+    typical : float
+        Where the search for a shape starts; 0 for amplitudes.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    sigma: float
+    shape: bool = False
+    typical: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.low < self.high or not self.sigma > 0.0:
+            raise ValueError(
+                f"parameter {self.name}: range {self.low:g} to {self.high:g} must ascend, "
+                f"prior sigma {self.sigma:g} must be above 0"
+            )
+        if not self.shape and not self.low <= 0.0 <= self.high:
+            raise ValueError(f"parameter {self.name}: its range {self.low:g} to {self.high:g} leaves out zero")
+
+
+@dataclass(frozen=True)
+class EffectCard:
+    """A candidate for what a twin lacks.
+
+    Attributes
+    ----------
+    name : str
+        As in files.
+    summary : str
+        What it is, in one line, for people.
+    parameters : tuple of Parameter
+        All zero (shapes anything) is the plate without the effect.
+    needs : str
+        What a campaign must hold to show it.
+    separated_by : str
+        The measurement that tells it from its look-alikes.
+    sites : tuple of mapping
+        Values of the shapes from which a search starts; one empty mapping where there is no shape.
+    """
+
+    name: str
+    summary: str
+    parameters: tuple[Parameter, ...]
+    needs: str
+    separated_by: str
+    sites: tuple[Values, ...] = field(default=({},))
+
+    def __post_init__(self) -> None:
+        names = [p.name for p in self.parameters]
+        if not names or len(set(names)) != len(names):
+            raise ValueError(f"effect {self.name}: parameters {names} must be at least one, each with its own name")
+        if not self.amplitudes:
+            raise ValueError(f"effect {self.name}: every parameter is a shape; nothing can be screened")
+        shapes = {p.name for p in self.parameters if p.shape}
+        for site in self.sites:
+            if set(site) != shapes:
+                raise ValueError(f"effect {self.name}: site {dict(site)} must give exactly the shapes {sorted(shapes)}")
+
+    @property
+    def amplitudes(self) -> tuple[Parameter, ...]:
+        """The parameters that are zero where the effect is absent."""
+        return tuple(p for p in self.parameters if not p.shape)
+
+    def zero(self, site: Values | None = None) -> dict[str, float]:
+        """Return values at which the effect is absent: amplitudes zero, shapes of `site` or typical."""
+        return {p.name: (site or {}).get(p.name, p.typical) if p.shape else 0.0 for p in self.parameters}

@@ -1,0 +1,56 @@
+"""E, nu and eta as functions of temperature near one temperature."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class LocalLaws:
+    """Second-order expansions of log E, nu and log eta about a reference temperature.
+
+    A plate with gradients of a few kelvins, or one that lags behind its oven, is described by what its laws do
+    within those kelvins. All methods accept complex temperatures, for derivatives by complex step.
+
+    Attributes
+    ----------
+    reference : float
+        Degrees Celsius.
+    value, slope, curvature : (3,) ndarray
+        Of log E [log Pa], nu and log eta: at `reference`, per K and per K2.
+    """
+
+    reference: float
+    value: NDArray[np.float64]
+    slope: NDArray[np.float64]
+    curvature: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        for name in ("value", "slope", "curvature"):
+            row = getattr(self, name)
+            if row.shape != (3,) or not np.isfinite(row).all():
+                raise ValueError(f"local laws: {name} is {row}; three finite numbers wanted")
+
+    @classmethod
+    def constant(cls, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> "LocalLaws":
+        """Laws that do not depend on temperature."""
+        value = np.array([np.log(youngs_modulus), poisson_ratio, np.log(loss_factor)])
+        return cls(0.0, value, np.zeros(3), np.zeros(3))
+
+    def youngs_modulus(self, temperature: Any) -> Any:
+        """E at `temperature` [degrees Celsius], Pa."""
+        return np.exp(self._at(0, temperature))
+
+    def poisson_ratio(self, temperature: Any) -> Any:
+        """Poisson's ratio at `temperature` [degrees Celsius]."""
+        return self._at(1, temperature)
+
+    def loss_factor(self, temperature: Any) -> Any:
+        """Loss factor at `temperature` [degrees Celsius]."""
+        return np.exp(self._at(2, temperature))
+
+    def _at(self, law: int, temperature: Any) -> Any:
+        away = np.asarray(temperature) - self.reference
+        return self.value[law] + away * (self.slope[law] + 0.5 * away * self.curvature[law])

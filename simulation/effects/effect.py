@@ -1,0 +1,38 @@
+"""A physical effect: its card, and what it does to the state of a plate."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard
+from simulation.plate_state import Circumstances, PlateState
+
+Apply = Callable[[PlateState, Circumstances, Mapping[str, Any]], PlateState]
+
+
+def always(experiment: Experiment) -> bool:
+    """For effects any campaign can hold."""
+    return True
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One entry of the library.
+
+    Attributes
+    ----------
+    card : callable
+        Experiment -> EffectCard: ranges and sites may depend on the plate.
+    apply : callable
+        (state, circumstances, values by parameter) -> state. Values may be complex, see `simulation.plate_state`.
+    available : callable
+        Experiment -> bool: whether the declaration says enough (a point mass needs its point).
+    needs_strain_energy : bool
+        Whether `Circumstances.strain_energy` has to be computed first.
+    """
+
+    card: Callable[[Experiment], EffectCard]
+    apply: Apply
+    available: Callable[[Experiment], bool] = always
+    needs_strain_energy: bool = False

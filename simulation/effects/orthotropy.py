@@ -1,0 +1,38 @@
+"""Orthotropy: flow or rolling direction, different moduli along x and y."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard, Parameter
+from simulation.effects.effect import Effect
+from simulation.plate_state import Circumstances, PlateState
+
+
+def card(experiment: Experiment) -> EffectCard:
+    """Describe the candidate."""
+    return EffectCard(
+        name="orthotropy",
+        summary="the plate is stiffer along one edge than along the other",
+        parameters=(
+            Parameter("delta_e", "1", -0.3, 0.3, 0.05),
+            Parameter("delta_g", "1", -0.3, 0.3, 0.05),
+        ),
+        needs="modes along x, along y and in torsion within the band",
+        separated_by="cut strips along x and y and measure their moduli",
+    )
+
+
+def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+    """E_x = E (1 - delta_e), E_y = E (1 + delta_e), in-plane shear modulus times 1 + delta_g.
+
+    nu_xy nu_yx = nu**2 makes Q12 follow the root of E_x E_y; transverse shear stays.
+    """
+    return state.with_(
+        modulus_x=state.modulus_x * (1.0 - values["delta_e"]),
+        modulus_y=state.modulus_y * (1.0 + values["delta_e"]),
+        in_plane_shear=state.in_plane_shear * (1.0 + values["delta_g"]),
+    )
+
+
+EFFECT = Effect(card, apply)

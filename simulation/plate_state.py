@@ -1,0 +1,181 @@
+"""What a plate is during one sweep: fields over it, attachments to it, and what its signals pass through.
+
+Effects turn one state into another. Everything in it is real and every operation on it may be fed complex
+numbers, so that its derivatives with respect to an effect's parameters come from a complex step, exact to
+rounding (Squire and Trapp, SIAM Review 40, 1998): no `abs`, no comparison of parameters, complex quantities as
+two real ones.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.experiment import Experiment, Plate, Point
+from analysis.gap.model import SweepPoint
+from analysis.local_laws import LocalLaws
+
+Field = NDArray[Any]
+"""Values at the sampling points, (Q,)."""
+Spectrum = NDArray[Any]
+"""Values at the frequencies, (F,)."""
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """What an effect may look at besides the plate's state.
+
+    Attributes
+    ----------
+    frequency : (F,) ndarray
+        Hz.
+    point : SweepPoint
+    room_temperature : float
+        Degrees Celsius.
+    plate : Plate
+    strings, cables : tuple of points
+        Where the plate is held, and where cables are fixed to it, m.
+    strain_energy : (F,) ndarray
+        Of the plate without effects at this sweep's level, over its maximum over 100 to 1500 Hz at 25 degrees
+        Celsius and level 1 V; ones where nobody computed it.
+    """
+
+    frequency: NDArray[np.float64]
+    point: SweepPoint
+    room_temperature: float
+    plate: Plate
+    strings: tuple[Point, ...]
+    cables: tuple[Point, ...]
+    strain_energy: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, experiment: Experiment, point: SweepPoint, frequency: NDArray[np.float64]) -> "Circumstances":
+        """Take from an experiment what is declared; the strain energy is left at ones."""
+        return cls(
+            frequency=frequency,
+            point=point,
+            room_temperature=experiment.oven.room_temperature,
+            plate=experiment.plate,
+            strings=tuple(a.point for a in experiment.string),
+            cables=tuple(a.point for a in experiment.cable),
+            strain_energy=np.ones(frequency.size),
+        )
+
+
+@dataclass(frozen=True)
+class PointLoad:
+    """A spring, a dashpot and a mass on the normal motion of one point.
+
+    Attributes
+    ----------
+    point : (float, float)
+        m.
+    stiffness, damping, mass : float
+        N/m, N s/m, kg.
+    """
+
+    point: Point
+    stiffness: Any = 0.0
+    damping: Any = 0.0
+    mass: Any = 0.0
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A round spot whose plate modulus is multiplied by 1 - loss.
+
+    Attributes
+    ----------
+    x, y, radius : float
+        m.
+    loss : float
+    """
+
+    x: Any
+    y: Any
+    radius: float
+    loss: Any
+
+
+@dataclass(frozen=True)
+class PlateState:
+    """A plate during one sweep.
+
+    Attributes
+    ----------
+    xi, zeta : (Q,) ndarray
+        Sampling points of the fields: 2x/length_x - 1 and 2y/length_y - 1.
+    laws : LocalLaws
+        The material, by local temperature.
+    temperature : (Q,) ndarray
+        Of the plate, degrees Celsius.
+    thickness : (Q,) ndarray
+        Over the nominal one.
+    modulus_x, modulus_y, in_plane_shear : float
+        E_x/E, E_y/E and the in-plane shear modulus over E/2(1 + nu).
+    storage, loss : (F,) ndarray
+        Factors over frequency on the real and on the imaginary part of the plate's modulus.
+    area_mass, area_resistance : (F,) ndarray
+        On normal motion, kg/m2 and N s/m3.
+    point_loads : tuple of PointLoad
+    discs : tuple of Disc
+    bond : float
+        Factor on the membrane stiffness of every patch at its mid-height, and on its coupling.
+    offset_x, offset_y : float
+        Where the first sensor patch sits beside its declared place, m.
+    log_gain, phase : (F,) ndarray
+        Natural log of the magnitude, and phase [rad], of a factor on every response.
+    feedthrough : float
+        Added to every response after that factor, V/V.
+    """
+
+    xi: Field
+    zeta: Field
+    laws: LocalLaws
+    temperature: Field
+    thickness: Field
+    storage: Spectrum
+    loss: Spectrum
+    area_mass: Spectrum
+    area_resistance: Spectrum
+    log_gain: Spectrum
+    phase: Spectrum
+    modulus_x: Any = 1.0
+    modulus_y: Any = 1.0
+    in_plane_shear: Any = 1.0
+    point_loads: tuple[PointLoad, ...] = ()
+    discs: tuple[Disc, ...] = ()
+    bond: Any = 1.0
+    offset_x: Any = 0.0
+    offset_y: Any = 0.0
+    feedthrough: Any = 0.0
+
+    @classmethod
+    def baseline(
+        cls, xi: Field, zeta: Field, laws: LocalLaws, temperature: float, frequency: NDArray[np.float64]
+    ) -> "PlateState":
+        """Return the plate as declared, all of it at one temperature, without any effect."""
+        ones, zeros = np.ones(frequency.size), np.zeros(frequency.size)
+        return cls(
+            xi=xi,
+            zeta=zeta,
+            laws=laws,
+            temperature=np.full(xi.size, temperature),
+            thickness=np.ones(xi.size),
+            storage=ones,
+            loss=ones,
+            area_mass=zeros,
+            area_resistance=zeros,
+            log_gain=zeros,
+            phase=zeros,
+        )
+
+    @property
+    def mean_temperature(self) -> Any:
+        """Mean over the sampling points, degrees Celsius."""
+        return np.mean(self.temperature)
+
+    def with_(self, **changes: Any) -> "PlateState":
+        """Return a copy with some attributes replaced."""
+        return replace(self, **changes)
