@@ -41,6 +41,7 @@ def experiment(folder: Path, *changes: tuple[str, str]) -> Path:
         (r"^lowest = .*", "lowest = 15.0"),
         (r"^highest = .*", "highest = 45.0"),
         (r"^soak_before = .*", "soak_before = 300.0"),
+        (r"^served = true", "served = false"),
     )
     text = EXAMPLE.read_text(encoding="utf-8")
     for pattern, replacement in (*usual, *changes):
@@ -104,7 +105,7 @@ def test_over_a_loopback_port_the_same_sweeps_are_measured(
     acquired: tuple[Path, Path, Result], tmp_path: Path
 ) -> None:
     _, folder, _ = acquired
-    served = experiment(tmp_path, (r"^seed = 1", "seed = 1\nserved = true"), (r"^highest = .*", "highest = 25.0"))
+    served = experiment(tmp_path, (r"^served = false", "served = true"), (r"^highest = .*", "highest = 25.0"))
     assert run("acquire", served, "--out", tmp_path / "served").exit_code == 0
     first_two = load_campaign(folder).sweeps[:2]
     for here, there in zip(first_two, load_campaign(tmp_path / "served").sweeps, strict=True):
