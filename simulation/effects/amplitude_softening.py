@@ -1,0 +1,34 @@
+"""Amplitude softening: the modulus falls and the loss rises where the plate is strained more."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard, Parameter
+from simulation.effects.effect import Effect
+from simulation.plate_state import Circumstances, PlateState
+
+LARGEST = 4.0  # of the relative strain energy: what doubling the level makes of the strongest resonance
+
+
+def card(experiment: Experiment) -> EffectCard:
+    """Describe the candidate; at the largest strain energy both moduli stay positive within these ranges."""
+    return EffectCard(
+        name="amplitude_softening",
+        summary="the plate is softer and lossier at its resonances, the more the harder it is driven",
+        parameters=(Parameter("a", "1", 0.0, 0.2, 0.05), Parameter("b", "1", 0.0, 0.5, 0.1)),
+        needs="two drive levels at the same temperatures",
+        separated_by="sweeps at half and at twice the level: what changes is the amplitude's doing",
+    )
+
+
+def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+    """Storage modulus times 1 - a e, loss modulus times 1 - a e + b e, e the relative strain energy, at most 4."""
+    energy = np.minimum(circumstances.strain_energy, LARGEST)
+    kept = 1.0 - values["a"] * energy
+    return state.with_(storage=state.storage * kept, loss=state.loss * (kept + values["b"] * energy))
+
+
+EFFECT = Effect(card, apply, needs_strain_energy=True)

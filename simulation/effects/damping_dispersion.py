@@ -1,0 +1,33 @@
+"""Damping dispersion: the loss factor changes over frequency."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard, Parameter
+from simulation.effects.effect import Effect
+from simulation.plate_state import Circumstances, PlateState
+
+REFERENCE_FREQUENCY = 500.0  # Hz, where the laws hold as they stand
+
+
+def card(experiment: Experiment) -> EffectCard:
+    """Describe the candidate; viscous friction is p = 1, a relaxation far below the band p = -1."""
+    return EffectCard(
+        name="damping_dispersion",
+        summary="the loss factor follows a power of frequency",
+        parameters=(Parameter("p", "1", -1.0, 1.0, 0.3),),
+        needs="well separated modes over at least two octaves",
+        separated_by="a dynamic mechanical analysis of a strip; softer strings rule out friction where it hangs",
+    )
+
+
+def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+    """Loss factor eta (f/500)**p, the storage modulus as it was."""
+    factor = np.exp(values["p"] * np.log(circumstances.frequency / REFERENCE_FREQUENCY))
+    return state.with_(loss=state.loss * factor)
+
+
+EFFECT = Effect(card, apply)

@@ -1,0 +1,28 @@
+"""Feedthrough: a part of the drive reaches the inputs past the plate."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard, Parameter
+from simulation.effects.effect import Effect
+from simulation.plate_state import Circumstances, PlateState
+
+
+def card(experiment: Experiment) -> EffectCard:
+    """Describe the candidate; tens of picofarads between cables beside ten nanofarads of patch."""
+    return EffectCard(
+        name="feedthrough",
+        summary="the drive leaks into every response, alike at all frequencies",
+        parameters=(Parameter("gain", "V/V", -0.05, 0.05, 0.001),),
+        needs="responses between resonances, where the plate's own are small",
+        separated_by="a free patch on the same cables in place of the sensor: what it still reads is feedthrough",
+    )
+
+
+def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+    """Add a real constant to the ratio of every sensor voltage to the actuator's."""
+    return state.with_(feedthrough=state.feedthrough + values["gain"])
+
+
+EFFECT = Effect(card, apply)

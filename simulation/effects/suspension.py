@@ -1,0 +1,40 @@
+"""Suspension: the strings hold the plate by springs and dashpots."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard, Parameter
+from simulation.effects.effect import Effect
+from simulation.plate_state import Circumstances, PlateState, PointLoad
+
+
+def card(experiment: Experiment) -> EffectCard:
+    """Describe the candidate; rubber bands give tens of N/m, taut nylon hundreds, short clamps thousands."""
+    return EffectCard(
+        name="suspension",
+        summary="the strings hold the plate stiffly enough to be felt",
+        parameters=(
+            Parameter("stiffness", "N/m", 0.0, 5000.0, 300.0),
+            Parameter("damping", "N s/m", 0.0, 10.0, 0.5),
+        ),
+        needs="modes at the lower end of the band that move the string points",
+        separated_by="hang the plate on longer or softer strings and see the lowest modes fall",
+    )
+
+
+def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+    """Put the same spring and dashpot on the normal motion of each declared string point."""
+    loads = tuple(
+        PointLoad(point, stiffness=values["stiffness"], damping=values["damping"])
+        for point in circumstances.strings
+    )
+    return state.with_(point_loads=state.point_loads + loads)
+
+
+def available(experiment: Experiment) -> bool:
+    """Whether strings are declared."""
+    return bool(experiment.string)
+
+
+EFFECT = Effect(card, apply, available)

@@ -1,0 +1,38 @@
+"""Thermal gradient: the oven heats one side of the plate more than the other, the more the hotter it is."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard, Parameter
+from simulation.effects.effect import Effect
+from simulation.plate_state import Circumstances, PlateState
+
+REFERENCE_TEMPERATURE = 60.0  # degrees Celsius, where gx and gy are the full differences
+
+
+def card(experiment: Experiment) -> EffectCard:
+    """Describe the candidate; laboratory ovens differ by one or two kelvins between two places."""
+    return EffectCard(
+        name="thermal_gradient",
+        summary="one side of the plate is hotter than the other, in proportion to the heating",
+        parameters=(Parameter("gx", "K", -15.0, 15.0, 2.0), Parameter("gy", "K", -15.0, 15.0, 2.0)),
+        needs="temperatures near the room's and far from it",
+        separated_by="thermocouples at the plate's four corners during one ramp",
+    )
+
+
+def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+    """Add s (gx xi + gy zeta)/2 to the local temperature, s = (T - room)/(60 - room)."""
+    room = circumstances.room_temperature
+    heating = (state.mean_temperature - room) / (REFERENCE_TEMPERATURE - room)
+    tilt = 0.5 * (values["gx"] * state.xi + values["gy"] * state.zeta)
+    return state.with_(temperature=state.temperature + heating * tilt)
+
+
+def available(experiment: Experiment) -> bool:
+    """Whether the room is cooler than the temperature at which the gradient is stated."""
+    return experiment.oven.room_temperature < REFERENCE_TEMPERATURE
+
+
+EFFECT = Effect(card, apply, available)

@@ -1,0 +1,32 @@
+"""Thermal lag: the plate follows the oven late."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard, Parameter
+from simulation.effects.effect import Effect
+from simulation.plate_state import Circumstances, PlateState
+
+
+def card(experiment: Experiment) -> EffectCard:
+    """Describe the candidate.
+
+    Heat capacity over twice the convection: c h rho/(2 alpha) is 300 s for 3 mm of polymer in moving air
+    (alpha = 10 W/m2K), four times that for a thick plate in still air.
+    """
+    return EffectCard(
+        name="thermal_lag",
+        summary="the plate is colder than the oven on the way up and warmer on the way down",
+        parameters=(Parameter("tau", "s", 0.0, 1200.0, 300.0),),
+        needs="an up and a down ramp over the same temperatures: on one ramp the material laws absorb a lag",
+        separated_by="a thermocouple on the plate, or a hold at constant temperature after each ramp",
+    )
+
+
+def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+    """Plate temperature = oven temperature - tau dT_oven/dt, everywhere."""
+    return state.with_(temperature=state.temperature - values["tau"] * circumstances.point.rate)
+
+
+EFFECT = Effect(card, apply)

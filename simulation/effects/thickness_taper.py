@@ -1,0 +1,29 @@
+"""Thickness taper: the plate is thicker at one end than at the other."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard, Parameter
+from simulation.effects.effect import Effect
+from simulation.plate_state import Circumstances, PlateState
+
+
+def card(experiment: Experiment) -> EffectCard:
+    """Describe the candidate; sheets keep to a few per cent, tx and ty together stay far from no thickness."""
+    return EffectCard(
+        name="thickness_taper",
+        summary="the plate is thicker at one end than at the other",
+        parameters=(Parameter("tx", "1", -0.2, 0.2, 0.02), Parameter("ty", "1", -0.2, 0.2, 0.02)),
+        needs="several modes whose motion is larger on one side of the plate, or several sensors",
+        separated_by="a thickness gauge along both edges; thermocouples at the corners rule out a draught",
+    )
+
+
+def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
+    """Thickness h0 (1 + tx xi + ty zeta), symmetric about the mid-plane; the mass stays as weighed."""
+    share = values["tx"] * state.xi + values["ty"] * state.zeta
+    return state.with_(thickness=state.thickness * (1.0 + share))
+
+
+EFFECT = Effect(card, apply)

@@ -1,0 +1,131 @@
+"""What every effect must do, whoever wrote it: nothing at zero, and derivatives that a complex step gets right."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard, Parameter
+from analysis.gap.model import SweepPoint
+from analysis.local_laws import LocalLaws
+from simulation.effects.effect import Effect
+from simulation.plate_state import Circumstances, PlateState
+
+COMPLEX_STEP = 1e-30
+"""Times a parameter's prior sigma; nothing is subtracted, so that it may be as small as it likes."""
+REAL_STEP = 1e-4
+"""Times a parameter's prior sigma, for central differences."""
+AGREEMENT = 1e-5
+"""Of both derivatives, relative to the larger; central differences are good to 1e-8 or so."""
+
+
+def verify(effect: Effect, experiment: Experiment) -> None:
+    """Raise ValueError, saying what is wrong, unless an effect is fit for the search.
+
+    At three sweeps that differ in temperature, rate and level: all amplitudes zero leave the state exactly as it
+    was, whatever the shapes; the imaginary part that a complex step leaves in every number of the state is the
+    derivative that central differences find; every amplitude does something at one of the sweeps at least.
+    """
+    card = effect.card(experiment)
+    idle = {parameter.name for parameter in card.amplitudes}
+    for circumstances, state in _trials(experiment):
+        try:
+            _check_absent(effect, card, state, circumstances)
+            idle -= _check_derivatives(effect, card, state, circumstances)
+        except (ArithmeticError, AttributeError, IndexError, LookupError, TypeError) as error:
+            raise ValueError(f"apply fails: {type(error).__name__}: {error}") from error
+    if idle:
+        raise ValueError(f"{', '.join(sorted(idle))}: changes nothing in the state at any sweep tried")
+
+
+def numbers(state: PlateState) -> dict[str, NDArray[Any]]:
+    """All that can differ between two states, as flat arrays by attribute.
+
+    Loads without stiffness, damping and mass, and discs that have lost nothing, are as good as none.
+    """
+    loads = [load for load in state.point_loads if load.stiffness or load.damping or load.mass]
+    discs = [disc for disc in state.discs if disc.loss]
+    flat = {
+        "point_loads": [(*load.point, load.stiffness, load.damping, load.mass) for load in loads],
+        "discs": [(disc.x, disc.y, disc.radius, disc.loss) for disc in discs],
+        "laws": [state.laws.value, state.laws.slope, state.laws.curvature, np.full(3, state.laws.reference)],
+    }
+    others = {name: value for name, value in vars(state).items() if name not in flat}
+    return {name: np.ravel(value) for name, value in {**others, **flat}.items()}
+
+
+def interior_point(card: EffectCard, site: Mapping[str, float]) -> dict[str, float]:
+    """Return values a third of a sigma into every amplitude's range, with the shapes of a site moved off it."""
+
+    def inside(parameter: Parameter) -> float:
+        away = parameter.sigma / 3.0
+        if parameter.shape:
+            start = site[parameter.name]
+            return start + min(away, 0.4 * (parameter.high - start)) if start < parameter.high else start - away
+        return min(away, 0.5 * parameter.high) if parameter.high > 0.0 else max(-away, 0.5 * parameter.low)
+
+    return {parameter.name: inside(parameter) for parameter in card.parameters}
+
+
+def _trials(experiment: Experiment) -> list[tuple[Circumstances, PlateState]]:
+    """Three sweeps of a plate whose laws are all steep."""
+    low, high = experiment.protocol.band
+    frequency = np.geomspace(low, high, 7)
+    axis = np.array([-1.0, -0.4, 0.3, 1.0])
+    xi, zeta = (grid.ravel() for grid in np.meshgrid(axis, axis))
+    laws = LocalLaws(
+        reference=30.0,
+        value=np.array([np.log(2e9), 0.38, np.log(0.06)]),
+        slope=np.array([-0.02, 0.002, -0.01]),
+        curvature=np.array([1e-4, 1e-5, 1e-4]),
+    )
+    rate = experiment.protocol.ramp_rate / 60.0 or 0.01
+    points = [SweepPoint(10.0, rate, 1.0), SweepPoint(45.0, -rate, 1.0), SweepPoint(45.0, rate, 2.0)]
+    trials = []
+    for point in points:
+        declared = Circumstances.of(experiment, point, frequency)
+        energy = point.level**2 * np.linspace(0.05, 0.9, frequency.size)
+        circumstances = Circumstances(**{**vars(declared), "strain_energy": energy})
+        trials.append((circumstances, PlateState.baseline(xi, zeta, laws, point.temperature, frequency)))
+    return trials
+
+
+def _check_absent(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> None:
+    before = numbers(state)
+    for site in (*card.sites, {}):
+        after = numbers(effect.apply(state, circumstances, card.zero(site)))
+        for name, value in before.items():
+            if not np.array_equal(after[name], value):
+                raise ValueError(f"changes {name} although all its amplitudes are zero")
+
+
+def _check_derivatives(
+    effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances
+) -> set[str]:
+    """Compare both derivatives by every parameter; return the parameters that do something."""
+    base = interior_point(card, card.sites[len(card.sites) // 2])
+    alive = set()
+    for parameter in card.parameters:
+
+        def moved(step: complex, name: str = parameter.name) -> dict[str, NDArray[Any]]:
+            return numbers(effect.apply(state, circumstances, {**base, name: base[name] + step}))
+
+        tiny, small = COMPLEX_STEP * parameter.sigma, REAL_STEP * parameter.sigma
+        stepped, above, below = moved(1j * tiny), moved(small), moved(-small)
+        for name, value in stepped.items():
+            exact = np.imag(value) / tiny
+            central = np.real(above[name] - below[name]) / (2.0 * small)
+            if not (np.isfinite(value).all() and np.isfinite(central).all()):
+                raise ValueError(f"{parameter.name}: {name} is not finite near {base}")
+            scale = max(np.abs(exact).max(initial=0.0), np.abs(central).max(initial=0.0))
+            rounding = 1e-12 * np.abs(np.real(value)).max(initial=0.0) / small
+            if np.abs(exact - central).max(initial=0.0) > AGREEMENT * scale + rounding:
+                raise ValueError(
+                    f"{parameter.name}: a complex step in it does not give the slope of {name}; "
+                    "abs, float, real, comparisons and the math module lose the imaginary part"
+                )
+            if scale > rounding:
+                alive.add(parameter.name)
+    return alive
