@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from threadpoolctl import threadpool_limits
 
 from app.commands import acquire
 from app.files.campaign import load_campaign
@@ -53,7 +54,8 @@ def experiment(folder: Path, *changes: tuple[str, str]) -> Path:
 
 
 def run(*words: object) -> Result:
-    return CliRunner().invoke(flexura, [str(word) for word in words])
+    with threadpool_limits(1):
+        return CliRunner().invoke(flexura, [str(word) for word in words])
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from threadpoolctl import threadpool_limits
 
 from app.commands import demo
 from app.files.experiment_toml import read_acquired_experiment
@@ -18,11 +19,12 @@ ROW = re.compile(
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _cache(tmp_path_factory: pytest.TempPathFactory) -> object:
+def _surroundings(tmp_path_factory: pytest.TempPathFactory) -> object:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("FLEXURA_CACHE", str(tmp_path_factory.getbasetemp() / "bases"))
         patch.setenv("COLUMNS", "80")
-        yield
+        with threadpool_limits(1):
+            yield
 
 
 def printed_laws(table: str) -> dict[int, tuple[float, ...]]:
