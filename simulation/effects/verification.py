@@ -19,6 +19,8 @@ REAL_STEP = 1e-4
 """Times a parameter's prior sigma, for central differences."""
 AGREEMENT = 1e-5
 """Of both derivatives, relative to the larger; central differences are good to 1e-8 or so."""
+STEEPEST = 1e3
+"""Slope at zero over the mean slope up to a third of a sigma: roots and the like have none."""
 
 
 def verify(effect: Effect, experiment: Experiment) -> None:
@@ -26,18 +28,22 @@ def verify(effect: Effect, experiment: Experiment) -> None:
 
     At three sweeps that differ in temperature, rate and level: all amplitudes zero leave the state exactly as it
     was, whatever the shapes; the imaginary part that a complex step leaves in every number of the state is the
-    derivative that central differences find; every amplitude does something at one of the sweeps at least.
+    derivative that central differences find; every amplitude has a slope at zero, finite everywhere and other than
+    zero at one of the sweeps at least, for that is what a search sees of an effect before it tries it.
     """
     card = effect.card(experiment)
     idle = {parameter.name for parameter in card.amplitudes}
     for circumstances, state in _trials(experiment):
         try:
             _check_absent(effect, card, state, circumstances)
-            idle -= _check_derivatives(effect, card, state, circumstances)
+            _check_derivatives(effect, card, state, circumstances)
+            idle -= _slopes_at_zero(effect, card, state, circumstances)
         except (ArithmeticError, AttributeError, IndexError, LookupError, TypeError) as error:
             raise ValueError(f"apply fails: {type(error).__name__}: {error}") from error
     if idle:
-        raise ValueError(f"{', '.join(sorted(idle))}: changes nothing in the state at any sweep tried")
+        raise ValueError(
+            f"{', '.join(sorted(idle))}: no slope at zero in anything of the state, at any sweep tried"
+        )
 
 
 def numbers(state: PlateState) -> dict[str, NDArray[Any]]:
@@ -58,15 +64,14 @@ def numbers(state: PlateState) -> dict[str, NDArray[Any]]:
 
 def interior_point(card: EffectCard, site: Mapping[str, float]) -> dict[str, float]:
     """Return values a third of a sigma into every amplitude's range, with the shapes of a site moved off it."""
+    starts = card.zero(site)
+    return {parameter.name: _inside(parameter, starts[parameter.name]) for parameter in card.parameters}
 
-    def inside(parameter: Parameter) -> float:
-        away = parameter.sigma / 3.0
-        if parameter.shape:
-            start = site[parameter.name]
-            return start + min(away, 0.4 * (parameter.high - start)) if start < parameter.high else start - away
-        return min(away, 0.5 * parameter.high) if parameter.high > 0.0 else max(-away, 0.5 * parameter.low)
 
-    return {parameter.name: inside(parameter) for parameter in card.parameters}
+def _inside(parameter: Parameter, start: float) -> float:
+    """Go a third of a sigma up where the range allows it, else down, at most half of the way to its end."""
+    away, up, down = parameter.sigma / 3.0, parameter.high - start, start - parameter.low
+    return start + min(away, 0.5 * up) if up > 0.0 else start - min(away, 0.5 * down)
 
 
 def _trials(experiment: Experiment) -> list[tuple[Circumstances, PlateState]]:
@@ -101,12 +106,8 @@ def _check_absent(effect: Effect, card: EffectCard, state: PlateState, circumsta
                 raise ValueError(f"changes {name} although all its amplitudes are zero")
 
 
-def _check_derivatives(
-    effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances
-) -> set[str]:
-    """Compare both derivatives by every parameter; return the parameters that do something."""
+def _check_derivatives(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> None:
     base = interior_point(card, card.sites[len(card.sites) // 2])
-    alive = set()
     for parameter in card.parameters:
 
         def moved(step: complex, name: str = parameter.name) -> dict[str, NDArray[Any]]:
@@ -115,17 +116,34 @@ def _check_derivatives(
         tiny, small = COMPLEX_STEP * parameter.sigma, REAL_STEP * parameter.sigma
         stepped, above, below = moved(1j * tiny), moved(small), moved(-small)
         for name, value in stepped.items():
+            if not all(np.isfinite(those).all() for those in (value, above[name], below[name])):
+                raise ValueError(f"{parameter.name}: {name} is not finite near {base}")
             exact = np.imag(value) / tiny
             central = np.real(above[name] - below[name]) / (2.0 * small)
-            if not (np.isfinite(value).all() and np.isfinite(central).all()):
-                raise ValueError(f"{parameter.name}: {name} is not finite near {base}")
-            scale = max(np.abs(exact).max(initial=0.0), np.abs(central).max(initial=0.0))
-            rounding = 1e-12 * np.abs(np.real(value)).max(initial=0.0) / small
-            if np.abs(exact - central).max(initial=0.0) > AGREEMENT * scale + rounding:
+            scale = max(_largest(exact), _largest(central))
+            if _largest(exact - central) > AGREEMENT * scale + 1e-12 * _largest(np.real(value)) / small:
                 raise ValueError(
                     f"{parameter.name}: a complex step in it does not give the slope of {name}; "
                     "abs, float, real, comparisons and the math module lose the imaginary part"
                 )
-            if scale > rounding:
+
+
+def _slopes_at_zero(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> set[str]:
+    """Return the amplitudes that move something at zero; ValueError for one that has no finite slope there."""
+    zero, alive = card.zero(card.sites[len(card.sites) // 2]), set()
+    for parameter in card.amplitudes:
+        tiny, away = COMPLEX_STEP * parameter.sigma, _inside(parameter, 0.0)
+        near = numbers(effect.apply(state, circumstances, {**zero, parameter.name: 1j * tiny}))
+        far = numbers(effect.apply(state, circumstances, {**zero, parameter.name: away}))
+        for name, value in near.items():
+            slope = _largest(np.imag(value)) / tiny
+            mean = _largest(far[name] - np.real(value)) / abs(away)
+            if not slope <= STEEPEST * mean + 1e-12 * _largest(np.real(value)) / abs(away):
+                raise ValueError(f"{parameter.name}: the slope of {name} is not finite at zero")
+            if slope > 0.0:
                 alive.add(parameter.name)
     return alive
+
+
+def _largest(values: NDArray[Any]) -> float:
+    return float(np.abs(values).max(initial=0.0))
