@@ -3,7 +3,6 @@
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -215,81 +214,3 @@ def world_of() -> Callable[..., World]:
 @pytest.fixture
 def world() -> World:
     return World()
-
-
-# The table of the fault campaign: what the slow test of every fault at every moment has observed.
-
-TITLE = """\
-# What faults do to a campaign
-
-Every fault strikes a simulated campaign of five sweeps of two repeats at five moments: in, or 7 s after, its first,
-second, fourth, sixth and eighth repeat. All of this is measured by `tests/drivers/rig/test_faults.py` and written by
-
-    python3 start.py tests -m slow tests/drivers/rig/test_faults.py --fault-table docs/faults.md
-
-*Struck* is the plate's temperature at those moments. *The run* is how the campaign ended by itself. *Unaltered* counts
-the sweeps finished by then that are the same to the last bit after the campaign was taken up again on a sound rig.
-*H1* is the largest error of any sweep kept, as a share of the peak, against the plate that was simulated. *Output* and
-*oven* are those of the simulated hardware after the run; a card or an oven out of reach cannot be brought to rest,
-and the user is *told* so, with what to do. What is given up, `flexura acquire --again` tries once more.
-"""
-HEADINGS = ("fault", "struck [°C]", "the run", "unaltered", "H1 [%]", "output", "oven", "taken up again")
-
-
-def pytest_addoption(parser: pytest.Parser) -> None:
-    """Offer the table as a file; known where this folder is named on the command line."""
-    parser.addoption("--fault-table", metavar="FILE", help="write the table of the fault campaign to FILE")
-
-
-def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
-    """Print the table, where the fault campaign has been run, failed cases included."""
-    ended = [*terminalreporter.stats.get("passed", ()), *terminalreporter.stats.get("failed", ())]
-    rows = [dict(report.user_properties).get("observed") for report in ended]
-    lines = fault_table([row for row in rows if row is not None])
-    if lines:
-        terminalreporter.section("fault campaign")
-        terminalreporter.write_line("\n".join(lines))
-        file = config.getoption("--fault-table", None)
-        if file:
-            Path(file).write_text(TITLE + "\n".join(lines) + "\n", encoding="utf-8")
-
-
-def fault_table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Markdown tables, one a group, one line a fault: what was observed at all its moments."""
-    lines: list[str] = []
-    for group in dict.fromkeys(row["group"] for row in rows):
-        of_group = [row for row in rows if row["group"] == group]
-        faults = dict.fromkeys(row["fault"] for row in of_group)
-        lines += ["", f"## {group}: {len(faults)} faults, {len(of_group)} runs", ""]
-        lines += ["| " + " | ".join(HEADINGS) + " |", "|---" * len(HEADINGS) + "|"]
-        for fault in faults:
-            cells = fault_row([row for row in of_group if row["fault"] == fault])
-            lines.append("| " + " | ".join((fault, *cells)) + " |")
-    return lines
-
-
-def fault_row(seen: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
-    """Sum up what one fault did at its moments."""
-
-    def counted(answers: Sequence[str]) -> str:
-        number = {answer: answers.count(answer) for answer in dict.fromkeys(answers)}
-        return "; ".join(answer if len(number) == 1 else f"{times} × {answer}" for answer, times in number.items())
-
-    def missing(count: int) -> str:
-        return "every sweep made" if count == 0 else f"{count} given up"
-
-    told = ["told" if row["unsafe"] else "NOT TOLD" for row in seen]
-    return (
-        ", ".join("never" if row["struck"] is None else f"{row['struck']:.1f}" for row in seen),
-        counted([f"stopped: {row['error']}" if row["error"] else missing(row["missing"]) for row in seen]),
-        f"{sum(row['intact'] for row in seen)} of {sum(row['finished'] for row in seen)}",
-        f"{100 * max(max(row['h1_error'], row['h1_error_after']) for row in seen):.2f}",
-        counted(
-            [
-                "0 V" if row["volts"] == 0.0 else f"{row['volts']:.2f} V, {why}"
-                for row, why in zip(seen, told, strict=True)
-            ]
-        ),
-        counted([f"on, {why}" if row["regulating"] else "at rest" for row, why in zip(seen, told, strict=True)]),
-        counted([missing(row["missing_after"]) for row in seen]),
-    )
