@@ -14,7 +14,7 @@ from simulation.effects.verification import verify
 def load_folder(folder: Path, experiment: Experiment, taken: Container[str] = ()) -> dict[str, Effect]:
     """Run every ``*.py`` of `folder` and return their effects by name, in the order of the files' names.
 
-    Files whose names begin with an underscore are left to be imported by others.
+    Files whose names begin with an underscore are passed over.
 
     Raises
     ------
