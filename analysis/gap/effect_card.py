@@ -74,13 +74,17 @@ class EffectCard:
     def __post_init__(self) -> None:
         names = [p.name for p in self.parameters]
         if not names or len(set(names)) != len(names):
-            raise ValueError(f"effect {self.name}: parameters {names} must be at least one, each with its own name")
+            raise ValueError(
+                f"effect {self.name}: parameters {names} must be at least one, each with its own name"
+            )
         if not self.amplitudes:
             raise ValueError(f"effect {self.name}: every parameter is a shape; nothing can be screened")
         shapes = {p.name for p in self.parameters if p.shape}
         for site in self.sites:
             if set(site) != shapes:
-                raise ValueError(f"effect {self.name}: site {dict(site)} must give exactly the shapes {sorted(shapes)}")
+                raise ValueError(
+                    f"effect {self.name}: site {dict(site)} must give exactly the shapes {sorted(shapes)}"
+                )
 
     @property
     def amplitudes(self) -> tuple[Parameter, ...]:

@@ -1,0 +1,1 @@
+"""The gap workflow (being built)."""

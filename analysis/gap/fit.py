@@ -1,0 +1,278 @@
+"""Laws, readings, gain and effects fitted together: Levenberg-Marquardt on arrow-shaped normal equations."""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.model import GapModel, Tangent
+from analysis.gap.normal_equations import Arrow, SweepEquations, arrow, linearise_all
+from analysis.gap.state import FreeParameters, GapState, clipped_laws
+from analysis.gap.sweeps import GapSweeps
+from analysis.gap.thresholds import MOST_STEPS, SETTLED
+
+Real = NDArray[np.float64]
+
+LARGEST_STEP = np.array([0.3, 0.05, 0.7])
+"""Of log E, nu and log eta in one iteration: beyond, resonances pass each other."""
+
+
+@dataclass(frozen=True)
+class GapFit:
+    """Where a fit ended.
+
+    Attributes
+    ----------
+    state : GapState
+    free : FreeParameters
+        The effects' parameters that were moved.
+    covariance : (P, P) ndarray
+        Of the free parameters, everything else eliminated, prior included.
+    information : (P, P) ndarray
+        The data's own part of its inverse.
+    chi2 : (T, K) ndarray
+        Of the nodes.
+    readings : (T,) ndarray
+        chi2 of the temperature readings, data like the others: a plate that lags strains nothing else.
+    dof : float
+        Real numbers less what was fitted.
+    prior : float
+        Minus twice the log prior of the parameters, up to a constant.
+    residual, predicted : (T, K, n) complex ndarray
+        Whitened residual, and the model's spline coefficients [V/V].
+    sigma_log_gain : float
+    law_sigma : (G, 3) ndarray
+        Standard deviations of log E, nu and log eta of the groups, gain and effects eliminated.
+    settled : bool
+    on_wall : tuple of (effect, parameter)
+        Parameters that ended at the end of their range.
+    passes : int
+        How often all sweeps were linearised.
+    """
+
+    state: GapState
+    free: FreeParameters
+    covariance: Real
+    information: Real
+    chi2: Real
+    readings: Real
+    dof: float
+    prior: float
+    residual: NDArray[np.complex128] = field(repr=False)
+    predicted: NDArray[np.complex128] = field(repr=False)
+    sigma_log_gain: float
+    law_sigma: Real
+    settled: bool
+    on_wall: tuple[tuple[str, str], ...]
+    passes: int
+
+    @property
+    def total(self) -> float:
+        """chi2 over all sweeps, channels and readings."""
+        return float(self.chi2.sum() + self.readings.sum())
+
+    @property
+    def log_evidence(self) -> float:
+        """Laplace's approximation, up to a constant common to all sets of effects on the same sweeps."""
+        scaled = np.eye(len(self.covariance)) + self.free.sigma[:, None] ** 2 * self.information
+        occam = float(np.linalg.slogdet(scaled)[1]) if len(self.covariance) else 0.0
+        return -0.5 * (self.total + self.prior + occam)
+
+    @property
+    def sigma(self) -> Real:
+        """Standard deviations of the free parameters, (P,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+@dataclass(frozen=True)
+class _Trial:
+    state: GapState
+    equations: list[SweepEquations]
+    objective: float
+    readings: Real
+    prior: float
+
+
+def fit_gap(
+    model: GapModel,
+    sweeps: GapSweeps,
+    start: GapState,
+    effects: Sequence[str],
+    executor: Executor,
+    *,
+    gain_free: bool = True,
+    laws_free: bool = True,
+    target: float = SETTLED,
+    most_steps: int = MOST_STEPS,
+) -> GapFit:
+    """Fit laws, readings, gain and all parameters of `effects`; other effects of `start` are held.
+
+    Parameters
+    ----------
+    model : GapModel
+    sweeps : GapSweeps
+    start : GapState
+        Values of all effects that are on.
+    effects : sequence of str
+        Those whose parameters move.
+    gain_free, laws_free : bool
+        Held-out trials keep what was learnt elsewhere.
+    target : float
+        Promised fall of chi2 at which to stop, for a fit that reaches the noise.
+    most_steps : int
+        Linearisations at most.
+
+    Raises
+    ------
+    ValueError
+        Where the model cannot be asked at the start.
+    """
+    free = FreeParameters.of(model.cards, effects)
+    values = np.clip(free.read(start.effects), free.low, free.high)
+    start = replace(start, laws=clipped_laws(model.box, start.laws), effects=free.write(start.effects, values))
+    best = _evaluate(model, sweeps, start, free, executor)
+    damping, passes, done = 0.0, 1, False
+    while passes < most_steps:
+        step, promised = _step(sweeps, best, free, damping, gain_free, laws_free)
+        # where the twin misses by many sigma, nats are not worth their passes
+        settled = target * max(1.0, best.objective / sweeps.numbers)
+        if promised < settled:
+            done = True
+            break
+        passes += 1
+        trial = _try(model, sweeps, _moved(model, best.state, free, step), free, executor)
+        if trial is not None and trial.objective <= best.objective:
+            fallen = best.objective - trial.objective
+            best, damping = trial, (0.0 if damping < 1e-3 else damping / 10.0)
+            # on the wall of a range, or where the laws' slopes still turn with their values, promises are not kept
+            if fallen < 0.3 * settled:
+                done = True
+                break
+        elif promised < 10.0 * settled:
+            done = True
+            break
+        else:
+            damping = max(10.0 * damping, 1e-2)
+            if damping > 1e6:
+                break
+    return _result(sweeps, best, free, gain_free, laws_free, done, passes)
+
+
+def _evaluate(
+    model: GapModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
+) -> _Trial:
+    tangents: list[Tangent] = [(name, parameter, state.effects[name]) for name, parameter in free.names]
+    equations = linearise_all(model, sweeps, state, tangents, executor)
+    readings = (state.away / sweeps.reading_sigma) ** 2
+    prior = free.penalty(free.read(state.effects))
+    objective = sum(e.chi2 for e in equations) + float(readings.sum()) + prior
+    return _Trial(state, equations, objective, readings, prior)
+
+
+def _try(
+    model: GapModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
+) -> _Trial | None:
+    """Evaluate a step; None where the model refuses the point, which then counts as a step too far."""
+    try:
+        trial = _evaluate(model, sweeps, state, free, executor)
+    except ValueError:
+        return None
+    return trial if np.isfinite(trial.objective) else None
+
+
+def _step(
+    sweeps: GapSweeps, at: _Trial, free: FreeParameters, damping: float, gain_free: bool, laws_free: bool
+) -> tuple[tuple[Real, Real, Real], float]:
+    """Return steps of (gain and parameters), laws and temperatures, and the fall of the objective they promise.
+
+    Parameters at a wall that would be pushed through it stay; the others are solved for without them.
+    """
+    head = arrow(sweeps, at.equations, at.state.away, damping=damping, frozen=not laws_free)
+    values = free.read(at.state.effects)
+    precision = np.concatenate([[0.0], free.sigma**-2.0])
+    matrix = head.matrix + np.diag(precision)
+    gradient = head.gradient - precision * np.concatenate([[0.0], values - free.centre])
+    moving = np.concatenate([[gain_free], np.ones(len(values), dtype=bool)])
+    step = np.zeros(len(gradient))
+    for _ in range(len(gradient) + 1):
+        step[:] = 0.0
+        if moving.any():
+            part = matrix[np.ix_(moving, moving)]
+            scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-300))
+            unit = part * scale[:, None] * scale + (damping + 1e-12) * np.eye(len(scale))
+            step[moving] = scale * np.linalg.solve(unit, scale * gradient[moving])
+        through = ((values <= free.low) & (step[1:] < 0.0)) | ((values >= free.high) & (step[1:] > 0.0))
+        if not through.any():
+            break
+        moving[1:] &= ~through
+    laws, away = head.follow(step)
+    return (step, laws, away), head.promised + float(gradient @ step)
+
+
+def _moved(model: GapModel, state: GapState, free: FreeParameters, step: tuple[Real, Real, Real]) -> GapState:
+    common, laws, away = step
+    values = np.clip(free.read(state.effects) + common[1:], free.low, free.high)
+    moved = state.laws + np.clip(laws, -LARGEST_STEP, LARGEST_STEP)
+    return GapState(
+        laws=clipped_laws(model.box, moved),
+        away=state.away + away,
+        log_gain=state.log_gain + float(np.clip(common[0], -0.5, 0.5)),
+        effects=free.write(state.effects, values),
+    )
+
+
+def _result(
+    sweeps: GapSweeps,
+    at: _Trial,
+    free: FreeParameters,
+    gain_free: bool,
+    laws_free: bool,
+    settled: bool,
+    passes: int,
+) -> GapFit:
+    head = arrow(sweeps, at.equations, at.state.away, frozen=not laws_free)
+    information, sigma_log_gain = without_gain(head.matrix, gain_free)
+    covariance: Real = np.linalg.inv(information + np.diag(free.sigma**-2.0)).astype(np.float64)
+    values = free.read(at.state.effects)
+    wall = (values <= free.low) | (values >= free.high)
+    fitted = len(free.names) + int(gain_free)
+    if laws_free:  # each error of a reading is fitted to that reading, which cancels
+        fitted += 3 * len(sweeps.groups.size)
+    return GapFit(
+        state=at.state,
+        free=free,
+        covariance=covariance,
+        information=information,
+        chi2=np.array([(np.abs(e.residual) ** 2).sum(-1) for e in at.equations]),
+        readings=at.readings if laws_free else np.zeros(sweeps.count),
+        dof=float(sweeps.numbers - fitted),
+        prior=at.prior,
+        residual=np.array([e.residual for e in at.equations]),
+        predicted=np.array([e.predicted for e in at.equations]),
+        sigma_log_gain=sigma_log_gain,
+        law_sigma=_law_sigma(sweeps, at, head, covariance, sigma_log_gain),
+        settled=settled,
+        on_wall=tuple(name for name, there in zip(free.names, wall, strict=True) if there),
+        passes=passes,
+    )
+
+
+def without_gain(matrix: Real, gain_free: bool = True) -> tuple[Real, float]:
+    """Eliminate log gain, the first unknown: what is left (P, P), and the gain's own standard deviation."""
+    if not gain_free:
+        return matrix[1:, 1:], 0.0
+    left = matrix[1:, 1:] - np.outer(matrix[1:, 0], matrix[0, 1:]) / matrix[0, 0]
+    return 0.5 * (left + left.T), float(matrix[0, 0] ** -0.5)
+
+
+def _law_sigma(sweeps: GapSweeps, at: _Trial, head: Arrow, covariance: Real, sigma_log_gain: float) -> Real:
+    """Return standard deviations of the groups' laws: their own, and what gain and effects hand on."""
+    joint = np.zeros((len(covariance) + 1,) * 2)
+    joint[1:, 1:] = covariance
+    # gain given the parameters, then their spread handed on through the gain's lever
+    lever = -head.matrix[0, 1:] / head.matrix[0, 0] if sigma_log_gain > 0.0 else np.zeros(len(covariance))
+    joint[0, 1:] = joint[1:, 0] = covariance @ lever
+    joint[0, 0] = sigma_log_gain**2 + lever @ covariance @ lever
+    return head.law_sigma(joint)

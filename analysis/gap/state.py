@@ -1,0 +1,117 @@
+"""A point in the space a gap fit moves in: laws at the groups, readings' errors, gain and effects."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.effect_card import EffectCard, Parameter, Values
+from analysis.gap.groups import TemperatureGroups
+from analysis.material import MaterialBox
+from analysis.updating.update import Updated
+
+
+@dataclass(frozen=True)
+class GapState:
+    """Values of everything that is fitted or held.
+
+    Attributes
+    ----------
+    laws : (G, 3) ndarray
+        log E [log Pa], nu and log eta at the groups' references.
+    away : (T,) ndarray
+        True temperature less reading, K.
+    log_gain : float
+    effects : mapping
+        Values of each effect that is switched on.
+    """
+
+    laws: NDArray[np.float64]
+    away: NDArray[np.float64]
+    log_gain: float
+    effects: Mapping[str, Values]
+
+    def with_effects(self, effects: Mapping[str, Values]) -> "GapState":
+        """Return the same state with other effects."""
+        return replace(self, effects={name: dict(values) for name, values in effects.items()})
+
+    def transferred(self, source: TemperatureGroups, target: TemperatureGroups) -> "GapState":
+        """Laws interpolated linearly from the groups of one set of sweeps to those of another."""
+        laws = np.array([np.interp(target.reference, source.reference, law) for law in self.laws.T]).T
+        return replace(self, laws=laws, away=np.zeros(len(target.of_sweep)))
+
+
+def starting_state(updated: Updated, groups: TemperatureGroups) -> GapState:
+    """State without effects from a model updating of the same sweeps; groups take the mean of their sweeps."""
+    material = updated.material
+    rows = [np.log(material.youngs_modulus), material.poisson_ratio, np.log(material.loss_factor)]
+    laws = np.array([np.bincount(groups.of_sweep, row) / groups.size for row in rows]).T
+    return GapState(laws, np.zeros(len(groups.of_sweep)), float(np.log(updated.gain)), {})
+
+
+def clipped_laws(box: MaterialBox, laws: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Laws' values (G, 3) moved into the model's box."""
+    material = np.stack([np.exp(laws[:, 0]), laws[:, 1], np.exp(laws[:, 2])], axis=1)
+    inside = box.clip(material)
+    # exp and log do not undo each other to the last digit: leave alone what was inside
+    back = np.stack([np.log(inside[:, 0]), inside[:, 1], np.log(inside[:, 2])], axis=1)
+    clipped: NDArray[np.float64] = np.where(inside == material, laws, back)
+    return clipped
+
+
+@dataclass(frozen=True)
+class FreeParameters:
+    """The effects' parameters that a fit moves, with their priors and ranges.
+
+    Attributes
+    ----------
+    names : tuple of (effect, parameter)
+    cards : tuple of Parameter
+    centre : (P,) ndarray
+        Of the priors.
+    """
+
+    names: tuple[tuple[str, str], ...]
+    cards: tuple[Parameter, ...]
+
+    @classmethod
+    def of(cls, cards: Mapping[str, EffectCard], effects: Sequence[str]) -> "FreeParameters":
+        """All parameters of `effects`, shapes included."""
+        pairs = [(name, p) for name in effects for p in cards[name].parameters]
+        return cls(tuple((name, p.name) for name, p in pairs), tuple(p for _, p in pairs))
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """Means of the priors, (P,)."""
+        return np.array([p.typical if p.shape else 0.0 for p in self.cards])
+
+    @property
+    def sigma(self) -> NDArray[np.float64]:
+        """Standard deviations of the priors, (P,)."""
+        return np.array([p.sigma for p in self.cards])
+
+    @property
+    def low(self) -> NDArray[np.float64]:
+        """Lower ends of the ranges, (P,)."""
+        return np.array([p.low for p in self.cards])
+
+    @property
+    def high(self) -> NDArray[np.float64]:
+        """Upper ends of the ranges, (P,)."""
+        return np.array([p.high for p in self.cards])
+
+    def read(self, effects: Mapping[str, Values]) -> NDArray[np.float64]:
+        """Take the values (P,) out of `effects`."""
+        return np.array([effects[name][p] for name, p in self.names], dtype=float)
+
+    def write(self, effects: Mapping[str, Values], values: NDArray[np.float64]) -> dict[str, dict[str, float]]:
+        """Return `effects` with `values` (P,) put in."""
+        changed = {name: dict(v) for name, v in effects.items()}
+        for (name, parameter), value in zip(self.names, values, strict=True):
+            changed[name][parameter] = float(value)
+        return changed
+
+    def penalty(self, values: NDArray[np.float64]) -> float:
+        """Return minus twice the log prior of `values` (P,), up to a constant."""
+        return float((((values - self.centre) / self.sigma) ** 2).sum())

@@ -1,0 +1,159 @@
+"""A campaign ready to be compared with a twin: compressed sweeps, their circumstances and groups."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.experiment import Protocol
+from analysis.frf import Frf
+from analysis.gap.compression import CompressedSweep, Nodes, compress
+from analysis.gap.groups import TemperatureGroups
+from analysis.gap.model import SweepPoint
+from analysis.gap.noise import NoiseCheck, check_noise
+from analysis.gap.thresholds import NUMERICAL_REST, READING_SIGMA
+
+Defect = Callable[[SweepPoint, NDArray[np.float64]], NDArray[np.complex128]]
+"""Circumstances and (F,) Hz -> (K, F): refined less working transfer at the baseline, per actuator volt."""
+
+
+@dataclass(frozen=True)
+class NumericalFloor:
+    """What discretisation does to the twin.
+
+    Attributes
+    ----------
+    defect : callable
+        Frozen correction, added to the model's transfer wherever it is asked.
+    rest : float
+        What the correction leaves, in sigma of the noise of a line.
+    """
+
+    defect: Defect
+    rest: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.rest <= NUMERICAL_REST:
+            raise ValueError(
+                f"the twin's own numerical error is {self.rest:.2f} sigma of the noise after its correction; "
+                f"at most {NUMERICAL_REST:g} allowed, or ghosts would be named. Refine the mesh"
+            )
+
+
+@dataclass(frozen=True)
+class GapSweeps:
+    """Sweeps of a campaign in whitened form.
+
+    Attributes
+    ----------
+    nodes : Nodes
+        Common to all sweeps and channels.
+    points : tuple of SweepPoint
+    direction : tuple of str
+    channels : tuple of str
+    compressed : tuple of CompressedSweep
+        With the noise rescaled to what was seen.
+    groups : TemperatureGroups
+    reading_sigma : float
+        Standard deviation of a sweep's temperature reading, K.
+    defect : (T, K, n) complex ndarray
+        Spline coefficients of the numerical defect.
+    rows : (T, K, n) bool ndarray
+        Which whitened numbers take part; all but in held-out trials.
+    original : (T,) int ndarray
+        Place of each sweep in the FRFs.
+    """
+
+    nodes: Nodes
+    points: tuple[SweepPoint, ...]
+    direction: tuple[str, ...]
+    channels: tuple[str, ...]
+    compressed: tuple[CompressedSweep, ...]
+    groups: TemperatureGroups
+    reading_sigma: float
+    defect: NDArray[np.complex128] = field(repr=False)
+    rows: NDArray[np.bool_] = field(repr=False)
+    original: NDArray[np.int_] = field(repr=False)
+
+    @property
+    def count(self) -> int:
+        """Number of sweeps."""
+        return len(self.points)
+
+    @property
+    def numbers(self) -> int:
+        """Real numbers that take part."""
+        return 2 * int(self.rows.sum())
+
+    def only(self, sweeps: Sequence[int]) -> "GapSweeps":
+        """Return some of the sweeps, in the order given, with the groups they still form."""
+        kept = np.asarray(sweeps, dtype=int)
+        labels = np.unique(self.groups.of_sweep[kept], return_inverse=True)[1]
+        temperature = np.array([self.points[s].temperature for s in kept])
+        return replace(
+            self,
+            points=tuple(self.points[s] for s in kept),
+            direction=tuple(self.direction[s] for s in kept),
+            compressed=tuple(self.compressed[s] for s in kept),
+            groups=TemperatureGroups.labelled(labels, temperature),
+            defect=self.defect[kept],
+            rows=self.rows[kept],
+            original=self.original[kept],
+        )
+
+    def only_groups(self, groups: Sequence[int]) -> "GapSweeps":
+        """All sweeps of some of the groups."""
+        return self.only(np.flatnonzero(np.isin(self.groups.of_sweep, np.asarray(groups))).tolist())
+
+    def masked(self, rows: NDArray[np.bool_]) -> "GapSweeps":
+        """Return the same sweeps with only `rows` (broadcast to (T, K, n)) taking part."""
+        return replace(self, rows=self.rows & rows)
+
+
+def prepare(
+    frf: Frf,
+    protocol: Protocol,
+    least_loss_factor: float,
+    *,
+    floor: NumericalFloor | None = None,
+    reading_sigma: float = READING_SIGMA / np.sqrt(2.0),
+) -> tuple[GapSweeps, NoiseCheck]:
+    """Compress all sweeps of `frf` for resonances no sharper than `least_loss_factor`, and check their noise.
+
+    Raises
+    ------
+    ValueError
+        Where lines carry no variance, where the stated noise cannot be trusted, or where the lines are too few.
+    """
+    used = np.flatnonzero(~frf.excluded)
+    if used.size < 20:
+        raise ValueError(f"{used.size} usable frequency lines; at least 20 are needed to see a resonance")
+    if not (frf.variance[:, :, used] > 0.0).all():
+        raise ValueError("the FRFs carry lines without variance: record at least two repeats of each sweep")
+    lines = frf.frequency[used]
+    nodes = Nodes.over(lines, least_loss_factor, spacing=float(np.median(np.diff(frf.frequency))))
+    stated = [compress(h[:, used], v[:, used], nodes) for h, v in zip(frf.h, frf.variance, strict=True)]
+    noise = check_noise(stated, frf.channels)
+    rate = protocol.ramp_rate / 60.0
+    points = tuple(
+        SweepPoint(float(t), rate if way == "up" else -rate, float(level))
+        for t, way, level in zip(frf.temperature, frf.direction, frf.level, strict=True)
+    )
+    shape = (len(points), len(frf.channels), nodes.frequency.size)
+    defect = np.zeros(shape, dtype=np.complex128)
+    if floor is not None:
+        defect = nodes.coefficients(np.array([floor.defect(p, nodes.frequency) for p in points]))
+    sweeps = GapSweeps(
+        nodes=nodes,
+        points=points,
+        direction=frf.direction,
+        channels=frf.channels,
+        compressed=tuple(s.rescaled(noise.ratio) for s in stated),
+        groups=TemperatureGroups.of(frf.temperature),
+        reading_sigma=reading_sigma,
+        defect=defect,
+        rows=np.ones(shape, dtype=bool),
+        original=np.arange(len(points)),
+    )
+    return sweeps, noise

@@ -1,0 +1,90 @@
+"""Every threshold of the gap workflow, each with its reason; frozen before a blind trial is opened."""
+
+NODES_PER_HALF_WIDTH = 3.5
+"""Nodes of the compression over half the width of the sharpest resonance: a quintic spline through them misses a
+resonance by 2e-4 of its peak, a tenth of the noise of a node."""
+
+LINES_PER_NODE = 1.5
+"""Nodes never come nearer to each other than so many lines: a masked mains harmonic leaves out three lines, and
+each node must keep lines of its own."""
+
+NOISE_RATIO_RANGE = (0.25, 4.0)
+"""Variance seen over variance stated: wrong by a factor of two in amplitude can be corrected, by more means that
+what was stated is not this noise."""
+
+NOISE_RATIO_SAID = 0.1
+"""A ratio of seen to stated variance further than this from 1 is said: the repeats' own estimate is 2 % high."""
+
+NOISE_SPREAD = 2.0
+"""Ratios of single sweeps this many times apart (ninth over first decile) are not one wrong factor: refused."""
+
+NOISE_DOF = 100
+"""Degrees of freedom between the nodes below which the stated noise cannot be checked to 15 %: it is believed."""
+
+NUMERICAL_REST = 0.3
+"""Numerical error left after the defect correction, in sigma of the noise, above which ghosts would be named."""
+
+SAME_TEMPERATURE = 0.5
+"""Readings within so many kelvins are one nominal temperature: ramps arrive within tenths, steps are a kelvin."""
+
+READING_SIGMA = 0.05
+"""Standard deviation of one oven reading, K; a sweep's temperature is the mean of two."""
+
+Z_FLOOR = 3.0
+"""Excess of chi2 in its standard deviations below which twin and data agree."""
+
+WHITENESS = 4.0
+"""Correlation of neighbouring whitened residuals, in its standard deviations, above which they are no noise. Four
+is one in 30000; a fit's own parameters only push it down."""
+
+LEAST_GAIN = 10.0
+"""Nats of evidence an effect must bring: with some twenty candidates on a null, one false name in a thousand."""
+
+REFITTED = 5
+"""Candidates of a screen that are fitted in full: the right one was among the first three wherever tried."""
+
+REFIT_SHARE = 0.5
+"""A candidate that on the coarse temperatures gains less than this share of the best is not fitted in full."""
+
+PAIRS_REFITTED = 3
+"""Pairs that are fitted in full where no single effect explains enough."""
+
+COARSE_TEMPERATURES = 8
+"""Temperatures on which a candidate is first fitted; the laws in between follow by interpolation."""
+
+EXPLAINED = 0.9
+"""Share of the excess that named effects must explain while more than noise is left."""
+
+LEAST_SHARE = 0.2
+"""A step that explains less of what is left names a bystander: a hidden resonator made a wrong name 14113 nats."""
+
+LEAST_SHARE_OF_A_LATER_STEP = 0.05
+"""Of the excess at the start: a later step may be small beside the first one but must leave noise alone."""
+
+MOST_EFFECTS = 3
+"""Effects in one twin: beyond three every residual of these sizes can be explained by something."""
+
+CLASS_NATS = 3.0
+"""Candidates within a factor of twenty in evidence of the winner are not told from it."""
+
+CLASS_COSINE = 0.95
+"""Candidates that reproduce this much of the winner's signal (cosine) are its look-alikes, whatever the evidence:
+errors of a tenth in anything else would swap them."""
+
+LEAST_KEPT = 0.02
+"""Share of an effect's tangent that must survive the freedom of laws, temperatures and gain to be observable."""
+
+LEAST_SIZE = 1.5
+"""Size in sigma of an effect of one prior standard deviation: below, even three of them stay under 10 nats."""
+
+TEMPERATURE_OF_CONFIDENCE = 3.0
+"""Divides differences of log evidence before the softmax: a likelihood overstates itself where models err."""
+
+HELD_OUT_SHARE = 0.5
+"""Closure on held-out data below which named effects are a fit and no explanation."""
+
+MOST_STEPS = 15
+"""Linearisations of one fit; a fit that needs more does not converge."""
+
+SETTLED = 0.1
+"""Promised fall of chi2 at which a fit has settled: 0.05 nats."""

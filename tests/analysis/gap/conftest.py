@@ -1,0 +1,244 @@
+"""A toy twin with closed forms: few modes, effects of every kind that the workflow has to tell apart."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from analysis.experiment import Protocol
+from analysis.frf import Frf
+from analysis.gap.effect_card import EffectCard, Parameter
+from analysis.gap.model import Linearisation, SweepPoint
+from analysis.gap.state import GapState
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+
+MODES = 10
+STEP = 1e-5
+
+
+def effect(name, *parameters, sites=({},)):
+    return EffectCard(name, f"toy {name}", parameters, f"what {name} needs", f"what tells {name}", sites)
+
+
+CARDS = {
+    c.name: c
+    for c in (
+        effect("stretch", Parameter("delta_e", "1", -0.3, 0.3, 0.05), Parameter("delta_g", "1", -0.3, 0.3, 0.05)),
+        effect("mass", Parameter("grams", "g", 0.0, 10.0, 1.0)),
+        effect("lag", Parameter("tau", "s", 0.0, 900.0, 200.0)),
+        effect("taper", Parameter("tx", "1", -0.2, 0.2, 0.02)),
+        effect("draught", Parameter("gx", "K", -10.0, 10.0, 2.0)),
+        effect("drift", Parameter("alpha", "1/K", -0.01, 0.01, 0.002)),
+        effect(
+            "bond",
+            Parameter("gamma", "1", 0.0, 1.0, 0.1),
+            Parameter("softening", "1/K", 0.0, 0.1, 0.02, shape=True, typical=0.03),
+            sites=({"softening": 0.03},),
+        ),
+        effect(
+            "damage",
+            Parameter("loss", "1", 0.0, 0.5, 0.1),
+            Parameter("x", "1", 0.05, 0.95, 0.3, shape=True, typical=0.5),
+            sites=tuple({"x": x} for x in (0.1, 0.25, 0.4, 0.55, 0.7, 0.85)),
+        ),
+        effect("softening", Parameter("a", "1", -0.2, 0.2, 0.05), Parameter("b", "1", -0.2, 0.2, 0.05)),
+        effect("delay", Parameter("seconds", "s", -1e-3, 1e-3, 5e-6)),
+        effect("feedthrough", Parameter("gain", "V/V", -0.1, 0.1, 0.01)),
+    )
+}
+
+
+@dataclass
+class ToyPlate:
+    """Modes whose stiffness, mass and coupling the effects change; derivatives by central differences."""
+
+    channels: int = 2
+    left_out: tuple[str, ...] = ()
+    calls: list[SweepPoint] = field(default_factory=list)
+
+    @property
+    def box(self):
+        return MaterialBox((0.5e9, 5e9), (0.2, 0.48), (0.01, 0.2))
+
+    @property
+    def cards(self):
+        return {name: card for name, card in CARDS.items() if name not in self.left_out}
+
+    def modes(self):
+        rng = np.random.default_rng(7)
+        frequency = np.linspace(140.0, 1350.0, MODES) * (1.0 + 0.03 * rng.standard_normal(MODES))
+        residue = rng.uniform(0.3, 1.0, (self.channels, MODES)) * rng.choice([-1.0, 1.0], (self.channels, MODES))
+        by_nu = rng.uniform(-0.8, 0.8, MODES)
+        patterns = rng.standard_normal((5, MODES))
+        patterns[4] = patterns[3] + 0.1 * rng.standard_normal(MODES)  # the look-alikes
+        return frequency, residue, by_nu, patterns
+
+    def transfer(self, point, laws, effects: Mapping, frequency):
+        f0, residue, by_nu, pattern = self.modes()
+
+        def on(name, parameter):
+            return effects[name][parameter] if name in effects else 0.0
+
+        t = point.temperature - on("lag", "tau") * point.rate
+        e, nu, eta = laws.youngs_modulus(t), laws.poisson_ratio(t), laws.loss_factor(t)
+        slope = laws.slope[0] + (t - laws.reference) * laws.curvature[0]
+        square = (2 * np.pi * f0) ** 2 * (e / 2e9) * (1.0 + by_nu * (nu - 0.33))
+        square = square * (1.0 + on("stretch", "delta_e") * pattern[0] + on("stretch", "delta_g") * pattern[1])
+        square = square * (1.0 + on("taper", "tx") * pattern[3]) * (1.0 + on("draught", "gx") * slope * pattern[4])
+        square = square / (1.0 + 0.01 * on("mass", "grams") * residue[0] ** 2)
+        if "damage" in effects:
+            place = np.sin(np.pi * np.arange(1, MODES + 1) * effects["damage"]["x"]) ** 2
+            square = square * (1.0 - 0.3 * effects["damage"]["loss"] * place)
+        soft = point.level**2 * residue[0] ** 2
+        loss = eta * (1.0 + on("softening", "b") * soft)
+        square = square * (1.0 - on("softening", "a") * soft)
+        if "bond" in effects:
+            values = effects["bond"]
+            weak = values["gamma"] * np.exp(values["softening"] * (point.temperature - 25.0))
+            residue = residue / (1.0 + weak)
+            square = square * (1.0 - 0.02 * weak * pattern[2] ** 2)
+        omega = 2 * np.pi * frequency
+        dynamic = square[:, None] * (1.0 + 1j * (loss * np.ones(MODES))[:, None]) - omega**2
+        h = 0.02 * residue @ ((2 * np.pi * f0[:, None]) ** 2 * eta_scale(f0)[:, None] / dynamic)
+        h = h * (1.0 + on("drift", "alpha") * (point.temperature - 25.0))
+        return h * np.exp(-1j * omega * on("delay", "seconds")) + on("feedthrough", "gain")
+
+    def linearise(self, point, laws, effects, frequency, tangents=()):
+        self.calls.append(point)
+
+        def at(point=point, laws=laws, effects=effects):
+            return self.transfer(point, laws, effects, frequency)
+
+        by_material = []
+        for law in range(3):
+            shift = STEP * np.eye(3)[law]
+            pair = [
+                type(laws)(laws.reference, laws.value + s * shift, laws.slope, laws.curvature) for s in (1, -1)
+            ]
+            by_material.append((at(laws=pair[0]) - at(laws=pair[1])) / (2 * STEP))
+        warm, cold = (SweepPoint(point.temperature + s * 1e-3, point.rate, point.level) for s in (1, -1))
+        by_parameter = []
+        for name, parameter, values in tangents:
+            values = effects.get(name, values)
+            card = next(p for p in CARDS[name].parameters if p.name == parameter)
+            h = 1e-4 * card.sigma
+            pair = [{**effects, name: {**values, parameter: values[parameter] + s * h}} for s in (1, -1)]
+            by_parameter.append((at(effects=pair[0]) - at(effects=pair[1])) / (2 * h))
+        transfer = at()
+        return Linearisation(
+            transfer,
+            np.array(by_material),
+            (at(point=warm) - at(point=cold)) / 2e-3,
+            np.array(by_parameter).reshape(-1, *transfer.shape),
+        )
+
+
+def eta_scale(f0):
+    """All resonances about equally high."""
+    return 0.05 * np.ones_like(f0)
+
+
+def true_laws(temperature):
+    """Log E, nu and log eta (T, 3) of a polymer that softens."""
+    t = np.asarray(temperature, dtype=float)
+    return np.stack(
+        [
+            np.log(2e9) - 0.012 * (t - 25.0) - 0.1 * np.tanh((t - 10.0) / 15.0),
+            0.33 + 0.0006 * (t - 25.0),
+            np.log(0.05) + 0.006 * (t - 25.0),
+        ],
+        axis=-1,
+    )
+
+
+def protocol(temperatures, directions=("up", "down"), levels=(1.0,)):
+    return Protocol(
+        sweep="logarithmic",
+        band=(100.0, 1500.0),
+        sweep_duration=2.0,
+        tail=0.4,
+        repeats=3,
+        ramp_rate=0.4,
+        temperatures=tuple(temperatures),
+        directions=directions,
+        levels=levels,
+    )
+
+
+GAIN = 11.0
+
+
+def record(
+    effects=None,
+    *,
+    temperatures=(2.0, 10.0, 18.0, 26.0, 34.0, 42.0, 50.0, 58.0),
+    directions=("up", "down"),
+    levels=(1.0,),
+    channels=2,
+    noise=0.01,
+    seed=1,
+    stated=1.0,
+    spacing=1.0,
+    extra=None,
+    reading_sigma=0.035,
+):
+    """FRFs of a toy campaign and its protocol; `stated` is stated over true standard deviation of the noise."""
+    rng = np.random.default_rng(seed)
+    plate = ToyPlate(channels)
+    frequency = np.arange(100.0, 1500.0 + spacing / 2, spacing)
+    h, variance, readings, ways, drives = [], [], [], [], []
+    for way in directions:
+        for t in temperatures if way == "up" else reversed(temperatures):
+            for level in levels:
+                true = t + 0.02 * rng.standard_normal()
+                slope = (true_laws(true + 0.01) - true_laws(true - 0.01)) / 0.02
+                curvature = (true_laws(true + 0.1) - 2 * true_laws(true) + true_laws(true - 0.1)) / 0.01
+                laws = LocalLaws(true, true_laws(true), slope, curvature)
+                point = SweepPoint(true, (1 if way == "up" else -1) * 0.4 / 60.0, level)
+                clean = plate.transfer(point, laws, effects or {}, frequency)
+                if extra is not None:
+                    clean = clean + extra(frequency, true)
+                clean = GAIN * clean
+                power = noise**2 * (np.abs(clean) ** 2).mean(-1, keepdims=True) * (300.0 / frequency)
+                error = rng.standard_normal(clean.shape) + 1j * rng.standard_normal(clean.shape)
+                h.append(clean + np.sqrt(power / 2.0) * error)
+                variance.append(stated**2 * power)
+                readings.append(true + reading_sigma * rng.standard_normal())
+                ways.append(way)
+                drives.append(level)
+    frf = Frf(
+        temperature=np.array(readings),
+        direction=tuple(ways),
+        level=np.array(drives),
+        frequency=frequency,
+        h=np.array(h),
+        variance=np.array(variance),
+        coherence=np.full((len(h), channels, len(frequency)), 0.99),
+        excluded=np.abs(frequency - 50.0 * np.round(frequency / 50.0)) < 1.5 * spacing,
+        channels=tuple(f"S{k + 1}" for k in range(channels)),
+    )
+    return frf, protocol(temperatures, directions, levels)
+
+
+def start_near(groups, *, off=0.005):
+    """Start as model updating would give it: right to half a percent."""
+    laws = true_laws(groups.reference) + off * np.array([1.0, 0.2, 2.0])
+    return GapState(laws, np.zeros(len(groups.of_sweep)), float(np.log(GAIN)) + off, {})
+
+
+@pytest.fixture
+def toy():
+    """Hand out the toy's makers in one place."""
+    return ToyTools
+
+
+class ToyTools:
+    Plate = ToyPlate
+    cards = CARDS
+    gain = GAIN
+    record = staticmethod(record)
+    laws = staticmethod(true_laws)
+    start = staticmethod(start_near)
+    protocol = staticmethod(protocol)
