@@ -129,14 +129,7 @@ def compensate(
         return trained[-1].networks.taps(temperature)
 
     predictors = dict(zip(METHODS, (networks, *rivals(model, panel, laws, knots)), strict=True))
-    errors, contrasts, seconds = [], [], []
-    taps = {}
-    for name, predictor in predictors.items():
-        started = clock()
-        taps[name] = predictor(filters, everywhere)
-        seconds.append(clock() - started)
-        errors.append(relative_error(taps[name], truth.taps))
-        contrasts.append(_contrast(forms, panel, everywhere, taps[name]))
+    taps, seconds = _predicted(predictors, filters, everywhere, clock)
     report("Networks", 1.0)
     left_out = [leave_one_out_networks(filters, trained[0], training, device)]
     left_out += [leave_one_out(filters, predictors[name]) for name in METHODS[1:]]
@@ -149,16 +142,28 @@ def compensate(
         training_temperature=knots,
         temperature=everywhere,
         frequency=_band_lines(panel),
-        relative_error=np.array(errors),
+        relative_error=np.array([relative_error(taps[name], truth.taps) for name in METHODS]),
         left_out=np.array(left_out),
         contrast_direct=_contrast(forms, panel, everywhere, truth.taps),
-        contrast=np.array(contrasts),
-        seconds=np.array(seconds),
+        contrast=np.array([_contrast(forms, panel, everywhere, taps[name]) for name in METHODS]),
+        seconds=seconds,
         trained=trained[0],
         aim_temperature=everywhere[at_places],
         direct_aim=aims[0],
         network_aim=aims[1],
     )
+
+
+def _predicted(
+    predictors: dict[str, Predictor], filters: FirBank, temperature: Real, clock: Callable[[], float]
+) -> tuple[dict[str, Real], Real]:
+    """Taps (T, N, M) of every method at `temperature` (T,), and the seconds each took."""
+    taps, seconds = {}, []
+    for name, predictor in predictors.items():
+        started = clock()
+        taps[name] = predictor(filters, temperature)
+        seconds.append(clock() - started)
+    return taps, np.array(seconds)
 
 
 def rivals(model: PanelModel, panel: Panel, laws: MaterialLaws, knots: Real) -> tuple[Predictor, ...]:

@@ -13,7 +13,10 @@ from app.progress import progress
 if TYPE_CHECKING:
     import numpy as np
 
+    from analysis.compensation.settings import Training
     from analysis.compensation.study import Compensation
+    from analysis.focusing.panel import Panel
+    from analysis.material import MaterialLaws
 
 GOOD_ERROR = 0.05
 """Relative error, %, every network has to keep at every temperature."""
@@ -73,14 +76,11 @@ def command(
     is refused or misses by more than 0.05 %.
     """
     from analysis.compensation.settings import Training
-    from analysis.compensation.study import compensate
-    from analysis.compensation.training import EvidenceCollapseError
     from analysis.focusing.over_temperature import spaced
     from app.files.filter_files import save_compensation
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
     from app.panel_run import checked_device, laws_of, panel_for, range_of
-    from app.panel_twin import panel_twin
 
     started = time.perf_counter()
     laws_path, laws = laws_of(run or Path())
@@ -97,15 +97,7 @@ def command(
             f"--nodes {nodes}, --spacing {spacing:g}, {low:g} to {high:g} °C: {error}"
         ) from error
     folder = run_folder(laws_path.parent, out or laws_path.parent)
-    with progress() as report:
-        twin = panel_twin(declared, laws, report)
-        try:
-            found = compensate(
-                twin, declared, laws, spacing, training, time.perf_counter, device=device, report=report
-            )
-        except EvidenceCollapseError as error:
-            click.echo(f"refused: {error}", err=True)
-            raise click.exceptions.Exit(1) from error
+    found = trained_and_judged(declared, laws, spacing, training, device)
     inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
     settings = {"spacing": spacing, "device": device, "panel": declared.model_dump(mode="json")}
     target = folder / "compensation.h5"
@@ -120,6 +112,25 @@ def command(
     click.echo(summary(found, target, seconds), err=True)
     if _largest(found, 0) > GOOD_ERROR:
         raise click.exceptions.Exit(1)
+
+
+def trained_and_judged(
+    panel: "Panel", laws: "MaterialLaws", spacing: float, training: "Training", device: str
+) -> "Compensation":
+    """Build the panel's twin, train, and try every method; exit status 1 where no network is good enough."""
+    from analysis.compensation.study import compensate
+    from analysis.compensation.training import EvidenceCollapseError
+    from app.panel_twin import panel_twin
+
+    with progress() as report:
+        twin = panel_twin(panel, laws, report)
+        try:
+            return compensate(
+                twin, panel, laws, spacing, training, time.perf_counter, device=device, report=report
+            )
+        except EvidenceCollapseError as error:
+            click.echo(f"refused: {error}", err=True)
+            raise click.exceptions.Exit(1) from error
 
 
 def record(found: "Compensation", seconds: float) -> dict[str, Any]:
