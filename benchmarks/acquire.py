@@ -4,9 +4,10 @@
 
 The plain way of taking a campaign is to wait for it. The rig's virtual clock waits for nobody, through the same
 drivers: nidaqmx calls to the simulated device server, Modbus frames to the simulated controller, one file for
-every sweep forced to the disk. The laws that were put in are identified from the files and compared.
+every sweep forced to the disk. The laws that were put in are identified from the files and compared. The same
+campaign with the server behind a loopback port must give the same sweeps.
 
-With --long a campaign of ten times the duration and sweeps is run as well, to see whether the memory in use grows.
+With --long a campaign of ten times the duration and sweeps is run as well; the memory in use must not grow.
 """
 
 import argparse
@@ -25,9 +26,9 @@ from app.files.acquired_campaign import open_campaign
 from app.files.campaign import load_campaign
 from app.files.campaign_folder import frozen_protocol
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
-from app.files.sweep_file import Source
+from app.files.sweep_file import Source, digest
 from app.progress import progress
-from app.rig import simulated_rig
+from app.rig import rig_of
 from app.twin import campaign_twin
 from drivers.rig.campaign import Moment, run_campaign
 
@@ -35,17 +36,22 @@ ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "simulated-rig.toml"
 
 
-def three_hours(**changes: float) -> AcquiredExperiment:
+def three_hours(*, served: bool = False, **changes: float) -> AcquiredExperiment:
     """Return the shipped simulated experiment with the paper's programme, or a change of it."""
     example = read_acquired_experiment(EXAMPLE)
+    if example.simulation is None:
+        raise SystemExit("the example simulates nothing")
     paper = {"every": 2.0, "ramp_rate": 0.4, "lead": 2.0, "soak_before": 600.0, "approach_rate": 3.0}
-    return example.model_copy(update={"programme": example.programme.model_copy(update={**paper, **changes})})
+    return example.model_copy(
+        update={
+            "programme": example.programme.model_copy(update={**paper, **changes}),
+            "simulation": example.simulation.model_copy(update={"served": served}),
+        }
+    )
 
 
 def acquire(experiment: AcquiredExperiment, folder: Path) -> dict[str, float]:
     """Run a campaign into `folder`; wall and virtual seconds, sweeps, growth of the memory in use."""
-    with progress() as report:
-        parts = simulated_rig(experiment, EXAMPLE, report)
     recorded = experiment.recorded(experiment.sample_rate)
     source = Source(EXAMPLE.name, "0" * 64)
     frozen = frozen_protocol("benchmark", recorded, {}, experiment.model_dump(mode="json"))
@@ -55,17 +61,21 @@ def acquire(experiment: AcquiredExperiment, folder: Path) -> dict[str, float]:
         if not memory or moment.done != memory[-1][0]:
             memory.append((moment.done, resident()))
 
-    started = time.perf_counter()
-    with open_campaign(folder, frozen, recorded, source) as store:
-        outcome = run_campaign(parts.rig(), experiment.protocol, store, look)
-    seconds = time.perf_counter() - started
+    with (
+        progress() as report,
+        rig_of(experiment, "simulated", EXAMPLE, report) as rig,
+        open_campaign(folder, frozen, recorded, source) as store,
+    ):
+        started = time.perf_counter()
+        outcome = run_campaign(rig, experiment.protocol, store, look)
+        seconds = time.perf_counter() - started
     if outcome.missing or outcome.unsafe:
         raise SystemExit(f"the campaign is not whole: {outcome}")
     tenth = max(1, len(memory) // 10)
     return {
         "sweeps": outcome.finished,
         "seconds": seconds,
-        "virtual_seconds": parts.clock.now(),
+        "virtual_seconds": rig.clock.now(),
         "memory_after_a_tenth_mb": memory[tenth][1] / 1e6,
         "memory_at_the_end_mb": memory[-1][1] / 1e6,
     }
@@ -87,7 +97,7 @@ def errors(experiment: AcquiredExperiment, folder: Path) -> dict[str, float]:
     with progress() as report:
         found = update(frf, campaign_twin(campaign.experiment, report))
     if experiment.simulation is None:
-        raise SystemExit("the example simulates nothing")
+        raise SystemExit("the experiment simulates nothing")
     truth = experiment.simulation.laws.laws().at(frf.temperature)
     return {
         "youngs_modulus_percent": 100 * _largest(found.material.youngs_modulus / truth.youngs_modulus - 1.0),
@@ -95,6 +105,11 @@ def errors(experiment: AcquiredExperiment, folder: Path) -> dict[str, float]:
         "loss_factor_percent": 100 * _largest(found.material.loss_factor / truth.loss_factor - 1.0),
         "gain_percent": 100 * abs(found.gain / float(experiment.simulation.gain or np.nan) - 1.0),
     }
+
+
+def digests(folder: Path) -> list[str]:
+    """Of every sweep's samples, times and temperatures."""
+    return [digest(sweep) for sweep in load_campaign(folder).sweeps]
 
 
 def _largest(values: np.ndarray) -> float:
@@ -122,6 +137,10 @@ def main() -> None:
             f"nu {wrong['poisson_ratio']:.5f}, eta {wrong['loss_factor_percent']:.3f} %, "
             f"gain {wrong['gain_percent']:.3f} %"
         )
+        result["over_a_port"] = outside = acquire(three_hours(served=True), Path(scratch) / "served")
+        if digests(Path(scratch) / "served") != digests(Path(scratch) / "campaign"):
+            raise SystemExit("the sweeps over the port are others")
+        print(f"over a loopback port in {outside['seconds']:.1f} s, the same sweeps to the last bit")
         if given.long:
             long = acquire(three_hours(ramp_rate=0.04, every=0.2, tolerance=0.08), Path(scratch) / "long")
             result["ten_times_longer"] = long
@@ -130,6 +149,8 @@ def main() -> None:
                 f"memory {long['memory_after_a_tenth_mb']:.0f} MB after a tenth, "
                 f"{long['memory_at_the_end_mb']:.0f} MB at the end"
             )
+            if long["memory_at_the_end_mb"] > 1.1 * long["memory_after_a_tenth_mb"]:
+                raise SystemExit("the memory in use grows with the campaign")
     out = ROOT / "benchmarks" / "results" / "acquire.json"
     out.parent.mkdir(exist_ok=True)
     out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
