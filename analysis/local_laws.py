@@ -34,10 +34,18 @@ class LocalLaws:
                 raise ValueError(f"local laws: {name} is {row}; three finite numbers wanted")
 
     @classmethod
-    def constant(cls, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> "LocalLaws":
-        """Laws that do not depend on temperature."""
+    def of_material(
+        cls,
+        youngs_modulus: float,
+        poisson_ratio: float,
+        loss_factor: float,
+        *,
+        reference: float = 20.0,
+        slope: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> "LocalLaws":
+        """Laws through E [Pa], nu and eta at `reference`, with slopes of log E, nu and log eta per K."""
         value = np.array([np.log(youngs_modulus), poisson_ratio, np.log(loss_factor)])
-        return cls(0.0, value, np.zeros(3), np.zeros(3))
+        return cls(reference, value, np.array(slope), np.zeros(3))
 
     def youngs_modulus(self, temperature: Any) -> Any:
         """E at `temperature` [degrees Celsius], Pa."""

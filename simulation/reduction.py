@@ -93,6 +93,19 @@ def reduce(
     RuntimeError
         If the tolerance cannot be reached.
     """
+    return reduction(model, box, band, points=points, training=training, progress=progress)[0]
+
+
+def reduction(
+    model: ShellModel,
+    box: MaterialBox,
+    band: tuple[float, float],
+    *,
+    points: ArrayLike | None = None,
+    training: Training | None = None,
+    progress: Progress | None = None,
+) -> tuple[ReducedModel, Real]:
+    """As `reduce`, and the vectors (n, r) that the reduced coordinates stand for."""
     training = training or Training()
     report = progress or (lambda stage, share: None)
     _check(model, box, band)
@@ -111,7 +124,7 @@ def reduce(
         error, seen = measured_error(model, small, candidate, lines, attempt)
         if error <= training.tolerance:
             report(STAGE, 1.0)
-            return replace(small, error=error)
+            return replace(small, error=error), vectors @ basis
         vectors = np.hstack([vectors, seen.real, seen.imag])
     raise RuntimeError(
         f"the reduced model's error is {error:.2g} after {training.rounds} rounds; allowed {training.tolerance:g}"

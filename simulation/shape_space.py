@@ -1,7 +1,7 @@
 """The scalar space every displacement component is built on, and its elementary integrals."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import skfem
@@ -70,31 +70,81 @@ class ShapeSpace:
         return np.asarray((x > x0 - margin) & (x < x1 + margin) & (y > y0 - margin) & (y < y1 + margin))
 
     def integrals(self, elements: NDArray[np.bool_] | None = None) -> Integrals:
-        """Integrate over all or some elements.
+        """Integrate over all or some elements."""
+
+        def product(row: str, column: str) -> csr_matrix:
+            return self.product(row, column, elements)
+
+        return Integrals(
+            xx=product("x", "x"),
+            yy=product("y", "y"),
+            xy=product("x", "y"),
+            x0=product("x", "0"),
+            y0=product("y", "0"),
+            m=product("0", "0"),
+        )
+
+    def product(
+        self,
+        row: str,
+        column: str,
+        elements: NDArray[np.bool_] | None = None,
+        weight: NDArray[np.float64] | None = None,
+    ) -> csr_matrix:
+        """Integral of weight times N_i (or its derivative by ``row``) times N_j (by ``column``), (n, n).
 
         Most products of hierarchical functions are orthogonal on rectangles: what is rounding noise
         is dropped, for it would fill the factors of a sparse solver.
+
+        Parameters
+        ----------
+        row, column : str
+            ``x`` or ``y`` for that derivative, ``0`` for the function itself.
+        elements : (elements,) bool ndarray, optional
+            All unless given.
+        weight : (elements, quadrature points) ndarray, optional
+            At the points `quadrature_points` of all elements.
         """
-        basis = self.basis
-        chosen = np.flatnonzero(np.ones(basis.nelems, bool) if elements is None else elements)
-        measure = basis.dx[chosen]
-        value = np.stack([np.asarray(function[0])[chosen] for function in basis.basis], axis=1)
-        slope = np.stack([np.asarray(function[0].grad)[:, chosen] for function in basis.basis], axis=2)
-        index = np.asarray(basis.element_dofs)[:, chosen].T
-        parts = {"x": slope[0], "y": slope[1], "0": value}
+        chosen = np.flatnonzero(np.ones(self.basis.nelems, bool) if elements is None else elements)
+        measure = self.basis.dx[chosen] if weight is None else self.basis.dx[chosen] * weight[chosen]
+        left, right = self.at_quadrature(row, chosen), self.at_quadrature(column, chosen)
+        blocks = (left * measure[:, None]) @ right.transpose(0, 2, 1)
+        return _scatter(blocks, np.asarray(self.basis.element_dofs)[:, chosen].T, self.size)
 
-        def products(row: str, column: str) -> csr_matrix:
-            blocks = (parts[row] * measure[:, None]) @ parts[column].transpose(0, 2, 1)
-            return _scatter(blocks, index, self.size)
+    def at_quadrature(self, derivative: str, chosen: NDArray[np.int_]) -> NDArray[np.float64]:
+        """Shape functions, or their derivatives by ``x`` or ``y``, (elements, functions, quadrature points)."""
+        if derivative == "0":
+            return np.stack([np.asarray(function[0])[chosen] for function in self.basis.basis], axis=1)
+        axis = "xy".index(derivative)
+        return np.stack([np.asarray(function[0].grad)[axis, chosen] for function in self.basis.basis], axis=1)
 
-        return Integrals(
-            xx=products("x", "x"),
-            yy=products("y", "y"),
-            xy=products("x", "y"),
-            x0=products("x", "0"),
-            y0=products("y", "0"),
-            m=products("0", "0"),
+    def shifted(self, elements: NDArray[np.bool_], dx: float, dy: float) -> "ShapeSpace":
+        """Move a block of elements, with the strips around it, by (dx, dy) m.
+
+        The elements beside them stretch: functions and their numbers stay, and what is integrated over
+        the block depends smoothly on its place. ValueError if the block would not fit.
+        """
+        mesh = self.basis.mesh
+        corners = mesh.p[:, np.unique(mesh.t[:, elements])]
+        margin = self.recipe.strip * (1.0 + 1e-6)
+        low, high = corners.min(axis=1) - margin, corners.max(axis=1) + margin
+        inside = ((mesh.p > low[:, None]) & (mesh.p < high[:, None])).all(axis=0)
+        moved = mesh.p + np.where(inside, np.array([[dx], [dy]]), 0.0)
+        if not (low > mesh.p.min(axis=1)).all() or not (high < mesh.p.max(axis=1)).all():
+            raise ValueError("the block lies at the plate's edge and cannot move")
+        shifted = skfem.MeshQuad(moved, mesh.t)
+        basis = skfem.CellBasis(
+            shifted, skfem.ElementQuadP(self.recipe.degree), intorder=self.recipe.quadrature_order
         )
+        turned = np.asarray(basis.mapping.detDF(basis.X)) * np.asarray(self.basis.mapping.detDF(basis.X)) <= 0.0
+        if turned.any():
+            raise ValueError(f"a block moved by ({dx:g}, {dy:g}) m runs into its neighbours")
+        return replace(self, basis=basis)
+
+    @property
+    def quadrature_points(self) -> NDArray[np.float64]:
+        """Where weights are given, (2, elements, quadrature points), m."""
+        return np.asarray(self.basis.global_coordinates())
 
     def dilatation(self, elements: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Integrals of N,x and N,y over some elements, (n,) each, m."""

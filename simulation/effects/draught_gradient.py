@@ -14,7 +14,7 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="draught_gradient",
         summary="one side of the plate is warmer than the other by the same difference at every temperature",
-        parameters=(Parameter("gx", "K", -10.0, 10.0, 1.0), Parameter("gy", "K", -10.0, 10.0, 1.0)),
+        parameters=(Parameter("gx", "K", -7.0, 7.0, 1.0), Parameter("gy", "K", -7.0, 7.0, 1.0)),
         needs="temperatures at which the modulus is steep and others at which it is flat",
         separated_by="thermocouples at the plate's four corners; a thickness gauge at its edges rules out a taper",
     )

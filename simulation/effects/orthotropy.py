@@ -15,8 +15,8 @@ def card(experiment: Experiment) -> EffectCard:
         name="orthotropy",
         summary="the plate is stiffer along one edge than along the other",
         parameters=(
-            Parameter("delta_e", "1", -0.3, 0.3, 0.05),
-            Parameter("delta_g", "1", -0.3, 0.3, 0.05),
+            Parameter("delta_e", "1", -0.12, 0.12, 0.05),
+            Parameter("delta_g", "1", -0.12, 0.12, 0.05),
         ),
         needs="modes along x, along y and in torsion within the band",
         separated_by="cut strips along x and y and measure their moduli",

@@ -16,7 +16,7 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="thermal_gradient",
         summary="one side of the plate is hotter than the other, in proportion to the heating",
-        parameters=(Parameter("gx", "K", -15.0, 15.0, 2.0), Parameter("gy", "K", -15.0, 15.0, 2.0)),
+        parameters=(Parameter("gx", "K", -7.0, 7.0, 2.0), Parameter("gy", "K", -7.0, 7.0, 2.0)),
         needs="temperatures near the room's and far from it",
         separated_by="thermocouples at the plate's four corners during one ramp",
     )

@@ -18,7 +18,7 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="thermal_lag",
         summary="the plate is colder than the oven on the way up and warmer on the way down",
-        parameters=(Parameter("tau", "s", 0.0, 1200.0, 300.0),),
+        parameters=(Parameter("tau", "s", 0.0, 900.0, 300.0),),
         needs="an up and a down ramp over the same temperatures: on one ramp the material laws absorb a lag",
         separated_by="a thermocouple on the plate, or a hold at constant temperature after each ramp",
     )

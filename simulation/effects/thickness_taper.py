@@ -14,7 +14,7 @@ def card(experiment: Experiment) -> EffectCard:
     return EffectCard(
         name="thickness_taper",
         summary="the plate is thicker at one end than at the other",
-        parameters=(Parameter("tx", "1", -0.2, 0.2, 0.02), Parameter("ty", "1", -0.2, 0.2, 0.02)),
+        parameters=(Parameter("tx", "1", -0.05, 0.05, 0.02), Parameter("ty", "1", -0.05, 0.05, 0.02)),
         needs="several modes whose motion is larger on one side of the plate, or several sensors",
         separated_by="a thickness gauge along both edges; thermocouples at the corners rule out a draught",
     )

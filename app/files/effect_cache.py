@@ -1,0 +1,112 @@
+"""Reduced plates with effects kept between runs, in the user's cache folder, one HDF5 file per plate.
+
+As in `app.files.basis_cache`: named by all that decides the content, checked by a checksum, made again where
+damaged. Symmetric matrices are stored as their upper triangles.
+"""
+
+import hashlib
+import json
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.experiment import Experiment
+from analysis.material import MaterialBox
+from app.files.atomic import atomic_hdf5
+from app.files.basis_cache import cache_folder
+from app.progress import Report
+
+if TYPE_CHECKING:
+    from simulation.effect_operators import EffectOperators
+    from simulation.mesh import MeshRecipe
+
+FORMAT = "flexura-effect-operators/1"
+METHOD = 1
+"""Raised whenever the same declaration would give other operators."""
+SCALARS = ("offset_range", "error")
+PLAIN = ("capacitance", "coupling", "points", "deflection")
+
+
+def cached_operators(
+    experiment: Experiment, box: MaterialBox, report: Report, recipe: "MeshRecipe | None" = None
+) -> "EffectOperators":
+    """Operators of an experiment's plate, from the cache or made and kept there; about a minute where made."""
+    from simulation.basis_key import basis_key
+    from simulation.effect_reduction import reduce_with_effects
+
+    points = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
+    plain = basis_key(experiment.plate, experiment.patch, box, experiment.protocol.band, points, recipe)
+    first = next(k for k, patch in enumerate(experiment.patch) if patch.role == "sensor")
+    key = hashlib.sha256(json.dumps([plain, first, METHOD]).encode()).hexdigest()
+    file = cache_folder() / f"effects-{key}.h5"
+    stored = load_operators(file)
+    if stored is not None:
+        return stored
+    operators = reduce_with_effects(experiment, box, recipe=recipe, progress=report)[0]
+    save_operators(file, operators)
+    return load_operators(file) or operators
+
+
+def save_operators(file: Path, operators: "EffectOperators") -> None:
+    """Write operators, whole or not at all."""
+    with atomic_hdf5(file) as stored:
+        stored.attrs["format"] = FORMAT
+        stored.attrs["band"] = operators.band
+        stored.attrs["size"] = operators.size
+        for name in SCALARS:
+            stored.attrs[name] = getattr(operators, name)
+        for name, edges in asdict(operators.box).items():
+            stored.attrs[name] = edges
+        upper = np.triu_indices(operators.size)
+        digest = hashlib.sha256()
+        for entry in fields(operators):
+            value = getattr(operators, entry.name)
+            if isinstance(value, np.ndarray):
+                packed = value if entry.name in PLAIN else value[..., upper[0], upper[1]]
+                stored.create_dataset(entry.name, data=packed)
+                digest.update(np.ascontiguousarray(packed).tobytes())
+        stored.attrs["sha256"] = digest.hexdigest()
+
+
+def load_operators(file: Path) -> "EffectOperators | None":
+    """Read operators; None where there are none or they are not what was written."""
+    from simulation.effect_operators import EffectOperators
+
+    if not file.is_file():
+        return None
+    try:
+        with h5py.File(file, "r") as stored:
+            if stored.attrs["format"] != FORMAT:
+                return None
+            size, digest = int(stored.attrs["size"]), hashlib.sha256()
+            arrays: dict[str, NDArray[np.float64]] = {}
+            edges = {
+                n: tuple(float(x) for x in stored.attrs[n])
+                for n in ("youngs_modulus", "poisson_ratio", "loss_factor")
+            }
+            for entry in fields(EffectOperators):
+                if entry.name in stored:
+                    packed = stored[entry.name][()]
+                    digest.update(np.ascontiguousarray(packed).tobytes())
+                    arrays[entry.name] = packed if entry.name in PLAIN else _square(packed, size)
+            if digest.hexdigest() != stored.attrs["sha256"]:
+                return None
+            low, high = (float(x) for x in stored.attrs["band"])
+            scalars = {name: float(stored.attrs[name]) for name in SCALARS}
+            box = MaterialBox(**edges)  # type: ignore[arg-type]
+            return EffectOperators(**arrays, **scalars, box=box, band=(low, high))  # type: ignore[arg-type]
+    except (OSError, KeyError, ValueError, TypeError):  # what h5py and the operators say of a damaged file
+        return None
+
+
+def _square(packed: NDArray[np.float64], size: int) -> NDArray[np.float64]:
+    """Full symmetric matrices from their upper triangles, (..., r (r + 1)/2) -> (..., r, r)."""
+    full = np.empty((*packed.shape[:-1], size, size))
+    row, column = np.triu_indices(size)
+    full[..., row, column] = packed
+    full[..., column, row] = packed
+    return full

@@ -1,0 +1,67 @@
+"""The error of a reduced plate with effects, measured against the full one in states it was not made for."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.local_laws import LocalLaws
+from simulation.composition import Coefficients, composed
+from simulation.effect_operators import BENDING_DEGREE, EffectOperators
+from simulation.extreme_states import STEEPEST, extreme_states
+from simulation.field_basis import field_basis
+from simulation.local_solution import LocalSolution
+from simulation.plate_state import PlateState
+from simulation.shell_model import factorize
+from simulation.state_matrices import FullPlate
+
+Real = NDArray[np.float64]
+
+MATERIALS = ((3.0e9, 0.35, 0.04), (1.2e9, 0.45, 0.04))
+
+
+def measured_error(full: FullPlate, ops: EffectOperators, size: float = -1.0) -> float:
+    """Largest error of any transfer between patches, over its peak along the band.
+
+    Every one of the extreme states, on the side they were not trained on, at the line where the reduced transfers
+    are largest and at one drawn from the band.
+    """
+    rng = np.random.default_rng(0)
+    basis = field_basis(BENDING_DEGREE)
+    worst = 0.0
+    for k, constants in enumerate(MATERIALS):
+        laws = LocalLaws.of_material(*_clipped(ops, constants), slope=STEEPEST)
+        reduced_states = extreme_states(basis.xi, basis.zeta, laws, ops.offset_range, size)
+        full_states = extreme_states(*full.sampling, laws, ops.offset_range, size)
+        for reduced, exact in list(zip(reduced_states, full_states, strict=True))[k::2]:
+            worst = max(worst, state_error(full, ops, reduced, exact, rng))
+    return worst
+
+
+def state_error(
+    full: FullPlate, ops: EffectOperators, reduced: PlateState, exact: PlateState, rng: np.random.Generator
+) -> float:
+    """Error in one state, given with its fields at the sampling points of either model."""
+    lines = np.linspace(*ops.band, 200)
+    over_band = solved(ops, reduced, lines).compliance()
+    peak = np.abs(over_band).max(axis=-1)
+    strongest = int((np.abs(over_band) / peak[..., None]).sum(axis=(0, 1)).argmax())
+    matrices = full.matrices(exact)
+    stiffness = matrices.plate + 1j * matrices.plate_loss + matrices.patches
+    worst = 0.0
+    for index in (strongest, int(rng.integers(lines.size))):
+        z = stiffness - (2 * np.pi * lines[index]) ** 2 * matrices.mass
+        answer = matrices.coupling.T @ factorize(z).solve(matrices.coupling.astype(complex))
+        worst = max(worst, float((np.abs(answer - over_band[..., index]) / peak).max()))
+    return worst
+
+
+def solved(ops: EffectOperators, state: PlateState, frequency: Real) -> LocalSolution:
+    """Solve a state whose spectra are constant over frequency."""
+    ones, zeros = np.ones(frequency.size), np.zeros(frequency.size)
+    state = state.with_(storage=ones, loss=ones, area_mass=zeros, area_resistance=zeros)
+    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    return LocalSolution.of(ops, whole, state, frequency)
+
+
+def _clipped(ops: EffectOperators, constants: tuple[float, float, float]) -> tuple[float, float, float]:
+    e, nu, eta = ops.box.clip(np.array(constants))
+    return float(e), float(nu), float(eta)

@@ -1,0 +1,157 @@
+"""Projection of every field-weighted energy of a plate with patches onto given vectors."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from simulation.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
+from simulation.field_basis import polynomial, polynomials
+from simulation.laminate import SHEAR_FACTOR
+from simulation.plane_forms import MODULI, Blocks, Modulus, plane_form
+from simulation.state_matrices import FullPlate, mean_height_dilatation
+
+Real = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Step = Callable[[], None]
+
+U, V, W, THX, THY = range(5)
+IN_PLANE, ROTATIONS = (U, V), (THX, THY)
+
+
+@dataclass(frozen=True)
+class Projector:
+    """Vectors (n, r) of a plate, field by field."""
+
+    full: FullPlate
+    vectors: Real
+
+    def rows(self, field: int) -> tuple[NDArray[np.int_], Real]:
+        """Functions that a field uses, and the vectors there."""
+        size = self.full.space.size
+        mine = np.flatnonzero(self.full.unknowns // size == field)
+        return self.full.unknowns[mine] - field * size, self.vectors[mine]
+
+    def gram(self, matrix: csr_matrix, left: int, right: int) -> Real:
+        """V_left' A V_right for a matrix over the shape functions, (r, r)."""
+        (rows, first), (columns, second) = self.rows(left), self.rows(right)
+        cut = csr_matrix(matrix[rows][:, columns])
+        used = np.flatnonzero(np.diff(cut.indptr))
+        return np.asarray(first[used].T @ (cut[used] @ second))
+
+    def plane(self, blocks: Blocks, left: tuple[int, int], right: tuple[int, int]) -> Real:
+        """Energy of two in-plane motions (or rotations), (r, r)."""
+        r = self.vectors.shape[1]
+        total = np.zeros((r, r))
+        for i in range(2):
+            for j in range(2):
+                if blocks[i][j].nnz and not (left == right and i > j):
+                    part = self.gram(blocks[i][j], left[i], right[j])
+                    total += part + part.T if left == right and i != j else part
+        return total
+
+    def weight(self, degrees: tuple[int, int]) -> Real:
+        """Return a polynomial at the quadrature points, (elements, points)."""
+        xi, zeta = self.full.sampling
+        return polynomial(degrees, xi, zeta).reshape(self.full.space.basis.dx.shape)
+
+
+def plate_energies(p: Projector, step: Step) -> dict[str, Real]:
+    """Stacks ``bending``, ``membrane``, ``shear``, ``mass``, ``rotary`` and ``normal`` of `EffectOperators`."""
+    space, plate = p.full.space, p.full.plate
+    h, rho = plate.thickness, plate.density
+    bending: dict[Modulus, list[Real]] = {m: [] for m in MODULI}
+    membrane: dict[Modulus, list[Real]] = {m: [] for m in MODULI}
+    shear, mass, rotary = [], [], []
+    for degrees in polynomials(BENDING_DEGREE):
+        weight = p.weight(degrees)
+        low = sum(degrees) <= MEMBRANE_DEGREE
+        for modulus in MODULI:
+            blocks = plane_form(space, modulus, weight)
+            bending[modulus].append(h**3 / 12.0 * p.plane(blocks, ROTATIONS, ROTATIONS))
+            if low:
+                membrane[modulus].append(h * p.plane(blocks, IN_PLANE, IN_PLANE))
+        if low:
+            shear.append(SHEAR_FACTOR * h * _shear(p, weight))
+            inertia = space.product("0", "0", None, weight)
+            mass.append(rho * h * sum(p.gram(inertia, k, k) for k in (U, V, W)))
+            rotary.append(rho * h**3 / 12.0 * sum(p.gram(inertia, k, k) for k in ROTATIONS))
+        step()
+    return {
+        "bending": np.array([bending[m] for m in MODULI]),
+        "membrane": np.array([membrane[m] for m in MODULI]),
+        "shear": np.array(shear),
+        "mass": np.array(mass),
+        "rotary": np.array(rotary),
+        "normal": p.gram(space.product("0", "0"), W, W),
+    }
+
+
+def _shear(p: Projector, weight: Real | None, covered: Mask | None = None) -> Real:
+    space = p.full.space
+    ww = space.product("x", "x", covered, weight) + space.product("y", "y", covered, weight)
+    mass = space.product("0", "0", covered, weight)
+    cross = p.gram(space.product("x", "0", covered, weight), W, THX)
+    cross += p.gram(space.product("y", "0", covered, weight), W, THY)
+    return p.gram(ww, W, W) + cross + cross.T + p.gram(mass, THX, THX) + p.gram(mass, THY, THY)
+
+
+def patch_energies(p: Projector) -> dict[str, Real]:
+    """Stacks ``patch_own``, ``patch_membrane``, ``patch_mass`` and ``coupling`` of `EffectOperators`."""
+    r, terms = p.vectors.shape[1], polynomials(BENDING_DEGREE)
+    own, mass = np.zeros((r, r)), np.zeros((r, r))
+    membrane = np.zeros((1 + 2 * len(terms), r, r))
+    coupling = np.zeros((1 + len(terms), r, len(p.full.patches)))
+    for k, (patch, covered) in enumerate(zip(p.full.patches, p.full.under, strict=True)):
+        ceramic, t, h = p.full.materials[patch.material], patch.thickness, p.full.plate.thickness
+        sign = 1.0 if patch.side == "top" else -1.0
+        z0 = 0.5 * sign * (h + t)
+        mm, mb, bb = _laminate(p, ceramic.stiffness, None, covered)
+        own += t**3 / 12.0 * bb
+        own += SHEAR_FACTOR * t * 0.5 * (ceramic.stiffness[0] - ceramic.stiffness[1]) * _shear(p, None, covered)
+        membrane[0] += t * (mm + z0 * mb + z0**2 * bb)
+        mass += _patch_mass(p, covered, ceramic.density * t, z0, t)
+        flat = np.ones(p.full.space.basis.dx.shape)
+        coupling[0, :, k] = ceramic.e31 * _dilatation(p, covered, flat, z0 * flat)
+        for j, degrees in enumerate(terms):
+            weight = p.weight(degrees)
+            _, mb, bb = _laminate(p, ceramic.stiffness, weight, covered)
+            membrane[1 + j] += t * (0.5 * sign * h * mb + 0.5 * sign * h * 2.0 * z0 * bb)
+            membrane[1 + len(terms) + j] += t * 0.25 * h**2 * bb
+            lever = 0.5 * sign * h * weight
+            coupling[1 + j, :, k] = ceramic.e31 * _dilatation(p, covered, np.zeros_like(flat), lever)
+    return {"patch_own": own, "patch_membrane": membrane, "patch_mass": mass, "coupling": coupling}
+
+
+def _laminate(
+    p: Projector, stiffness: tuple[float, float], weight: Real | None, covered: Mask
+) -> tuple[Real, Real, Real]:
+    """Membrane, coupling (both ways) and bending energies of moduli Q11, Q12 over some elements."""
+    q11, q12 = stiffness
+    shares: dict[Modulus, float] = {"q11": q11, "q22": q11, "q12": q12, "q66": 0.5 * (q11 - q12)}
+    r = p.vectors.shape[1]
+    mm, mb, bb = (np.zeros((r, r)) for _ in range(3))
+    for modulus, value in shares.items():
+        blocks = plane_form(p.full.space, modulus, weight, covered)
+        mm += value * p.plane(blocks, IN_PLANE, IN_PLANE)
+        bb += value * p.plane(blocks, ROTATIONS, ROTATIONS)
+        cross = value * p.plane(blocks, IN_PLANE, ROTATIONS)
+        mb += cross + cross.T
+    return mm, mb, bb
+
+
+def _patch_mass(p: Projector, covered: Mask, area: float, height: float, thickness: float) -> Real:
+    inertia = p.full.space.product("0", "0", covered)
+    straight = sum(p.gram(inertia, k, k) for k in (U, V, W))
+    turning = sum(p.gram(inertia, k, k) for k in ROTATIONS)
+    cross = p.gram(inertia, U, THX) + p.gram(inertia, V, THY)
+    second = height**2 + thickness**2 / 12.0
+    return np.asarray(area * (straight + second * turning + height * (cross + cross.T)))
+
+
+def _dilatation(p: Projector, covered: Mask, flat: Real, height: Real) -> Real:
+    """Integral of (flat (u,x + v,y) + height (thx,x + thy,y)) over some elements, (r,)."""
+    full = mean_height_dilatation(p.full.space, covered, height, flat)
+    return np.asarray(full[p.full.unknowns] @ p.vectors)

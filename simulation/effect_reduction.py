@@ -1,0 +1,141 @@
+"""Reduction of a plate so that it answers for a whole family of states: effects of every size, combined freely.
+
+The vectors of the plain reduction, point forces among its inputs, are extended state by state: a few Krylov
+vectors of the plate in an extreme state, and of those the leading directions of what the plain space misses in its
+responses. What is left is measured against the full plate in other states.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from analysis.experiment import Experiment
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from simulation.effect_certification import measured_error
+from simulation.effect_operators import EffectOperators
+from simulation.effect_projection import Projector, patch_energies, plate_energies
+from simulation.extreme_states import STEEPEST, extreme_states
+from simulation.mesh import MeshRecipe
+from simulation.mindlin import assemble
+from simulation.rational_krylov import Chain
+from simulation.reduction import Training, reduction
+from simulation.sensor_offset import OFFSET_RANGE, can_move, offset_energies
+from simulation.shell_model import ShellModel, factorize
+from simulation.state_matrices import FullPlate, StateMatrices
+
+Real = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+STAGE = "reducing the plate with its effects"
+SOFT = LocalLaws.of_material(1.1e9, 0.43, 0.05, slope=STEEPEST)
+"""The material of the extreme states: soft, so that the most modes lie in the band."""
+BLOCKS = 8
+
+
+def reduce_with_effects(
+    experiment: Experiment,
+    box: MaterialBox,
+    *,
+    recipe: MeshRecipe | None = None,
+    training: Training | None = None,
+    progress: Progress | None = None,
+) -> tuple[EffectOperators, FullPlate, Real]:
+    """Operators of an experiment's plate, the full plate behind them, and the vectors (n, r) they stand for."""
+    report = progress or (lambda stage, share: None)
+    model = assemble(experiment.plate, experiment.patch, recipe=recipe)
+    full = FullPlate.of(model.space, experiment.plate, experiment.patch, model.unknowns)
+    places = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
+    probe = np.asarray(model.deflection(places).todense())
+    inputs = replace(
+        model,
+        coupling=np.hstack([model.coupling, probe.T]),
+        capacitance=np.concatenate([model.capacitance, np.ones(len(places))]),
+    )
+    band = experiment.protocol.band
+    _, vectors = reduction(
+        inputs, box, band, training=training, progress=lambda stage, share: report(STAGE, 0.5 * share)
+    )
+    states = extreme_states(*full.sampling, SOFT, OFFSET_RANGE if can_move(full) else 0.0)
+    for k, state in enumerate(states):
+        report(STAGE, 0.5 + 0.3 * k / len(states))
+        vectors = extended(vectors, full.matrices(state), band, (training or Training()).tolerance)
+    done = [0.8]
+
+    def step() -> None:
+        report(STAGE, done[0])
+        done[0] += 0.02
+
+    ops = project(full, vectors, model, places, probe, box, band, step)
+    report(STAGE, 0.95)
+    ops = replace(ops, error=measured_error(full, ops))
+    report(STAGE, 1.0)
+    return ops, full, vectors
+
+
+def extended(vectors: Real, matrices: StateMatrices, band: tuple[float, float], tolerance: float) -> Real:
+    """Vectors (n, r + s) that answer in one more state as well, to about `tolerance`."""
+    stiffness = matrices.plate + matrices.patches
+    shifts = 2 * np.pi * np.array([0.55 * band[1], band[1]])
+    chains = [
+        Chain(factorize(stiffness - shift**2 * matrices.mass), matrices.mass, matrices.coupling)
+        for shift in shifts
+    ]
+    new = np.hstack([chain.extend(BLOCKS)[0] for chain in chains])
+    both = np.hstack([vectors, new])
+    gram = both.T @ (matrices.mass @ both)
+    values, basis = np.linalg.eigh(gram)
+    kept = values > 1e-11 * values[-1]
+    basis = basis[:, kept] / np.sqrt(values[kept])
+    reduced = basis.T @ (both.T @ (stiffness @ both)) @ basis
+    force = basis.T @ (both.T @ matrices.coupling)
+    squares, shapes = scipy.linalg.eigh(0.5 * (reduced + reduced.T), driver="evd")
+    lines = np.linspace(*band, 150)
+    terms = 1.0 / ((1.0 + 0.04j) * squares[:, None] - (2 * np.pi * lines) ** 2)
+    modal = ((shapes.T @ force)[:, :, None] * terms[:, None, :]).reshape(len(squares), -1)
+    answers = basis @ (shapes @ np.hstack([modal.real, modal.imag]))  # in terms of `both`
+    # in the energy's norm, what the old vectors cannot say of these answers
+    energy = both.T @ (stiffness @ both) + (2 * np.pi * 0.3 * band[1]) ** 2 * gram
+    r = vectors.shape[1]
+    inner = np.linalg.solve(energy[:r, :r], energy[:r, r:])
+    outside = energy[r:, r:] - energy[r:, :r] @ inner
+    values, basis = np.linalg.eigh(0.5 * (outside + outside.T))
+    kept = values > 1e-9 * values[-1]
+    root = basis[:, kept] * np.sqrt(values[kept])
+    size = np.sqrt(np.einsum("ij,ij->j", answers, energy @ answers))
+    left, strength, _ = np.linalg.svd(root.T @ (answers[r:] / size), full_matrices=False)
+    count = int((strength > 3.0 * tolerance * np.sqrt(answers.shape[1])).sum())
+    directions = basis[:, kept] / np.sqrt(values[kept]) @ left[:, :count]
+    fresh = new @ directions - vectors @ (inner @ directions)
+    fresh = fresh - vectors @ (vectors.T @ (matrices.mass @ fresh))
+    grams = fresh.T @ (matrices.mass @ fresh)
+    values, basis = np.linalg.eigh(0.5 * (grams + grams.T))
+    return np.hstack([vectors, fresh @ (basis / np.sqrt(values))])
+
+
+def project(
+    full: FullPlate,
+    vectors: Real,
+    model: ShellModel,
+    places: Real,
+    probe: Real,
+    box: MaterialBox,
+    band: tuple[float, float],
+    step: Callable[[], None],
+) -> EffectOperators:
+    """Operators on given vectors; their error is yet unmeasured."""
+    p = Projector(full, vectors)
+    stacks: dict[str, Any] = {**plate_energies(p, step), **patch_energies(p), **offset_energies(p)}
+    return EffectOperators(
+        **stacks,
+        capacitance=model.capacitance,
+        points=places,
+        deflection=probe @ vectors,
+        box=box,
+        band=band,
+        error=float("inf"),
+    )

@@ -1,0 +1,161 @@
+"""The digital twin with effects: volts in, volts out, and derivatives, for the gap workflow."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard
+from analysis.gap.model import Effects, Linearisation, SweepPoint, Tangent
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from simulation.certified_range import require_certified
+from simulation.composition import STEP, Coefficients, composed, slope
+from simulation.effect_operators import BENDING_DEGREE, EffectOperators
+from simulation.effects.effect import Effect
+from simulation.electric_load import ElectricLoad
+from simulation.field_basis import field_basis
+from simulation.local_solution import LocalSolution
+from simulation.plate_state import Circumstances, PlateState
+from simulation.reading import Reading
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class EffectTwin:
+    """A plate with one driven patch, K sensors on real inputs, and a library of effects.
+
+    Attributes
+    ----------
+    experiment : Experiment
+    operators : EffectOperators
+    library : mapping
+        Effects by name, in the order in which they are applied.
+    peak_energy : float
+        Largest strain energy over 100 to 1500 Hz at 25 degrees Celsius and 1 V on the drive, J per V2: what
+        `Circumstances.strain_energy` is counted in.
+    """
+
+    experiment: Experiment
+    operators: EffectOperators
+    library: Mapping[str, Effect]
+    peak_energy: float | None = None
+
+    @property
+    def box(self) -> MaterialBox:
+        """Materials within which the twin may be asked."""
+        return self.operators.box
+
+    @cached_property
+    def cards(self) -> Mapping[str, EffectCard]:
+        """The candidates this experiment can hold."""
+        return {name: effect.card(self.experiment) for name, effect in self.library.items()}
+
+    @cached_property
+    def _roles(self) -> tuple[int, list[int]]:
+        roles = [patch.role for patch in self.experiment.patch]
+        return roles.index("actuator"), [k for k, role in enumerate(roles) if role == "sensor"]
+
+    @cached_property
+    def _load(self) -> ElectricLoad:
+        inputs = self.experiment.acquisition
+        return ElectricLoad(inputs.input_resistance, inputs.input_capacitance)
+
+    def referred(self, laws: LocalLaws) -> Self:
+        """Return the twin with strain energies counted from those at 25 degrees Celsius of these laws."""
+        lines = np.linspace(max(100.0, self.operators.band[0]), min(1500.0, self.operators.band[1]), 701)
+        point = SweepPoint(25.0, 0.0, 1.0)
+        state = self._state(point, laws, {}, lines, np.ones(lines.size))
+        return replace(self, peak_energy=float(self._strain_energy(state, lines).max()))
+
+    def state(
+        self, point: SweepPoint, laws: LocalLaws, effects: Mapping[str, Mapping[str, Any]], frequency: Real
+    ) -> PlateState:
+        """Return the plate with some effects on, fields at the points of `field_basis`; values may be complex."""
+        energy = np.ones(frequency.size)
+        if any(self.library[name].needs_strain_energy for name in effects):
+            if self.peak_energy is None:
+                raise ValueError("strain energies have no reference yet: call `referred` first")
+            steady = replace(point, temperature=float(np.real(point.temperature)))
+            plain = self._state(steady, replace(laws, value=np.real(laws.value)), {}, frequency, energy)
+            energy = point.level**2 * self._strain_energy(plain, frequency) / self.peak_energy
+        return self._state(point, laws, effects, frequency, energy)
+
+    def _state(
+        self,
+        point: SweepPoint,
+        laws: LocalLaws,
+        effects: Mapping[str, Mapping[str, Any]],
+        frequency: Real,
+        energy: Real,
+    ) -> PlateState:
+        basis = field_basis(BENDING_DEGREE)
+        seen = replace(Circumstances.of(self.experiment, point, frequency), strain_energy=energy)
+        state = PlateState.baseline(basis.xi, basis.zeta, laws, point.temperature, frequency)
+        for name, effect in self.library.items():
+            if name in effects:
+                state = effect.apply(state, seen, effects[name])
+        return state
+
+    def _strain_energy(self, state: PlateState, frequency: Real) -> Real:
+        """Of the plate per volt on the actuator, (F,), J/V2."""
+        solved = self._solved(state, frequency)
+        actuator, _ = self._roles
+        return solved.strain_energy(actuator)
+
+    def _solved(self, state: PlateState, frequency: Real) -> LocalSolution:
+        coefficients = Coefficients.of(state, self.operators.offset_range or 1.0)
+        return LocalSolution.of(self.operators, composed(self.operators, coefficients), state, frequency)
+
+    def frf(self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: Real) -> Complex:
+        """Sensor volts per actuator volt, (K, F)."""
+        return self.linearise(point, laws, effects, frequency).transfer
+
+    def linearise(
+        self,
+        point: SweepPoint,
+        laws: LocalLaws,
+        effects: Effects,
+        frequency: Real,
+        tangents: Sequence[Tangent] = (),
+    ) -> Linearisation:
+        """Transfer and its derivatives, see `analysis.gap.model.GapModel`."""
+        ops = self.operators
+        state = self.state(point, laws, effects, frequency)
+        require_certified(state, ops)
+        coefficients = Coefficients.of(state, ops.offset_range or 1.0)
+        solved = LocalSolution.of(ops, composed(ops, coefficients), state, frequency)
+        reading = Reading.of(solved, state, self._load, ops, self._roles)
+
+        def change(stepped: PlateState) -> Complex:
+            moved = slope(ops, coefficients, Coefficients.of(stepped, ops.offset_range or 1.0))
+            return reading.change(solved.change(moved, state, stepped), stepped)
+
+        def material(law: int) -> PlateState:
+            value = laws.value.astype(complex)
+            value[law] += 1j * STEP
+            return self.state(point, replace(laws, value=value), effects, frequency)
+
+        warmer = replace(point, temperature=point.temperature + 1j * STEP)  # type: ignore[arg-type]
+        return Linearisation(
+            transfer=reading.response,
+            by_material=np.array([change(material(law)) for law in range(3)]),
+            by_temperature=change(self.state(warmer, laws, effects, frequency)),
+            by_parameter=np.array(
+                [change(self._stepped(point, laws, effects, frequency, t)) for t in tangents]
+            ).reshape(len(tangents), *reading.response.shape),
+        )
+
+    def _stepped(
+        self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: Real, tangent: Tangent
+    ) -> PlateState:
+        name, parameter, at = tangent
+        values = dict(effects.get(name, at))
+        moved = {**values, parameter: values[parameter] + 1j * STEP}
+        return self.state(point, laws, {**effects, name: moved}, frequency)

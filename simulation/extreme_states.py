@@ -1,0 +1,39 @@
+"""States at the edges of what effects may do to a plate: reduced models are made for them and tried between them."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.local_laws import LocalLaws
+from simulation.plate_state import PlateState
+
+STEEPEST = (-0.025, 0.0025, -0.01)
+"""Slopes of log E, nu and log eta of polypropylene where they are steepest, 1/K."""
+
+ANISOTROPY, TAPER, TILT, SLIP = 0.12, 0.05, 3.5, 0.45
+"""Of moduli, of thickness and of temperature [K], towards an edge; of the bond."""
+
+
+def extreme_states(
+    xi: NDArray[Any], zeta: NDArray[Any], laws: LocalLaws, offset_range: float, size: float = 1.0
+) -> list[PlateState]:
+    """One state for each way in which fields and patches can change, fields at (xi, zeta).
+
+    `size` is the share of the certified range, negative for the other side.
+    """
+    plain = PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0]))
+    states = [
+        plain.with_(
+            modulus_x=1 - ANISOTROPY * size, modulus_y=1 + ANISOTROPY * size, in_plane_shear=1 + ANISOTROPY * size
+        ),
+        plain.with_(in_plane_shear=1 - ANISOTROPY * size),
+        plain.with_(thickness=1.0 + TAPER * size * xi),
+        plain.with_(thickness=1.0 + TAPER * size * zeta),
+        plain.with_(temperature=laws.reference + TILT * size * xi),
+        plain.with_(temperature=laws.reference + TILT * size * zeta),
+        plain.with_(bond=1.0 - SLIP * abs(size)),
+    ]
+    if offset_range:
+        states += [plain.with_(offset_x=size * offset_range), plain.with_(offset_y=size * offset_range)]
+    return states

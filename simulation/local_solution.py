@@ -1,0 +1,220 @@
+"""Answers of a plate in one state over a band, in the few coordinates that this state and band need."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from simulation.composition import STEP, Composite
+from simulation.effect_operators import EffectOperators
+from simulation.plate_state import PlateState, PointLoad
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+REACH = 1.6
+"""Modes up to this many times the band's end are kept; what lies above answers through residual vectors."""
+RESIDUALS = 3
+"""Blocks of residual vectors, (K - s M)**-1 b and on."""
+FOLLOWING = 20
+CHUNK = 64
+"""Lines solved at a time where the stiffness changes from line to line."""
+
+
+@dataclass(frozen=True)
+class LocalSolution:
+    """Z**-1 b of every patch over the band, for one state.
+
+    Attributes
+    ----------
+    frequency : (F,) ndarray
+        Hz.
+    basis : (r, m) ndarray
+        Local coordinates: modes and residual vectors, orthonormal in the mass.
+    composite : Composite
+        In local coordinates; point springs and masses are in ``fixed`` and ``mass``.
+    normal : (m, m) ndarray
+    operators : EffectOperators
+    answers : (F, m, P) complex ndarray
+    """
+
+    frequency: Real
+    basis: Real
+    composite: Composite
+    normal: Real
+    operators: EffectOperators
+    answers: Complex
+
+    @classmethod
+    def of(cls, ops: EffectOperators, whole: Composite, state: PlateState, frequency: Real) -> Self:
+        """Choose local coordinates and solve."""
+        stiffness, mass = whole.fixed, whole.mass
+        for load in state.point_loads:
+            row = deflection_at(ops, load)
+            stiffness = stiffness + load.stiffness * np.outer(row, row)
+            mass = mass + load.mass * np.outer(row, row)
+        whole = Composite(whole.plate, whole.plate_loss, stiffness, mass, whole.coupling)
+        basis = _local_basis(ops, whole, float(np.mean(state.storage)))
+        local = _restricted(whole, basis)
+        normal = basis.T @ ops.normal @ basis
+        answers = _solve(local, normal, ops, basis, state, frequency)
+        return cls(frequency, basis, local, normal, ops, answers)
+
+    def compliance(self) -> Complex:
+        """b_i' Z**-1 b_j between all patches, (P, P, F), C/V."""
+        return np.asarray(np.einsum("mi,fmj->ijf", self.composite.coupling, self.answers, optimize=True))
+
+    def strain_energy(self, patch: int) -> Real:
+        """Of the plate, amplitude squared taken, per volt on a patch: u^H K u / 2 over the band, (F,), J/V2."""
+        u = self.answers[:, :, patch]
+        return np.asarray(0.5 * np.einsum("fm,fm->f", u.conj(), u @ self.composite.plate).real)
+
+    def change(self, moved: Composite, state: PlateState, stepped: PlateState) -> Complex:
+        """Derivative of `compliance` by the parameter whose imaginary step turned `state` into `stepped`.
+
+        `moved` is the derivative of the composite, in the coordinates of the operators.
+        """
+        local = _restricted(moved, self.basis)
+        omega2 = (2 * np.pi * self.frequency) ** 2
+        total = np.zeros((local.coupling.shape[1],) * 2 + (self.frequency.size,), complex)
+        slopes = {
+            name: _rate(getattr(stepped, name)) for name in ("storage", "loss", "area_mass", "area_resistance")
+        }
+        weighed: list[tuple[Real, NDArray[Any]]] = [
+            (local.plate, state.storage),
+            (local.plate_loss, 1j * state.loss),
+            (local.fixed, np.ones(omega2.size)),
+            (local.mass, -omega2),
+            (self.composite.plate, slopes["storage"]),
+            (self.composite.plate_loss, 1j * slopes["loss"]),
+            (self.normal, 1j * np.sqrt(omega2) * slopes["area_resistance"] - omega2 * slopes["area_mass"]),
+        ]
+        for matrix, weight in weighed:
+            if matrix.any() and weight.any():
+                total -= weight * self._between(matrix)
+        for load, step in zip(state.point_loads, stepped.point_loads, strict=False):
+            total -= self._point_change(load, step)
+        for step in stepped.point_loads[len(state.point_loads) :]:
+            total -= self._point_change(PointLoad(step.point), step)
+        if local.coupling.any():
+            beside = np.einsum("mi,fmj->ijf", local.coupling, self.answers, optimize=True)
+            total += beside + beside.transpose(1, 0, 2)
+        return total
+
+    def _between(self, matrix: Real) -> Complex:
+        """x_i' A x_j, (P, P, F)."""
+        f, m, p = self.answers.shape
+        flat = np.ascontiguousarray(self.answers.transpose(1, 0, 2)).reshape(m, f * p).view(float)
+        product = (matrix @ flat).view(complex).reshape(m, f, p)
+        return np.asarray(np.einsum("fmi,mfj->ijf", self.answers, product, optimize=True))
+
+    def _point_change(self, load: PointLoad, step: PointLoad) -> Complex:
+        omega = 2 * np.pi * self.frequency
+        impedance = _rate(step.stiffness) + 1j * omega * _rate(step.damping) - omega**2 * _rate(step.mass)
+        row = deflection_at(self.operators, load) @ self.basis
+        there = np.einsum("m,fmj->jf", row, self.answers)
+        return np.asarray(impedance * there[:, None] * there[None, :])
+
+
+def deflection_at(ops: EffectOperators, load: PointLoad) -> Real:
+    """Row (r,) that gives w at a point load's place; ValueError where no load can act."""
+    distance = np.hypot(*(ops.points - np.asarray(load.point)).T) if len(ops.points) else np.zeros(0)
+    if not distance.size or distance.min() > 1e-6:
+        known = ", ".join(f"({x:g}, {y:g})" for x, y in ops.points) or "none"
+        raise ValueError(f"no load can act at {load.point} m; declared string and cable points: {known}")
+    return np.asarray(ops.deflection[int(distance.argmin())])
+
+
+def _rate(value: object) -> Real:
+    return np.asarray(np.imag(value) / STEP)  # type: ignore[call-overload]
+
+
+def _restricted(whole: Composite, basis: Real) -> Composite:
+    def small(matrix: Real) -> Real:
+        return np.asarray(basis.T @ matrix @ basis) if matrix.any() else np.zeros((basis.shape[1],) * 2)
+
+    return Composite(
+        plate=small(whole.plate),
+        plate_loss=small(whole.plate_loss),
+        fixed=small(whole.fixed),
+        mass=small(whole.mass),
+        coupling=basis.T @ whole.coupling,
+    )
+
+
+def _local_basis(ops: EffectOperators, whole: Composite, storage: float) -> Real:
+    """Modes up to `REACH` times the band's end, and residual vectors of patches and points, (r, m)."""
+    stiffness = storage * whole.plate + whole.fixed
+    end = 2 * np.pi * ops.band[1]
+    root = scipy.linalg.cholesky(whole.mass, lower=True, check_finite=False)
+    half = scipy.linalg.solve_triangular(root, stiffness, lower=True, check_finite=False)
+    standard = scipy.linalg.solve_triangular(root, half.T, lower=True, check_finite=False)
+    _, shapes = scipy.linalg.eigh(
+        0.5 * (standard + standard.T),
+        subset_by_value=(-np.inf, (REACH * end) ** 2),
+        driver="evr",
+        check_finite=False,
+    )
+    block = scipy.linalg.solve_triangular(
+        root, np.hstack([whole.coupling, ops.deflection.T]), lower=True, check_finite=False
+    )
+    shifted = scipy.linalg.cho_factor(standard + (0.5 * end) ** 2 * np.eye(len(standard)), check_finite=False)
+    residual = []
+    for _ in range(RESIDUALS):
+        block = scipy.linalg.cho_solve(shifted, block, check_finite=False)
+        block = block / np.linalg.norm(block, axis=0)
+        residual.append(block)
+    # the ratio of patch to plate stiffness is complex and may change: how every mode follows it belongs here too
+    fixed = scipy.linalg.solve_triangular(root, whole.fixed, lower=True, check_finite=False)
+    fixed = scipy.linalg.solve_triangular(root, fixed.T, lower=True, check_finite=False)
+    follows = scipy.linalg.cho_solve(shifted, fixed @ np.hstack([shapes, residual[0]]), check_finite=False)
+    follows -= shapes @ (shapes.T @ follows)
+    left, strength, _ = np.linalg.svd(follows, full_matrices=False)
+    residual.append(left[:, :FOLLOWING] * (strength[:FOLLOWING] / strength[0]))
+    beside = np.hstack(residual)
+    for _ in range(2):
+        beside = beside - shapes @ (shapes.T @ beside)
+    left, strength, _ = np.linalg.svd(beside / np.linalg.norm(beside, axis=0), full_matrices=False)
+    local = np.hstack([shapes, left[:, strength > 1e-5 * strength[0]]])
+    return np.asarray(scipy.linalg.solve_triangular(root, local, lower=True, trans="T", check_finite=False))
+
+
+def _solve(
+    local: Composite, normal: Real, ops: EffectOperators, basis: Real, state: PlateState, frequency: Real
+) -> Complex:
+    """Z**-1 b over the band, (F, m, P): by modes where only -w**2 changes along the band, else line by line."""
+    omega2 = (2 * np.pi * frequency) ** 2
+    damped = [load for load in state.point_loads if load.damping]
+    varying = (state.area_mass, state.area_resistance)
+    if not damped and not any(s.any() for s in varying) and _constant((state.storage, state.loss)):
+        stiffness = state.storage[0] * local.plate + 1j * state.loss[0] * local.plate_loss + local.fixed
+        poles, shapes = np.linalg.eig(stiffness)
+        weights = np.linalg.solve(shapes, local.coupling.astype(complex))
+        terms = 1.0 / (poles[None, :] - omega2[:, None])
+        m, p = weights.shape
+        modal = (terms.T[:, :, None] * weights[:, None, :]).reshape(m, -1)
+        return np.asarray((shapes @ modal).reshape(m, omega2.size, p).transpose(1, 0, 2))
+    rows = [(load.damping, deflection_at(ops, load) @ basis) for load in damped]
+    dashpots = sum((c * np.outer(row, row) for c, row in rows), np.zeros_like(local.plate))
+    answers = np.empty((omega2.size, *local.coupling.shape), complex)
+    for start in range(0, omega2.size, CHUNK):
+        part = slice(start, start + CHUNK)
+        w2 = omega2[part, None, None]
+        air = 1j * np.sqrt(w2) * state.area_resistance[part, None, None] - w2 * state.area_mass[part, None, None]
+        z: Complex = (
+            state.storage[part, None, None] * local.plate
+            + 1j * state.loss[part, None, None] * local.plate_loss
+            + local.fixed
+            - w2 * local.mass
+            + air * normal
+            + 1j * np.sqrt(w2) * dashpots
+        )
+        answers[part] = np.linalg.solve(z, local.coupling.astype(complex))
+    return answers
+
+
+def _constant(spectra: Iterable[Real]) -> bool:
+    return all(np.ptp(s) == 0.0 for s in spectra)
