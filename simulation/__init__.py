@@ -19,4 +19,26 @@
 ``modal_form``             poles, transfers as sums over them, and their derivatives
 ``twin``                   volts in, volts out, for model updating
 =========================  ================================================================
+
+The same plate with physical effects on it:
+
+=========================  ================================================================
+``plate_state``            what a plate is during one sweep; effects turn one into another
+``effects``                the library of effects, one in a file
+``plane_forms``            elementary energies with a weight over the plate
+``state_matrices``         sparse matrices of any state, fields taken as they are
+``field_basis``            smooth fields as Legendre polynomials
+``effect_projection``      every field-weighted energy on given vectors
+``sensor_offset``          what moving the first sensor changes
+``effect_operators``       the reduced matrices from which any state is composed
+``extreme_states``         the edges of what effects may do
+``effect_reduction``       all of it: operators of a plate, with their error measured
+``effect_certification``   that error
+``campaign_basis``         a smaller model for the materials of one campaign
+``composition``            a state composed of reduced matrices, and its derivatives
+``certified_range``        where operators may be asked
+``local_solution``         answers over a band in few coordinates
+``reading``                sensor volts and their derivatives
+``effect_twin``            volts in, volts out, for the gap workflow
+=========================  ================================================================
 """

@@ -17,7 +17,7 @@ Real = NDArray[np.float64]
 
 LINES = 60
 TAIL = 1.5e-3
-"""What may be left out of the answers, as a share of their size in the norm of the energy; transfers follow its square."""
+"""What may be left out of the answers, as a share of their size in the energy's norm: transfers follow its square."""
 
 
 def for_campaign(ops: EffectOperators, materials: Sequence[LocalLaws]) -> EffectOperators:

@@ -131,7 +131,7 @@ def composed(ops: EffectOperators, c: Coefficients) -> Composite:
 
 
 def slope(ops: EffectOperators, value: Coefficients, stepped: Coefficients) -> Composite:
-    """Derivative by the parameter whose imaginary step of `STEP` gave `stepped`; `value` is the state itself."""
+    """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`; `value` is the state itself."""
     d = {name: np.imag(getattr(stepped, name)) / STEP for name in value.__dataclass_fields__}
     plate = _summed(d["bending"], ops.bending) + _summed(d["membrane"], ops.membrane)
     plate += _summed(d["shear"], ops.shear)

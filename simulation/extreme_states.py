@@ -1,4 +1,4 @@
-"""States at the edges of what effects may do to a plate: reduced models are made for them and tried between them."""
+"""States at the edges of what effects may do to a plate, for which reduced models are made."""
 
 from typing import Any
 

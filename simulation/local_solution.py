@@ -73,7 +73,7 @@ class LocalSolution:
         return np.asarray(0.5 * np.einsum("fm,fm->f", u.conj(), u @ self.composite.plate).real)
 
     def change(self, moved: Composite, state: PlateState, stepped: PlateState) -> Complex:
-        """Derivative of `compliance` by the parameter whose imaginary step turned `state` into `stepped`.
+        """Differentiate `compliance` by the parameter whose imaginary step turned `state` into `stepped`.
 
         `moved` is the derivative of the composite, in the coordinates of the operators.
         """

@@ -1,7 +1,7 @@
 """What moving the first sensor patch changes, as polynomials of its offset in reduced coordinates.
 
-The mesh moves with the patch: shear layers at its edges stay on the strips made for them, the patch's own matrices do
-not change at all, and those of the elements around it are smooth functions of the offset.
+The mesh moves with the patch: shear layers at its edges stay on the strips made for them, the patch's own matrices
+do not change at all, and those of the elements around it are smooth functions of the offset.
 """
 
 import numpy as np
@@ -55,7 +55,7 @@ def offset_energies(p: Projector) -> dict[str, object]:
 
 
 def padua_points(degree: int) -> list[tuple[float, float]]:
-    """Points of the square that determine polynomials of a total degree (Caliari et al., Appl. Math. Comput. 2005)."""
+    """Points of a square that determine polynomials of a total degree (Caliari et al., AMC 165, 2005)."""
     x = np.cos(np.pi * np.arange(degree + 1) / degree)
     y = np.cos(np.pi * np.arange(degree + 2) / (degree + 1))
     return [(float(x[i]), float(y[j])) for i in range(x.size) for j in range(y.size) if (i + j) % 2 == 0]
