@@ -1,1 +1,29 @@
-"""The gap workflow (being built)."""
+"""The gap workflow: where twin and data disagree, which effect the twin lacks, and how sure that is.
+
+====================  ===============================================================================
+``effect_card``       what is known of an effect without any physics: parameters, ranges, priors
+``model``             what a twin must offer
+``compression``       a sweep as a few hundred independent numbers, nothing lost
+``noise``             the stated noise checked without a model
+``groups``            sweeps at one temperature share the laws there
+``sweeps``            a campaign ready to be compared
+``state``             laws, readings, gain and effects: the point a fit moves
+``normal_equations``  whitened least squares of all sweeps: an arrow, its blocks eliminated
+``fit``               all of it fitted together
+``screen``            score test of every candidate at once, singles and pairs
+``observability``     what this campaign cannot see
+``look_alikes``       what it cannot tell apart
+``whiteness``         whether a residual is noise
+``unknown``           the nameless competitor
+``refit``             candidates fitted in full
+``search``            stepwise, with drop-one and swap tests
+``held_out``          the gap on data that took no part
+``misfit``            relative misfit over the lines
+``where``             the residual over all a campaign varies
+``confidence``        how sure a name is
+``verdict``           none, explained, partly explained or unknown
+``gap``               from FRFs to a report
+``report``            what was found
+``thresholds``        every threshold, with its reason
+====================  ===============================================================================
+"""

@@ -10,7 +10,7 @@ of which the first part knows no model. The spline's coefficients stand in for i
 is banded, and so is the Cholesky factor that turns c - H into independent numbers of unit variance.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,6 +109,8 @@ class CompressedSweep:
         2 sum |h - spline|^2 / variance over blocks of neighbouring lines.
     block_dof : (B,) ndarray
         Degrees of freedom of each block: what the nodes take is shared out by their density.
+    power_within : (K,) ndarray
+        sum |h - spline|^2, (V/V)^2.
     """
 
     nodes: Nodes
@@ -116,6 +118,7 @@ class CompressedSweep:
     factor: Real
     chi2_within: Real
     block_dof: Real
+    power_within: Real
 
     @property
     def dof_within(self) -> int:
@@ -132,12 +135,10 @@ class CompressedSweep:
 
     def rescaled(self, ratio: Real) -> "CompressedSweep":
         """Return the same sweep with the variance of each channel multiplied by `ratio` (K,)."""
-        return CompressedSweep(
-            self.nodes,
-            self.coefficients,
-            self.factor / np.sqrt(ratio)[:, None, None],
-            self.chi2_within / ratio[:, None],
-            self.block_dof,
+        return replace(
+            self,
+            factor=self.factor / np.sqrt(ratio)[:, None, None],
+            chi2_within=self.chi2_within / ratio[:, None],
         )
 
 
@@ -161,7 +162,7 @@ def compress(h: Complex, variance: Real, nodes: Nodes) -> CompressedSweep:
     ValueError
         Where a stretch of the band holds no lines.
     """
-    coefficients, factors, local = [], [], []
+    coefficients, factors, local, power = [], [], [], []
     count = nodes.frequency.size
     # a block's share of the nodes' freedom follows how dense they are there
     leverage = np.interp(nodes.lines, nodes.frequency, np.gradient(np.arange(count, dtype=float), nodes.frequency))
@@ -182,12 +183,14 @@ def compress(h: Complex, variance: Real, nodes: Nodes) -> CompressedSweep:
         solved = cho_solve_banded((factor, False), np.stack([moment.real, moment.imag], axis=1))
         coefficients.append(solved[:, 0] + 1j * solved[:, 1])
         factors.append(factor)
-        misfit = 2.0 * np.abs(row - nodes.basis @ coefficients[-1]) ** 2 / spread
-        local.append(np.add.reduceat(misfit, edges))
+        missed = np.abs(row - nodes.basis @ coefficients[-1]) ** 2
+        local.append(np.add.reduceat(2.0 * missed / spread, edges))
+        power.append(missed.sum())
     return CompressedSweep(
         nodes=nodes,
         coefficients=np.array(coefficients),
         factor=np.array(factors),
         chi2_within=np.array(local),
         block_dof=block_freedom,
+        power_within=np.array(power),
     )

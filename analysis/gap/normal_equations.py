@@ -140,6 +140,7 @@ def arrow(
     *,
     damping: float = 0.0,
     frozen: bool = False,
+    readings: bool = True,
 ) -> Arrow:
     """Eliminate the laws of every group and the temperatures of its sweeps.
 
@@ -153,6 +154,8 @@ def arrow(
         Of Levenberg and Marquardt, on the diagonals of the groups' blocks.
     frozen : bool
         Laws and temperatures do not move: nothing is eliminated.
+    readings : bool
+        False takes the temperatures for known: only laws are eliminated.
     """
     size = len(equations[0].gradient) - GLOBAL
     matrix = sum((e.matrix[GLOBAL:, GLOBAL:] for e in equations), np.zeros((size, size)))
@@ -161,9 +164,8 @@ def arrow(
     promised, blocks = 0.0, []
     for group in range(len(sweeps.groups.reference)):
         members = np.flatnonzero(sweeps.groups.of_sweep == group)
-        local, coupling, pull = _group_block(
-            [equations[int(s)] for s in members], away[members], sweeps.reading_sigma
-        )
+        mine = [equations[int(s)] for s in members]
+        local, coupling, pull = _group_block(mine, away[members], sweeps.reading_sigma, readings)
         if frozen:
             blocks.append((members, np.zeros_like(coupling), np.zeros_like(pull), np.zeros_like(pull)))
             continue
@@ -181,9 +183,11 @@ def arrow(
     return Arrow(0.5 * (matrix + matrix.T), gradient, raw, promised, tuple(blocks), shape)
 
 
-def _group_block(equations: Sequence[SweepEquations], away: Real, reading_sigma: float) -> tuple[Real, Real, Real]:
+def _group_block(
+    equations: Sequence[SweepEquations], away: Real, reading_sigma: float, readings: bool
+) -> tuple[Real, Real, Real]:
     """Matrix of a group's own unknowns, their coupling to the common ones, and their gradient."""
-    wobbling = len(equations) if len(equations) > 1 else 0
+    wobbling = len(equations) if readings and len(equations) > 1 else 0
     size = LAWS + wobbling
     common = len(equations[0].gradient) - GLOBAL
     local, coupling, pull = np.zeros((size, size)), np.zeros((size, common)), np.zeros(size)

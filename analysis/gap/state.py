@@ -36,10 +36,26 @@ class GapState:
         """Return the same state with other effects."""
         return replace(self, effects={name: dict(values) for name, values in effects.items()})
 
-    def transferred(self, source: TemperatureGroups, target: TemperatureGroups) -> "GapState":
-        """Laws interpolated linearly from the groups of one set of sweeps to those of another."""
-        laws = np.array([np.interp(target.reference, source.reference, law) for law in self.laws.T]).T
-        return replace(self, laws=laws, away=np.zeros(len(target.of_sweep)))
+    def restricted(self, groups: Sequence[int], sweeps: Sequence[int]) -> "GapState":
+        """Return what concerns some groups and sweeps only."""
+        return replace(self, laws=self.laws[list(groups)], away=self.away[list(sweeps)])
+
+    def corrected(
+        self, groups: TemperatureGroups, before: "GapState", after: "GapState", few: TemperatureGroups
+    ) -> "GapState":
+        """Move laws, gain and effects as a fit to `few` groups moved them from `before` to `after`.
+
+        In between, the laws' changes follow by interpolation over temperature: they are smooth where the laws
+        themselves are not.
+        """
+        change = after.laws - before.laws
+        laws = [np.interp(groups.reference, few.reference, column) for column in change.T]
+        return GapState(
+            laws=self.laws + np.array(laws).T,
+            away=self.away,
+            log_gain=self.log_gain + after.log_gain - before.log_gain,
+            effects=after.effects,
+        )
 
 
 def starting_state(updated: Updated, groups: TemperatureGroups) -> GapState:

@@ -102,8 +102,13 @@ class GapSweeps:
             original=self.original[kept],
         )
 
+    def original_places(self, whole: "GapSweeps") -> list[int]:
+        """Return where the sweeps stand in `whole`, of which they are some."""
+        place = {int(sweep): i for i, sweep in enumerate(whole.original)}
+        return [place[int(sweep)] for sweep in self.original]
+
     def only_groups(self, groups: Sequence[int]) -> "GapSweeps":
-        """All sweeps of some of the groups."""
+        """Return all sweeps of some of the groups."""
         return self.only(np.flatnonzero(np.isin(self.groups.of_sweep, np.asarray(groups))).tolist())
 
     def masked(self, rows: NDArray[np.bool_]) -> "GapSweeps":

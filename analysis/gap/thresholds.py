@@ -58,11 +58,15 @@ EXPLAINED = 0.9
 LEAST_SHARE = 0.2
 """A step that explains less of what is left names a bystander: a hidden resonator made a wrong name 14113 nats."""
 
-LEAST_SHARE_OF_A_LATER_STEP = 0.05
-"""Of the excess at the start: a later step may be small beside the first one but must leave noise alone."""
-
 MOST_EFFECTS = 3
 """Effects in one twin: beyond three every residual of these sizes can be explained by something."""
+
+SWAP_SHARE = 0.1
+"""A rival that to first order comes within this share of an effect's evidence is fitted in its place: first order
+errs by a few per cent."""
+
+SWAPS_REFITTED = 2
+"""Rivals of each effect that are fitted in its place."""
 
 CLASS_NATS = 3.0
 """Candidates within a factor of twenty in evidence of the winner are not told from it."""
@@ -88,3 +92,7 @@ MOST_STEPS = 15
 
 SETTLED = 0.1
 """Promised fall of chi2 at which a fit has settled: 0.05 nats."""
+
+SHARPEST = 0.9
+"""Nodes are laid for resonances this much sharper than the sharpest of the model updating: effects that the twin
+lacks bias the loss factor upwards."""

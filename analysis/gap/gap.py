@@ -1,0 +1,191 @@
+"""The gap workflow from FRFs to a report."""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+
+import numpy as np
+
+from analysis.experiment import Protocol
+from analysis.frf import Frf
+from analysis.gap.confidence import equivalents, probability
+from analysis.gap.fit import GapFit
+from analysis.gap.held_out import HeldOut, held_out
+from analysis.gap.look_alikes import cosines, mimicry
+from analysis.gap.misfit import relative_misfit
+from analysis.gap.model import GapModel
+from analysis.gap.refit import Bench, Progress
+from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
+from analysis.gap.search import Found, explained, search
+from analysis.gap.state import starting_state
+from analysis.gap.sweeps import GapSweeps, NumericalFloor, prepare
+from analysis.gap.thresholds import SHARPEST, Z_FLOOR
+from analysis.gap.unknown import unknown_evidence
+from analysis.gap.verdict import Judgement, judge
+from analysis.gap.where import residual_map
+from analysis.gap.whiteness import whiteness
+from analysis.updating.update import Updated
+
+
+def find_gap(
+    frf: Frf,
+    updated: Updated,
+    model: GapModel,
+    protocol: Protocol,
+    executor: Executor,
+    *,
+    floor: NumericalFloor | None = None,
+    progress: Progress | None = None,
+    clock: Callable[[], float] = time.perf_counter,
+) -> GapReport:
+    """Find where twin and data disagree, and which effects the twin lacks.
+
+    Parameters
+    ----------
+    frf : Frf
+        Measured; lines in `frf.excluded` take no part.
+    updated : Updated
+        Model updating of the same sweeps, from which the baseline starts.
+    model : GapModel
+        The twin with its library.
+    protocol : Protocol
+        As declared; gives the ramp rate.
+    executor : Executor
+        Sweeps are linearised on it.
+    floor : NumericalFloor, optional
+        Correction of the twin's discretisation, and what it leaves.
+    progress : callable, optional
+        Called with a stage's name and the share of it done.
+
+    Raises
+    ------
+    ValueError
+        Where the stated noise or the twin's numerical error cannot be trusted, or the lines are too few.
+    """
+    begun = clock()
+    report: Progress = progress or (lambda stage, share: None)
+    sharpest = SHARPEST * float(np.min(updated.material.loss_factor))
+    report("baseline", 0.0)
+    sweeps, noise = prepare(frf, protocol, sharpest, floor=floor)
+    bench = Bench(model, sweeps, noise, executor, report)
+    baseline = bench.fit(starting_state(updated, sweeps.groups), ())
+    found = search(bench, baseline)
+    tried: HeldOut | None = None
+    if found.effects:
+        report("held-out data", 0.0)
+        significant = Z_FLOOR * float(np.sqrt(2.0 * baseline.dof))
+        tried = held_out(model, sweeps, baseline, found.fit, executor, significant)
+    judgement = judge(bench, found, tried)
+    report("done", 1.0)
+    notes = [*noise.notes, judgement.reason]
+    if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest:
+        notes.append("some resonances came out sharper than the nodes were laid for; the residual may show it")
+    notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]
+    return _report(bench, found, tried, judgement, tuple(notes), clock() - begun)
+
+
+def _report(
+    bench: Bench,
+    found: Found,
+    tried: HeldOut | None,
+    judgement: Judgement,
+    notes: tuple[str, ...],
+    seconds: float,
+) -> GapReport:
+    sweeps, noise, baseline = bench.sweeps, bench.noise, found.baseline
+    final = baseline if judgement.verdict == "none" else found.fit
+    effects = [] if final is baseline else [_named(bench, found, name) for name in found.effects]
+    gap = bench.z(baseline) > Z_FLOOR
+    left = float(np.clip(bench.excess(final) / bench.excess(baseline), 0.0, 1.0)) if gap else None
+    return GapReport(
+        verdict=judgement.verdict,
+        effects=tuple(sorted(effects, key=lambda e: -e.log_evidence_gain)),
+        not_observable=tuple(o for o in found.seen if not o.observable),
+        seen=found.seen,
+        baseline=_agreement(bench, baseline),
+        final=_agreement(bench, final),
+        held_out=tried if final is not baseline else None,
+        unexplained=left,
+        before=residual_map(sweeps, noise, baseline),
+        after=residual_map(sweeps, noise, final),
+        laws_before=_laws(sweeps, baseline),
+        laws_after=_laws(sweeps, final),
+        state=final.state,
+        sigma_gain=float(np.exp(final.state.log_gain)) * final.sigma_log_gain * _inflation(final),
+        candidates=_candidates(bench, found),
+        steps=found.steps,
+        noise=noise,
+        notes=notes,
+        seconds=seconds,
+    )
+
+
+def _inflation(fit: GapFit) -> float:
+    return float(np.sqrt(max(fit.total / fit.dof, 1.0)))
+
+
+def _agreement(bench: Bench, fit: GapFit) -> Agreement:
+    within = sum(float(s.chi2_within.sum()) for s in bench.sweeps.compressed)
+    return Agreement(
+        chi2_per_dof=(fit.total + within) / (fit.dof + bench.noise.dof),
+        relative_misfit=relative_misfit(bench.sweeps, fit),
+        z=bench.z(fit),
+        whiteness=whiteness(bench.sweeps, fit.residual),
+    )
+
+
+def _laws(sweeps: GapSweeps, fit: GapFit) -> FittedLaws:
+    return FittedLaws(sweeps.groups.reference, fit.state.laws, fit.law_sigma * _inflation(fit))
+
+
+def _named(bench: Bench, found: Found, name: str) -> NamedEffect:
+    card, fit, without = bench.model.cards[name], found.fit, found.without[name]
+    rivals = found.rivals[name]
+    alike = equivalents(rivals, {other: mimicry(found.last, name, other) for other in rivals})
+    gain = fit.log_evidence - without.log_evidence
+    estimates = [
+        Estimate(parameter, fit.state.effects[name][parameter], float(sigma) * _inflation(fit), p.unit)
+        for (effect, parameter), p, sigma in zip(fit.free.names, fit.free.cards, fit.sigma, strict=True)
+        if effect == name
+    ]
+    return NamedEffect(
+        name=name,
+        summary=card.summary,
+        equivalent=alike,
+        separated_by=card.separated_by,
+        probability=probability(
+            gain,
+            rivals,
+            alike,
+            unknown_evidence(bench.sweeps, without.residual, without.state),
+            fit.total / fit.dof,
+        ),
+        log_evidence_gain=gain,
+        parameters=tuple(estimates),
+    )
+
+
+def _candidates(bench: Bench, found: Found) -> tuple[CandidateRow, ...]:
+    """Return the table of single effects at the baseline, the most promising first."""
+    candidates = found.first.candidates()
+    fitted = {r.effects[0]: r for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
+    kept = {o.effect: o.kept for o in found.seen}
+    places = [(c.effects[0], found.first.columns[c.columns[0]].site) for c in candidates]
+    table = cosines(found.first, places)
+    names = [name for name, _ in places]
+    winner = names.index(found.effects[0]) if found.effects else None
+    rows = []
+    for place, c in enumerate(candidates):
+        trial = fitted.get(c.effects[0])
+        full = trial.fit if trial else None
+        rows.append(
+            CandidateRow(
+                effect=c.effects[0],
+                screened=c.gain,
+                fitted=trial.gain if trial else None,
+                share=explained(bench, found.baseline, full) if full else None,
+                kept=kept[c.effects[0]],
+                cosine=float(table[place, winner]) if winner is not None else 0.0,
+            )
+        )
+    return tuple(rows)

@@ -1,0 +1,139 @@
+"""Candidates fitted in full: first on a few temperatures, then, if they deserve it, on all of them."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+
+from analysis.gap.effect_card import Values
+from analysis.gap.fit import GapFit, fit_gap
+from analysis.gap.model import GapModel
+from analysis.gap.noise import NoiseCheck
+from analysis.gap.screen import Screening, screen
+from analysis.gap.state import GapState
+from analysis.gap.sweeps import GapSweeps
+from analysis.gap.thresholds import COARSE_TEMPERATURES, REFIT_SHARE, WHITENESS, Z_FLOOR
+from analysis.gap.whiteness import whiteness
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What every step of the search works with.
+
+    Attributes
+    ----------
+    model : GapModel
+    sweeps : GapSweeps
+    noise : NoiseCheck
+    executor : Executor
+    report : callable
+        Told a stage's name and the share of it done.
+    """
+
+    model: GapModel
+    sweeps: GapSweeps
+    noise: NoiseCheck
+    executor: Executor
+    report: Progress = field(default=lambda stage, share: None)
+
+    def fit(self, start: GapState, effects: Sequence[str]) -> GapFit:
+        """Fit laws, readings, gain and `effects` to all sweeps."""
+        return fit_gap(self.model, self.sweeps, start, effects, self.executor)
+
+    def screen(self, fit: GapFit) -> Screening:
+        """Score test of all candidates at `fit`."""
+        return screen(self.model, self.sweeps, fit, self.executor)
+
+    def z(self, fit: GapFit) -> float:
+        """Excess of a fit's chi2 in its standard deviations."""
+        return self.noise.z(fit.total, fit.dof)
+
+    def excess(self, fit: GapFit) -> float:
+        """Chi2 beyond what noise leaves."""
+        return fit.total + float(self.noise.sharp.sum()) - fit.dof
+
+    def agrees(self, fit: GapFit) -> bool:
+        """Whether a fit leaves nothing but noise."""
+        return self.z(fit) <= Z_FLOOR and max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
+
+    @property
+    def coarse_groups(self) -> list[int]:
+        """A few temperatures, evenly over the range, first and last among them."""
+        count = len(self.sweeps.groups.reference)
+        if count < 1.5 * COARSE_TEMPERATURES:
+            return list(range(count))
+        return sorted({round(i * (count - 1) / (COARSE_TEMPERATURES - 1)) for i in range(COARSE_TEMPERATURES)})
+
+
+@dataclass(frozen=True)
+class Refit:
+    """A set of effects fitted.
+
+    Attributes
+    ----------
+    effects : tuple of str
+    gain : float
+        Log evidence over the fit it started from, nats; estimated from a few temperatures where `fit` is None.
+    fit : GapFit or None
+        Of all sweeps.
+    """
+
+    effects: tuple[str, ...]
+    gain: float
+    fit: GapFit | None
+
+    @property
+    def plausible(self) -> bool:
+        """Fitted, and no amplitude at the end of its range, where physics says stop and the data go on.
+
+        Zero is no such end: a dashpot may be absent beside its spring.
+        """
+        if self.fit is None:
+            return False
+        free, values = self.fit.free, self.fit.free.read(self.fit.state.effects)
+        return not any(
+            name in self.fit.on_wall and not card.shape and value != 0.0
+            for name, card, value in zip(free.names, free.cards, values, strict=True)
+        )
+
+
+def refit(bench: Bench, base: GapFit, sets: Sequence[tuple[tuple[str, ...], dict[str, Values]]]) -> list[Refit]:
+    """Fit each set of effects, best first; `sets` gives for each the start of the effects that `base` lacks.
+
+    Those that gain less than a share of the best on a few temperatures are not fitted to the others.
+    """
+    groups = bench.coarse_groups
+    if len(groups) == len(bench.sweeps.groups.reference):
+        fits = []
+        for place, (names, added) in enumerate(sets):
+            fits.append((names, bench.fit(_started(base, names, added), names)))
+            bench.report("refits", (place + 1) / len(sets))
+        done = [Refit(names, fit.log_evidence - base.log_evidence, fit) for names, fit in fits]
+        return sorted(done, key=lambda r: -r.gain)
+    few = bench.sweeps.only_groups(groups)
+    kept = base.state.restricted(groups, few.original_places(bench.sweeps))
+    reference = fit_gap(bench.model, few, kept, tuple(base.state.effects), bench.executor)
+    coarse = []
+    for place, (names, added) in enumerate(sets):
+        start = _started(reference, names, added)
+        fit = fit_gap(bench.model, few, start, names, bench.executor)
+        coarse.append((names, fit, fit.log_evidence - reference.log_evidence))
+        bench.report("refits", 0.5 * (place + 1) / len(sets))
+    best = max((gain for _, _, gain in coarse), default=0.0)
+    scale = bench.sweeps.numbers / few.numbers
+    done = []
+    for place, (names, fit, gain) in enumerate(coarse):
+        if gain < REFIT_SHARE * best:
+            done.append(Refit(names, gain * scale, None))
+            continue
+        start = base.state.corrected(bench.sweeps.groups, reference.state, fit.state, few.groups)
+        full = bench.fit(start, names)
+        done.append(Refit(names, full.log_evidence - base.log_evidence, full))
+        bench.report("refits", 0.5 + 0.5 * (place + 1) / len(sets))
+    return sorted(done, key=lambda r: (r.fit is None, -r.gain))
+
+
+def _started(base: GapFit, names: Sequence[str], added: dict[str, Values]) -> GapState:
+    effects = {name: base.state.effects.get(name, added.get(name, {})) for name in names}
+    return replace(base.state, effects={name: dict(values) for name, values in effects.items()})

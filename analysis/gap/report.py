@@ -1,0 +1,176 @@
+"""What the gap workflow found: all that gap.json and its figures need."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.held_out import HeldOut
+from analysis.gap.noise import NoiseCheck
+from analysis.gap.observability import Observability
+from analysis.gap.search import Step
+from analysis.gap.state import GapState
+from analysis.gap.where import ResidualMap
+
+Verdict = Literal["none", "explained", "partly_explained", "unknown"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter's value and one standard deviation, inflated where more than noise is left, SI."""
+
+    name: str
+    value: float
+    sigma: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """An effect that the twin lacked.
+
+    Attributes
+    ----------
+    name : str
+    summary : str
+        What it is, in one line.
+    equivalent : tuple of str
+        Others that this campaign cannot tell from it.
+    separated_by : str
+        The measurement that would.
+    probability : float
+        That it, or an equivalent, is present.
+    log_evidence_gain : float
+        Over the twin without it, nats.
+    parameters : tuple of Estimate
+    """
+
+    name: str
+    summary: str
+    equivalent: tuple[str, ...]
+    separated_by: str
+    probability: float
+    log_evidence_gain: float
+    parameters: tuple[Estimate, ...]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How well a twin agrees with the data.
+
+    Attributes
+    ----------
+    chi2_per_dof : float
+        Over all lines, with the noise that was seen.
+    relative_misfit : float
+        rms|H_data - H_twin| / rms|H_data|.
+    z : float
+        Excess of chi2 over the noise's, in its standard deviations.
+    whiteness : (float, float)
+        Correlation of neighbouring residuals over frequency and over temperature, in standard deviations.
+    """
+
+    chi2_per_dof: float
+    relative_misfit: float
+    z: float
+    whiteness: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class CandidateRow:
+    """One line of the table of candidates, at the baseline.
+
+    Attributes
+    ----------
+    effect : str
+    screened : float
+        Evidence to first order, nats.
+    fitted : float or None
+        Evidence of the full fit of this effect alone, nats.
+    share : float or None
+        Of the excess that this effect alone explains.
+    kept : float
+        Share of its tangent that the baseline's freedom leaves.
+    cosine : float
+        Between its tangents and those of the first effect named (largest canonical correlation); 0 for none.
+    """
+
+    effect: str
+    screened: float
+    fitted: float | None
+    share: float | None
+    kept: float
+    cosine: float
+
+
+@dataclass(frozen=True)
+class FittedLaws:
+    """Laws at the groups' temperatures.
+
+    Attributes
+    ----------
+    temperature : (G,) ndarray
+        Degrees Celsius.
+    value, sigma : (G, 3) ndarray
+        log E [log Pa], nu and log eta, with standard deviations inflated where more than noise is left.
+    """
+
+    temperature: NDArray[np.float64]
+    value: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class GapReport:
+    """Result of comparing a campaign with its twin.
+
+    Attributes
+    ----------
+    verdict : str
+        As in gap.json.
+    effects : tuple of NamedEffect
+        Strongest first; for ``unknown`` they are hints.
+    not_observable : tuple of Observability
+        Effects that can be neither claimed nor excluded, with what would show them.
+    seen : tuple of Observability
+        Of every effect.
+    baseline, final : Agreement
+        Without effects, and with them.
+    held_out : HeldOut or None
+        None where no effect was found.
+    unexplained : float or None
+        Share of the baseline's excess that is left; None where there was none.
+    before, after : ResidualMap
+    laws_before, laws_after : FittedLaws
+    state : GapState
+        Laws, readings, gain and effects at the end.
+    sigma_gain : float
+        V/V.
+    candidates : tuple of CandidateRow
+    steps : tuple of Step
+    noise : NoiseCheck
+    notes : tuple of str
+        For people.
+    seconds : float
+    """
+
+    verdict: Verdict
+    effects: tuple[NamedEffect, ...]
+    not_observable: tuple[Observability, ...]
+    seen: tuple[Observability, ...]
+    baseline: Agreement
+    final: Agreement
+    held_out: HeldOut | None
+    unexplained: float | None
+    before: ResidualMap
+    after: ResidualMap
+    laws_before: FittedLaws
+    laws_after: FittedLaws
+    state: GapState
+    sigma_gain: float
+    candidates: tuple[CandidateRow, ...]
+    steps: tuple[Step, ...] = field(repr=False)
+    noise: NoiseCheck = field(repr=False)
+    notes: tuple[str, ...]
+    seconds: float

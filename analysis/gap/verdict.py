@@ -1,0 +1,49 @@
+"""From what the search found to a verdict."""
+
+from dataclasses import dataclass
+
+from analysis.gap.held_out import HeldOut
+from analysis.gap.refit import Bench
+from analysis.gap.report import Verdict
+from analysis.gap.search import Found, explained
+from analysis.gap.thresholds import EXPLAINED, HELD_OUT_SHARE
+from analysis.gap.unknown import unknown_evidence
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict, whether the effects found stand behind it, and why, for people."""
+
+    verdict: Verdict
+    claimed: bool
+    reason: str
+
+
+def judge(bench: Bench, found: Found, tried: HeldOut | None) -> Judgement:
+    """Weigh residual, share explained, held-out data and the nameless competitor.
+
+    A name is accepted on the residual: evidence alone grows with every bystander that happens to fit a little.
+    """
+    silent = bench.agrees(found.baseline)
+    if not found.effects or tried is None:
+        if silent:
+            return Judgement("none", False, "the twin agrees with the data to the noise, no effect adds to it")
+        return Judgement("unknown", False, "there is a gap, and no effect of the library explains it")
+    holds = tried.baseline_chi2 > tried.final_chi2
+    if tried.closure is not None:
+        holds &= tried.closure >= HELD_OUT_SHARE
+    if not holds:
+        verdict: Verdict = "none" if silent else "unknown"
+        return Judgement(verdict, False, f"what was found does not hold on data left out ({tried.what})")
+    if bench.agrees(found.fit):
+        return Judgement("explained", True, "with the effects named, twin and data agree to the noise")
+    share = explained(bench, found.baseline, found.fit)
+    named = found.fit.log_evidence - found.baseline.log_evidence
+    nameless = unknown_evidence(bench.sweeps, found.baseline.residual, found.baseline.state)
+    if share < EXPLAINED:
+        return Judgement("unknown", False, f"the best effects explain {100 * share:.0f} % of the gap only")
+    if nameless > named:
+        return Judgement("unknown", False, "a smooth discrepancy without a name explains the gap better")
+    return Judgement(
+        "partly_explained", True, f"{100 * share:.1f} % of the gap is explained; more than noise is left"
+    )
