@@ -19,7 +19,7 @@ from simulation.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.effects.effect import Effect
 from simulation.electric_load import ElectricLoad
 from simulation.field_basis import field_basis
-from simulation.local_solution import LocalSolution
+from simulation.local_solution import REACH, LocalSolution
 from simulation.plate_state import Circumstances, PlateState
 from simulation.reading import Reading
 
@@ -40,12 +40,15 @@ class EffectTwin:
     peak_energy : float
         Largest strain energy over 100 to 1500 Hz at 25 degrees Celsius and 1 V on the drive, J per V2: what
         `Circumstances.strain_energy` is counted in.
+    reach : float
+        Of `LocalSolution`; infinite where derivatives are wanted to rounding.
     """
 
     experiment: Experiment
     operators: EffectOperators
     library: Mapping[str, Effect]
     peak_energy: float | None = None
+    reach: float = REACH
 
     @property
     def box(self) -> MaterialBox:
@@ -111,7 +114,8 @@ class EffectTwin:
 
     def _solved(self, state: PlateState, frequency: Real) -> LocalSolution:
         coefficients = Coefficients.of(state, self.operators.offset_range or 1.0)
-        return LocalSolution.of(self.operators, composed(self.operators, coefficients), state, frequency)
+        whole = composed(self.operators, coefficients)
+        return LocalSolution.of(self.operators, whole, state, frequency, self.reach)
 
     def frf(self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: Real) -> Complex:
         """Sensor volts per actuator volt, (K, F)."""
@@ -130,7 +134,7 @@ class EffectTwin:
         state = self.state(point, laws, effects, frequency)
         require_certified(state, ops)
         coefficients = Coefficients.of(state, ops.offset_range or 1.0)
-        solved = LocalSolution.of(ops, composed(ops, coefficients), state, frequency)
+        solved = LocalSolution.of(ops, composed(ops, coefficients), state, frequency, self.reach)
         reading = Reading.of(solved, state, self._load, ops, self._roles)
 
         def change(stepped: PlateState) -> Complex:

@@ -49,15 +49,17 @@ class LocalSolution:
     answers: Complex
 
     @classmethod
-    def of(cls, ops: EffectOperators, whole: Composite, state: PlateState, frequency: Real) -> Self:
-        """Choose local coordinates and solve."""
+    def of(
+        cls, ops: EffectOperators, whole: Composite, state: PlateState, frequency: Real, reach: float = REACH
+    ) -> Self:
+        """Choose local coordinates, modes up to `reach` times the band's end (all if infinite), and solve."""
         stiffness, mass = whole.fixed, whole.mass
         for load in state.point_loads:
             row = deflection_at(ops, load)
             stiffness = stiffness + load.stiffness * np.outer(row, row)
             mass = mass + load.mass * np.outer(row, row)
         whole = Composite(whole.plate, whole.plate_loss, stiffness, mass, whole.coupling)
-        basis = _local_basis(ops, whole, float(np.mean(state.storage)))
+        basis = _local_basis(ops, whole, float(np.mean(state.storage)), reach)
         local = _restricted(whole, basis)
         normal = basis.T @ ops.normal @ basis
         answers = _solve(local, normal, ops, basis, state, frequency)
@@ -145,16 +147,18 @@ def _restricted(whole: Composite, basis: Real) -> Composite:
     )
 
 
-def _local_basis(ops: EffectOperators, whole: Composite, storage: float) -> Real:
-    """Modes up to `REACH` times the band's end, and residual vectors of patches and points, (r, m)."""
+def _local_basis(ops: EffectOperators, whole: Composite, storage: float, reach: float) -> Real:
+    """Modes up to `reach` times the band's end, and residual vectors of patches and points, (r, m)."""
+    root = scipy.linalg.cholesky(whole.mass, lower=True, check_finite=False)
+    if np.isinf(reach):
+        return np.asarray(scipy.linalg.solve_triangular(root, np.eye(len(root)), lower=True, trans="T"))
     stiffness = storage * whole.plate + whole.fixed
     end = 2 * np.pi * ops.band[1]
-    root = scipy.linalg.cholesky(whole.mass, lower=True, check_finite=False)
     half = scipy.linalg.solve_triangular(root, stiffness, lower=True, check_finite=False)
     standard = scipy.linalg.solve_triangular(root, half.T, lower=True, check_finite=False)
     _, shapes = scipy.linalg.eigh(
         0.5 * (standard + standard.T),
-        subset_by_value=(-np.inf, (REACH * end) ** 2),
+        subset_by_value=(-np.inf, (reach * end) ** 2),
         driver="evr",
         check_finite=False,
     )
