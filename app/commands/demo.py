@@ -106,6 +106,9 @@ def stages_table(seconds: dict[Part, dict[str, float]]) -> "Table":
     for part, took in seconds.items():
         found = summary(part.run)
         found["acquire"] = found.get("import", "")
+        page = part.run / "report.html"
+        if page.is_file():
+            found["report"] = f"one page, {page.stat().st_size / 1e6:.1f} MB, that fetches nothing"
         for number, verb in enumerate(took):
             table.add_row("" if number else part.name, verb, found.get(verb, ""), f"{took[verb]:.1f}")
         table.add_section()
