@@ -8,7 +8,8 @@
 ``groups``            sweeps at one temperature share the laws there
 ``sweeps``            a campaign ready to be compared
 ``state``             laws, readings, gain and effects: the point a fit moves
-``normal_equations``  whitened least squares of all sweeps: an arrow, its blocks eliminated
+``normal_equations``  whitened least squares of every sweep
+``arrow``             all sweeps together, what is a group's own eliminated
 ``fit``               all of it fitted together
 ``screen``            score test of every candidate at once, singles and pairs
 ``observability``     what this campaign cannot see

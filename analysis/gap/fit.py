@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.arrow import Arrow, LocalStep, arrow
 from analysis.gap.model import GapModel, Tangent
-from analysis.gap.normal_equations import Arrow, SweepEquations, arrow, linearise_all
+from analysis.gap.normal_equations import SweepEquations, linearise_all
 from analysis.gap.state import FreeParameters, GapState, clipped_laws
 from analysis.gap.sweeps import GapSweeps
 from analysis.gap.thresholds import MOST_STEPS, SETTLED
@@ -17,6 +18,9 @@ Real = NDArray[np.float64]
 
 LARGEST_STEP = np.array([0.3, 0.05, 0.7])
 """Of log E, nu and log eta in one iteration: beyond, resonances pass each other."""
+
+SHAPE_STEP = 0.25
+"""Of a shape in one iteration, in standard deviations of its prior."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,8 @@ class GapFit:
         Of the nodes.
     readings : (T,) ndarray
         chi2 of the temperature readings, data like the others: a plate that lags strains nothing else.
+    tilts : (G,) ndarray
+        chi2 of the laws' slopes against those read off the neighbours.
     dof : float
         Real numbers less what was fitted.
     prior : float
@@ -58,6 +64,7 @@ class GapFit:
     information: Real
     chi2: Real
     readings: Real
+    tilts: Real
     dof: float
     prior: float
     residual: NDArray[np.complex128] = field(repr=False)
@@ -70,8 +77,8 @@ class GapFit:
 
     @property
     def total(self) -> float:
-        """chi2 over all sweeps, channels and readings."""
-        return float(self.chi2.sum() + self.readings.sum())
+        """chi2 over all sweeps, channels, readings and slopes."""
+        return float(self.chi2.sum() + self.readings.sum() + self.tilts.sum())
 
     @property
     def log_evidence(self) -> float:
@@ -92,6 +99,7 @@ class _Trial:
     equations: list[SweepEquations]
     objective: float
     readings: Real
+    tilts: Real
     prior: float
 
 
@@ -135,14 +143,14 @@ def fit_gap(
     best = _evaluate(model, sweeps, start, free, executor)
     damping, passes, done = 0.0, 1, False
     while passes < most_steps:
-        step, promised = _step(sweeps, best, free, damping, gain_free, laws_free)
+        step, local, promised = _step(sweeps, best, free, damping, gain_free, laws_free)
         # where the twin misses by many sigma, nats are not worth their passes
         settled = target * max(1.0, best.objective / sweeps.numbers)
         if promised < settled:
             done = True
             break
         passes += 1
-        trial = _try(model, sweeps, _moved(model, best.state, free, step), free, executor)
+        trial = _try(model, sweeps, _moved(model, best.state, free, step, local), free, executor)
         if trial is not None and trial.objective <= best.objective:
             fallen = best.objective - trial.objective
             best, damping = trial, (0.0 if damping < 1e-3 else damping / 10.0)
@@ -167,8 +175,9 @@ def _evaluate(
     equations = linearise_all(model, sweeps, state, tangents, executor)
     readings = (state.away / sweeps.reading_sigma) ** 2
     prior = free.penalty(free.read(state.effects))
-    objective = sum(e.chi2 for e in equations) + float(readings.sum()) + prior
-    return _Trial(state, equations, objective, readings, prior)
+    tilts = (state.tilt**2).sum(1)
+    objective = sum(e.chi2 for e in equations) + float(readings.sum() + tilts.sum()) + prior
+    return _Trial(state, equations, objective, readings, tilts, prior)
 
 
 def _try(
@@ -184,12 +193,12 @@ def _try(
 
 def _step(
     sweeps: GapSweeps, at: _Trial, free: FreeParameters, damping: float, gain_free: bool, laws_free: bool
-) -> tuple[tuple[Real, Real, Real], float]:
+) -> tuple[Real, LocalStep, float]:
     """Return steps of (gain and parameters), laws and temperatures, and the fall of the objective they promise.
 
     Parameters at a wall that would be pushed through it stay; the others are solved for without them.
     """
-    head = arrow(sweeps, at.equations, at.state.away, damping=damping, frozen=not laws_free)
+    head = arrow(sweeps, at.equations, at.state, damping=damping, frozen=not laws_free)
     values = free.read(at.state.effects)
     precision = np.concatenate([[0.0], free.sigma**-2.0])
     matrix = head.matrix + np.diag(precision)
@@ -207,19 +216,20 @@ def _step(
         if not through.any():
             break
         moving[1:] &= ~through
-    laws, away = head.follow(step)
-    return (step, laws, away), head.promised + float(gradient @ step)
+    return step, head.follow(step, sweeps.count), head.promised + float(gradient @ step)
 
 
-def _moved(model: GapModel, state: GapState, free: FreeParameters, step: tuple[Real, Real, Real]) -> GapState:
-    common, laws, away = step
-    values = np.clip(free.read(state.effects) + common[1:], free.low, free.high)
-    moved = state.laws + np.clip(laws, -LARGEST_STEP, LARGEST_STEP)
+def _moved(model: GapModel, state: GapState, free: FreeParameters, step: Real, local: LocalStep) -> GapState:
+    # where an amplitude is small its shape is anybody's guess: it may not leap
+    reach = np.where([p.shape for p in free.cards], SHAPE_STEP * free.sigma, np.inf)
+    values = free.read(state.effects) + np.clip(step[1:], -reach, reach)
+    moved = state.laws + np.clip(local.laws, -LARGEST_STEP, LARGEST_STEP)
     return GapState(
         laws=clipped_laws(model.box, moved),
-        away=state.away + away,
-        log_gain=state.log_gain + float(np.clip(common[0], -0.5, 0.5)),
-        effects=free.write(state.effects, values),
+        tilt=state.tilt + local.tilt,
+        away=state.away + local.away,
+        log_gain=state.log_gain + float(np.clip(step[0], -0.5, 0.5)),
+        effects=free.write(state.effects, np.clip(values, free.low, free.high)),
     )
 
 
@@ -232,7 +242,7 @@ def _result(
     settled: bool,
     passes: int,
 ) -> GapFit:
-    head = arrow(sweeps, at.equations, at.state.away, frozen=not laws_free)
+    head = arrow(sweeps, at.equations, at.state, frozen=not laws_free)
     information, sigma_log_gain = without_gain(head.matrix, gain_free)
     covariance: Real = np.linalg.inv(information + np.diag(free.sigma**-2.0)).astype(np.float64)
     values = free.read(at.state.effects)
@@ -247,6 +257,7 @@ def _result(
         information=information,
         chi2=np.array([(np.abs(e.residual) ** 2).sum(-1) for e in at.equations]),
         readings=at.readings if laws_free else np.zeros(sweeps.count),
+        tilts=at.tilts if laws_free else np.zeros(len(at.tilts)),
         dof=float(sweeps.numbers - fitted),
         prior=at.prior,
         residual=np.array([e.residual for e in at.equations]),

@@ -18,8 +18,8 @@ from analysis.gap.refit import Bench, Progress
 from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
 from analysis.gap.search import Found, explained, search
 from analysis.gap.state import starting_state
-from analysis.gap.sweeps import GapSweeps, NumericalFloor, prepare
-from analysis.gap.thresholds import SHARPEST, Z_FLOOR
+from analysis.gap.sweeps import GapSweeps, NumericalFloor, prepare, sharpest
+from analysis.gap.thresholds import Z_FLOOR
 from analysis.gap.unknown import unknown_evidence
 from analysis.gap.verdict import Judgement, judge
 from analysis.gap.where import residual_map
@@ -64,9 +64,8 @@ def find_gap(
     """
     begun = clock()
     report: Progress = progress or (lambda stage, share: None)
-    sharpest = SHARPEST * float(np.min(updated.material.loss_factor))
     report("baseline", 0.0)
-    sweeps, noise = prepare(frf, protocol, sharpest, floor=floor)
+    sweeps, noise = prepare(frf, protocol, updated, floor=floor)
     bench = Bench(model, sweeps, noise, executor, report)
     baseline = bench.fit(starting_state(updated, sweeps.groups), ())
     found = search(bench, baseline)
@@ -78,7 +77,7 @@ def find_gap(
     judgement = judge(bench, found, tried)
     report("done", 1.0)
     notes = [*noise.notes, judgement.reason]
-    if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest:
+    if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest(updated):
         notes.append("some resonances came out sharper than the nodes were laid for; the residual may show it")
     notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]
     return _report(bench, found, tried, judgement, tuple(notes), clock() - begun)

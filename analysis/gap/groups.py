@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 
 from analysis.gap.thresholds import SAME_TEMPERATURE
 from analysis.local_laws import LocalLaws
+from analysis.material import Material
 
 LENGTH = 30.0
 """Correlation length of the laws' departure from a straight line, K (Matern 5/2): with it slopes of laws that turn
 within 8 to 15 K come out right to 1 % at steps of 2 and 4 K, better than local polynomials of any order."""
+SLOPE_KNOWN = 0.03
+"""Relative uncertainty of the slope of log E below which it is taken for known: a lag of 2 K is then right to the
+error of a reading."""
 READING_ERROR = 0.025
 """Error of a group's temperature, K: mean of an up and a down sweep."""
 
@@ -60,26 +64,46 @@ class TemperatureGroups:
         shared: NDArray[np.bool_] = self.size[self.of_sweep] > 1
         return shared
 
-    def laws(self, values: NDArray[np.float64]) -> list[LocalLaws]:
-        """Local laws of each group through `values` (G, 3): log E, nu and log eta at the references."""
-        slope, curvature = law_derivatives(self.reference, values)
+    def laws(self, values: NDArray[np.float64], tilt: NDArray[np.float64]) -> list[LocalLaws]:
+        """Local laws of each group through `values` (G, 3): log E, nu and log eta at the references.
+
+        `tilt` (G, 3) is added to the slopes read off the neighbours, per K.
+        """
+        slope, curvature, _ = law_derivatives(self.reference, values)
         return [
             LocalLaws(float(t), v, s, c)
-            for t, v, s, c in zip(self.reference, values, slope, curvature, strict=True)
+            for t, v, s, c in zip(self.reference, values, slope + tilt, curvature, strict=True)
         ]
+
+    def slope_sigma(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return standard deviations (G, 3) of the slopes read off the neighbours, per K; zeros where known.
+
+        Temperatures far apart leave the slope between them open, and with it what a lag or a gradient does.
+        """
+        if len(self.reference) < 2:
+            return np.zeros_like(values)
+        slope, _, sigma = law_derivatives(self.reference, values)
+        known = np.abs(sigma[:, 0]).max() < SLOPE_KNOWN * np.abs(slope[:, 0]).max()
+        return np.zeros_like(values) if known else sigma
+
+
+def mean_laws(material: Material, groups: TemperatureGroups) -> NDArray[np.float64]:
+    """Return log E, nu and log eta (G, 3), means over each group of estimates for its sweeps."""
+    rows = [np.log(material.youngs_modulus), material.poisson_ratio, np.log(material.loss_factor)]
+    return np.array([np.bincount(groups.of_sweep, row) / groups.size for row in rows]).T
 
 
 def law_derivatives(
     temperature: NDArray[np.float64], values: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """First and second derivatives (G, 3) of laws with `values` (G, 3) at ascending `temperature` (G,).
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """First and second derivatives (G, 3) of laws through `values` (G, 3), and how uncertain the first ones are.
 
     Derivatives of a Gaussian process about a straight line (Rasmussen and Williams, Gaussian Processes for Machine
     Learning, 2006, sections 2.7 and 9.4). One temperature says nothing of a slope: zeros.
     """
-    slope, curvature = np.zeros_like(values), np.zeros_like(values)
+    slope, curvature, sigma = (np.zeros_like(values) for _ in range(3))
     if len(temperature) < 2:
-        return slope, curvature
+        return slope, curvature, sigma
     design = np.stack([np.ones_like(temperature), temperature - temperature.mean()], axis=1)
     apart = temperature[:, None] - temperature
     r = np.sqrt(5.0) * np.abs(apart) / LENGTH
@@ -89,7 +113,9 @@ def law_derivatives(
     second = -(5.0 / 3.0) / LENGTH**2 * (1.0 + r - r**2) * fall
     for law, value in enumerate(values.T):
         line = np.linalg.lstsq(design, value)[0]
-        size = max(float(np.std(value - design @ line)), 1e-9)
+        # two points lie on their line whatever the law: a third of the rise may well be a bend
+        bend = np.sqrt(np.sum((value - design @ line) ** 2) / max(len(value) - 2, 1))
+        size = max(float(bend), 0.3 * float(np.ptp(value)) if len(value) == 2 else 0.0, 1e-9)
         error = np.hypot(READING_ERROR * line[1] / size, 0.01)
         covariance = correlation + error**2 * np.eye(len(value))
         whitened = np.linalg.solve(covariance, np.column_stack([design, value]))
@@ -97,4 +123,6 @@ def law_derivatives(
         weight = whitened[:, 2] - whitened[:, :2] @ line
         slope[:, law] = line[1] + first @ weight
         curvature[:, law] = second @ weight
-    return slope, curvature
+        known = (first * np.linalg.solve(covariance, first.T).T).sum(1)
+        sigma[:, law] = size * np.sqrt(np.maximum(5.0 / (3.0 * LENGTH**2) - known, 0.0))
+    return slope, curvature, sigma

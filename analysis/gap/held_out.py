@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from analysis.gap.fit import GapFit, fit_gap
 from analysis.gap.misfit import relative_misfit
 from analysis.gap.model import GapModel
-from analysis.gap.state import GapState
 from analysis.gap.sweeps import GapSweeps
 
 LEAST_TEMPERATURES = 4
@@ -63,7 +62,7 @@ def held_out(
             begin = whole.state.restricted(groups, places)
         else:
             begin = taught.state
-        begin = GapState(begin.laws, begin.away, taught.state.log_gain, taught.state.effects)
+        begin = replace(begin, log_gain=taught.state.log_gain, effects=taught.state.effects)
         tried = fit_gap(model, test, begin, (), executor, gain_free=False, laws_free=laws_free)
         results.append((tried, relative_misfit(test, tried)))
     (before, before_misfit), (after, after_misfit) = results

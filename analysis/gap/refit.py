@@ -29,6 +29,8 @@ class Bench:
     executor : Executor
     report : callable
         Told a stage's name and the share of it done.
+    known : dict
+        Fits to all sweeps, by their effects: none is made twice.
     """
 
     model: GapModel
@@ -36,10 +38,14 @@ class Bench:
     noise: NoiseCheck
     executor: Executor
     report: Progress = field(default=lambda stage, share: None)
+    known: dict[frozenset[str], GapFit] = field(default_factory=dict)
 
     def fit(self, start: GapState, effects: Sequence[str]) -> GapFit:
         """Fit laws, readings, gain and `effects` to all sweeps."""
-        return fit_gap(self.model, self.sweeps, start, effects, self.executor)
+        key = frozenset(effects)
+        if key not in self.known:
+            self.known[key] = fit_gap(self.model, self.sweeps, start, effects, self.executor)
+        return self.known[key]
 
     def screen(self, fit: GapFit) -> Screening:
         """Score test of all candidates at `fit`."""
@@ -114,6 +120,8 @@ def refit(bench: Bench, base: GapFit, sets: Sequence[tuple[tuple[str, ...], dict
     few = bench.sweeps.only_groups(groups)
     kept = base.state.restricted(groups, few.original_places(bench.sweeps))
     reference = fit_gap(bench.model, few, kept, tuple(base.state.effects), bench.executor)
+    done = [_remembered(bench, base, names) for names, _ in sets if frozenset(names) in bench.known]
+    sets = [(names, added) for names, added in sets if frozenset(names) not in bench.known]
     coarse = []
     for place, (names, added) in enumerate(sets):
         start = _started(reference, names, added)
@@ -121,8 +129,8 @@ def refit(bench: Bench, base: GapFit, sets: Sequence[tuple[tuple[str, ...], dict
         coarse.append((names, fit, fit.log_evidence - reference.log_evidence))
         bench.report("refits", 0.5 * (place + 1) / len(sets))
     best = max((gain for _, _, gain in coarse), default=0.0)
+    best = max([best, *(r.gain * few.numbers / bench.sweeps.numbers for r in done)])
     scale = bench.sweeps.numbers / few.numbers
-    done = []
     for place, (names, fit, gain) in enumerate(coarse):
         if gain < REFIT_SHARE * best:
             done.append(Refit(names, gain * scale, None))
@@ -132,6 +140,11 @@ def refit(bench: Bench, base: GapFit, sets: Sequence[tuple[tuple[str, ...], dict
         done.append(Refit(names, full.log_evidence - base.log_evidence, full))
         bench.report("refits", 0.5 + 0.5 * (place + 1) / len(sets))
     return sorted(done, key=lambda r: (r.fit is None, -r.gain))
+
+
+def _remembered(bench: Bench, base: GapFit, names: tuple[str, ...]) -> Refit:
+    fit = bench.known[frozenset(names)]
+    return Refit(names, fit.log_evidence - base.log_evidence, fit)
 
 
 def _started(base: GapFit, names: Sequence[str], added: dict[str, Values]) -> GapState:

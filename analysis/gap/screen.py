@@ -12,10 +12,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.arrow import arrow
 from analysis.gap.effect_card import Parameter, Values
 from analysis.gap.fit import GapFit, without_gain
 from analysis.gap.model import GapModel, Tangent
-from analysis.gap.normal_equations import arrow, linearise_all
+from analysis.gap.normal_equations import linearise_all
 from analysis.gap.sweeps import GapSweeps
 
 Real = NDArray[np.float64]
@@ -229,13 +230,13 @@ def screen(
         (c.effect, c.card.name, on.get(c.effect, model.cards[c.effect].zero(c.shapes))) for c in columns
     ]
     equations = linearise_all(model, sweeps, fit.state, tangents, executor)
-    head = arrow(sweeps, equations, fit.state.away)
+    head = arrow(sweeps, equations, fit.state)
     lever = head.matrix[0, 1:] / head.matrix[0, 0]
     return Screening(
         columns=tuple(columns),
         active=tuple(on),
         matrix=without_gain(head.matrix)[0],
-        read=without_gain(arrow(sweeps, equations, fit.state.away, readings=False).matrix)[0],
+        read=without_gain(arrow(sweeps, equations, fit.state, readings=False).matrix)[0],
         raw=head.raw[1:, 1:],
         gradient=head.gradient[1:] - lever * head.gradient[0],
     )

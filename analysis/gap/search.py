@@ -9,6 +9,7 @@ from analysis.gap.observability import Observability, observability
 from analysis.gap.refit import Bench, Refit, refit
 from analysis.gap.screen import Candidate, Screening
 from analysis.gap.thresholds import (
+    CLASS_NATS,
     EXPLAINED,
     LEAST_GAIN,
     LEAST_SHARE,
@@ -184,7 +185,7 @@ def _challenge(
 
 def _dropped(bench: Bench, baseline: GapFit, fit: GapFit, name: str) -> GapFit:
     rest = {other: values for other, values in fit.state.effects.items() if other != name}
-    return bench.fit(replace(fit.state, effects=rest), tuple(rest)) if rest else baseline
+    return bench.fit(replace(baseline.state, effects=rest), tuple(rest)) if rest else baseline
 
 
 def _rivals(last: Screening, name: str, blind: Sequence[str]) -> dict[str, float]:
@@ -218,6 +219,6 @@ def _swapped(
             if trial.fit is None or not trial.plausible:
                 continue
             others[trial.effects[-1]] = trial.fit.log_evidence - fit.log_evidence
-            if trial.fit.log_evidence > (best or fit).log_evidence:
+            if trial.fit.log_evidence > (fit.log_evidence + CLASS_NATS if best is None else best.log_evidence):
                 best = trial.fit
     return best

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.effect_card import EffectCard, Parameter, Values
-from analysis.gap.groups import TemperatureGroups
+from analysis.gap.groups import TemperatureGroups, mean_laws
 from analysis.material import MaterialBox
 from analysis.updating.update import Updated
 
@@ -20,6 +20,8 @@ class GapState:
     ----------
     laws : (G, 3) ndarray
         log E [log Pa], nu and log eta at the groups' references.
+    tilt : (G, 3) ndarray
+        What the laws' slopes are off, in their standard deviations.
     away : (T,) ndarray
         True temperature less reading, K.
     log_gain : float
@@ -28,6 +30,7 @@ class GapState:
     """
 
     laws: NDArray[np.float64]
+    tilt: NDArray[np.float64]
     away: NDArray[np.float64]
     log_gain: float
     effects: Mapping[str, Values]
@@ -38,7 +41,8 @@ class GapState:
 
     def restricted(self, groups: Sequence[int], sweeps: Sequence[int]) -> "GapState":
         """Return what concerns some groups and sweeps only."""
-        return replace(self, laws=self.laws[list(groups)], away=self.away[list(sweeps)])
+        kept = list(groups)
+        return replace(self, laws=self.laws[kept], tilt=self.tilt[kept], away=self.away[list(sweeps)])
 
     def corrected(
         self, groups: TemperatureGroups, before: "GapState", after: "GapState", few: TemperatureGroups
@@ -46,13 +50,14 @@ class GapState:
         """Move laws, gain and effects as a fit to `few` groups moved them from `before` to `after`.
 
         In between, the laws' changes follow by interpolation over temperature: they are smooth where the laws
-        themselves are not.
+        themselves are not. Readings start from what they say: an effect may have moved under another's absence.
         """
         change = after.laws - before.laws
         laws = [np.interp(groups.reference, few.reference, column) for column in change.T]
         return GapState(
             laws=self.laws + np.array(laws).T,
-            away=self.away,
+            tilt=np.zeros_like(self.tilt),
+            away=np.zeros_like(self.away),
             log_gain=self.log_gain + after.log_gain - before.log_gain,
             effects=after.effects,
         )
@@ -60,10 +65,8 @@ class GapState:
 
 def starting_state(updated: Updated, groups: TemperatureGroups) -> GapState:
     """State without effects from a model updating of the same sweeps; groups take the mean of their sweeps."""
-    material = updated.material
-    rows = [np.log(material.youngs_modulus), material.poisson_ratio, np.log(material.loss_factor)]
-    laws = np.array([np.bincount(groups.of_sweep, row) / groups.size for row in rows]).T
-    return GapState(laws, np.zeros(len(groups.of_sweep)), float(np.log(updated.gain)), {})
+    laws = mean_laws(updated.material, groups)
+    return GapState(laws, np.zeros_like(laws), np.zeros(len(groups.of_sweep)), float(np.log(updated.gain)), {})
 
 
 def clipped_laws(box: MaterialBox, laws: NDArray[np.float64]) -> NDArray[np.float64]:

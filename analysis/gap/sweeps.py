@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.compression import CompressedSweep, Nodes, compress
-from analysis.gap.groups import TemperatureGroups
+from analysis.gap.groups import TemperatureGroups, mean_laws
 from analysis.gap.model import SweepPoint
 from analysis.gap.noise import NoiseCheck, check_noise
-from analysis.gap.thresholds import NUMERICAL_REST, READING_SIGMA
+from analysis.gap.thresholds import NUMERICAL_REST, READING_SIGMA, SHARPEST
+from analysis.updating.update import Updated
 
 Defect = Callable[[SweepPoint, NDArray[np.float64]], NDArray[np.complex128]]
 """Circumstances and (F,) Hz -> (K, F): refined less working transfer at the baseline, per actuator volt."""
@@ -57,6 +58,10 @@ class GapSweeps:
     groups : TemperatureGroups
     reading_sigma : float
         Standard deviation of a sweep's temperature reading, K.
+    rough : (G, 3) ndarray
+        Laws about as they are, to tell how well their slopes are known.
+    slope_sigma : (G, 3) ndarray
+        Standard deviations of the laws' slopes, per K; zeros where they are known.
     defect : (T, K, n) complex ndarray
         Spline coefficients of the numerical defect.
     rows : (T, K, n) bool ndarray
@@ -72,6 +77,8 @@ class GapSweeps:
     compressed: tuple[CompressedSweep, ...]
     groups: TemperatureGroups
     reading_sigma: float
+    rough: NDArray[np.float64]
+    slope_sigma: NDArray[np.float64]
     defect: NDArray[np.complex128] = field(repr=False)
     rows: NDArray[np.bool_] = field(repr=False)
     original: NDArray[np.int_] = field(repr=False)
@@ -91,12 +98,16 @@ class GapSweeps:
         kept = np.asarray(sweeps, dtype=int)
         labels = np.unique(self.groups.of_sweep[kept], return_inverse=True)[1]
         temperature = np.array([self.points[s].temperature for s in kept])
+        groups = TemperatureGroups.labelled(labels, temperature)
+        rough = self.rough[np.unique(self.groups.of_sweep[kept])]
         return replace(
             self,
             points=tuple(self.points[s] for s in kept),
             direction=tuple(self.direction[s] for s in kept),
             compressed=tuple(self.compressed[s] for s in kept),
-            groups=TemperatureGroups.labelled(labels, temperature),
+            groups=groups,
+            rough=rough,
+            slope_sigma=groups.slope_sigma(rough),
             defect=self.defect[kept],
             rows=self.rows[kept],
             original=self.original[kept],
@@ -116,15 +127,20 @@ class GapSweeps:
         return replace(self, rows=self.rows & rows)
 
 
+def sharpest(updated: Updated) -> float:
+    """Return the least loss factor for which nodes are laid."""
+    return SHARPEST * float(np.min(updated.material.loss_factor))
+
+
 def prepare(
     frf: Frf,
     protocol: Protocol,
-    least_loss_factor: float,
+    updated: Updated,
     *,
     floor: NumericalFloor | None = None,
     reading_sigma: float = READING_SIGMA / np.sqrt(2.0),
 ) -> tuple[GapSweeps, NoiseCheck]:
-    """Compress all sweeps of `frf` for resonances no sharper than `least_loss_factor`, and check their noise.
+    """Compress all sweeps of `frf` for resonances as sharp as `updated` found them, and check their noise.
 
     Raises
     ------
@@ -137,7 +153,7 @@ def prepare(
     if not (frf.variance[:, :, used] > 0.0).all():
         raise ValueError("the FRFs carry lines without variance: record at least two repeats of each sweep")
     lines = frf.frequency[used]
-    nodes = Nodes.over(lines, least_loss_factor, spacing=float(np.median(np.diff(frf.frequency))))
+    nodes = Nodes.over(lines, sharpest(updated), spacing=float(np.median(np.diff(frf.frequency))))
     stated = [compress(h[:, used], v[:, used], nodes) for h, v in zip(frf.h, frf.variance, strict=True)]
     noise = check_noise(stated, frf.channels)
     rate = protocol.ramp_rate / 60.0
@@ -149,14 +165,18 @@ def prepare(
     defect = np.zeros(shape, dtype=np.complex128)
     if floor is not None:
         defect = nodes.coefficients(np.array([floor.defect(p, nodes.frequency) for p in points]))
+    groups = TemperatureGroups.of(frf.temperature)
+    rough = mean_laws(updated.material, groups)
     sweeps = GapSweeps(
         nodes=nodes,
         points=points,
         direction=frf.direction,
         channels=frf.channels,
         compressed=tuple(s.rescaled(noise.ratio) for s in stated),
-        groups=TemperatureGroups.of(frf.temperature),
+        groups=groups,
         reading_sigma=reading_sigma,
+        rough=rough,
+        slope_sigma=groups.slope_sigma(rough),
         defect=defect,
         rows=np.ones(shape, dtype=bool),
         original=np.arange(len(points)),

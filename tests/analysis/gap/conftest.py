@@ -225,7 +225,7 @@ def record(
 def start_near(groups, *, off=0.005):
     """Start as model updating would give it: right to half a percent."""
     laws = true_laws(groups.reference) + off * np.array([1.0, 0.2, 2.0])
-    return GapState(laws, np.zeros(len(groups.of_sweep)), float(np.log(GAIN)) + off, {})
+    return GapState(laws, np.zeros_like(laws), np.zeros(len(groups.of_sweep)), float(np.log(GAIN)) + off, {})
 
 
 @pytest.fixture
