@@ -13,6 +13,7 @@ VERBS = {
     "import": "import_campaign",
     "identify": "identify",
     "update": "update",
+    "gap": "gap",
     "focus": "focus",
     "compensate": "compensate",
     "report": "report",

@@ -48,6 +48,8 @@ def _type_at(model: type[BaseModel], place: Iterable[int | str]) -> Any:
         elif _is_model(bare) and part in bare.model_fields:
             field = bare.model_fields[part]
             here = Annotated[field.annotation, field]  # pydantic takes them apart; the limits are in the field
+        elif get_origin(bare) is dict:
+            here = get_args(bare)[1]
         else:
             here = None
     return here

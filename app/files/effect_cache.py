@@ -35,20 +35,25 @@ def cached_operators(
     experiment: Experiment, box: MaterialBox, report: Report, recipe: "MeshRecipe | None" = None
 ) -> "EffectOperators":
     """Operators of an experiment's plate, from the cache or made and kept there; about a minute where made."""
-    from simulation.basis_key import basis_key
     from simulation.effect_reduction import reduce_with_effects
 
-    points = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
-    plain = basis_key(experiment.plate, experiment.patch, box, experiment.protocol.band, points, recipe)
-    first = next(k for k, patch in enumerate(experiment.patch) if patch.role == "sensor")
-    key = hashlib.sha256(json.dumps([plain, first, METHOD]).encode()).hexdigest()
-    file = cache_folder() / f"effects-{key}.h5"
+    file = cache_folder() / f"effects-{operators_key(experiment, box, recipe)}.h5"
     stored = load_operators(file)
     if stored is not None:
         return stored
     operators = reduce_with_effects(experiment, box, recipe=recipe, progress=report)[0]
     save_operators(file, operators)
     return load_operators(file) or operators
+
+
+def operators_key(experiment: Experiment, box: MaterialBox, recipe: "MeshRecipe | None" = None) -> str:
+    """SHA-256, hexadecimal, over all that decides an experiment's operators."""
+    from simulation.basis_key import basis_key
+
+    points = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
+    plain = basis_key(experiment.plate, experiment.patch, box, experiment.protocol.band, points, recipe)
+    first = next(k for k, patch in enumerate(experiment.patch) if patch.role == "sensor")
+    return hashlib.sha256(json.dumps([plain, first, METHOD]).encode()).hexdigest()
 
 
 def save_operators(file: Path, operators: "EffectOperators") -> None:

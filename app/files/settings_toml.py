@@ -4,9 +4,9 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -28,13 +28,25 @@ def read_settings(path: Path, model: type[Model]) -> Model:
     CampaignFileError
         With every missing, unknown, mistyped or implausible key.
     """
+    return checked(path, read_table(path), model)
+
+
+def read_table(path: Path) -> dict[str, Any]:
+    """Read a file's keys and values unchecked; CampaignFileError where it is no TOML."""
     text = _text(path)
     try:
-        declared = tomllib.loads(text)
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise CampaignFileError(path.parent, [_syntax(path.name, text, error)]) from error
+    except (ValueError, RecursionError) as error:  # integers of thousands of digits, brackets in brackets
+        problem = Problem(path.name, "", f"cannot be parsed ({error})", "TOML of plain tables")
+        raise CampaignFileError(path.parent, [problem]) from error
+
+
+def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
+    """Hold what `read_table` read against a model; raises as `read_settings`."""
     try:  # through JSON, where pydantic's strict reading takes lists for tuples but no "0.24" for 0.24
-        return model.model_validate_json(json.dumps(declared, default=str), strict=True)
+        return model.model_validate_json(json.dumps(table, default=str), strict=True)
     except ValidationError as error:
         details = error.errors(include_url=False)
         wrong = [detail for detail in details if not _follows_from_another(detail, details)]

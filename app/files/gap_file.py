@@ -1,0 +1,96 @@
+"""``gap.h5``: what the figures of a comparison need, and its gap.json."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.report import FittedLaws, GapReport
+from analysis.gap.where import ResidualMap
+from app.files.atomic import atomic_hdf5
+from app.files.bad_file import ResultFileError
+from app.files.provenance import stamp
+from app.files.values import read_value, write_value
+
+
+@dataclass(frozen=True)
+class GapMap:
+    """Residual of a twin, see `analysis.gap.where.ResidualMap`.
+
+    Attributes
+    ----------
+    edges : (B + 1,) ndarray
+        Hz.
+    temperature, level : (T,) ndarray
+        Degrees Celsius, V.
+    direction, channels : tuple of str
+    sigma, excess : (T, K, B) ndarray
+        rms residual in units of noise, and chi2 beyond the noise's.
+    """
+
+    edges: NDArray[np.float64]
+    temperature: NDArray[np.float64]
+    level: NDArray[np.float64]
+    direction: tuple[str, ...]
+    channels: tuple[str, ...]
+    sigma: NDArray[np.float64]
+    excess: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, found: ResidualMap) -> "GapMap":
+        """Keep the arrays of a residual map."""
+        return cls(
+            found.edges,
+            found.temperature,
+            found.level,
+            found.direction,
+            found.channels,
+            found.sigma,
+            found.excess,
+        )
+
+
+@dataclass(frozen=True)
+class GapFigures:
+    """Arrays behind the figures of a comparison.
+
+    Attributes
+    ----------
+    before, after : GapMap
+        Without effects, and with those found.
+    laws_before, laws_after : FittedLaws
+        The latter those of the twin that was issued.
+    """
+
+    before: GapMap
+    after: GapMap
+    laws_before: FittedLaws
+    laws_after: FittedLaws
+
+    @classmethod
+    def of(cls, report: GapReport, issued: FittedLaws) -> "GapFigures":
+        """Collect them."""
+        return cls(GapMap.of(report.before), GapMap.of(report.after), report.laws_before, issued)
+
+
+def save_gap(target: Path, figures: GapFigures, record: Mapping[str, Any], made_from: Mapping[str, Any]) -> None:
+    """Write the arrays and the record of gap.json."""
+    with atomic_hdf5(target) as file:
+        stamp(file, made_from)
+        write_value(file.create_group("figures"), figures)
+        file.create_dataset("record", data=json.dumps(record, allow_nan=False))
+
+
+def load_gap(path: Path) -> tuple[GapFigures, dict[str, Any]]:
+    """Read back what `save_gap` wrote; ResultFileError where the file is something else."""
+    try:
+        with h5py.File(path) as file:
+            record: dict[str, Any] = json.loads(file["record"].asstr()[()])
+            return read_value(file["figures"], GapFigures), record
+    except (OSError, KeyError, TypeError, json.JSONDecodeError) as error:
+        raise ResultFileError(f"{path}: not a readable gap.h5; make it again: flexura gap") from error

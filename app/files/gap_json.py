@@ -1,0 +1,140 @@
+"""``gap.json``: the result of comparing a campaign with its twin, for machines (flexura-gap/1)."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from analysis.gap.gap import GapReport
+from analysis.gap.report import Agreement, Estimate, FittedLaws, NamedEffect
+from analysis.gap.where import Region
+from app.corrected_twin import material_of
+
+SCHEMA = "flexura-gap/1"
+
+
+def gap_record(
+    report: GapReport,
+    given: Mapping[str, tuple[Estimate, ...]],
+    made_from: Mapping[str, Any],
+    seconds: float,
+) -> dict[str, Any]:
+    """Return what gap.json holds.
+
+    Parameters
+    ----------
+    report : GapReport
+    given : mapping of str to tuple of Estimate
+        Effects that were on from the beginning.
+    made_from : mapping
+        Provenance.
+    seconds : float
+        Wall time from reading the FRFs to the file.
+    """
+    gap = report.unexplained is not None
+    left = report.after.regions if gap else ()
+    return {
+        "schema": SCHEMA,
+        "verdict": report.verdict,
+        "effects": [_effect(effect) for effect in report.effects],
+        "not_observable": [o.effect for o in report.not_observable],
+        "gap": {
+            "baseline": _agreement(report.baseline),
+            "final": _agreement(report.final),
+            "held_out": _held_out(report),
+        },
+        "unexplained": {"share": report.unexplained, "where": [_region(region) for region in left]},
+        "seconds": seconds,
+        "where": {
+            "regions": [_region(region) for region in (report.before.regions if gap else ())],
+            "shares": report.before.shares() if gap else {},
+        },
+        "starting_effects": {name: _parameters(values) for name, values in given.items()},
+        "observability": [
+            {"name": o.effect, "observable": o.observable, "kept": o.kept, "size_sigma": o.size, "needs": o.needs}
+            for o in report.seen
+        ],
+        "candidates": [
+            {
+                "name": c.effect,
+                "log_evidence_screened": c.screened,
+                "log_evidence_fitted": c.fitted,
+                "share": c.share,
+                "kept": c.kept,
+                "cosine_to_first": c.cosine,
+            }
+            for c in report.candidates
+        ],
+        "laws": {"baseline": _laws(report.laws_before), "final": _laws(report.laws_after)},
+        "noise": {
+            "variance_over_stated": dict(zip(report.before.channels, report.noise.ratio.tolist(), strict=True))
+        },
+        "notes": list(report.notes),
+        "provenance": dict(made_from),
+    }
+
+
+def _effect(effect: NamedEffect) -> dict[str, Any]:
+    return {
+        "name": effect.name,
+        "equivalent": list(effect.equivalent),
+        "probability": effect.probability,
+        "log_evidence_gain": effect.log_evidence_gain,
+        "parameters": _parameters(effect.parameters),
+        "summary": effect.summary,
+        "separated_by": effect.separated_by,
+    }
+
+
+def _parameters(parameters: Sequence[Estimate]) -> dict[str, Any]:
+    return {p.name: {"value": p.value, "sigma": p.sigma, "unit": p.unit} for p in parameters}
+
+
+def _agreement(agreement: Agreement) -> dict[str, Any]:
+    return {
+        "chi2_per_dof": agreement.chi2_per_dof,
+        "relative_misfit": agreement.relative_misfit,
+        "z": agreement.z,
+        "whiteness_sigma": list(agreement.whiteness),
+    }
+
+
+def _held_out(report: GapReport) -> dict[str, Any]:
+    """Agreement on data that the effects were not fitted to; all of it where none was fitted."""
+    tried = report.held_out
+    if tried is None:
+        same = _plain(report.baseline)
+        closure = None if report.unexplained is None else 0.0
+        what = "all records: no effect was fitted"
+        return {"what": what, "baseline": same, "final": same, "closure": closure}
+    return {
+        "what": tried.what,
+        "baseline": {"chi2_per_dof": tried.baseline_chi2 / tried.dof, "relative_misfit": tried.baseline_misfit},
+        "final": {"chi2_per_dof": tried.final_chi2 / tried.dof, "relative_misfit": tried.final_misfit},
+        "closure": tried.closure,
+    }
+
+
+def _plain(agreement: Agreement) -> dict[str, Any]:
+    return {"chi2_per_dof": agreement.chi2_per_dof, "relative_misfit": agreement.relative_misfit}
+
+
+def _region(region: Region) -> dict[str, Any]:
+    return {
+        "channel": region.channel,
+        "frequency_hz": list(region.frequency),
+        "temperature_c": list(region.temperature),
+        "share": region.share,
+        "largest_sigma": region.sigma,
+    }
+
+
+def _laws(laws: FittedLaws) -> dict[str, Any]:
+    material, sigma = material_of(laws)
+    return {
+        "temperature_c": laws.temperature.tolist(),
+        "youngs_modulus_pa": material.youngs_modulus.tolist(),
+        "poisson_ratio": material.poisson_ratio.tolist(),
+        "loss_factor": material.loss_factor.tolist(),
+        "sigma_youngs_modulus_pa": sigma.youngs_modulus.tolist(),
+        "sigma_poisson_ratio": sigma.poisson_ratio.tolist(),
+        "sigma_loss_factor": sigma.loss_factor.tolist(),
+    }

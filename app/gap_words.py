@@ -1,0 +1,120 @@
+"""What a gap.json says, for people: tables on the screen and sentences in the report."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+Record = Mapping[str, Any]
+
+
+def summary(record: Record, run: Path) -> str:
+    """Return one line: verdict, what was found, and where it stands."""
+    gap = record["gap"]
+    before, after = gap["baseline"]["chi2_per_dof"], gap["final"]["chi2_per_dof"]
+    found = ", ".join(named(effect) for effect in record["effects"])
+    words = verdict_words(record["verdict"])
+    if record["effects"]:
+        words += f" by {found}" if record["verdict"] != "unknown" else f" (hints: {found})"
+    closed = "" if record["verdict"] == "none" else f" -> {after:.3g}"
+    return f"{words}; chi2 per dof {before:.3g}{closed}; {record['seconds']:.1f} s; results in {run}"
+
+
+def verdict_words(verdict: str) -> str:
+    """Return a verdict in words."""
+    return {
+        "none": "no gap: twin and data agree to the noise",
+        "explained": "gap explained",
+        "partly_explained": "gap partly explained",
+        "unknown": "unknown: a gap that no effect of the library explains",
+    }[verdict]
+
+
+def named(effect: Record) -> str:
+    """Name of an effect, with those it cannot be told from."""
+    return " or ".join([effect["name"], *effect["equivalent"]])
+
+
+def estimate(parameter: Record) -> str:
+    """Value, standard deviation and unit; as many digits as the standard deviation is worth."""
+    value, sigma, unit = parameter["value"], parameter["sigma"], parameter["unit"]
+    scale = max(abs(value), sigma)
+    digits = 2
+    if 0.0 < sigma < scale:
+        digits = 2 + len(str(int(scale / sigma))) - 1
+    shown = "" if unit == "1" else f" {unit}"
+    return f"{value:.{digits + 1}g} ± {sigma:.2g}{shown}"
+
+
+def show(record: Record) -> None:
+    """Print the tables."""
+    from rich.console import Console
+
+    console = Console()
+    for table in (_found(record), _agreement(record), _where(record), _unseen(record)):
+        if table.row_count:
+            console.print(table)
+
+
+def _table(title: str, *headings: str) -> Any:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in headings:
+        table.add_column(heading, overflow="fold")
+    return table
+
+
+def _found(record: Record) -> Any:
+    title = "Hints, nothing claimed" if record["verdict"] == "unknown" else "What the twin lacked"
+    table = _table(title, "effect", "parameters", "probability", "evidence [nats]", "told apart by")
+    for effect in record["effects"]:
+        values = "\n".join(f"{name} {estimate(p)}" for name, p in effect["parameters"].items())
+        table.add_row(
+            named(effect),
+            values,
+            f"{effect['probability']:.3f}",
+            f"{effect['log_evidence_gain']:.0f}",
+            effect["separated_by"] if effect["equivalent"] else "",
+        )
+    return table
+
+
+def _agreement(record: Record) -> Any:
+    table = _table("Before and after", "data", "chi2 per dof", "", "misfit", "", "gap closed")
+    gap, tried = record["gap"], record["gap"]["held_out"]
+    rows = [("all", gap["baseline"], gap["final"], None)]
+    if record["effects"]:
+        rows.append((f"held out: {tried['what']}", tried["baseline"], tried["final"], tried["closure"]))
+    for data, before, after, closure in rows:
+        table.add_row(
+            data,
+            f"{before['chi2_per_dof']:.4g}",
+            f"-> {after['chi2_per_dof']:.4g}",
+            f"{100 * before['relative_misfit']:.2f} %",
+            f"-> {100 * after['relative_misfit']:.2f} %",
+            "" if closure is None else f"{100 * closure:.2f} %",
+        )
+    return table
+
+
+def _where(record: Record) -> Any:
+    table = _table("What is left", "channel", "frequency [Hz]", "temperature [°C]", "share of it")
+    for region in record["unexplained"]["where"][:5]:
+        table.add_row(
+            region["channel"],
+            "{:.0f} to {:.0f}".format(*region["frequency_hz"]),
+            "{:.0f} to {:.0f}".format(*region["temperature_c"]),
+            f"{100 * region['share']:.0f} %",
+        )
+    return table
+
+
+def _unseen(record: Record) -> Any:
+    table = _table(
+        "Not observable with this campaign: neither claimed nor excluded", "effect", "what would show it"
+    )
+    for entry in record["observability"]:
+        if not entry["observable"]:
+            table.add_row(entry["name"], entry["needs"])
+    return table
