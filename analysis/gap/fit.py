@@ -194,41 +194,54 @@ def _try(
 def _step(
     sweeps: GapSweeps, at: _Trial, free: FreeParameters, damping: float, gain_free: bool, laws_free: bool
 ) -> tuple[Real, LocalStep, float]:
-    """Return steps of (gain and parameters), laws and temperatures, and the fall of the objective they promise.
-
-    Parameters at a wall that would be pushed through it stay; the others are solved for without them.
-    """
+    """Return steps of (gain and parameters) and of what was eliminated, and the promised fall of the objective."""
     head = arrow(sweeps, at.equations, at.state, damping=damping, frozen=not laws_free)
     values = free.read(at.state.effects)
     precision = np.concatenate([[0.0], free.sigma**-2.0])
     matrix = head.matrix + np.diag(precision)
     gradient = head.gradient - precision * np.concatenate([[0.0], values - free.centre])
-    moving = np.concatenate([[gain_free], np.ones(len(values), dtype=bool)])
-    step = np.zeros(len(gradient))
-    for _ in range(len(gradient) + 1):
-        step[:] = 0.0
-        if moving.any():
-            part = matrix[np.ix_(moving, moving)]
-            scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-300))
-            unit = part * scale[:, None] * scale + (damping + 1e-12) * np.eye(len(scale))
-            step[moving] = scale * np.linalg.solve(unit, scale * gradient[moving])
-        through = ((values <= free.low) & (step[1:] < 0.0)) | ((values >= free.high) & (step[1:] > 0.0))
-        if not through.any():
+    reach = np.where(free.shapes, SHAPE_STEP * free.sigma, np.inf)
+    low = np.concatenate([[-0.5], np.maximum(free.low - values, -reach)])
+    high = np.concatenate([[0.5], np.minimum(free.high - values, reach)])
+    moving = np.concatenate([[gain_free], ~free.shapes])
+    step = _boxed(matrix, gradient, moving, low, high, damping)
+    standing = free.standing(values, step[1:])
+    if standing.any():
+        moving = np.concatenate([[gain_free], ~free.shapes | standing])
+        step = _boxed(matrix, gradient, moving, low, high, damping)
+    promised = head.promised + float(2.0 * gradient @ step - step @ matrix @ step)
+    return step, head.follow(step, sweeps.count), promised
+
+
+def _boxed(matrix: Real, gradient: Real, moving: NDArray[np.bool_], low: Real, high: Real, damping: float) -> Real:
+    """Solve for the step of the `moving` unknowns, damped on the diagonal, within `low` and `high`.
+
+    What would leave is taken to the end of what it may do and the others are solved for again: they must not
+    follow a step that is then cut short.
+    """
+    step, moving = np.zeros(len(gradient)), moving.copy()
+    while moving.any():
+        part = matrix[np.ix_(moving, moving)]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-300))
+        unit = part * scale[:, None] * scale + (damping + 1e-12) * np.eye(len(scale))
+        pull = gradient[moving] - matrix[np.ix_(moving, ~moving)] @ step[~moving]
+        step[moving] = scale * np.linalg.solve(unit, scale * pull)
+        outside = moving & ((step < low) | (step > high))
+        if not outside.any():
             break
-        moving[1:] &= ~through
-    return step, head.follow(step, sweeps.count), head.promised + float(gradient @ step)
+        step = np.where(outside, np.clip(step, low, high), step)
+        moving &= ~outside
+    return step
 
 
 def _moved(model: GapModel, state: GapState, free: FreeParameters, step: Real, local: LocalStep) -> GapState:
-    # where an amplitude is small its shape is anybody's guess: it may not leap
-    reach = np.where([p.shape for p in free.cards], SHAPE_STEP * free.sigma, np.inf)
-    values = free.read(state.effects) + np.clip(step[1:], -reach, reach)
+    values = free.read(state.effects) + step[1:]
     moved = state.laws + np.clip(local.laws, -LARGEST_STEP, LARGEST_STEP)
     return GapState(
         laws=clipped_laws(model.box, moved),
-        tilt=state.tilt + local.tilt,
-        away=state.away + local.away,
-        log_gain=state.log_gain + float(np.clip(step[0], -0.5, 0.5)),
+        tilt=state.tilt + np.clip(local.tilt, -1.0, 1.0),
+        away=state.away + np.clip(local.away, -1.0, 1.0),
+        log_gain=state.log_gain + float(step[0]),
         effects=free.write(state.effects, np.clip(values, free.low, free.high)),
     )
 

@@ -120,6 +120,24 @@ class FreeParameters:
         """Upper ends of the ranges, (P,)."""
         return np.array([p.high for p in self.cards])
 
+    @property
+    def shapes(self) -> NDArray[np.bool_]:
+        """Which of the parameters are shapes, (P,)."""
+        return np.array([p.shape for p in self.cards], dtype=bool)
+
+    def standing(self, values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which parameters (P,) are shapes of an effect whose amplitudes change by less than half in `step`.
+
+        A shape's tangent grows with the amplitude: while that is still on its way, it points anywhere.
+        """
+        effects = np.array([name for name, _ in self.names])
+        size, change = (values / self.sigma) ** 2, (step / self.sigma) ** 2
+        stands = [
+            change[same].sum() < 0.25 * size[same].sum()
+            for same in ((effects == name) & ~self.shapes for name in effects)
+        ]
+        return np.array(stands, dtype=bool) & self.shapes
+
     def read(self, effects: Mapping[str, Values]) -> NDArray[np.float64]:
         """Take the values (P,) out of `effects`."""
         return np.array([effects[name][p] for name, p in self.names], dtype=float)

@@ -43,8 +43,9 @@ LEAST_GAIN = 10.0
 REFITTED = 5
 """Candidates of a screen that are fitted in full: the right one was among the first three wherever tried."""
 
-REFIT_SHARE = 0.5
-"""A candidate that on the coarse temperatures gains less than this share of the best is not fitted in full."""
+REFIT_SHARE = 0.9
+"""A candidate that on a few temperatures gains less than this share of the best is not fitted to all: look-alikes
+(cosine 0.95) gain more."""
 
 PAIRS_REFITTED = 3
 """Pairs that are fitted in full where no single effect explains enough."""

@@ -41,7 +41,7 @@ CARDS = {
             "damage",
             Parameter("loss", "1", 0.0, 0.5, 0.1),
             Parameter("x", "1", 0.05, 0.95, 0.3, shape=True, typical=0.5),
-            sites=tuple({"x": x} for x in (0.1, 0.25, 0.4, 0.55, 0.7, 0.85)),
+            sites=tuple({"x": x} for x in np.arange(0.06, 0.5, 0.04)),
         ),
         effect("softening", Parameter("a", "1", -0.2, 0.2, 0.05), Parameter("b", "1", -0.2, 0.2, 0.05)),
         effect("delay", Parameter("seconds", "s", -1e-3, 1e-3, 5e-6)),
