@@ -11,13 +11,15 @@
 ``normal_equations``  whitened least squares of every sweep
 ``arrow``             all sweeps together, what is a group's own eliminated
 ``fit``               all of it fitted together
+``gap_fit``           where it ended
 ``screen``            score test of every candidate at once, singles and pairs
 ``observability``     what this campaign cannot see
 ``look_alikes``       what it cannot tell apart
 ``whiteness``         whether a residual is noise
 ``unknown``           the nameless competitor
 ``refit``             candidates fitted in full
-``search``            stepwise, with drop-one and swap tests
+``search``            stepwise, each step accepted on the residual
+``challenge``         drop-one and swap tests of what was found
 ``held_out``          the gap on data that took no part
 ``misfit``            relative misfit over the lines
 ``where``             the residual over all a campaign varies

@@ -9,14 +9,14 @@ import numpy as np
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.confidence import equivalents, probability
-from analysis.gap.fit import GapFit
+from analysis.gap.gap_fit import GapFit
 from analysis.gap.held_out import HeldOut, held_out
 from analysis.gap.look_alikes import cosines, mimicry
 from analysis.gap.misfit import relative_misfit
 from analysis.gap.model import GapModel
-from analysis.gap.refit import Bench, Progress
+from analysis.gap.refit import Bench, Progress, explained
 from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
-from analysis.gap.search import Found, explained, search
+from analysis.gap.search import Found, search
 from analysis.gap.state import starting_state
 from analysis.gap.sweeps import GapSweeps, NumericalFloor, prepare, sharpest
 from analysis.gap.thresholds import Z_FLOOR

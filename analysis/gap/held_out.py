@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.fit import GapFit, fit_gap
+from analysis.gap.fit import fit_gap
+from analysis.gap.gap_fit import GapFit
 from analysis.gap.misfit import relative_misfit
 from analysis.gap.model import GapModel
 from analysis.gap.sweeps import GapSweeps

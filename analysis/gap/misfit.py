@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.gap.fit import GapFit
+from analysis.gap.gap_fit import GapFit
 from analysis.gap.sweeps import GapSweeps
 
 

@@ -5,10 +5,11 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
 from analysis.gap.effect_card import Values
-from analysis.gap.fit import GapFit, fit_gap
+from analysis.gap.fit import fit_gap
+from analysis.gap.gap_fit import GapFit
 from analysis.gap.model import GapModel
 from analysis.gap.noise import NoiseCheck
-from analysis.gap.screen import Screening, screen
+from analysis.gap.screen import Candidate, Screening, screen
 from analysis.gap.state import GapState
 from analysis.gap.sweeps import GapSweeps
 from analysis.gap.thresholds import COARSE_TEMPERATURES, REFIT_SHARE, WHITENESS, Z_FLOOR
@@ -102,6 +103,26 @@ class Refit:
             name in self.fit.on_wall and not card.shape and value != 0.0
             for name, card, value in zip(free.names, free.cards, values, strict=True)
         )
+
+
+def explained(bench: Bench, before: GapFit, after: GapFit) -> float:
+    """Share of the excess of `before` that `after` explains; 0 where there was none."""
+    excess = bench.excess(before)
+    return (before.total - after.total) / excess if excess > 0.0 else 0.0
+
+
+def absent(bench: Bench, screening: Screening, candidate: Candidate) -> dict[str, Values]:
+    """Values from which a candidate's fit starts: absent, its shapes at the best site.
+
+    From there the first step takes laws, gain and effects along together; starting with the amplitudes of the
+    screen and the laws of a twin without them would be further from the solution.
+    """
+    return {
+        screening.columns[i].effect: bench.model.cards[screening.columns[i].effect].zero(
+            screening.columns[i].shapes
+        )
+        for i in candidate.columns
+    }
 
 
 def refit(bench: Bench, base: GapFit, sets: Sequence[tuple[tuple[str, ...], dict[str, Values]]]) -> list[Refit]:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from analysis.gap.arrow import arrow
 from analysis.gap.effect_card import Parameter, Values
-from analysis.gap.fit import GapFit, without_gain
+from analysis.gap.fit import without_gain
+from analysis.gap.gap_fit import GapFit
 from analysis.gap.model import GapModel, Tangent
 from analysis.gap.normal_equations import linearise_all
 from analysis.gap.sweeps import GapSweeps

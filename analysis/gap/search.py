@@ -1,23 +1,20 @@
 """Which effects: stepwise, at most three, each accepted on the residual and not on its evidence alone."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from analysis.gap.effect_card import Values
-from analysis.gap.fit import GapFit
+from analysis.gap.challenge import challenge, dropped, standing
+from analysis.gap.gap_fit import GapFit
 from analysis.gap.observability import Observability, observability
-from analysis.gap.refit import Bench, Refit, refit
+from analysis.gap.refit import Bench, Refit, absent, explained, refit
 from analysis.gap.screen import Candidate, Screening
 from analysis.gap.thresholds import (
-    CLASS_NATS,
     EXPLAINED,
     LEAST_GAIN,
     LEAST_SHARE,
     MOST_EFFECTS,
     PAIRS_REFITTED,
     REFITTED,
-    SWAP_SHARE,
-    SWAPS_REFITTED,
 )
 
 
@@ -85,33 +82,51 @@ def search(bench: Bench, baseline: GapFit) -> Found:
     first = bench.screen(baseline)
     seen = observability(first, bench.model.cards)
     blind = tuple(o.effect for o in seen if not o.observable)
-    steps, fit, last = _climb(bench, baseline, first, blind)
-    if not bench.agrees(fit) and explained(bench, baseline, fit) < EXPLAINED:
-        more, pair, screening = _pair(bench, baseline, first, blind, steps)
+    steps, path = _climb(bench, baseline, first, blind)
+    fit, last = _supported(bench, baseline, path)
+    if not _enough(bench, baseline, fit):
+        more, pair = _pair(bench, baseline, first, blind, steps)
         steps += more
-        if pair is not None and screening is not None:
-            further, fit, last = _climb(bench, pair, screening, blind)
+        if pair is not None:
+            further, path = _climb(bench, pair, bench.screen(pair), blind)
             steps += further
-    fit, last, without, rivals = _challenge(bench, baseline, fit, last, blind, steps)
+            fit, last = _supported(bench, baseline, path)
+    if _enough(bench, baseline, fit):
+        fit, last, swaps = challenge(bench, baseline, fit, last, blind)
+        steps += [Step((), tuple(refits), refits[0].effects, 0.0, False) for refits in swaps]
+    without = {name: dropped(bench, baseline, fit, name) for name in fit.state.effects}
+    rivals = {name: standing(bench, fit, last, name, blind) for name in fit.state.effects}
     return Found(baseline, fit, tuple(steps), first, last, seen, without, rivals)
 
 
-def explained(bench: Bench, before: GapFit, after: GapFit) -> float:
-    """Share of the excess of `before` that `after` explains; 0 where there was none."""
-    excess = bench.excess(before)
-    return (before.total - after.total) / excess if excess > 0.0 else 0.0
+def _enough(bench: Bench, baseline: GapFit, fit: GapFit) -> bool:
+    return bench.agrees(fit) or explained(bench, baseline, fit) >= EXPLAINED
+
+
+def _supported(
+    bench: Bench, baseline: GapFit, path: Sequence[tuple[GapFit, Screening]]
+) -> tuple[GapFit, Screening]:
+    """Return how far along `path` names are supported: to its end if that reaches the noise.
+
+    Else to where enough of the gap is explained: what follows nibbles at a rest that it does not explain.
+    """
+    fit, screening = path[-1]
+    if bench.agrees(fit):
+        return fit, screening
+    return next((p for p in path if explained(bench, baseline, p[0]) >= EXPLAINED), path[-1])
 
 
 def _climb(
     bench: Bench, fit: GapFit, screening: Screening, blind: Sequence[str]
-) -> tuple[list[Step], GapFit, Screening]:
-    """Add effects one by one while one is worth it."""
+) -> tuple[list[Step], list[tuple[GapFit, Screening]]]:
+    """Add effects one by one while one is worth it; every twin on the way."""
     steps: list[Step] = []
+    path = [(fit, screening)]
     while len(fit.state.effects) < MOST_EFFECTS:
         candidates = [c for c in screening.candidates() if c.effects[0] not in blind]
         worth = [c for c in candidates if c.gain >= LEAST_GAIN][:REFITTED]
         on = tuple(fit.state.effects)
-        refits = refit(bench, fit, [((*on, *c.effects), start(bench, screening, c)) for c in worth])
+        refits = refit(bench, fit, [((*on, *c.effects), absent(bench, screening, c)) for c in worth])
         best = next((r for r in refits if r.plausible and r.gain >= LEAST_GAIN), None)
         if best is None or best.fit is None:
             steps.append(Step(tuple(candidates), tuple(refits), on, 0.0, False))
@@ -124,101 +139,25 @@ def _climb(
         fit = best.fit
         bench.report("screen", 0.0)
         screening = bench.screen(fit)
-    return steps, fit, screening
+        path.append((fit, screening))
+    return steps, path
 
 
 def _pair(
     bench: Bench, baseline: GapFit, first: Screening, blind: Sequence[str], steps: Sequence[Step]
-) -> tuple[list[Step], GapFit | None, Screening | None]:
+) -> tuple[list[Step], GapFit | None]:
     """Two effects at once, where no single one explains enough and none after it did."""
     tried = {frozenset(r.effects) for step in steps for r in step.refits if r.fit is not None}
     singles = [c for c in first.candidates() if c.effects[0] not in blind]
     pairs = [c for c in first.pairs(singles) if c.gain >= LEAST_GAIN and frozenset(c.effects) not in tried]
     if not pairs:
-        return [], None, None
-    sets = [(c.effects, start(bench, first, c)) for c in pairs[:PAIRS_REFITTED]]
+        return [], None
+    sets = [(c.effects, absent(bench, first, c)) for c in pairs[:PAIRS_REFITTED]]
     refits = refit(bench, baseline, sets)
     best = next((r for r in refits if r.plausible), None)
     if best is None or best.fit is None:
-        return [Step(tuple(pairs), tuple(refits), (), 0.0, False)], None, None
+        return [Step(tuple(pairs), tuple(refits), (), 0.0, False)], None
     share = explained(bench, baseline, best.fit)
     enough = bench.agrees(best.fit) or share >= EXPLAINED
     step = Step(tuple(pairs), tuple(refits), best.effects, share, enough)
-    return [step], (best.fit if enough else None), (bench.screen(best.fit) if enough else None)
-
-
-def start(bench: Bench, screening: Screening, candidate: Candidate) -> dict[str, Values]:
-    """Values from which a candidate's fit starts: absent, its shapes at the best site.
-
-    From there the first step takes laws, gain and effects along together; starting with the amplitudes of the
-    screen and the laws of a twin without them would be further from the solution.
-    """
-    return {
-        screening.columns[i].effect: bench.model.cards[screening.columns[i].effect].zero(
-            screening.columns[i].shapes
-        )
-        for i in candidate.columns
-    }
-
-
-def _challenge(
-    bench: Bench, baseline: GapFit, fit: GapFit, last: Screening, blind: Sequence[str], steps: list[Step]
-) -> tuple[GapFit, Screening, dict[str, GapFit], dict[str, dict[str, float]]]:
-    """Drop each effect, and put every other in its place, until none is better off."""
-    for _ in range(MOST_EFFECTS):
-        on = tuple(fit.state.effects)
-        without = {name: _dropped(bench, baseline, fit, name) for name in on}
-        idle = [name for name in on if fit.log_evidence - without[name].log_evidence < LEAST_GAIN]
-        if idle:
-            fit = max((without[name] for name in idle), key=lambda f: f.log_evidence)
-            last = bench.screen(fit)
-            continue
-        rivals = {name: _rivals(last, name, blind) for name in on}
-        better = _swapped(bench, fit, last, without, rivals, steps) if len(on) > 1 else None
-        if better is None:
-            return fit, last, without, rivals
-        fit, last = better, bench.screen(better)
-    on = tuple(fit.state.effects)
-    without = {name: _dropped(bench, baseline, fit, name) for name in on}
-    return fit, last, without, {name: _rivals(last, name, blind) for name in on}
-
-
-def _dropped(bench: Bench, baseline: GapFit, fit: GapFit, name: str) -> GapFit:
-    rest = {other: values for other, values in fit.state.effects.items() if other != name}
-    return bench.fit(replace(baseline.state, effects=rest), tuple(rest)) if rest else baseline
-
-
-def _rivals(last: Screening, name: str, blind: Sequence[str]) -> dict[str, float]:
-    """Log evidence of other effects in the place of `name`, relative to it, to first order."""
-    contest = {c.effects[0]: c.gain for c in last.without(name).candidates()}
-    return {other: gain - contest[name] for other, gain in contest.items() if other != name and other not in blind}
-
-
-def _swapped(
-    bench: Bench,
-    fit: GapFit,
-    last: Screening,
-    without: dict[str, GapFit],
-    rivals: dict[str, dict[str, float]],
-    steps: list[Step],
-) -> GapFit | None:
-    """Fit the rivals that come near, and return the best set that beats the present one; None if none does."""
-    best = None
-    for name, others in rivals.items():
-        gain = fit.log_evidence - without[name].log_evidence
-        near = [other for other, behind in others.items() if behind > -SWAP_SHARE * gain]
-        near = sorted(near, key=lambda other: -others[other])[:SWAPS_REFITTED]
-        if not near:
-            continue
-        contest = last.without(name)
-        chosen = {c.effects[0]: start(bench, contest, c) for c in contest.candidates() if c.effects[0] in near}
-        on = tuple(without[name].state.effects)
-        refits = refit(bench, without[name], [((*on, other), chosen[other]) for other in near])
-        steps.append(Step((), tuple(refits), refits[0].effects, 0.0, False))
-        for trial in refits:
-            if trial.fit is None or not trial.plausible:
-                continue
-            others[trial.effects[-1]] = trial.fit.log_evidence - fit.log_evidence
-            if trial.fit.log_evidence > (fit.log_evidence + CLASS_NATS if best is None else best.log_evidence):
-                best = trial.fit
-    return best
+    return [step], best.fit if enough else None

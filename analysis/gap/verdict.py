@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from analysis.gap.held_out import HeldOut
-from analysis.gap.refit import Bench
+from analysis.gap.refit import Bench, explained
 from analysis.gap.report import Verdict
-from analysis.gap.search import Found, explained
+from analysis.gap.search import Found
 from analysis.gap.thresholds import EXPLAINED, HELD_OUT_SHARE
 from analysis.gap.unknown import unknown_evidence
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects, label
 
-from analysis.gap.fit import GapFit
+from analysis.gap.gap_fit import GapFit
 from analysis.gap.noise import NoiseCheck
 from analysis.gap.sweeps import GapSweeps
 
