@@ -15,7 +15,6 @@ from analysis.gap.model import GapModel, SweepPoint
 from analysis.gap.report import Estimate, FittedLaws
 from analysis.gap.state import GapState, starting_state
 from analysis.gap.sweeps import prepare
-from analysis.gap.thresholds import READING_SIGMA
 from analysis.material import Material, MaterialLaws
 from analysis.updating.laws import fit_laws
 from analysis.updating.update import Updated
@@ -118,7 +117,7 @@ def corrected_twin(
     return CorrectedTwin(
         effects=fitted.effects,
         nodes=fitted.laws,
-        laws=_laws(frf, protocol, groups, fitted.laws),
+        laws=_laws(protocol, fitted.laws),
         updated=_updated(frf, plain, model, groups, fitted, np.array(material, dtype=float), h),
         frequency=frf.frequency,
         answers=h,
@@ -153,18 +152,21 @@ def _updated(
     )
 
 
-def _laws(frf: Frf, protocol: Protocol, groups: TemperatureGroups, nodes: FittedLaws) -> MaterialLaws | None:
+def _laws(protocol: Protocol, nodes: FittedLaws) -> MaterialLaws | None:
     """Smooth laws through the nodes, over the protocol's temperatures that were reached."""
     material, sigma = material_of(nodes)
     temperature = nodes.temperature
     if temperature.size < 3:
         return None
-    span = (
-        min((t for t in protocol.temperatures if t > temperature.min() - 0.5), default=float(temperature.min())),
-        max((t for t in protocol.temperatures if t < temperature.max() + 0.5), default=float(temperature.max())),
+    return fit_laws(temperature, material, sigma, temperature_range=reached(protocol, temperature))
+
+
+def reached(protocol: Protocol, temperature: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the range of the protocol's temperatures that readings (T,) reached, degrees Celsius."""
+    nominal, low, high = protocol.temperatures, float(temperature.min()), float(temperature.max())
+    return min((t for t in nominal if t > low - 0.5), default=low), max(
+        (t for t in nominal if t < high + 0.5), default=high
     )
-    reading = READING_SIGMA / np.sqrt(2.0 * float(groups.size.min()))
-    return fit_laws(temperature, material, sigma, reading_sigma=reading, temperature_range=span)
 
 
 def material_of(nodes: FittedLaws) -> tuple[Material, Material]:

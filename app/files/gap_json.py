@@ -3,8 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from analysis.gap.gap import GapReport
-from analysis.gap.report import Agreement, Estimate, FittedLaws, NamedEffect
+from analysis.gap.report import Agreement, Estimate, FittedLaws, GapReport, NamedEffect
 from analysis.gap.where import Region
 from app.corrected_twin import material_of
 

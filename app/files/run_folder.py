@@ -8,6 +8,7 @@ MADE_BY = {
     "frf.h5": "identify or flexura update",
     "modes.h5": "identify",
     "laws.h5": "update",
+    "gap.h5": "gap",
     "filters.h5": "focus",
     "compensation.h5": "compensate",
 }

@@ -15,6 +15,9 @@ figure { margin: 1.2rem 0 } figure img { width: 100% } figcaption { color: #555;
 table { border-collapse: collapse; margin: 1rem 0; font-size: 0.92rem }
 th, td { border-bottom: 1px solid #e3e3e3; padding: 0.3rem 0.7rem; text-align: left; vertical-align: top }
 td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }
+.verdict { background: #e9f5f6; border-left: 6px solid #00798c; padding: 0.7rem 1rem; margin: 1rem 0 }
+.verdict.open { background: #fdeef0; border-left-color: #d1495b }
+.verdict strong { display: block; font-size: 1.15rem; margin-bottom: 0.3rem }
 .absent { background: #fff6e5; border-left: 4px solid #e0a030; padding: 0.5rem 1rem }
 pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem }
 """
@@ -73,6 +76,21 @@ class Paragraph:
 
 
 @dataclass(frozen=True)
+class Verdict:
+    """A headline and what it rests on, in a box of its own; `settled` where nothing is left open."""
+
+    headline: str
+    sentences: Sequence[str]
+    settled: bool
+
+    def html(self) -> str:
+        """Return the box, all text escaped."""
+        inside = "".join(f"<div>{escape(sentence)}</div>" for sentence in self.sentences)
+        kind = "verdict" if self.settled else "verdict open"
+        return f'<div class="{kind}"><strong>{escape(self.headline)}</strong>{inside}</div>'
+
+
+@dataclass(frozen=True)
 class Absent:
     """A stage that has not been run, and the command that runs it."""
 
@@ -94,7 +112,7 @@ class Listing:
         return f"<pre>{escape(self.text)}</pre>"
 
 
-Item = Table | Picture | Paragraph | Absent | Listing
+Item = Table | Picture | Paragraph | Verdict | Absent | Listing
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,12 @@ from app.files.provenance import read_stamp
 from app.files.run_folder import MADE_BY
 from app.progress import Report
 from app.report import focusing, identified, measured, paper, updated
+from app.report.gap_section import gap_section
 from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, Table
+from app.updating import GOOD_MISFIT
+
+OPTIONAL = ("gap.h5",)
+"""Stages that a run is complete without."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,7 @@ def sections(run: Path, report: Report) -> Found:
         ("Measurement", "frf.h5", lambda: _measurement(experiment, frf)),
         ("Identification", "modes.h5", lambda: _identification(run, frf, rows)),
         ("Updated twin and material laws", "laws.h5", lambda: _updating(run, frf, rows)),
+        ("What the twin lacks", "gap.h5", lambda: gap_section(run / "gap.h5")),
         ("Focusing", "filters.h5", lambda: _focusing(run, rows)),
         ("Compensation", "compensation.h5", lambda: _compensation(run, rows)),
     ]
@@ -50,7 +56,7 @@ def sections(run: Path, report: Report) -> Found:
         report("report", done / len(parts))
         if (run / name).is_file():
             made.append(Section(title, build()))
-        else:
+        elif name not in OPTIONAL:
             made.append(Section(title, [Absent(f"not run yet; make it with: flexura {MADE_BY[name]}")]))
     made.append(Section("Beside the paper", [paper.beside_paper(rows)]))
     made.append(Section("Provenance", [Listing(_provenance(run, [name for _, name, _ in parts]))]))
@@ -115,6 +121,8 @@ def _updating(run: Path, frf: Frf, rows: list[paper.Row]) -> list[Item]:
         f"{worst:.2f} times the noise of the measurement. Its reduced model is certified to "
         f"{twin.basis_error:.1g} of a transfer's rms."
     )
+    if worst > GOOD_MISFIT and not (run / "gap.h5").is_file():
+        text += " It lacks something the plate has; what, may be found with: flexura gap CAMPAIGN."
     return [
         Paragraph(text),
         Picture("overlays", updated.overlays(frf, twin, estimates), "Measured and updated FRFs (paper Fig. 11)."),

@@ -7,8 +7,10 @@ import numpy as np
 from analysis.compensation.study import NETWORK
 from app.files.filter_files import load_compensation, load_focusing
 from app.files.frf_file import load_frf
+from app.files.gap_file import load_gap
 from app.files.laws_file import load_updated
 from app.files.modes_file import load_modes
+from app.gap_words import named, verdict_words
 
 
 def summary(run: Path) -> dict[str, str]:
@@ -17,6 +19,7 @@ def summary(run: Path) -> dict[str, str]:
         "import": ("frf.h5", _measured),
         "identify": ("modes.h5", _identified),
         "update": ("laws.h5", _updated),
+        "gap": ("gap.h5", _compared),
         "focus": ("filters.h5", _focused),
         "compensate": ("compensation.h5", _compensated),
     }
@@ -47,6 +50,15 @@ def _updated(path: Path) -> str:
         f"E {e.max():.2f} to {e.min():.2f} GPa, ν {nu.min():.3f} to {nu.max():.3f}, "
         f"η {eta.min():.1f} to {eta.max():.1f} %, misfit at most {ratio:.2f} times the noise"
     )
+
+
+def _compared(path: Path) -> str:
+    _, record = load_gap(path)
+    words = verdict_words(record["verdict"])
+    if record["effects"] and record["verdict"] != "unknown":
+        words += " by " + ", ".join(named(effect) for effect in record["effects"])
+    before, after = (record["gap"][when]["chi2_per_dof"] for when in ("baseline", "final"))
+    return f"{words}; chi2 per degree of freedom {before:.3g} to {after:.3g}"
 
 
 def _focused(path: Path) -> str:

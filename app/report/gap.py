@@ -1,0 +1,182 @@
+"""Where twin and data disagree, what was found, and what it changes."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, LogNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from analysis.gap.report import FittedLaws
+from app.files.gap_file import GapFigures, GapMap
+from app.report.style import BAND, MODEL, frequency_axis, panels
+
+Record = Mapping[str, Any]
+BEFORE, AFTER, ALIKE, OTHER = MODEL, BAND, "#7cc4cc", "0.75"
+BARS = 12
+"""Candidates shown."""
+LOUDEST = 100.0
+"""Sigma at which the colours of the maps end at the latest."""
+
+
+def residual_maps(figures: GapFigures) -> Figure:
+    """Residual in sigma over frequency and temperature, per channel, before and after."""
+    channels = figures.before.channels
+    figure, axes = panels(
+        len(channels), 2, width=10.5, height=0.7 + 2.3 * len(channels), sharex=True, sharey=True, squeeze=False
+    )
+    top = float(np.clip(figures.before.sigma.max(), 3.0, LOUDEST))
+    beyond_noise = mpl.colormaps["magma_r"](np.linspace(0.12, 1.0, 12))
+    colors = LinearSegmentedColormap.from_list("gap", ["white", *beyond_noise])
+    norm = LogNorm(1.0, top)
+    for row, channel in enumerate(channels):
+        for column, (title, seen) in enumerate((("before", figures.before), ("after", figures.after))):
+            temperature, sigma = by_temperature(seen, row)
+            cells = (seen.edges, _edges(temperature))
+            place = axes[row, column]
+            image = place.pcolormesh(*cells, np.maximum(sigma, 1.0), cmap=colors, norm=norm, rasterized=True)
+            place.grid(visible=False)
+            place.set_title(f"{channel}, {title}")
+        axes[row, 0].set_ylabel("temperature [°C]")
+    for place in axes[-1]:
+        frequency_axis(place)
+    bar = figure.colorbar(
+        image, ax=axes, label="rms residual [σ of the noise]", shrink=min(1.0, 2.0 / len(channels))
+    )
+    ticks = [t for t in (1, 2, 3, 5, 10, 20, 30, 50, 100) if t <= top]
+    bar.set_ticks(ticks, labels=[f"{t}" for t in ticks])
+    bar.minorticks_off()
+    return figure
+
+
+def shares(figures: GapFigures) -> Figure:
+    """Excess over the noise by frequency, temperature and channel, before and after, in shares of that before."""
+    before, after = figures.before, figures.after
+    total = float(before.excess.sum())
+    scale = 100.0 / total if total > 0.0 else 0.0
+    figure, axes = panels(1, 3, width=10.5, height=3.2, width_ratios=[1.6, 1.3, 0.6], sharey=False)
+    width = np.diff(before.edges)
+    for seen, color, label in ((before, BEFORE, "before"), (after, AFTER, "after")):
+        thin = 1.0 if seen is before else 0.55
+        alpha = 0.45 if seen is before else 0.95
+        middle = 0.5 * (seen.edges[1:] + seen.edges[:-1])
+        axes[0].bar(
+            middle, scale * seen.excess.sum((0, 1)), 0.92 * thin * width, color=color, alpha=alpha, label=label
+        )
+        temperature, excess = _grouped(seen.temperature, seen.excess.sum((1, 2)))
+        step = float(np.min(np.diff(temperature))) if len(temperature) > 1 else 1.0
+        axes[1].bar(temperature, scale * excess, 0.85 * thin * step, color=color, alpha=alpha)
+        place = np.arange(len(seen.channels))
+        axes[2].bar(place, scale * seen.excess.sum((0, 2)), 0.8 * thin, color=color, alpha=alpha)
+    axes[0].set(ylabel="share of the gap before [%]", title="by frequency")
+    axes[0].legend()
+    frequency_axis(axes[0])
+    axes[1].set(xlabel="temperature [°C]", title="by temperature")
+    axes[2].set_xticks(np.arange(len(before.channels)), before.channels)
+    axes[2].set(xlabel="channel", title="by channel")
+    for each in axes:
+        each.axhline(0.0, color="0.3", lw=0.8)
+    return figure
+
+
+def candidates(record: Record) -> Figure:
+    """Evidence of each effect alone, from a full fit where one was made, else to first order."""
+    ranked = sorted(record["candidates"], key=_evidence)
+    rows = [row for row in ranked if _evidence(row) >= 1.0][-BARS:] or ranked[-3:]
+    named = {effect["name"] for effect in record["effects"]}
+    alike = {name for effect in record["effects"] for name in effect["equivalent"]}
+    figure, axes = panels(1, 1, width=9.0, height=1.2 + 0.3 * len(rows))
+    for place, row in enumerate(rows):
+        value = max(_evidence(row), 0.0)
+        name = row["name"]
+        color = AFTER if name in named else ALIKE if name in alike else OTHER
+        full = row["log_evidence_fitted"] is not None
+        axes.barh(place, value, color=color, fill=full, edgecolor=color, height=0.72)
+        words = f" {value:,.0f}"
+        if row["share"] is not None:
+            words += f", explains {100 * row['share']:.1f} %"
+        axes.annotate(words, (value, place), va="center", fontsize=8.5)
+    axes.set_yticks(range(len(rows)), [row["name"] for row in rows])
+    axes.set_xscale("symlog", linthresh=10.0)
+    axes.set_xlim(0.0, 30.0 * max([10.0, *(_evidence(row) for row in rows)]))
+    axes.grid(visible=False, axis="y")
+    axes.axvline(10.0, color="0.4", lw=0.9, ls=":")
+    axes.set(xlabel="log evidence over the plain twin [nats]; dotted: what an effect must bring at least")
+    handles = [
+        Patch(color=AFTER, label="named" if record["verdict"] != "unknown" else "hint"),
+        Patch(color=ALIKE, label="cannot be told from it"),
+        Patch(color=OTHER, label="other, fitted in full"),
+        Patch(fill=False, edgecolor=OTHER, label="to first order only"),
+    ]
+    axes.legend(handles=handles, loc="lower right")
+    axes.set_title("each effect alone")
+    return figure
+
+
+def laws(figures: GapFigures) -> Figure:
+    """E, nu and eta before and after, and what the correction changes, with two-sigma bands."""
+    before, after = figures.laws_before, figures.laws_after
+    figure, axes = panels(2, 3, width=10.5, height=5.0, sharex=True, height_ratios=[1.4, 1.0])
+    parts = (
+        ("Young's modulus", "E [GPa]", "change of E [%]", 1e-9),
+        ("Poisson's ratio", "ν", "change of ν", None),
+        ("loss factor", "η [%]", "change of η [%]", 100.0),
+    )
+    for column, (title, label, change, unit) in enumerate(parts):
+        upper, lower = axes[:, column]
+        for found, color, name, style in ((before, BEFORE, "before", "--"), (after, AFTER, "after", "-")):
+            curve = found.value[:, column] if unit is None else unit * np.exp(found.value[:, column])
+            upper.plot(found.temperature, curve, style, color=color, label=name, marker=".")
+        _change(lower, before, after, column, relative=unit is not None)
+        upper.set(title=title, ylabel=label)
+        lower.set(xlabel="temperature [°C]", ylabel=change)
+    axes[0, 0].legend()
+    return figure
+
+
+def _change(axes: Axes, before: FittedLaws, after: FittedLaws, law: int, relative: bool) -> None:
+    """Draw what moved, in per cent or as it is; the band is two sigma of the law after."""
+    moved, sigma = after.value[:, law] - before.value[:, law], after.sigma[:, law]
+    if relative:
+        moved, sigma = 100.0 * np.expm1(moved), 100.0 * sigma
+    axes.axhline(0.0, color=BEFORE, lw=1.0, ls="--")
+    axes.plot(after.temperature, moved, color=AFTER, marker=".")
+    axes.fill_between(after.temperature, moved - 2 * sigma, moved + 2 * sigma, color=AFTER, alpha=0.25, lw=0)
+
+
+def by_temperature(seen: GapMap, channel: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Root mean square over the sweeps at each temperature: (G,) degrees Celsius and (G, B) sigma."""
+    groups = _groups(seen.temperature)
+    power = seen.sigma[:, channel] ** 2
+    temperature = np.array([seen.temperature[g].mean() for g in groups])
+    return temperature, np.sqrt(np.array([power[g].mean(0) for g in groups]))
+
+
+def _grouped(
+    temperature: NDArray[np.float64], values: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    groups = _groups(temperature)
+    return np.array([temperature[g].mean() for g in groups]), np.array([values[g].sum() for g in groups])
+
+
+def _groups(temperature: NDArray[np.float64]) -> list[NDArray[np.intp]]:
+    """Sweeps at one nominal temperature, ascending."""
+    order = np.argsort(temperature, kind="stable")
+    cuts = np.flatnonzero(np.diff(temperature[order]) > 0.5) + 1
+    return list(np.split(order, cuts))
+
+
+def _edges(centers: NDArray[np.float64]) -> NDArray[np.float64]:
+    if len(centers) == 1:
+        return np.array([centers[0] - 0.5, centers[0] + 0.5])
+    middle = 0.5 * (centers[1:] + centers[:-1])
+    return np.concatenate([[2 * centers[0] - middle[0]], middle, [2 * centers[-1] - middle[-1]]])
+
+
+def _evidence(row: Record) -> float:
+    fitted = row["log_evidence_fitted"]
+    return float(row["log_evidence_screened"] if fitted is None else fitted)

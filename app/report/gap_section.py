@@ -1,0 +1,114 @@
+"""The report's section on the gap: verdict, where, what, and what it changes."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from app.files.gap_file import load_gap
+from app.gap_words import estimate, named, verdict_words
+from app.report import gap
+from app.report.page import Item, Paragraph, Picture, Table, Verdict
+
+Record = Mapping[str, Any]
+SETTLED = ("none", "explained")
+
+
+def gap_section(path: Path) -> list[Item]:
+    """Read a run's gap.h5 and lay it out."""
+    figures, record = load_gap(path)
+    items: list[Item] = [verdict(record), _agreement(record)]
+    if record["effects"]:
+        items.append(_effects(record))
+    items.append(
+        Picture(
+            "gap-map",
+            gap.residual_maps(figures),
+            "Residual of the twin with its material laws alone (left) and with what was found (right), in "
+            "standard deviations of the noise: white is noise.",
+        )
+    )
+    if record["unexplained"]["share"] is not None:
+        items.append(
+            Picture("gap-shares", gap.shares(figures), "Where the excess over the noise sits, before and after.")
+        )
+    items.append(Picture("gap-candidates", gap.candidates(record), "What each effect alone would explain."))
+    if record["effects"] and record["verdict"] != "unknown":
+        items.append(
+            Picture("gap-laws", gap.laws(figures), "What the correction changes in the laws, two-sigma bands.")
+        )
+    unseen = [(o["name"], o["needs"]) for o in record["observability"] if not o["observable"]]
+    if unseen:
+        text = "Not observable with this campaign: their presence can be neither claimed nor excluded."
+        items += [Paragraph(text), Table(("effect", "what would show it"), unseen)]
+    return items
+
+
+def verdict(record: Record) -> Verdict:
+    """Say in words what was concluded, and on what ground."""
+    gap_, tried = record["gap"], record["gap"]["held_out"]
+    before, after = gap_["baseline"], gap_["final"]
+    found = ", ".join(named(effect) for effect in record["effects"])
+    sentences = []
+    if record["starting_effects"]:
+        sentences.append(f"The twin began with {', '.join(record['starting_effects'])} switched on.")
+    if record["verdict"] == "none":
+        sentences.append(
+            f"With laws and one gain fitted, the twin misses {100 * before['relative_misfit']:.2f} % of the "
+            f"response (chi2 per degree of freedom {before['chi2_per_dof']:.3f})."
+        )
+        return Verdict(verdict_words("none").capitalize(), sentences, settled=True)
+    headline = verdict_words(record["verdict"]).capitalize()
+    if record["effects"]:
+        headline += f" (hints: {found})" if record["verdict"] == "unknown" else f": {found}"
+    share = record["unexplained"]["share"]
+    sentences.append(
+        f"chi2 per degree of freedom {before['chi2_per_dof']:.3g} before, {after['chi2_per_dof']:.3g} after; "
+        f"misfit {100 * before['relative_misfit']:.2f} % and {100 * after['relative_misfit']:.2f} %."
+    )
+    if share is not None:
+        sentences.append(f"{100 * (1.0 - share):.2f} % of the excess over the noise is gone.")
+    if tried["closure"] is not None and record["effects"]:
+        sentences.append(
+            f"On data the effects were not fitted to ({tried['what']}), {100 * tried['closure']:.2f} % of the gap "
+            "closes."
+        )
+    sentences += [
+        f"This campaign cannot tell {effect['name']} from {' or '.join(effect['equivalent'])}; "
+        f"what would: {effect['separated_by']}."
+        for effect in record["effects"]
+        if effect["equivalent"]
+    ]
+    return Verdict(headline, sentences, settled=record["verdict"] in SETTLED)
+
+
+def _effects(record: Record) -> Table:
+    rows = [
+        (
+            named(effect),
+            effect["summary"],
+            "; ".join(f"{name} = {estimate(p)}" for name, p in effect["parameters"].items()),
+            f"{effect['probability']:.3f}",
+            f"{effect['log_evidence_gain']:,.0f}",
+        )
+        for effect in record["effects"]
+    ]
+    return Table(("effect", "what it is", "parameters", "probability", "evidence [nats]"), rows, numbers=(3, 4))
+
+
+def _agreement(record: Record) -> Table:
+    found, tried = record["gap"], record["gap"]["held_out"]
+    parts = [("all records", found["baseline"], found["final"])]
+    if record["effects"]:
+        parts.append((f"held out: {tried['what']}", tried["baseline"], tried["final"]))
+    rows = [
+        (
+            name,
+            f"{before['chi2_per_dof']:.4g}",
+            f"{after['chi2_per_dof']:.4g}",
+            f"{100 * before['relative_misfit']:.3f} %",
+            f"{100 * after['relative_misfit']:.3f} %",
+        )
+        for name, before, after in parts
+    ]
+    headings = ("data", "chi2 per dof before", "after", "misfit before", "after")
+    return Table(headings, rows, numbers=(1, 2, 3, 4))

@@ -1,0 +1,106 @@
+"""Model updating of a campaign, with or without effects, and what it leaves in the run folder."""
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.campaign import Campaign
+from analysis.frf import Frf
+from analysis.material import Material, MaterialLaws
+from analysis.updating.laws import fit_laws
+from analysis.updating.update import Updated, update
+from app.corrected_twin import corrected_twin, fit_twin, reached
+from app.files.frf_file import save_frf
+from app.files.laws_file import TwinFrf, save_laws
+from app.files.provenance import provenance
+from app.files.twin_file import TwinFile
+from app.gap import WORKERS, campaign_model, unjudged
+from app.held_effects import HeldEffects
+from app.progress import Report
+from app.twin import campaign_twin
+
+GOOD_MISFIT = 1.3
+"""A twin that misses no more than this many times the noise explains the data."""
+
+
+@dataclass(frozen=True)
+class Updating:
+    """Estimates per sweep, laws through them (None for too few temperatures), and what the twin answers."""
+
+    updated: Updated
+    laws: MaterialLaws | None
+    twin: TwinFrf
+
+
+def updated_twin(campaign: Campaign, frf: Frf, report: Report) -> Updating:
+    """Build the campaign's twin, fit it, and draw laws through the estimates where there are enough."""
+    twin = campaign_twin(campaign.experiment, report)
+    updated = update(frf, twin, progress=report)
+    answers = [updated.gain * twin.frf(*row, frf.frequency) for row in constants(updated)]
+    density = campaign.experiment.plate.density
+    return Updating(
+        updated, plain_laws(campaign, updated), TwinFrf(frf.frequency, np.array(answers), twin.error, density)
+    )
+
+
+def updated_under_effects(
+    campaign: Campaign, frf: Frf, start: tuple[Path, TwinFile], folder: Path | None, report: Report
+) -> Updating:
+    """Do the same with the effects of a twin file held at their values.
+
+    Sweeps at one temperature share E, nu and eta. ResultFileError where the campaign cannot be judged.
+    """
+    protocol = campaign.experiment.protocol
+    plain = update(frf, campaign_twin(campaign.experiment, report), progress=report)
+    twin, given = campaign_model(campaign.experiment, plain, report, start, folder)
+    model = HeldEffects(twin, start[1].effects)
+    report("laws under effects", 0.0)
+    with ThreadPoolExecutor(WORKERS) as executor:
+        try:
+            fitted = fit_twin(frf, plain, model, protocol, executor, given)
+        except np.linalg.LinAlgError:
+            raise
+        except ValueError as error:
+            raise unjudged(campaign, error) from error
+    found = corrected_twin(frf, plain, model, protocol, fitted)
+    report("laws under effects", 1.0)
+    density = campaign.experiment.plate.density
+    return Updating(
+        found.updated, found.laws, TwinFrf(frf.frequency, found.answers, twin.operators.error, density)
+    )
+
+
+def plain_laws(campaign: Campaign, updated: Updated) -> MaterialLaws | None:
+    """Draw laws through the estimates that settled; None where they cover fewer than three temperatures."""
+    good = updated.settled
+    temperature = updated.temperature[good]
+    if temperature.size < 3 or (temperature.max() - temperature.min()) < 1.0:
+        return None
+    span = reached(campaign.experiment.protocol, temperature)
+    return fit_laws(temperature, _rows(updated.material, good), _rows(updated.sigma, good), temperature_range=span)
+
+
+def save_updating(run: Path, campaign: Campaign, frf: Frf, found: Updating, settings: Mapping[str, Any]) -> None:
+    """Write the measured FRFs, the estimates, the laws and the twin's FRFs."""
+    made_from = provenance(campaign.hashes, {**settings, "campaign": campaign.name})
+    save_frf(run / "frf.h5", campaign.experiment, frf, made_from)
+    save_laws(run / "laws.h5", found.updated, found.laws, found.twin, made_from)
+
+
+def constants(updated: Updated) -> list[tuple[float, float, float]]:
+    """E, nu and eta of every sweep."""
+    m = updated.material
+    return [
+        (float(e), float(nu), float(eta))
+        for e, nu, eta in zip(m.youngs_modulus, m.poisson_ratio, m.loss_factor, strict=True)
+    ]
+
+
+def _rows(material: Material, chosen: NDArray[np.bool_]) -> Material:
+    """Return the chosen rows of estimates or of their standard deviations."""
+    return Material(material.youngs_modulus[chosen], material.poisson_ratio[chosen], material.loss_factor[chosen])
