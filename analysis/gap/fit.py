@@ -170,8 +170,8 @@ def _moved(model: GapModel, state: GapState, free: FreeParameters, step: Real, l
     moved = state.laws + np.clip(local.laws, -LARGEST_STEP, LARGEST_STEP)
     return GapState(
         laws=clipped_laws(model.box, moved),
-        tilt=state.tilt + np.clip(local.tilt, -1.0, 1.0),
-        away=state.away + np.clip(local.away, -1.0, 1.0),
+        tilt=state.tilt + local.tilt,
+        away=state.away + local.away,
         log_gain=state.log_gain + float(step[0]),
         effects=free.write(state.effects, np.clip(values, free.low, free.high)),
     )

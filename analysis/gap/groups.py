@@ -64,15 +64,12 @@ class TemperatureGroups:
         shared: NDArray[np.bool_] = self.size[self.of_sweep] > 1
         return shared
 
-    def laws(self, values: NDArray[np.float64], tilt: NDArray[np.float64]) -> list[LocalLaws]:
-        """Local laws of each group through `values` (G, 3): log E, nu and log eta at the references.
-
-        `tilt` (G, 3) is added to the slopes read off the neighbours, per K.
-        """
+    def laws(self, values: NDArray[np.float64]) -> list[LocalLaws]:
+        """Local laws of each group through `values` (G, 3): log E, nu and log eta at the references."""
         slope, curvature, _ = law_derivatives(self.reference, values)
         return [
             LocalLaws(float(t), v, s, c)
-            for t, v, s, c in zip(self.reference, values, slope + tilt, curvature, strict=True)
+            for t, v, s, c in zip(self.reference, values, slope, curvature, strict=True)
         ]
 
     def slope_sigma(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -113,9 +110,11 @@ def law_derivatives(
     second = -(5.0 / 3.0) / LENGTH**2 * (1.0 + r - r**2) * fall
     for law, value in enumerate(values.T):
         line = np.linalg.lstsq(design, value)[0]
-        # two points lie on their line whatever the law: a third of the rise may well be a bend
-        bend = np.sqrt(np.sum((value - design @ line) ** 2) / max(len(value) - 2, 1))
-        size = max(float(bend), 0.3 * float(np.ptp(value)) if len(value) == 2 else 0.0, 1e-9)
+        bend = float(np.sqrt(np.sum((value - design @ line) ** 2) / max(len(value) - 2, 1)))
+        bend = float(np.sqrt(np.sum((value - design @ line) ** 2) / max(len(value) - 2, 1)))
+        # few points may lie on a line by chance, two always do
+        least = {2: 0.3, 3: 0.1, 4: 0.05}.get(len(value), 0.0)
+        size = max(bend, least * float(np.ptp(value)), 1e-9)
         error = np.hypot(READING_ERROR * line[1] / size, 0.01)
         covariance = correlation + error**2 * np.eye(len(value))
         whitened = np.linalg.solve(covariance, np.column_stack([design, value]))

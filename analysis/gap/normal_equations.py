@@ -55,7 +55,7 @@ def linearise_all(
     model: GapModel, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent], executor: Executor
 ) -> list[SweepEquations]:
     """Linearise all sweeps at `state`, the parameters of effects being those of `tangents`."""
-    laws = sweeps.groups.laws(state.laws, state.tilt * sweeps.slope_sigma)
+    laws = sweeps.groups.laws(state.laws)
     jobs = [
         executor.submit(_linearise, model, sweeps, s, laws[sweeps.groups.of_sweep[s]], state, tangents)
         for s in range(sweeps.count)
@@ -67,17 +67,29 @@ def linearise_all(
             job.cancel()
 
 
+def tilted(laws: LocalLaws, slope: Real, temperature: float) -> LocalLaws:
+    """Add `slope` (3,), per K, to the laws' slopes, turning them about `temperature`.
+
+    Turned about the oven's own temperature a slope changes what effects make of it (a lag, a gradient) and nothing
+    else; turned about the group's reference it could be traded for errors of the readings.
+    """
+    return replace(laws, value=laws.value - slope * (temperature - laws.reference), slope=laws.slope + slope)
+
+
 def _linearise(
     model: GapModel, sweeps: GapSweeps, sweep: int, laws: LocalLaws, state: GapState, tangents: Sequence[Tangent]
 ) -> SweepEquations:
     point = sweeps.points[sweep]
     moved = SweepPoint(point.temperature + float(state.away[sweep]), point.rate, point.level)
     frequency = sweeps.nodes.frequency
+    group = sweeps.groups.of_sweep[sweep]
+    sigma = sweeps.slope_sigma[group]
+    laws = tilted(laws, state.tilt[group] * sigma, moved.temperature)
     line = model.linearise(moved, laws, state.effects, frequency, tangents)
     slopes = np.zeros_like(line.by_material)
-    for law, sigma in enumerate(sweeps.slope_sigma[sweeps.groups.of_sweep[sweep]]):
-        if sigma > 0.0:
-            steeper = replace(laws, slope=laws.slope + TILTED * sigma * np.eye(3)[law])
+    for law, unsure in enumerate(sigma):
+        if unsure > 0.0:
+            steeper = tilted(laws, TILTED * sigma * np.eye(3)[law], moved.temperature)
             there = model.linearise(moved, steeper, state.effects, frequency)
             slopes[law] = (there.transfer - line.transfer) / TILTED
     gain = float(np.exp(state.log_gain))

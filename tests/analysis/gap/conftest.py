@@ -1,6 +1,7 @@
 """A toy twin with closed forms: few modes, effects of every kind that the workflow has to tell apart."""
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,8 +12,10 @@ from analysis.frf import Frf
 from analysis.gap.effect_card import EffectCard, Parameter
 from analysis.gap.model import Linearisation, SweepPoint
 from analysis.gap.state import GapState
+from analysis.gap.sweeps import prepare
 from analysis.local_laws import LocalLaws
-from analysis.material import MaterialBox
+from analysis.material import Material, MaterialBox
+from analysis.updating.update import Updated
 
 MODES = 10
 STEP = 1e-5
@@ -228,7 +231,34 @@ def start_near(groups, *, off=0.005):
     return GapState(laws, np.zeros_like(laws), np.zeros(len(groups.of_sweep)), float(np.log(GAIN)) + off, {})
 
 
-@pytest.fixture
+def updated(frf, *, off=0.004):
+    """Model updating of a toy campaign, right to half a percent."""
+    laws = true_laws(frf.temperature) + off * np.array([1.0, 0.2, 2.0])
+    material = Material(np.exp(laws[:, 0]), laws[:, 1], np.exp(laws[:, 2]))
+    zeros = np.zeros(len(laws))
+    return Updated(
+        temperature=frf.temperature,
+        material=material,
+        sigma=material,
+        correlation=np.zeros((len(laws), 4, 4)),
+        gain=GAIN * (1.0 + off),
+        sigma_gain=0.0,
+        misfit_start=zeros,
+        misfit=zeros,
+        noise_floor=zeros,
+        chi2_per_dof=zeros,
+        settled=np.ones(len(laws), dtype=bool),
+    )
+
+
+@pytest.fixture(scope="session")
+def pool():
+    """Two threads, as the workflow has them."""
+    with ThreadPoolExecutor(2) as executor:
+        yield executor
+
+
+@pytest.fixture(scope="session")
 def toy():
     """Hand out the toy's makers in one place."""
     return ToyTools
@@ -242,3 +272,10 @@ class ToyTools:
     laws = staticmethod(true_laws)
     start = staticmethod(start_near)
     protocol = staticmethod(protocol)
+    updated = staticmethod(updated)
+
+    @staticmethod
+    def prepared(**kwargs):
+        """Sweeps and noise check of a toy campaign."""
+        frf, rig = record(**kwargs)
+        return prepare(frf, rig, updated(frf))

@@ -1,0 +1,25 @@
+"""A name is as sure as its rivals are far."""
+
+import pytest
+
+from analysis.gap.confidence import equivalents, probability
+
+
+def test_near_rivals_and_look_alikes_make_a_class():
+    rivals = {"near": -2.0, "far": -50.0, "twin": -40.0}
+    assert equivalents(rivals, {"twin": 0.97, "far": 0.5}) == ("near", "twin")
+
+
+def test_a_clear_winner_is_sure_and_a_tie_is_not():
+    assert probability(500.0, {"other": -300.0}, (), 20.0, 1.0) > 0.999
+    assert probability(500.0, {"other": 0.0}, (), 20.0, 1.0) == pytest.approx(0.5, abs=1e-3)
+    assert probability(500.0, {"other": 0.0}, ("other",), 20.0, 1.0) > 0.999
+
+
+def test_what_an_unknown_explains_better_is_no_name():
+    assert probability(500.0, {}, (), 900.0, 1.0) < 0.001
+
+
+def test_a_residual_takes_confidence_away():
+    sure = probability(60.0, {"other": -12.0}, (), 0.0, 1.0)
+    assert probability(60.0, {"other": -12.0}, (), 0.0, 30.0) < sure - 0.1

@@ -1,0 +1,189 @@
+"""The whole workflow on toy campaigns whose truth is known."""
+
+import numpy as np
+import pytest
+
+from analysis.gap.gap import find_gap
+from analysis.gap.sweeps import NumericalFloor
+
+TEMPERATURES = tuple(np.arange(2.0, 39.0, 4.0))
+
+
+@pytest.fixture(scope="module")
+def solve(toy, pool):
+    def run(*, left_out=(), floor=None, **kwargs):
+        kwargs.setdefault("temperatures", TEMPERATURES)
+        frf, rig = toy.record(**kwargs)
+        plate = toy.Plate(kwargs.get("channels", 2), left_out)
+        report = find_gap(frf, toy.updated(frf), plate, rig, pool, floor=floor)
+        return report, len(plate.calls) / len(frf.temperature)
+
+    return run
+
+
+def names(report):
+    return {e.name for e in report.effects}
+
+
+def test_a_perfect_twin_has_no_gap(solve):
+    report, _ = solve()
+    assert report.verdict == "none"
+    assert report.effects == ()
+    assert report.held_out is None
+    assert report.unexplained is None
+    assert report.final.chi2_per_dof == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("effects", "alike"),
+    [
+        ({"mass": {"grams": 1.0}}, "softening"),
+        ({"taper": {"tx": 0.01}}, "draught"),
+        ({"lag": {"tau": 270.0}}, None),
+        ({"bond": {"gamma": 0.1, "softening": 0.04}}, None),
+        ({"damage": {"loss": 0.05, "x": 0.33}}, None),
+    ],
+    ids=lambda v: next(iter(v)) if isinstance(v, dict) else "",
+)
+def test_a_single_effect_is_named_sized_and_proved(solve, effects, alike):
+    report, _ = solve(effects=effects)
+    (name, values) = next(iter(effects.items()))
+    assert report.verdict == "explained"
+    assert names(report) == {name}
+    found = report.effects[0]
+    for parameter in found.parameters:
+        assert parameter.value == pytest.approx(values[parameter.name], rel=0.03)
+    assert found.equivalent == ((alike,) if alike else ())
+    assert found.probability > 0.95
+    assert found.log_evidence_gain > 1000.0
+    assert report.held_out is not None
+    assert report.held_out.closure is not None
+    assert report.held_out.closure > 0.95
+    assert report.baseline.z > 30.0 > 3.0 > report.final.z
+    assert report.unexplained < 0.05
+
+
+def test_a_small_effect_is_seen_below_the_excess_of_chi2(solve):
+    report, _ = solve(effects={"feedthrough": {"gain": 2e-6}})
+    assert report.baseline.z < 3.0
+    assert report.verdict == "explained"
+    assert names(report) == {"feedthrough"}
+    assert report.effects[0].parameters[0].value == pytest.approx(2e-6, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {"lag": {"tau": 270.0}, "mass": {"grams": 1.0}},
+        {"stretch": {"delta_e": 0.03, "delta_g": -0.02}, "feedthrough": {"gain": 1e-3}},
+    ],
+    ids=lambda e: "+".join(e),
+)
+def test_two_effects_are_both_found(solve, effects):
+    report, _ = solve(effects=effects)
+    assert report.verdict == "explained"
+    assert names(report) == set(effects)
+    for found in report.effects:
+        for parameter in found.parameters:
+            assert parameter.value == pytest.approx(effects[found.name][parameter.name], rel=0.03)
+
+
+def resonator(frequency, temperature):
+    return 1.2e-4 * frequency**2 / (400.0**2 * (1.0 + 0.03j) - frequency**2)
+
+
+def test_a_resonator_outside_the_library_has_no_name(solve):
+    report, _ = solve(extra=resonator)
+    assert report.verdict == "unknown"
+    assert report.unexplained == pytest.approx(1.0, abs=0.2)
+    assert report.after.regions[0].frequency[0] < 400.0 < report.after.regions[0].frequency[1]
+
+
+@pytest.mark.parametrize("effects", [{"delay": {"seconds": 5e-6}}, {"drift": {"alpha": 1e-3}}])
+def test_without_the_true_effect_the_library_says_unknown(solve, effects):
+    report, _ = solve(effects=effects, left_out=tuple(effects))
+    assert report.verdict == "unknown"
+
+
+def test_without_the_true_effect_its_look_alike_stands_in(solve):
+    report, _ = solve(effects={"taper": {"tx": 0.01}}, left_out=("taper",))
+    assert "draught" in names(report) or report.verdict == "unknown"
+    assert report.final.z > 3.0
+    assert report.verdict != "explained"
+
+
+def test_a_lag_on_one_ramp_is_neither_claimed_nor_excluded(solve):
+    report, _ = solve(effects={"lag": {"tau": 270.0}}, directions=("up",))
+    assert report.verdict == "none"
+    assert [o.effect for o in report.not_observable] == ["lag"]
+    assert any("lag is not observable" in note for note in report.notes)
+
+
+def test_two_levels_tell_softening_from_a_mass(solve):
+    report, _ = solve(
+        effects={"softening": {"a": 0.01, "b": 0.02}}, levels=(1.0, 2.0), temperatures=(2.0, 6.0, 10.0)
+    )
+    assert report.verdict == "explained"
+    assert names(report) == {"softening"}
+    assert report.effects[0].equivalent == ()
+
+
+def test_one_temperature_is_enough_for_a_mass(solve):
+    report, _ = solve(effects={"mass": {"grams": 1.0}}, temperatures=(20.0,))
+    assert report.verdict == "explained"
+    assert names(report) == {"mass"}
+    assert report.held_out.what == "channel S2"
+    assert report.held_out.closure > 0.9
+    assert {o.effect for o in report.not_observable} >= {"lag", "drift"}
+
+
+def test_three_distant_temperatures_are_enough_for_a_lag(solve):
+    report, _ = solve(effects={"lag": {"tau": 270.0}}, temperatures=(10.0, 30.0, 50.0))
+    assert report.verdict == "explained"
+    assert names(report) == {"lag"}
+    tau = report.effects[0].parameters[0]
+    assert tau.value == pytest.approx(270.0, abs=max(4.0 * tau.sigma, 14.0))
+
+
+def test_one_channel_at_one_temperature_is_tried_on_other_frequencies(solve):
+    report, _ = solve(effects={"mass": {"grams": 1.0}}, temperatures=(20.0,), channels=1, directions=("up",))
+    assert report.verdict == "explained"
+    assert report.held_out.what == "every second twelfth of the band"
+    assert report.held_out.closure > 0.9
+
+
+def test_a_wrong_noise_is_said_and_does_not_change_the_verdict(solve):
+    for stated in (0.7, 1.5):
+        report, _ = solve(stated=stated)
+        assert report.verdict == "none"
+        assert any("times the stated one" in note for note in report.notes)
+
+
+def test_a_numerical_error_too_large_is_refused():
+    with pytest.raises(ValueError, match=r"0\.50 sigma"):
+        NumericalFloor(lambda point, frequency: np.zeros((2, frequency.size)), 0.5)
+
+
+def test_the_frozen_correction_removes_the_ghost_of_a_coarse_mesh(solve):
+    def error(frequency, temperature=None):
+        return 2e-4 * resonator(frequency, 0.0) / 1.2e-4 * np.ones((2, 1))
+
+    ghost, _ = solve(extra=error, temperatures=(10.0, 14.0))
+    assert ghost.verdict != "none"
+    floor = NumericalFloor(lambda point, frequency: error(frequency), 0.1)
+    report, _ = solve(extra=error, temperatures=(10.0, 14.0), floor=floor)
+    assert report.verdict == "none"
+
+
+def test_the_same_input_gives_the_same_answer(solve):
+    first, _ = solve(effects={"mass": {"grams": 0.5}}, temperatures=(10.0, 14.0))
+    again, _ = solve(effects={"mass": {"grams": 0.5}}, temperatures=(10.0, 14.0))
+    assert first.effects == again.effects
+    assert first.state.laws.tolist() == again.state.laws.tolist()
+
+
+def test_a_single_effect_costs_few_passes_over_the_sweeps(solve):
+    _, passes = solve(
+        effects={"mass": {"grams": 1.0}}, temperatures=tuple(np.arange(0.0, 61.0, 2.0)), directions=("up",)
+    )
+    assert passes < 40.0
