@@ -58,6 +58,10 @@ class LocalStep:
     tilt: Real
     away: Real
 
+    def times(self, share: float) -> "LocalStep":
+        """Return a share of the way."""
+        return LocalStep(share * self.laws, share * self.tilt, share * self.away)
+
 
 @dataclass(frozen=True)
 class Arrow:

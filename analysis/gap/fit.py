@@ -20,6 +20,9 @@ Real = NDArray[np.float64]
 LARGEST_STEP = np.array([0.3, 0.05, 0.7])
 """Of log E, nu and log eta in one iteration: beyond, resonances pass each other."""
 
+BACKTRACKED = 0.4
+"""Share of a step that went too far which is tried before damping."""
+
 SHAPE_STEP = 0.25
 """Of a shape in one iteration, in standard deviations of its prior."""
 
@@ -72,7 +75,7 @@ def fit_gap(
     values = np.clip(free.read(start.effects), free.low, free.high)
     start = replace(start, laws=clipped_laws(model.box, start.laws), effects=free.write(start.effects, values))
     best = _evaluate(model, sweeps, start, free, executor)
-    damping, passes, done = 0.0, 1, False
+    damping, share, passes, done = 0.0, 1.0, 1, False
     while passes < most_steps:
         step, local, promised = _step(sweeps, best, free, damping, gain_free, laws_free)
         # where the twin misses by many sigma, nats are not worth their passes
@@ -81,10 +84,12 @@ def fit_gap(
             done = True
             break
         passes += 1
-        trial = _try(model, sweeps, _moved(model, best.state, free, step, local), free, executor)
+        trial = _try(
+            model, sweeps, _moved(model, best.state, free, share * step, local.times(share)), free, executor
+        )
         if trial is not None and trial.objective <= best.objective:
             fallen = best.objective - trial.objective
-            best, damping = trial, (0.0 if damping < 1e-3 else damping / 10.0)
+            best, damping, share = trial, (0.0 if damping < 1e-3 else damping / 10.0), 1.0
             # on the wall of a range, or where the laws' slopes still turn with their values, promises are not kept
             if fallen < 0.3 * settled:
                 done = True
@@ -92,8 +97,11 @@ def fit_gap(
         elif promised < 10.0 * settled:
             done = True
             break
+        elif share == 1.0 and damping == 0.0:
+            # back along the same way first: where unknowns imitate each other, damping leaves the valley
+            share = BACKTRACKED
         else:
-            damping = max(10.0 * damping, 1e-2)
+            damping, share = max(10.0 * damping, 1e-2), 1.0
             if damping > 1e6:
                 break
     return _result(sweeps, best, free, gain_free, laws_free, done, passes)
