@@ -12,6 +12,7 @@ from analysis.frf import Frf
 from analysis.gap.fit import fit_gap
 from analysis.gap.groups import TemperatureGroups, mean_laws
 from analysis.gap.model import GapModel, SweepPoint
+from analysis.gap.normal_equations import tilted
 from analysis.gap.report import Estimate, FittedLaws
 from analysis.gap.state import GapState, starting_state
 from analysis.gap.sweeps import prepare
@@ -104,12 +105,13 @@ def corrected_twin(
     """
     groups = TemperatureGroups.of(frf.temperature)
     open_slopes = groups.slope_sigma(mean_laws(plain.material, groups))
-    local = groups.laws(fitted.state.laws, fitted.state.tilt * open_slopes)
+    local = groups.laws(fitted.state.laws)
     rate, gain = protocol.ramp_rate / 60.0, float(np.exp(fitted.state.log_gain))
     answers, material = [], []
     for sweep, (reading, way, level) in enumerate(zip(frf.temperature, frf.direction, frf.level, strict=True)):
-        laws = local[groups.of_sweep[sweep]]
+        group = groups.of_sweep[sweep]
         there = float(reading) + float(fitted.state.away[sweep])
+        laws = tilted(local[group], fitted.state.tilt[group] * open_slopes[group], there)
         point = SweepPoint(there, rate if way == "up" else -rate, float(level))
         answers.append(gain * model.linearise(point, laws, fitted.state.effects, frf.frequency).transfer)
         material.append([laws.youngs_modulus(reading), laws.poisson_ratio(reading), laws.loss_factor(reading)])

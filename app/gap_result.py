@@ -40,12 +40,16 @@ def save_comparison(
 ) -> dict[str, Any]:
     """Write gap.json, gap.h5, twin.toml and laws, and return what gap.json holds.
 
-    ``laws.h5``, which `flexura update` writes, is left alone: laws under effects go to their own file, which is
-    removed where no effect is on, lest an earlier run's be taken for this one's.
+    ``laws.h5``, which `flexura update` writes, is written as it would if it is not there, else left alone. Laws
+    under effects go to a file of their own, which is removed where no effect is on, lest an earlier run's be taken
+    for this one's.
     """
     record = gap_record(found.report, found.given, origin, seconds)
     save_frf(run / "frf.h5", campaign.experiment, found.frf, origin)
     save_gap(run / FIGURES, GapFigures.of(found.report, found.corrected.nodes), record, origin)
+    if not (run / "laws.h5").is_file():
+        plain = found.plain
+        save_laws(run / "laws.h5", plain.updated, plain.laws, plain.twin, origin)
     write_twin(run / TWIN, twin_file(campaign, found, based_on))
     if found.corrected.effects:
         save_corrected_laws(run / LAWS, campaign, found.corrected, found.twin.operators.error, origin)

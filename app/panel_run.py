@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 
 from analysis.focusing.over_temperature import covered
 from analysis.focusing.panel import Panel
-from analysis.material import MaterialLaws
+from analysis.material import Material, MaterialLaws
+from analysis.updating.laws import fit_laws
 from app.files.bad_file import ResultFileError
 from app.files.filter_files import load_panel
 from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
 from app.files.run_folder import run_file
+from app.files.twin_file import TwinFile, read_twin
 
 Real = NDArray[np.float64]
 
@@ -24,6 +26,38 @@ def laws_of(run: Path) -> tuple[Path, MaterialLaws]:
     """Return the laws of a run folder, or of a laws file named itself, and where they stand."""
     path = run if run.is_file() else run_file(run, "laws.h5")
     return path.resolve(), load_laws(path)
+
+
+def laws_for(run: Path | None, twin: Path | None) -> tuple[Path, MaterialLaws, Path]:
+    """Return the laws of a run, or of a twin file if one is named; the file they stand in; the results' folder.
+
+    Results go beside the laws, or with a twin file into `run` where that is a folder.
+    """
+    if twin is None:
+        path, laws = laws_of(run or Path())
+        return path, laws, path.parent
+    path = twin.resolve()
+    return path, laws_of_twin(read_twin(twin), path), run if run is not None and run.is_dir() else path.parent
+
+
+def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
+    """Smooth laws through the nodes of a twin file; ResultFileError for fewer than three."""
+    nodes = twin.laws
+    material = Material(*(np.array(x) for x in (nodes.youngs_modulus, nodes.poisson_ratio, nodes.loss_factor)))
+    spread = (nodes.sigma_youngs_modulus, nodes.sigma_poisson_ratio, nodes.sigma_loss_factor)
+    sigma = Material(*(np.array(x) for x in spread))
+    try:
+        return fit_laws(np.array(nodes.temperature), material, sigma, temperature_range=nodes.temperature_range)
+    except ValueError as error:
+        raise ResultFileError(f"{origin}: laws: {error}") from error
+
+
+def effects_left_out(twin: Path) -> list[str]:
+    """Say which effects of a twin file a panel does not take along; nothing for none."""
+    names = ", ".join(read_twin(twin).effects)
+    if not names:
+        return []
+    return [f"{twin}: the panel's plate obeys the corrected laws; {names} stay with the plate that was measured"]
 
 
 def panel_of(path: Path | None, changes: Mapping[str, Any]) -> tuple[Panel, Path]:

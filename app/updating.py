@@ -14,12 +14,12 @@ from analysis.frf import Frf
 from analysis.material import Material, MaterialLaws
 from analysis.updating.laws import fit_laws
 from analysis.updating.update import Updated, update
+from app.campaign_model import WORKERS, campaign_model, unjudged
 from app.corrected_twin import corrected_twin, fit_twin, reached
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance
 from app.files.twin_file import TwinFile
-from app.gap import WORKERS, campaign_model, unjudged
 from app.held_effects import HeldEffects
 from app.progress import Report
 from app.twin import campaign_twin

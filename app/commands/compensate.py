@@ -24,6 +24,9 @@ GOOD_ERROR = 0.05
 
 @click.command(name="compensate")
 @click.argument("run", type=click.Path(path_type=Path), required=False)
+@click.option(
+    "--twin", type=click.Path(path_type=Path), help="Twin file whose laws to take instead (see flexura gap)."
+)
 @click.option("--panel", type=click.Path(path_type=Path), help="Panel file (default: that of RUN's filters.h5).")
 @click.option(
     "--spacing",
@@ -55,6 +58,7 @@ GOOD_ERROR = 0.05
 @bad_input
 def command(
     run: Path | None,
+    twin: Path | None = None,
     panel: Path | None = None,
     spacing: float = 5.0,
     nodes: int = 10,
@@ -80,11 +84,11 @@ def command(
     from app.files.filter_files import save_compensation
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
-    from app.panel_run import checked_device, laws_of, panel_for, range_of
+    from app.panel_run import checked_device, effects_left_out, laws_for, panel_for, range_of
 
     started = time.perf_counter()
-    laws_path, laws = laws_of(run or Path())
-    declared, panel_path = panel_for(panel, laws_path.parent)
+    laws_path, laws, beside = laws_for(run, twin)
+    declared, panel_path = panel_for(panel, beside)
     low, high = range_of(declared, laws, laws_path)
     training = Training(
         nodes=nodes, feed=feed, scale=scale, start=start, split=split, restarts=restarts, seed=seed
@@ -96,7 +100,7 @@ def command(
         raise click.UsageError(
             f"--nodes {nodes}, --spacing {spacing:g}, {low:g} to {high:g} °C: {error}"
         ) from error
-    folder = run_folder(laws_path.parent, out or laws_path.parent)
+    folder = run_folder(beside, out or beside)
     found = trained_and_judged(declared, laws, spacing, training, device)
     inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
     settings = {"spacing": spacing, "device": device, "panel": declared.model_dump(mode="json")}
@@ -107,6 +111,8 @@ def command(
         click.echo(json.dumps(record(found, seconds), indent=1, allow_nan=False))
     else:
         show(found)
+    for note in effects_left_out(twin) if twin is not None else []:
+        click.echo(f"note: {note}", err=True)
     if (low, high) != declared.filters.operating_range:
         click.echo(f"note: the laws cover {low:g} to {high:g} °C only", err=True)
     click.echo(summary(found, target, seconds), err=True)

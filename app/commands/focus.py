@@ -20,6 +20,9 @@ METHODS = ("stif", "time-reversal", "modal-control", "none")
 
 @click.command(name="focus")
 @click.argument("run", type=click.Path(path_type=Path), required=False)
+@click.option(
+    "--twin", type=click.Path(path_type=Path), help="Twin file whose laws to take instead (see flexura gap)."
+)
 @click.option("--panel", type=click.Path(path_type=Path), help="Panel file (default: the paper's section 2).")
 @click.option(
     "--temperature", "temperatures", type=float, multiple=True, help="°C; repeat for more (default: every 5 °C)."
@@ -34,6 +37,7 @@ METHODS = ("stif", "time-reversal", "modal-control", "none")
 @bad_input
 def command(
     run: Path | None,
+    twin: Path | None = None,
     panel: Path | None = None,
     temperatures: tuple[float, ...] = (),
     method: str = "stif",
@@ -56,29 +60,42 @@ def command(
     from app.files.filter_files import save_focusing
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
-    from app.panel_run import laws_of, panel_of, range_of, within
+    from app.panel_run import effects_left_out, laws_for, panel_of, range_of, within
     from app.panel_twin import panel_twin
+    from app.uncorrected_filters import uncorrected_aim, uncorrected_laws
 
     started = time.perf_counter()
-    laws_path, laws = laws_of(run or Path())
+    laws_path, laws, beside = laws_for(run, twin)
     declared, panel_path = panel_of(panel, {"regularisation": regularisation, "tolerance": tolerance})
     low, high = range_of(declared, laws, laws_path)
     wanted = (
         within(np.array(sorted(set(temperatures))), laws, laws_path) if temperatures else spaced(low, high, 5.0)
     )
-    folder = run_folder(laws_path.parent, out or laws_path.parent)
+    folder = run_folder(beside, out or beside)
     with progress() as report:
-        twin = panel_twin(declared, laws, report)
-        focusing = focus(twin, declared, laws, wanted, method, report)  # type: ignore[arg-type]
+        model = panel_twin(declared, laws, report)
+        focusing = focus(model, declared, laws, wanted, method, report)  # type: ignore[arg-type]
+        before = None if twin is None else uncorrected_laws(beside, wanted)
+        lost = None
+        if before is not None:
+            lost = uncorrected_aim(model, declared, laws, before, wanted, method)  # type: ignore[arg-type]
         plate = declared.illustration
-        comparison = compare(twin, declared, (plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor))
+        comparison = compare(model, declared, (plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor))
     inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
     settings = {"method": method, "panel": declared.model_dump(mode="json"), "temperatures": wanted.tolist()}
-    save_focusing(folder / "filters.h5", declared, focusing, comparison, provenance(inputs, settings))
+    save_focusing(folder / "filters.h5", declared, focusing, comparison, provenance(inputs, settings), lost)
     seconds = time.perf_counter() - started
     if as_json:
-        click.echo(json.dumps(record(focusing, comparison, seconds), indent=1, allow_nan=False))
-    for note in notes(declared, focusing):
+        printed = record(focusing, comparison, seconds)
+        if lost is not None:
+            printed["with_uncorrected_laws"] = _means(lost)
+        click.echo(json.dumps(printed, indent=1, allow_nan=False))
+    said = notes(declared, focusing)
+    if twin is not None:
+        said += effects_left_out(twin)
+    if lost is not None:
+        said.append(correction(focusing, lost))
+    for note in said:
         click.echo(f"note: {note}", err=True)
     click.echo(summary(focusing, folder / "filters.h5", seconds), err=True)
 
@@ -139,6 +156,16 @@ def notes(panel: "Panel", focusing: "Focusing") -> list[str]:
             "tolerance keep more"
         )
     return found
+
+
+def correction(focusing: "Focusing", lost: "Aim") -> str:
+    """Say what the twin's effects are worth for the filters."""
+    own, without = focusing.direct.contrast.mean(axis=1), lost.contrast.mean(axis=1)
+    worst = int((own - without).argmax())
+    return (
+        f"filters from the uncorrected laws.h5 reach contrast {without.min():.3f} to {without.max():.3f} here; "
+        f"the correction is worth up to {own[worst] - without[worst]:.3f}, at {focusing.temperature[worst]:g} °C"
+    )
 
 
 def summary(focusing: "Focusing", target: Path, seconds: float) -> str:

@@ -38,10 +38,11 @@ def command(
     in --effects FOLDER are run as Python: use your own only. Exit status 0: no gap, or explained; 1: partly
     explained or unknown; 2: input that cannot be judged.
     """
+    from app.campaign_model import start_of
     from app.files.campaign import load_campaign
     from app.files.provenance import sha256
     from app.files.run_folder import run_folder
-    from app.gap import campaign_gap, start_of
+    from app.gap import campaign_gap
     from app.gap_result import made_from, save_comparison
     from app.gap_words import show, summary
 

@@ -36,10 +36,10 @@ def command(
     temperature's fit did not settle inside the twin's certified range.
     """
     from analysis.frf import campaign_frf
+    from app.campaign_model import start_of
     from app.files.campaign import load_campaign
     from app.files.provenance import sha256
     from app.files.run_folder import run_folder
-    from app.gap import start_of
     from app.updating import save_updating, updated_twin, updated_under_effects
 
     started = time.perf_counter()

@@ -8,7 +8,7 @@ import h5py
 
 from analysis.compensation.study import Compensation
 from analysis.focusing.methods import Comparison
-from analysis.focusing.over_temperature import Focusing
+from analysis.focusing.over_temperature import Aim, Focusing
 from analysis.focusing.panel import Panel
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
@@ -20,11 +20,21 @@ Value = TypeVar("Value")
 
 
 def save_focusing(
-    target: Path, panel: Panel, focusing: Focusing, comparison: Comparison, made_from: Mapping[str, Any]
+    target: Path,
+    panel: Panel,
+    focusing: Focusing,
+    comparison: Comparison,
+    made_from: Mapping[str, Any],
+    uncorrected: Aim | None = None,
 ) -> None:
-    """Write filters over temperature and the comparison of methods, whole or not at all."""
+    """Write filters over temperature and the comparison of methods, whole or not at all.
+
+    `uncorrected` is what filters reach that were designed with the laws of a twin without its effects.
+    """
     with atomic_hdf5(target) as file:
         _begin(file, panel, made_from)
+        if uncorrected is not None:
+            write_value(file.create_group("uncorrected"), uncorrected)
         write_value(file.create_group("focusing"), focusing)
         write_value(file.create_group("comparison"), comparison)
 
@@ -34,6 +44,12 @@ def load_focusing(path: Path) -> tuple[Panel, Focusing, Comparison]:
     with _opened(path, "focusing", "focus") as file:
         panel = panel_of_text(str(file.attrs["panel"]), str(path))
         return panel, read_value(file["focusing"], Focusing), read_value(file["comparison"], Comparison)
+
+
+def load_uncorrected(path: Path) -> Aim | None:
+    """Read what filters reach that lack the correction; None where none was made."""
+    with _opened(path, "focusing", "focus") as file:
+        return read_value(file["uncorrected"], Aim) if "uncorrected" in file else None
 
 
 def load_panel(path: Path) -> Panel:
