@@ -11,9 +11,8 @@ from analysis.campaign import Campaign
 from analysis.frf import Frf, campaign_frf
 from analysis.gap.gap import find_gap
 from analysis.gap.report import Estimate, GapReport
-from app.campaign_model import WORKERS, campaign_model, unjudged
+from app.campaign_model import WORKERS, Start, campaign_model, unjudged
 from app.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
-from app.files.twin_file import TwinFile
 from app.held_effects import HeldEffects
 from app.progress import Report
 from app.updating import Updating, updated_twin
@@ -51,7 +50,7 @@ def campaign_gap(
     mains: float,
     report: Report,
     *,
-    start: tuple[Path, TwinFile] | None = None,
+    start: Start | None = None,
     folder: Path | None = None,
 ) -> Comparison:
     """Compare a campaign with its twin.
@@ -62,17 +61,15 @@ def campaign_gap(
     mains : float
         Hz.
     report : callable
-    start : (Path, TwinFile), optional
-        Where the twin stands whose effects are on from the beginning, and what it says.
+    start : Start, optional
+        The twin whose effects are on from the beginning.
     folder : Path, optional
         A user's own effects.
 
     Raises
     ------
     ResultFileError
-        For a campaign that cannot be judged, with the reason, or effects that cannot be loaded.
-    CampaignFileError
-        For a twin of another plate, or with effects that the library does not know.
+        For a campaign that cannot be judged, with the reason.
     """
     try:
         frf = campaign_frf(campaign, mains=mains)

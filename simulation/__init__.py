@@ -34,7 +34,8 @@ The same plate with physical effects on it:
 ``extreme_states``         the edges of what effects may do
 ``effect_reduction``       all of it: operators of a plate, with their error measured
 ``effect_certification``   that error
-``campaign_basis``         a smaller model for the materials of one campaign
+``campaign_basis``         a smaller model for the few materials of one campaign
+``mesh_refinement``        vectors carried to a finer mesh
 ``composition``            a state composed of reduced matrices, and its derivatives
 ``certified_range``        where operators may be asked
 ``local_solution``         answers over a band in few coordinates

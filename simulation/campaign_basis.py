@@ -16,15 +16,17 @@ from simulation.plate_state import PlateState
 Real = NDArray[np.float64]
 
 LINES = 60
-TAIL = 1.5e-3
-"""What may be left out of the answers, as a share of their size in the energy's norm: transfers follow its square."""
+CAMPAIGN_TAIL = 1.5e-3
 
 
-def for_campaign(ops: EffectOperators, materials: Sequence[LocalLaws]) -> EffectOperators:
+def for_materials(
+    ops: EffectOperators, materials: Sequence[LocalLaws], tail: float = CAMPAIGN_TAIL
+) -> EffectOperators:
     """Operators on the leading directions of a plate's answers at some materials, in plain and extreme states.
 
     Proper orthogonal decomposition, as in `simulation.energy_decomposition`. The extreme states are asked for the
-    first and the last material only.
+    first and the last material only. `tail` is what may be left out of the answers, as a share of their size in
+    the energy's norm: transfers follow its square.
     """
     basis = field_basis(BENDING_DEGREE)
     states = [
@@ -41,7 +43,7 @@ def for_campaign(ops: EffectOperators, materials: Sequence[LocalLaws]) -> Effect
         answers = root.T @ _answers(ops, state)
         gram += answers @ answers.T
     values, vectors = np.linalg.eigh(gram)
-    kept = np.sqrt(np.cumsum(np.maximum(values, 0.0)) / values.sum()) > TAIL
+    kept = np.sqrt(np.cumsum(np.maximum(values, 0.0)) / values.sum()) > tail
     return ops.restricted(scipy.linalg.solve_triangular(root.T, vectors[:, kept], lower=False))
 
 

@@ -1,12 +1,12 @@
 """A plate in one state, composed of reduced matrices."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE, EffectOperators
+from simulation.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE, EffectOperators, monomials
 from simulation.field_basis import field_basis
 from simulation.plate_state import PlateState
 
@@ -31,8 +31,6 @@ class Coefficients:
     patch : (1 + 2 terms,) ndarray
     coupling : (1 + terms,) ndarray
     offset : (monomials,) ndarray
-    offset_moduli : (2,) ndarray
-        C1 and C2 at the mean temperature, Pa; `offset_loss` the same times the loss factor.
     """
 
     bending: Numbers
@@ -46,8 +44,6 @@ class Coefficients:
     patch: Numbers
     coupling: Numbers
     offset: Numbers
-    offset_moduli: Numbers
-    offset_loss: Numbers
 
     @classmethod
     def of(cls, state: PlateState, offset_range: float) -> Self:
@@ -64,9 +60,6 @@ class Coefficients:
             shear * state.in_plane_shear,
         ]
         h, tau = state.thickness, state.thickness - 1.0
-        mean_nu = state.laws.poisson_ratio(state.mean_temperature)
-        mean_c1 = state.laws.youngs_modulus(state.mean_temperature) / (1.0 - mean_nu**2)
-        pair = np.array([mean_c1, mean_nu * mean_c1])
         one = np.ones(1)
         return cls(
             bending=np.array([fine.coefficients(m * h**3) for m in moduli]),
@@ -80,17 +73,7 @@ class Coefficients:
             patch=state.bond * np.concatenate([one, fine.coefficients(tau), fine.coefficients(tau**2)]),
             coupling=state.bond * np.concatenate([one, fine.coefficients(tau)]),
             offset=monomials(state.offset_x / offset_range, state.offset_y / offset_range),
-            offset_moduli=pair,
-            offset_loss=pair * state.laws.loss_factor(state.mean_temperature),
         )
-
-
-OFFSET_DEGREE = 5
-
-
-def monomials(x: Any, y: Any) -> Numbers:
-    """Products of powers of x and y with total degree 1 to `OFFSET_DEGREE`."""
-    return np.array([x ** (n - j) * y**j for n in range(1, OFFSET_DEGREE + 1) for j in range(n + 1)])
 
 
 @dataclass(frozen=True)
@@ -116,40 +99,66 @@ class Composite:
 
 def composed(ops: EffectOperators, c: Coefficients) -> Composite:
     """Sum the stacks with real coefficients."""
-    plate = _summed(c.bending, ops.bending) + _summed(c.membrane, ops.membrane) + _summed(c.shear, ops.shear)
-    loss = _summed(c.bending_loss, ops.bending) + _summed(c.membrane_loss, ops.membrane)
-    loss += _summed(c.shear_loss, ops.shear)
-    fixed = ops.patch_own + _summed(c.patch, ops.patch_membrane)
-    mass = ops.patch_mass + _summed(c.mass, ops.mass) + _summed(c.rotary, ops.rotary)
-    coupling = np.tensordot(c.coupling, ops.coupling, 1)
-    if c.offset.any():
-        first, second = _summed(c.offset, ops.offset_1), _summed(c.offset, ops.offset_2)
-        plate += c.offset_moduli[0] * first + c.offset_moduli[1] * second
-        loss += c.offset_loss[0] * first + c.offset_loss[1] * second
-        mass += _summed(c.offset, ops.offset_mass)
-    return Composite(plate, loss, fixed, mass, coupling)
+    whole = _plain(ops, c)
+    fixed = ops.patch_own + whole.fixed
+    mass = ops.patch_mass + whole.mass
+    if not c.offset.any():
+        return replace(whole, fixed=fixed, mass=mass)
+    moved = _offset(ops, c, c.offset)
+    return Composite(
+        whole.plate + moved.plate, whole.plate_loss + moved.plate_loss, fixed, mass + moved.mass, whole.coupling
+    )
 
 
 def slope(ops: EffectOperators, value: Coefficients, stepped: Coefficients) -> Composite:
-    """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`; `value` is the state itself."""
-    d = {name: np.imag(getattr(stepped, name)) / STEP for name in value.__dataclass_fields__}
-    plate = _summed(d["bending"], ops.bending) + _summed(d["membrane"], ops.membrane)
-    plate += _summed(d["shear"], ops.shear)
-    loss = _summed(d["bending_loss"], ops.bending) + _summed(d["membrane_loss"], ops.membrane)
-    loss += _summed(d["shear_loss"], ops.shear)
-    fixed = _summed(d["patch"], ops.patch_membrane)
-    mass = _summed(d["mass"], ops.mass) + _summed(d["rotary"], ops.rotary)
-    coupling = np.tensordot(d["coupling"], ops.coupling, 1)
-    if value.offset.any() or d["offset"].any():
-        for place, moduli, by in (
-            (value.offset, d["offset_moduli"], d["offset_loss"]),
-            (d["offset"], value.offset_moduli, value.offset_loss),
-        ):
-            first, second = _summed(place, ops.offset_1), _summed(place, ops.offset_2)
-            plate += moduli[0] * first + moduli[1] * second
-            loss += by[0] * first + by[1] * second
-        mass += _summed(d["offset"], ops.offset_mass)
-    return Composite(plate, loss, fixed, mass, coupling)
+    """Differentiate by the parameter whose imaginary step of `STEP` turned `value` into `stepped`."""
+    d = Coefficients(**{entry.name: np.imag(getattr(stepped, entry.name)) / STEP for entry in fields(stepped)})
+    total = _plain(ops, d)
+    for place, by in ((value.offset, d), (d.offset, value)):
+        if place.any():
+            part = _offset(ops, by, place)
+            total = replace(
+                total,
+                plate=total.plate + part.plate,
+                plate_loss=total.plate_loss + part.plate_loss,
+                mass=total.mass + part.mass,
+            )
+    return total
+
+
+def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
+    """Sum what depends on the coefficients with the sensor in its place."""
+    return Composite(
+        plate=_summed(c.bending, ops.bending) + _summed(c.membrane, ops.membrane) + _summed(c.shear, ops.shear),
+        plate_loss=_summed(c.bending_loss, ops.bending)
+        + _summed(c.membrane_loss, ops.membrane)
+        + _summed(c.shear_loss, ops.shear),
+        fixed=_summed(c.patch, ops.patch_membrane),
+        mass=_summed(c.mass, ops.mass) + _summed(c.rotary, ops.rotary),
+        coupling=np.tensordot(c.coupling, ops.coupling, 1),
+    )
+
+
+def _offset(ops: EffectOperators, c: Coefficients, place: Numbers) -> Composite:
+    """Sum what the offset adds, with moduli, thickness and inertia as they are at the sensor."""
+
+    def here(coefficients: Numbers) -> Numbers:
+        return coefficients @ ops.sensor_site[: coefficients.shape[-1]]
+
+    def moved(bending: Numbers, membrane: Numbers, shear: Numbers) -> Real:
+        return (
+            _summed(np.outer(here(bending), place), ops.offset_bending)
+            + _summed(np.outer(here(membrane), place), ops.offset_membrane)
+            + _summed(here(shear) * place, ops.offset_shear)
+        )
+
+    return Composite(
+        plate=moved(c.bending, c.membrane, c.shear),
+        plate_loss=moved(c.bending_loss, c.membrane_loss, c.shear_loss),
+        fixed=np.zeros(ops.normal.shape),
+        mass=_summed(here(c.mass) * place, ops.offset_mass),
+        coupling=np.zeros(ops.coupling.shape[1:]),
+    )
 
 
 def _summed(coefficients: Numbers, stack: Real) -> Real:

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from analysis.local_laws import LocalLaws
 from simulation.composition import Coefficients, composed
 from simulation.effect_operators import BENDING_DEGREE, EffectOperators
-from simulation.extreme_states import STEEPEST, extreme_states
+from simulation.extreme_states import STEEPEST, combined_state
 from simulation.field_basis import field_basis
 from simulation.local_solution import LocalSolution
 from simulation.plate_state import PlateState
@@ -15,24 +15,24 @@ from simulation.state_matrices import FullPlate
 
 Real = NDArray[np.float64]
 
-MATERIALS = ((3.0e9, 0.35, 0.04), (1.2e9, 0.45, 0.04))
+MATERIALS = ((1.2e9, 0.45, 0.04), (3.0e9, 0.35, 0.04))
 
 
-def measured_error(full: FullPlate, ops: EffectOperators, size: float = -1.0) -> float:
+def measured_error(full: FullPlate, ops: EffectOperators) -> float:
     """Largest error of any transfer between patches, over its peak along the band.
 
-    Every one of the extreme states, on the side they were not trained on, at the line where the reduced transfers
-    are largest and at one drawn from the band.
+    Of a soft plate as declared, and of a stiff one with all effects at once, half as strong as `extreme_states`
+    and on the side these were not made for; at the line where the reduced transfers are largest and at one drawn
+    from the band.
     """
     rng = np.random.default_rng(0)
     basis = field_basis(BENDING_DEGREE)
     worst = 0.0
-    for k, constants in enumerate(MATERIALS):
+    for constants, size in zip(MATERIALS, (0.0, -0.5), strict=True):
         laws = LocalLaws.of_material(*_clipped(ops, constants), slope=STEEPEST)
-        reduced_states = extreme_states(basis.xi, basis.zeta, laws, ops.offset_range, size)
-        full_states = extreme_states(*full.sampling, laws, ops.offset_range, size)
-        for reduced, exact in list(zip(reduced_states, full_states, strict=True))[k::2]:
-            worst = max(worst, state_error(full, ops, reduced, exact, rng))
+        reduced = combined_state(basis.xi, basis.zeta, laws, ops.offset_range, size)
+        exact = combined_state(*full.sampling, laws, ops.offset_range, size)
+        worst = max(worst, state_error(full, ops, reduced, exact, rng))
     return worst
 
 

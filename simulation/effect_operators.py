@@ -18,6 +18,15 @@ shear energies matter through patches and corrections only.
 """
 
 
+OFFSET_DEGREE = 4
+"""Total degree of what an offset of the sensor does, as a polynomial."""
+
+
+def monomials(x: Any, y: Any) -> NDArray[Any]:
+    """Products of powers of x and y with total degree 1 to `OFFSET_DEGREE`."""
+    return np.array([x ** (n - j) * y**j for n in range(1, OFFSET_DEGREE + 1) for j in range(n + 1)])
+
+
 @dataclass(frozen=True)
 class EffectOperators:
     """Real symmetric (r, r) matrices, one stack for each kind of field.
@@ -43,8 +52,11 @@ class EffectOperators:
     coupling : (1 + terms, r, P) ndarray
         Of every patch: as declared, and the factors of tau.
     capacitance : (P,) ndarray
-    offset_1, offset_2, offset_mass : (monomials, r, r) ndarray
-        Change of K1, K2 (see `ShellModel`) and of the mass with the first sensor's offset.
+    offset_bending, offset_membrane : (4, monomials, r, r) ndarray
+        Change of the energies around the first sensor with its offset, for moduli of 1 Pa; ``offset_shear`` and
+        ``offset_mass`` (monomials, r, r) likewise.
+    sensor_site : (terms,) ndarray
+        The polynomials at the first sensor's declared place.
     points : (K, 2) ndarray
         Where point loads can act, m.
     deflection : (K, r) ndarray
@@ -70,9 +82,11 @@ class EffectOperators:
     patch_mass: Real
     coupling: Real
     capacitance: Real
-    offset_1: Real
-    offset_2: Real
+    offset_bending: Real
+    offset_membrane: Real
+    offset_shear: Real
     offset_mass: Real
+    sensor_site: Real
     points: Real
     deflection: Real
     box: MaterialBox

@@ -11,6 +11,7 @@ from simulation.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
 from simulation.field_basis import polynomial, polynomials
 from simulation.laminate import SHEAR_FACTOR
 from simulation.plane_forms import MODULI, Blocks, Modulus, plane_form
+from simulation.shape_space import ShapeSpace
 from simulation.state_matrices import FullPlate, mean_height_dilatation
 
 Real = NDArray[np.float64]
@@ -74,7 +75,7 @@ def plate_energies(p: Projector, step: Step) -> dict[str, Real]:
             if low:
                 membrane[modulus].append(h * p.plane(blocks, IN_PLANE, IN_PLANE))
         if low:
-            shear.append(SHEAR_FACTOR * h * _shear(p, weight))
+            shear.append(SHEAR_FACTOR * h * transverse_shear(p, space, weight))
             inertia = space.product("0", "0", None, weight)
             mass.append(rho * h * sum(p.gram(inertia, k, k) for k in (U, V, W)))
             rotary.append(rho * h**3 / 12.0 * sum(p.gram(inertia, k, k) for k in ROTATIONS))
@@ -89,8 +90,8 @@ def plate_energies(p: Projector, step: Step) -> dict[str, Real]:
     }
 
 
-def _shear(p: Projector, weight: Real | None, covered: Mask | None = None) -> Real:
-    space = p.full.space
+def transverse_shear(p: Projector, space: ShapeSpace, weight: Real | None, covered: Mask | None = None) -> Real:
+    """Transverse shear energy for a shear stiffness of 1 N/m times a weight over some elements, (r, r)."""
     ww = space.product("x", "x", covered, weight) + space.product("y", "y", covered, weight)
     mass = space.product("0", "0", covered, weight)
     cross = p.gram(space.product("x", "0", covered, weight), W, THX)
@@ -110,7 +111,13 @@ def patch_energies(p: Projector) -> dict[str, Real]:
         z0 = 0.5 * sign * (h + t)
         mm, mb, bb = _laminate(p, ceramic.stiffness, None, covered)
         own += t**3 / 12.0 * bb
-        own += SHEAR_FACTOR * t * 0.5 * (ceramic.stiffness[0] - ceramic.stiffness[1]) * _shear(p, None, covered)
+        own += (
+            SHEAR_FACTOR
+            * t
+            * 0.5
+            * (ceramic.stiffness[0] - ceramic.stiffness[1])
+            * transverse_shear(p, p.full.space, None, covered)
+        )
         membrane[0] += t * (mm + z0 * mb + z0**2 * bb)
         mass += _patch_mass(p, covered, ceramic.density * t, z0, t)
         flat = np.ones(p.full.space.basis.dx.shape)

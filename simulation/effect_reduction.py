@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from simulation.campaign_basis import for_materials
 from simulation.effect_certification import measured_error
 from simulation.effect_operators import EffectOperators
 from simulation.effect_projection import Projector, patch_energies, plate_energies
+from simulation.energy_decomposition import energy_shift, middle, orthonormal
 from simulation.extreme_states import STEEPEST, extreme_states
 from simulation.mesh import MeshRecipe
+from simulation.mesh_refinement import FINE_DEGREE, refined
 from simulation.mindlin import assemble
 from simulation.rational_krylov import Chain
 from simulation.reduction import Training, reduction
@@ -35,6 +38,10 @@ STAGE = "reducing the plate with its effects"
 SOFT = LocalLaws.of_material(1.1e9, 0.43, 0.05, slope=STEEPEST)
 """The material of the extreme states: soft, so that the most modes lie in the band."""
 BLOCKS = 8
+BOX_TAIL = 4e-4
+"""See `simulation.campaign_basis.for_materials`."""
+COARSE_DEGREE = 5
+"""Degree of the mesh on which vectors are found; what it misses, one step on the finer mesh brings."""
 
 
 def reduce_with_effects(
@@ -42,12 +49,16 @@ def reduce_with_effects(
     box: MaterialBox,
     *,
     recipe: MeshRecipe | None = None,
+    fine_degree: int = FINE_DEGREE,
     training: Training | None = None,
     progress: Progress | None = None,
 ) -> tuple[EffectOperators, FullPlate, Real]:
-    """Operators of an experiment's plate, the full plate behind them, and the vectors (n, r) they stand for."""
+    """Operators of an experiment's plate, the full plate behind them, and the vectors (n, r) they stand for.
+
+    The vectors are found on the mesh of `recipe` and carried to one of `fine_degree`, where all is projected.
+    """
     report = progress or (lambda stage, share: None)
-    model = assemble(experiment.plate, experiment.patch, recipe=recipe)
+    model = assemble(experiment.plate, experiment.patch, recipe=recipe or MeshRecipe(degree=COARSE_DEGREE))
     full = FullPlate.of(model.space, experiment.plate, experiment.patch, model.unknowns)
     places = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
     probe = np.asarray(model.deflection(places).todense())
@@ -58,23 +69,40 @@ def reduce_with_effects(
     )
     band = experiment.protocol.band
     _, vectors = reduction(
-        inputs, box, band, training=training, progress=lambda stage, share: report(STAGE, 0.5 * share)
+        inputs, box, band, training=training, progress=lambda stage, share: report(STAGE, 0.35 * share)
     )
     states = extreme_states(*full.sampling, SOFT, OFFSET_RANGE if can_move(full) else 0.0)
     for k, state in enumerate(states):
-        report(STAGE, 0.5 + 0.3 * k / len(states))
+        report(STAGE, 0.35 + 0.2 * k / len(states))
         vectors = extended(vectors, full.matrices(state), band, (training or Training()).tolerance)
-    done = [0.8]
+    if fine_degree > model.space.recipe.degree:
+        report(STAGE, 0.55)
+        model, vectors = refined(
+            model, vectors, experiment.plate, experiment.patch, inputs.coupling, band, fine_degree
+        )
+        full = FullPlate.of(model.space, experiment.plate, experiment.patch, model.unknowns)
+        probe = np.asarray(model.deflection(places).todense())
+    energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
+    vectors = orthonormal(vectors, energy, cutoff=1e-6)
+    done = [0.7]
 
     def step() -> None:
         report(STAGE, done[0])
-        done[0] += 0.02
+        done[0] += 0.03
 
-    ops = project(full, vectors, model, places, probe, box, band, step)
-    report(STAGE, 0.95)
+    ops = compressed(project(full, vectors, model, places, probe, box, band, step))
+    report(STAGE, 0.9)
     ops = replace(ops, error=measured_error(full, ops))
     report(STAGE, 1.0)
     return ops, full, vectors
+
+
+def compressed(ops: EffectOperators) -> EffectOperators:
+    """Operators on the directions that materials all over the box need."""
+    (e0, e1), (n0, n1), (h0, _) = ops.box.youngs_modulus, ops.box.poisson_ratio, ops.box.loss_factor
+    corners = [(e1, n0), (e1, n1), (float(np.sqrt(e0 * e1)), 0.5 * (n0 + n1)), (e0, n0), (e0, n1)]
+    materials = [LocalLaws.of_material(e, nu, max(h0, 0.01), slope=STEEPEST) for e, nu in corners]
+    return for_materials(ops, materials, BOX_TAIL)
 
 
 def extended(vectors: Real, matrices: StateMatrices, band: tuple[float, float], tolerance: float) -> Real:

@@ -37,3 +37,20 @@ def extreme_states(
     if offset_range:
         states += [plain.with_(offset_x=size * offset_range), plain.with_(offset_y=size * offset_range)]
     return states
+
+
+def combined_state(
+    xi: NDArray[Any], zeta: NDArray[Any], laws: LocalLaws, offset_range: float, size: float
+) -> PlateState:
+    """All of `extreme_states` at once; 0 is the plate as declared."""
+    plain = PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0]))
+    return plain.with_(
+        modulus_x=1 - ANISOTROPY * size,
+        modulus_y=1 + ANISOTROPY * size,
+        in_plane_shear=1 + ANISOTROPY * size,
+        thickness=1.0 + TAPER * size * (xi - zeta),
+        temperature=laws.reference + TILT * size * (xi + zeta),
+        bond=1.0 - SLIP * abs(size),
+        offset_x=size * offset_range,
+        offset_y=-size * offset_range,
+    )

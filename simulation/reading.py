@@ -64,7 +64,7 @@ class Reading:
         )
 
     def change(self, compliance: Complex, stepped: PlateState) -> Complex:
-        """Differentiate `response`, (K, F), given the derivative of the compliance (P, P, F) and the stepped state.
+        """Differentiate `response`, (K, F), given that of the compliance (P, P, F) and the stepped state.
 
         Y V = -h gives Y V' = -(h' + G' V).
         """

@@ -8,7 +8,7 @@ from analysis.gap.effect_card import EffectCard, Parameter
 from simulation.effects.effect import Effect
 from simulation.plate_state import Circumstances, PlateState
 
-FARTHEST = 0.003  # m, a patch of some 20 mm that lies farther off is seen by eye
+FARTHEST = 0.0025  # m, a patch of some 20 mm that lies farther off is seen by eye
 
 
 def card(experiment: Experiment) -> EffectCard:
