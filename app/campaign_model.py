@@ -1,12 +1,13 @@
 """The twin with effects as one campaign wants it: small, referred to its laws, a twin file's effects known."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from analysis.campaign import Campaign
 from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard
 from analysis.gap.groups import TemperatureGroups, mean_laws
 from analysis.gap.report import Estimate
 from analysis.local_laws import LocalLaws
@@ -17,6 +18,7 @@ from app.files.twin_file import TwinFile, read_twin, require_known_effects, requ
 from app.progress import Report
 from simulation.campaign_basis import for_materials
 from simulation.effect_twin import EffectTwin
+from simulation.effects.library import library
 
 MATERIALS = 5
 """Temperatures whose materials the smaller model is made for."""
@@ -28,35 +30,33 @@ WORKERS = 2
 """Sweeps linearised at a time."""
 
 
+@dataclass(frozen=True)
+class Start:
+    """A twin file, checked, and where it stands."""
+
+    path: Path
+    twin: TwinFile
+
+
 def campaign_model(
     experiment: Experiment,
     plain: Updated,
     report: Report,
-    start: tuple[Path, TwinFile] | None,
+    start: Start | None,
     folder: Path | None,
 ) -> tuple[EffectTwin, dict[str, tuple[Estimate, ...]]]:
-    """Return the campaign's twin with its library, and the effects of a twin file."""
-    if start is not None:
-        require_same_plate(start[0], start[1], experiment)
-    twin = loaded_twin(experiment, report, folder)
+    """Return the campaign's twin with its library, and the effects of the twin file it starts from."""
+    twin = effect_twin(experiment, report, folder)
     given: dict[str, tuple[Estimate, ...]] = {}
     if start is not None:
-        require_known_effects(start[0], start[1], twin.cards)
         given = {
             effect.name: tuple(Estimate(name, p.value, p.sigma, p.unit) for name, p in effect.parameter.items())
-            for effect in start[1].effect
+            for effect in start.twin.effect
         }
+        missing = [name for name in given if name not in twin.library]
+        if missing:
+            raise ResultFileError(f"{start.path}: this plate's mesh leaves no room for {', '.join(missing)}")
     return made_for(twin, plain), given
-
-
-def loaded_twin(experiment: Experiment, report: Report, folder: Path | None) -> EffectTwin:
-    """Twin with the library and a user's own effects; ResultFileError where these cannot be loaded."""
-    if folder is None:
-        return effect_twin(experiment, report)
-    try:
-        return effect_twin(experiment, report, folder)
-    except ValueError as error:
-        raise ResultFileError(f"--effects: {error}") from error
 
 
 def made_for(twin: EffectTwin, plain: Updated) -> EffectTwin:
@@ -73,9 +73,33 @@ def _stiffer(laws: LocalLaws, by: float) -> LocalLaws:
     return replace(laws, value=laws.value + np.array([np.log(by), 0.0, 0.0]))
 
 
-def start_of(path: Path | None) -> tuple[Path, TwinFile] | None:
-    """Read the twin to start from, if one is named."""
-    return None if path is None else (path, read_twin(path))
+def start_of(path: Path | None, experiment: Experiment, folder: Path | None) -> Start | None:
+    """Read the twin to start from, if one is named, and check all that can be before anything is computed.
+
+    Raises
+    ------
+    CampaignFileError
+        For a file that is no twin, a twin of another plate, and effects that the library does not know or allow.
+    ResultFileError
+        For a user's effects in `folder` that cannot be loaded.
+    """
+    cards = known_effects(experiment, folder)
+    if path is None:
+        return None
+    twin = read_twin(path)
+    require_same_plate(path, twin, experiment)
+    require_known_effects(path, twin, cards)
+    return Start(path, twin)
+
+
+def known_effects(experiment: Experiment, folder: Path | None) -> dict[str, EffectCard]:
+    """Cards of the library and of a user's own effects; ResultFileError where these cannot be loaded."""
+    if folder is None:
+        return {name: effect.card(experiment) for name, effect in library(experiment).items()}
+    try:
+        return {name: effect.card(experiment) for name, effect in library(experiment, folder).items()}
+    except ValueError as error:
+        raise ResultFileError(f"--effects: {error}") from error
 
 
 def unjudged(campaign: Campaign, error: ValueError) -> ResultFileError:

@@ -14,12 +14,11 @@ from analysis.frf import Frf
 from analysis.material import Material, MaterialLaws
 from analysis.updating.laws import fit_laws
 from analysis.updating.update import Updated, update
-from app.campaign_model import WORKERS, campaign_model, unjudged
+from app.campaign_model import WORKERS, Start, campaign_model, unjudged
 from app.corrected_twin import corrected_twin, fit_twin, reached
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance
-from app.files.twin_file import TwinFile
 from app.held_effects import HeldEffects
 from app.progress import Report
 from app.twin import campaign_twin
@@ -49,7 +48,7 @@ def updated_twin(campaign: Campaign, frf: Frf, report: Report) -> Updating:
 
 
 def updated_under_effects(
-    campaign: Campaign, frf: Frf, start: tuple[Path, TwinFile], folder: Path | None, report: Report
+    campaign: Campaign, frf: Frf, start: Start, folder: Path | None, report: Report
 ) -> Updating:
     """Do the same with the effects of a twin file held at their values.
 
@@ -58,7 +57,7 @@ def updated_under_effects(
     protocol = campaign.experiment.protocol
     plain = update(frf, campaign_twin(campaign.experiment, report), progress=report)
     twin, given = campaign_model(campaign.experiment, plain, report, start, folder)
-    model = HeldEffects(twin, start[1].effects)
+    model = HeldEffects(twin, start.twin.effects)
     report("laws under effects", 0.0)
     with ThreadPoolExecutor(WORKERS) as executor:
         try:

@@ -47,8 +47,8 @@ def command(
     from app.gap_words import show, summary
 
     loaded = load_campaign(campaign)
+    start = start_of(twin, loaded.experiment, effects)
     run = run_folder(campaign, out)
-    start = start_of(twin)
     started = time.perf_counter()
     with progress() as report:
         found = campaign_gap(loaded, mains, report, start=start, folder=effects)

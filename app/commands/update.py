@@ -44,8 +44,8 @@ def command(
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
+    start = start_of(twin, loaded.experiment, effects)
     run = run_folder(campaign, out)
-    start = start_of(twin)
     settings: dict[str, Any] = {"mains": mains}
     with progress() as report:
         frf = campaign_frf(loaded, mains=mains)
@@ -53,7 +53,7 @@ def command(
             found = updated_twin(loaded, frf, report)
         else:
             found = updated_under_effects(loaded, frf, start, effects, report)
-            settings |= {"twin": sha256(start[0]), "effects": start[1].effects}
+            settings |= {"twin": sha256(start.path), "effects": start.twin.effects}
     save_updating(run, loaded, frf, found, settings)
     updated, seconds = found.updated, time.perf_counter() - started
     if as_json:
@@ -63,9 +63,9 @@ def command(
     for note in frf.notes:
         click.echo(f"note: {note}", err=True)
     if start is not None:
-        on = ", ".join(start[1].effects) or "no effect"
+        on = ", ".join(start.twin.effects) or "no effect"
         click.echo(
-            f"note: {start[0]}: {on} switched on; the laws in {run / 'laws.h5'} are those under it", err=True
+            f"note: {start.path}: {on} switched on; the laws in {run / 'laws.h5'} are those under it", err=True
         )
     click.echo(summary(updated, found.laws, run, seconds), err=True)
     if not updated.settled.all():

@@ -9,7 +9,7 @@ from analysis.compensation.study import NETWORK, Compensation
 from analysis.focusing.methods import Comparison
 from analysis.focusing.over_temperature import Aim, Focusing
 from analysis.focusing.panel import Panel
-from app.report.style import MEASURED, MODEL, frequency_axis, panels, temperature_color
+from app.report.style import BAND, MEASURED, MODEL, frequency_axis, panels, temperature_color
 
 SHOWN = (0.0, 20.0, 40.0, 60.0)
 """Temperatures of the paper's Figs. 13 and 17, degrees Celsius."""
@@ -57,6 +57,22 @@ def loss(focusing: Focusing, compensation: Compensation) -> Figure:
         xlabel="temperature [°C]", ylabel="mean contrast in band", ylim=(0, 1), title="what temperature costs"
     )
     axes.legend()
+    return figure
+
+
+def correction(focusing: Focusing, uncorrected: Aim) -> Figure:
+    """Mean contrast of the band over temperature with and without the effects that the gap workflow found."""
+    figure, axes = panels(1, 2, height=3.2)
+    own, without = focusing.direct.contrast.mean(1), uncorrected.contrast.mean(1)
+    axes[0].plot(focusing.temperature, own, "o-", color=BAND, ms=3.5, label="laws of the corrected twin")
+    axes[0].plot(focusing.temperature, without, "o--", color=MODEL, ms=3.5, label="laws without the correction")
+    axes[0].set(ylabel="mean contrast in band", ylim=(0, 1), title="filters of each temperature")
+    axes[0].legend()
+    axes[1].plot(focusing.temperature, own - without, "o-", color=BAND, ms=3.5)
+    axes[1].axhline(0.0, color=MEASURED, lw=0.8)
+    axes[1].set(ylabel="contrast regained", title="what the correction is worth")
+    for each in axes:
+        each.set_xlabel("temperature [°C]")
     return figure
 
 

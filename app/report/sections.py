@@ -11,7 +11,7 @@ import numpy as np
 from analysis.experiment import Experiment
 from analysis.frf import Frf
 from app.files.bad_file import ResultFileError
-from app.files.filter_files import load_compensation, load_focusing
+from app.files.filter_files import load_compensation, load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
 from app.files.laws_file import load_laws, load_updated
 from app.files.modes_file import load_modes
@@ -137,7 +137,7 @@ def _focusing(run: Path, rows: list[paper.Row]) -> list[Item]:
     panel, found, comparison = load_focusing(run / "filters.h5")
     rows.extend([*paper.method_rows(comparison), *paper.temperature_rows(found)])
     reference = f"{found.reference_temperature:g} °C"
-    return [
+    items: list[Item] = [
         Picture("panel", focusing.layout(panel), "The panel: what the paper leaves open is stated in its file."),
         Picture("methods", focusing.methods(comparison), "Four ways to drive it, complex filters (paper Fig. 4)."),
         Picture(
@@ -146,6 +146,11 @@ def _focusing(run: Path, rows: list[paper.Row]) -> list[Item]:
             f"The filters of {reference} used at every temperature (paper Fig. 13).",
         ),
     ]
+    uncorrected = load_uncorrected(run / "filters.h5")
+    if uncorrected is not None:
+        caption = "Filters designed with and without the effects found, on a plate that obeys the corrected laws."
+        items.append(Picture("correction", focusing.correction(found, uncorrected), caption))
+    return items
 
 
 def _compensation(run: Path, rows: list[paper.Row]) -> list[Item]:
