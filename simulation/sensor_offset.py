@@ -4,6 +4,8 @@ The mesh moves with the patch: shear layers at its edges stay on the strips made
 do not change at all, and those of the elements around it are smooth functions of the offset.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -93,7 +95,10 @@ def _around(p: Projector, zone: Mask) -> tuple[Projector, Real]:
     values, basis = np.linalg.eigh(0.5 * (energy + energy.T))
     kept = values > KEPT**2 * values[-1]
     root = np.sqrt(values[kept])
-    return Projector(p.full, p.vectors @ (basis[:, kept] / root)), root[:, None] * basis[:, kept].T
+    touched = np.unique(np.asarray(p.full.space.basis.element_dofs)[:, zone])
+    rows = np.flatnonzero(np.isin(p.full.unknowns % p.full.space.size, touched))
+    cut = replace(p.full, unknowns=p.full.unknowns[rows])
+    return Projector(cut, p.vectors[rows] @ (basis[:, kept] / root)), root[:, None] * basis[:, kept].T
 
 
 def _sums(energies: Real) -> tuple[Real, Real]:

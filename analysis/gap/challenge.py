@@ -6,7 +6,7 @@ from dataclasses import replace
 from analysis.gap.gap_fit import GapFit
 from analysis.gap.refit import Bench, Refit, absent, refit
 from analysis.gap.screen import Screening
-from analysis.gap.thresholds import CLASS_NATS, LEAST_GAIN, MOST_EFFECTS, SWAP_SHARE, SWAPS_REFITTED
+from analysis.gap.thresholds import CLASS_NATS, MOST_EFFECTS, SWAP_SHARE, SWAPS_REFITTED
 
 
 def challenge(
@@ -20,7 +20,7 @@ def challenge(
     for _ in range(MOST_EFFECTS):
         on = tuple(fit.state.effects)
         without = {name: dropped(bench, baseline, fit, name) for name in on}
-        idle = [name for name in on if fit.log_evidence - without[name].log_evidence < LEAST_GAIN]
+        idle = [name for name in on if fit.log_evidence - without[name].log_evidence < bench.least_gain]
         if idle:
             fit = max((without[name] for name in idle), key=lambda f: f.log_evidence)
             last = bench.screen(fit)
@@ -80,7 +80,7 @@ def _swapped(
         for trial in refits:
             if trial.fit is None or not trial.plausible:
                 continue
-            least = fit.log_evidence + CLASS_NATS if best is None else best.log_evidence
+            least = fit.log_evidence + CLASS_NATS * bench.overstated if best is None else best.log_evidence
             if trial.fit.log_evidence > least:
                 best = trial.fit
     return best

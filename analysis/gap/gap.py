@@ -139,11 +139,12 @@ def _laws(sweeps: GapSweeps, fit: GapFit) -> FittedLaws:
 
 def _named(bench: Bench, found: Found, name: str) -> NamedEffect:
     card, fit, without = bench.model.cards[name], found.fit, found.without[name]
-    rivals = found.rivals[name]
+    rivals = {other: gain / bench.overstated for other, gain in found.rivals[name].items()}
     alike = equivalents(rivals, {other: mimicry(found.last, name, other) for other in rivals})
-    gain = fit.log_evidence - without.log_evidence
+    gain = (fit.log_evidence - without.log_evidence) / bench.overstated
+    spread = _inflation(fit) * float(np.sqrt(bench.overstated))
     estimates = [
-        Estimate(parameter, fit.state.effects[name][parameter], float(sigma) * _inflation(fit), p.unit)
+        Estimate(parameter, fit.state.effects[name][parameter], float(sigma) * spread, p.unit)
         for (effect, parameter), p, sigma in zip(fit.free.names, fit.free.cards, fit.sigma, strict=True)
         if effect == name
     ]
@@ -156,7 +157,7 @@ def _named(bench: Bench, found: Found, name: str) -> NamedEffect:
             gain,
             rivals,
             alike,
-            unknown_evidence(bench.sweeps, without.residual, without.state),
+            unknown_evidence(bench.sweeps, without.residual, without.state) / bench.overstated,
             fit.total / fit.dof,
         ),
         log_evidence_gain=gain,

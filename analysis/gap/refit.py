@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from analysis.gap.effect_card import Values
 from analysis.gap.fit import fit_gap
@@ -12,7 +13,15 @@ from analysis.gap.noise import NoiseCheck
 from analysis.gap.screen import Candidate, Screening, screen
 from analysis.gap.state import GapState
 from analysis.gap.sweeps import GapSweeps
-from analysis.gap.thresholds import COARSE_TEMPERATURES, REFIT_SHARE, WHITENESS, Z_FLOOR
+from analysis.gap.thresholds import (
+    COARSE_TEMPERATURES,
+    LEAST_GAIN,
+    MODEL_ERROR,
+    MODEL_ERROR_ALONG,
+    REFIT_SHARE,
+    WHITENESS,
+    Z_FLOOR,
+)
 from analysis.gap.whiteness import whiteness
 
 Progress = Callable[[str, float], None]
@@ -52,17 +61,38 @@ class Bench:
         """Score test of all candidates at `fit`."""
         return screen(self.model, self.sweeps, fit, self.executor)
 
+    @cached_property
+    def allowed(self) -> float:
+        """Chi2 that the twin's own error may leave."""
+        return MODEL_ERROR**2 * self.sweeps.power
+
+    @cached_property
+    def overstated(self) -> float:
+        """How many times evidence overstates itself, the twin's own error being common to all lines.
+
+        Along a tangent the residual has the noise's variance 1 and that of the error: a log evidence of g counts
+        as g over their sum.
+        """
+        return 1.0 + MODEL_ERROR_ALONG**2 * self.allowed
+
+    @property
+    def least_gain(self) -> float:
+        """Log evidence that an effect must bring, nats, as the likelihood counts them."""
+        return LEAST_GAIN * self.overstated
+
     def z(self, fit: GapFit) -> float:
-        """Excess of a fit's chi2 in its standard deviations."""
-        return self.noise.z(fit.total, fit.dof)
+        """Excess of a fit's chi2 over noise and the twin's own error, in its standard deviations."""
+        return self.noise.z(fit.total - min(self.allowed, max(self.excess(fit), 0.0)), fit.dof)
 
     def excess(self, fit: GapFit) -> float:
         """Chi2 beyond what noise leaves."""
         return fit.total + float(self.noise.sharp.sum()) - fit.dof
 
     def agrees(self, fit: GapFit) -> bool:
-        """Whether a fit leaves nothing but noise."""
-        return self.z(fit) <= Z_FLOOR and max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
+        """Whether a fit leaves nothing but noise and the twin's own error, which need not be white."""
+        if self.z(fit) > Z_FLOOR:
+            return False
+        return self.excess(fit) <= self.allowed or max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
 
     @property
     def coarse_groups(self) -> list[int]:

@@ -10,7 +10,6 @@ from analysis.gap.refit import Bench, Refit, absent, explained, refit
 from analysis.gap.screen import Candidate, Screening
 from analysis.gap.thresholds import (
     EXPLAINED,
-    LEAST_GAIN,
     LEAST_SHARE,
     MOST_EFFECTS,
     PAIRS_REFITTED,
@@ -124,10 +123,10 @@ def _climb(
     path = [(fit, screening)]
     while len(fit.state.effects) < MOST_EFFECTS:
         candidates = [c for c in screening.candidates() if c.effects[0] not in blind]
-        worth = [c for c in candidates if c.gain >= LEAST_GAIN][:REFITTED]
+        worth = [c for c in candidates if c.gain >= bench.least_gain][:REFITTED]
         on = tuple(fit.state.effects)
         refits = refit(bench, fit, [((*on, *c.effects), absent(bench, screening, c)) for c in worth])
-        best = next((r for r in refits if r.plausible and r.gain >= LEAST_GAIN), None)
+        best = next((r for r in refits if r.plausible and r.gain >= bench.least_gain), None)
         if best is None or best.fit is None:
             steps.append(Step(tuple(candidates), tuple(refits), on, 0.0, False))
             break
@@ -149,7 +148,7 @@ def _pair(
     """Two effects at once, where no single one explains enough and none after it did."""
     tried = {frozenset(r.effects) for step in steps for r in step.refits if r.fit is not None}
     singles = [c for c in first.candidates() if c.effects[0] not in blind]
-    pairs = [c for c in first.pairs(singles) if c.gain >= LEAST_GAIN and frozenset(c.effects) not in tried]
+    pairs = [c for c in first.pairs(singles) if c.gain >= bench.least_gain and frozenset(c.effects) not in tried]
     if not pairs:
         return [], None
     sets = [(c.effects, absent(bench, first, c)) for c in pairs[:PAIRS_REFITTED]]

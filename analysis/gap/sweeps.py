@@ -93,6 +93,12 @@ class GapSweeps:
         """Real numbers that take part."""
         return 2 * int(self.rows.sum())
 
+    @property
+    def power(self) -> float:
+        """Sum of |h|^2 in units of the noise: a residual of a share e of |h| has a chi2 of e**2 times this."""
+        white = np.array([s.whitened(s.coefficients) for s in self.compressed])
+        return float((np.abs(white[self.rows]) ** 2).sum())
+
     def only(self, sweeps: Sequence[int]) -> "GapSweeps":
         """Return some of the sweeps, in the order given, with the groups they still form."""
         kept = np.asarray(sweeps, dtype=int)

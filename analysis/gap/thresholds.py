@@ -24,6 +24,13 @@ NOISE_DOF = 100
 NUMERICAL_REST = 0.3
 """Numerical error left after the defect correction, in sigma of the noise, above which ghosts would be named."""
 
+MODEL_ERROR = 1e-3
+"""How far apart two converged solvers of one plate are, as a share of rms|H| (0.05 to 0.1 % between independent
+codes): a discrepancy of this size is nobody's missing physics. It is an error common to all lines."""
+
+MODEL_ERROR_ALONG = 0.12
+"""Share of the model error that lies along any one effect's tangent: it is spread over many directions."""
+
 SAME_TEMPERATURE = 0.5
 """Readings within so many kelvins are one nominal temperature: ramps arrive within tenths, steps are a kelvin."""
 
