@@ -1,5 +1,6 @@
 """What a gap.json says, for people: tables on the screen and sentences in the report."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -35,14 +36,18 @@ def named(effect: Record) -> str:
 
 
 def estimate(parameter: Record) -> str:
-    """Value, standard deviation and unit; as many digits as the standard deviation is worth."""
-    value, sigma, unit = parameter["value"], parameter["sigma"], parameter["unit"]
-    scale = max(abs(value), sigma)
-    digits = 2
-    if 0.0 < sigma < scale:
-        digits = 2 + len(str(int(scale / sigma))) - 1
-    shown = "" if unit == "1" else f" {unit}"
-    return f"{value:.{digits + 1}g} ± {sigma:.2g}{shown}"
+    """Value, standard deviation to two digits, and unit; the value to the same decimal."""
+    value, sigma = parameter["value"], parameter["sigma"]
+    unit = "" if parameter["unit"] == "1" else f" {parameter['unit']}"
+    if not sigma > 0.0:
+        return f"{value:.4g}{unit}"
+    decimals = 1 - math.floor(math.log10(sigma))
+    if 0 <= decimals <= 6:
+        return f"{value:.{decimals}f} ± {sigma:.{decimals}f}{unit}"
+    power = math.floor(math.log10(max(abs(value), sigma)))
+    decimals = max(decimals + power, 0)
+    scale = 10.0**power
+    return f"({value / scale:.{decimals}f} ± {sigma / scale:.{decimals}f})e{power}{unit}"
 
 
 def show(record: Record) -> None:

@@ -1,0 +1,154 @@
+"""``flexura gap`` as typed: refusals in a sentence, and the shipped recording from end to end."""
+
+import json
+import re
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from threadpoolctl import threadpool_limits
+
+from app.files.gap_file import load_gap
+from app.files.laws_file import load_laws, load_updated
+from app.files.twin_file import read_twin
+from app.main import flexura
+
+Run = Callable[..., tuple[int, str, str]]
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
+TEMPERATURES = (0, 12, 24, 36, 48, 60)
+
+
+def refused(run: Run, campaign: Path, *words: object) -> str:
+    """Type a comparison that must be refused; what it said, with nothing on stdout and nothing left behind."""
+    status, out, err = run("gap", campaign, "--json", *words)
+    assert (status, out) == (2, "")
+    assert "Traceback" not in err
+    left = campaign.with_name(campaign.name + "-run")
+    assert not left.is_dir() or not any(left.iterdir())
+    return err
+
+
+def test_a_folder_that_is_no_campaign(tmp_path: Path, run_flexura: Run) -> None:
+    assert "not a campaign" in refused(run_flexura, tmp_path)
+
+
+def test_a_twin_that_is_not_there_or_no_twin(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
+    campaign = tiny.write(tmp_path / "tiny")
+    assert "absent.toml: cannot be read" in refused(run_flexura, campaign, "--twin", tmp_path / "absent.toml")
+    said = refused(run_flexura, campaign, "--twin", campaign / "campaign.toml")
+    assert "campaign.toml: format = 'recorded-campaign/1'; allowed: 'flexura-twin/1'" in said
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (None, "not a folder"),
+        ("EFFECT = 1\n", "an EFFECT that is a int"),
+        ("import absent_package\n", "ModuleNotFoundError"),
+        ("def (:\n", "SyntaxError"),
+    ],
+)
+def test_effects_that_cannot_be_loaded(
+    tiny: Any, tmp_path: Path, run_flexura: Run, content: str | None, said: str
+) -> None:
+    campaign, folder = tiny.write(tmp_path / "tiny"), tmp_path / "effects"
+    if content is not None:
+        folder.mkdir()
+        (folder / "mine.py").write_text(content, encoding="utf-8")
+    assert said in refused(run_flexura, campaign, "--effects", folder)
+
+
+def test_repeats_without_any_noise_cannot_be_judged(
+    tiny: Any, tmp_path: Path, run_flexura: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Copies instead of repeats: no line has a variance, and no twin need be built to see that."""
+    for file in tiny.files.values():
+        file.groups["repeat 2"] = file.groups["repeat 1"]
+    monkeypatch.setattr("app.updating.campaign_twin", lambda experiment, report: None)
+    said = refused(run_flexura, tiny.write(tmp_path / "tiny"))
+    assert "tiny: cannot be judged: the FRFs carry lines without variance: record at least two repeats" in said
+
+
+def typed(*words: object) -> Result:
+    with threadpool_limits(1):
+        result = CliRunner().invoke(flexura, [str(word) for word in words])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Cut a few sweeps out of the shipped recording."""
+    folder = tmp_path_factory.mktemp("gap") / "few"
+    (folder / "sweeps").mkdir(parents=True)
+    for file in sorted((EXAMPLE / "sweeps").iterdir()):
+        temperature = re.search(r"_\+(\d\d)\.0C", file.name)
+        if temperature and int(temperature[1]) in TEMPERATURES:
+            shutil.copy(file, folder / "sweeps")
+    text = (EXAMPLE / "campaign.toml").read_text(encoding="utf-8")
+    listed = ", ".join(f"{t:.1f}" for t in TEMPERATURES)
+    text = re.sub(r"temperatures = \[[^]]*\]", f"temperatures = [{listed}]", text)
+    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FLEXURA_CACHE", str(folder.with_name("cache")))
+        yield folder
+
+
+@pytest.fixture(scope="module")
+def compared(recording: Path) -> tuple[Result, Path]:
+    run = recording.with_name("run")
+    return typed("gap", recording, "--out", run, "--json"), run
+
+
+@pytest.mark.slow
+def test_the_shipped_recording_has_no_gap(compared: tuple[Result, Path]) -> None:
+    """It was computed by an independent solver from a plate without any effect."""
+    result, run = compared
+    printed = json.loads(result.stdout)
+    assert printed == json.loads((run / "gap.json").read_text(encoding="utf-8"))
+    assert result.exit_code == 0
+    assert (printed["verdict"], printed["effects"]) == ("none", [])
+    assert "thermal_lag" in printed["not_observable"]
+    assert printed["gap"]["baseline"]["chi2_per_dof"] == pytest.approx(1.0, abs=0.05)
+    figures, record = load_gap(run / "gap.h5")
+    assert record == printed
+    assert figures.before.sigma.shape[:2] == (len(TEMPERATURES), 1)
+    assert not (run / "laws-corrected.h5").exists()
+    assert load_laws(run / "laws.h5").temperature_range == pytest.approx((0.0, 60.0), abs=0.2)
+
+
+@pytest.mark.slow
+def test_the_same_input_gives_the_same_answer(recording: Path, compared: tuple[Result, Path]) -> None:
+    again = recording.with_name("again")
+    typed("gap", recording, "--out", again)
+    first, second = (json.loads((run / "gap.json").read_text(encoding="utf-8")) for run in (compared[1], again))
+    assert {**first, "seconds": 0.0} == {**second, "seconds": 0.0}
+    assert (again / "twin.toml").read_bytes() == (compared[1] / "twin.toml").read_bytes()
+
+
+@pytest.mark.slow
+def test_other_verbs_go_on_from_the_twin(recording: Path, compared: tuple[Result, Path]) -> None:
+    """A gram put onto the twin's cable by hand: update sees its inertia missing from the plate's response."""
+    run = compared[1]
+    twin = read_twin(run / "twin.toml")
+    text = (run / "twin.toml").read_text(encoding="utf-8").replace("effect = []\n", "")
+    mass = '[[effect]]\nname = "point_mass"\n\n[effect.parameter.mass]\nvalue = 0.001\nsigma = 0.0\nunit = "kg"\n'
+    (run / "heavy.toml").write_text(text + mass, encoding="utf-8")
+    plain, heavy = recording.with_name("plain"), recording.with_name("heavy")
+    assert typed("update", recording, "--twin", run / "twin.toml", "--out", plain).exit_code == 0
+    assert typed("update", recording, "--twin", run / "heavy.toml", "--out", heavy).exit_code == 0
+    reference, _ = load_updated(run / "laws.h5")
+    same, _ = load_updated(plain / "laws.h5")
+    np.testing.assert_allclose(same.material.youngs_modulus, reference.material.youngs_modulus, rtol=2e-4)
+    np.testing.assert_allclose(same.gain, twin.gain.value, rtol=1e-6)
+    loaded, _ = load_updated(heavy / "laws.h5")
+    assert (loaded.misfit > 1.5 * same.misfit).all()
+    assert np.median(loaded.material.youngs_modulus / same.material.youngs_modulus) > 1.001
+    focused = typed("focus", run, "--twin", run / "heavy.toml", "--temperature", "20", "--json")
+    assert focused.exit_code == 0
+    assert "with_uncorrected_laws" in json.loads(focused.stdout)
