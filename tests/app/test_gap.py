@@ -62,15 +62,23 @@ def test_effects_that_cannot_be_loaded(
     assert said in refused(run_flexura, campaign, "--effects", folder)
 
 
-def test_repeats_without_any_noise_cannot_be_judged(
+def test_what_the_analysis_refuses_is_told_in_one_message(
     tiny: Any, tmp_path: Path, run_flexura: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Copies instead of repeats: no line has a variance, and no twin need be built to see that."""
-    for file in tiny.files.values():
-        file.groups["repeat 2"] = file.groups["repeat 1"]
-    monkeypatch.setattr("app.updating.campaign_twin", lambda experiment, report: None)
-    said = refused(run_flexura, tiny.write(tmp_path / "tiny"))
-    assert "tiny: cannot be judged: the FRFs carry lines without variance: record at least two repeats" in said
+    """A ValueError is about the data; a matrix that cannot be inverted is a defect and keeps its traceback."""
+
+    def raising(error: Exception) -> Callable[..., None]:
+        def raise_it(*_: object, **__: object) -> None:
+            raise error
+
+        return raise_it
+
+    campaign = tiny.write(tmp_path / "tiny")
+    monkeypatch.setattr("app.gap.updated_twin", raising(ValueError("channel S1: too loud")))
+    assert "tiny: cannot be judged: channel S1: too loud" in refused(run_flexura, campaign)
+    monkeypatch.setattr("app.gap.updated_twin", raising(np.linalg.LinAlgError("singular")))
+    with pytest.raises(np.linalg.LinAlgError):
+        run_flexura("gap", campaign)
 
 
 def typed(*words: object) -> Result:
