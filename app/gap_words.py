@@ -86,18 +86,21 @@ def _found(record: Record) -> Any:
 
 
 def _agreement(record: Record) -> Any:
-    table = _table("Before and after", "data", "chi2 per dof", "", "misfit", "", "gap closed")
+    found = bool(record["effects"])
+    table = _table(
+        "Before and after" if found else "Twin and data", "data", "chi2 per dof", "", "misfit", "", "gap closed"
+    )
     gap, tried = record["gap"], record["gap"]["held_out"]
     rows = [("all", gap["baseline"], gap["final"], None)]
-    if record["effects"]:
+    if found:
         rows.append((f"held out: {tried['what']}", tried["baseline"], tried["final"], tried["closure"]))
     for data, before, after, closure in rows:
         table.add_row(
             data,
             f"{before['chi2_per_dof']:.4g}",
-            f"-> {after['chi2_per_dof']:.4g}",
+            f"-> {after['chi2_per_dof']:.4g}" if found else "",
             f"{100 * before['relative_misfit']:.2f} %",
-            f"-> {100 * after['relative_misfit']:.2f} %",
+            f"-> {100 * after['relative_misfit']:.2f} %" if found else "",
             "" if closure is None else f"{100 * closure:.2f} %",
         )
     return table
