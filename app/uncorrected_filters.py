@@ -19,11 +19,16 @@ def uncorrected_aim(
     model: PanelTwin,
     panel: Panel,
     laws: MaterialLaws,
-    uncorrected: MaterialLaws,
+    uncorrected: MaterialLaws | None,
     temperature: NDArray[np.float64],
     method: Method,
-) -> Aim:
-    """Aim on a panel that obeys `laws` of FIR filters designed for `uncorrected`, at `temperature` (T,), °C."""
+) -> Aim | None:
+    """Aim on a panel that obeys `laws` of FIR filters designed for `uncorrected`, at `temperature` (T,), °C.
+
+    None where there are no uncorrected laws.
+    """
+    if uncorrected is None:
+        return None
     settings, lines = panel.filters, panel.filters.frequency
     band = settings.in_band(lines)
     rule = designer(method, model, panel, lines)

@@ -84,7 +84,7 @@ def command(
     from app.files.filter_files import save_compensation
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
-    from app.panel_run import checked_device, effects_left_out, laws_for, panel_for, range_of
+    from app.panel_run import checked_device, laws_for, panel_for, range_of
 
     started = time.perf_counter()
     laws_path, laws, beside = laws_for(run, twin)
@@ -111,10 +111,8 @@ def command(
         click.echo(json.dumps(record(found, seconds), indent=1, allow_nan=False))
     else:
         show(found)
-    for note in effects_left_out(twin) if twin is not None else []:
+    for note in notes(twin, declared, low, high):
         click.echo(f"note: {note}", err=True)
-    if (low, high) != declared.filters.operating_range:
-        click.echo(f"note: the laws cover {low:g} to {high:g} °C only", err=True)
     click.echo(summary(found, target, seconds), err=True)
     if _largest(found, 0) > GOOD_ERROR:
         raise click.exceptions.Exit(1)
@@ -137,6 +135,16 @@ def trained_and_judged(
         except EvidenceCollapseError as error:
             click.echo(f"refused: {error}", err=True)
             raise click.exceptions.Exit(1) from error
+
+
+def notes(twin: Path | None, panel: "Panel", low: float, high: float) -> list[str]:
+    """Return what a user has to know of where the laws come from and how far they reach, °C."""
+    from app.panel_run import effects_left_out
+
+    found = [] if twin is None else effects_left_out(twin)
+    if (low, high) != panel.filters.operating_range:
+        found.append(f"the laws cover {low:g} to {high:g} °C only")
+    return found
 
 
 def record(found: "Compensation", seconds: float) -> dict[str, Any]:

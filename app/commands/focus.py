@@ -75,10 +75,8 @@ def command(
     with progress() as report:
         model = panel_twin(declared, laws, report)
         focusing = focus(model, declared, laws, wanted, method, report)  # type: ignore[arg-type]
-        before = None if twin is None else uncorrected_laws(beside, wanted)
-        lost = None
-        if before is not None:
-            lost = uncorrected_aim(model, declared, laws, before, wanted, method)  # type: ignore[arg-type]
+        without = None if twin is None else uncorrected_laws(beside, wanted)
+        lost = uncorrected_aim(model, declared, laws, without, wanted, method)  # type: ignore[arg-type]
         plate = declared.illustration
         comparison = compare(model, declared, (plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor))
     inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
@@ -90,12 +88,8 @@ def command(
         if lost is not None:
             printed["with_uncorrected_laws"] = _means(lost)
         click.echo(json.dumps(printed, indent=1, allow_nan=False))
-    said = notes(declared, focusing)
-    if twin is not None:
-        said += effects_left_out(twin)
-    if lost is not None:
-        said.append(correction(focusing, lost))
-    for note in said:
+    left_out = effects_left_out(twin) if twin is not None else []
+    for note in (*notes(declared, focusing), *left_out, *correction(focusing, lost)):
         click.echo(f"note: {note}", err=True)
     click.echo(summary(focusing, folder / "filters.h5", seconds), err=True)
 
@@ -158,14 +152,16 @@ def notes(panel: "Panel", focusing: "Focusing") -> list[str]:
     return found
 
 
-def correction(focusing: "Focusing", lost: "Aim") -> str:
-    """Say what the twin's effects are worth for the filters."""
+def correction(focusing: "Focusing", lost: "Aim | None") -> list[str]:
+    """Say what the twin's effects are worth for the filters, where that was tried."""
+    if lost is None:
+        return []
     own, without = focusing.direct.contrast.mean(axis=1), lost.contrast.mean(axis=1)
     worst = int((own - without).argmax())
-    return (
+    return [
         f"filters from the uncorrected laws.h5 reach contrast {without.min():.3f} to {without.max():.3f} here; "
         f"the correction is worth up to {own[worst] - without[worst]:.3f}, at {focusing.temperature[worst]:g} °C"
-    )
+    ]
 
 
 def summary(focusing: "Focusing", target: Path, seconds: float) -> str:
