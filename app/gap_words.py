@@ -108,7 +108,8 @@ def _agreement(record: Record) -> Any:
 
 def _where(record: Record) -> Any:
     table = _table("What is left", "channel", "frequency [Hz]", "temperature [°C]", "share of it")
-    for region in record["unexplained"]["where"][:5]:
+    open_ = record["verdict"] in ("partly_explained", "unknown")
+    for region in record["unexplained"]["where"][:5] if open_ else []:
         table.add_row(
             region["channel"],
             "{:.0f} to {:.0f}".format(*region["frequency_hz"]),

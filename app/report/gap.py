@@ -84,7 +84,7 @@ def shares(figures: GapFigures) -> Figure:
 
 
 def candidates(record: Record) -> Figure:
-    """Evidence of each effect alone, from a full fit where one was made, else to first order."""
+    """Evidence of each effect alone, fitted where that was worth it, else to first order."""
     ranked = sorted(record["candidates"], key=_evidence)
     rows = [row for row in ranked if _evidence(row) >= 1.0][-BARS:] or ranked[-3:]
     named = {effect["name"] for effect in record["effects"]}
@@ -109,7 +109,7 @@ def candidates(record: Record) -> Figure:
     handles = [
         Patch(color=AFTER, label="named" if record["verdict"] != "unknown" else "hint"),
         Patch(color=ALIKE, label="cannot be told from it"),
-        Patch(color=OTHER, label="other, fitted in full"),
+        Patch(color=OTHER, label="other, fitted"),
         Patch(fill=False, edgecolor=OTHER, label="to first order only"),
     ]
     axes.legend(handles=handles, loc="lower right")
