@@ -1,6 +1,6 @@
 """E, nu and eta as functions of temperature near one temperature."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -46,6 +46,10 @@ class LocalLaws:
         """Laws through E [Pa], nu and eta at `reference`, with slopes of log E, nu and log eta per K."""
         value = np.array([np.log(youngs_modulus), poisson_ratio, np.log(loss_factor)])
         return cls(reference, value, np.array(slope), np.zeros(3))
+
+    def tilted(self, slope: NDArray[np.float64], temperature: float) -> "LocalLaws":
+        """Add `slope` (3,), per K, to the slopes, turning the laws about `temperature`, degrees Celsius."""
+        return replace(self, value=self.value - slope * (temperature - self.reference), slope=self.slope + slope)
 
     def youngs_modulus(self, temperature: Any) -> Any:
         """E at `temperature` [degrees Celsius], Pa."""

@@ -146,10 +146,18 @@ class EffectTwin:
             value[law] += 1j * STEP
             return self.state(point, replace(laws, value=value), effects, frequency)
 
+        def slopes(law: int) -> PlateState:
+            stepped = laws.tilted(1j * STEP * np.eye(3)[law], point.temperature)
+            return self.state(point, stepped, effects, frequency)
+
+        # a plate that is everywhere as warm as the oven asks nothing of the slopes
+        follows = bool((state.temperature != point.temperature).any())
+        by_slope = [change(slopes(law)) if follows else np.zeros_like(reading.response) for law in range(3)]
         warmer = replace(point, temperature=point.temperature + 1j * STEP)  # type: ignore[arg-type]
         return Linearisation(
             transfer=reading.response,
             by_material=np.array([change(material(law)) for law in range(3)]),
+            by_slope=np.array(by_slope),
             by_temperature=change(self.state(warmer, laws, effects, frequency)),
             by_parameter=np.array(
                 [change(self._stepped(point, laws, effects, frequency, t)) for t in tangents]

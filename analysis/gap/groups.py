@@ -16,9 +16,6 @@ from analysis.material import Material
 LENGTH = 30.0
 """Correlation length of the laws' departure from a straight line, K (Matern 5/2): with it slopes of laws that turn
 within 8 to 15 K come out right to 1 % at steps of 2 and 4 K, better than local polynomials of any order."""
-SLOPE_KNOWN = 0.03
-"""Relative uncertainty of the slope of log E below which it is taken for known: a lag of 2 K is then right to the
-error of a reading."""
 READING_ERROR = 0.025
 """Error of a group's temperature, K: mean of an up and a down sweep."""
 
@@ -73,15 +70,13 @@ class TemperatureGroups:
         ]
 
     def slope_sigma(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return standard deviations (G, 3) of the slopes read off the neighbours, per K; zeros where known.
+        """Return standard deviations (G, 3) of the slopes read off the neighbours, per K.
 
         Temperatures far apart leave the slope between them open, and with it what a lag or a gradient does.
         """
         if len(self.reference) < 2:
             return np.zeros_like(values)
-        slope, _, sigma = law_derivatives(self.reference, values)
-        known = np.abs(sigma[:, 0]).max() < SLOPE_KNOWN * np.abs(slope[:, 0]).max()
-        return np.zeros_like(values) if known else sigma
+        return law_derivatives(self.reference, values)[2]
 
 
 def mean_laws(material: Material, groups: TemperatureGroups) -> NDArray[np.float64]:

@@ -6,7 +6,7 @@ parameters of effects.
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,6 @@ Real = NDArray[np.float64]
 
 LAWS, SLOPES, TEMPERATURE, GLOBAL = slice(0, 3), slice(3, 6), 6, 7
 """Places of the columns: what is a group's, what is a sweep's, and where begins what is the campaign's."""
-TILTED = 0.01
-"""Step of the difference quotient by a slope, in its standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -67,15 +65,6 @@ def linearise_all(
             job.cancel()
 
 
-def tilted(laws: LocalLaws, slope: Real, temperature: float) -> LocalLaws:
-    """Add `slope` (3,), per K, to the laws' slopes, turning them about `temperature`.
-
-    Turned about the oven's own temperature a slope changes what effects make of it (a lag, a gradient) and nothing
-    else; turned about the group's reference it could be traded for errors of the readings.
-    """
-    return replace(laws, value=laws.value - slope * (temperature - laws.reference), slope=laws.slope + slope)
-
-
 def _linearise(
     model: GapModel, sweeps: GapSweeps, sweep: int, laws: LocalLaws, state: GapState, tangents: Sequence[Tangent]
 ) -> SweepEquations:
@@ -84,14 +73,11 @@ def _linearise(
     frequency = sweeps.nodes.frequency
     group = sweeps.groups.of_sweep[sweep]
     sigma = sweeps.slope_sigma[group]
-    laws = tilted(laws, state.tilt[group] * sigma, moved.temperature)
+    # turned about the oven's own temperature a slope changes what effects make of it (a lag, a gradient) and
+    # nothing else; turned about the group's reference it could be traded for errors of the readings
+    laws = laws.tilted(state.tilt[group] * sigma, moved.temperature)
     line = model.linearise(moved, laws, state.effects, frequency, tangents)
-    slopes = np.zeros_like(line.by_material)
-    for law, unsure in enumerate(sigma):
-        if unsure > 0.0:
-            steeper = tilted(laws, TILTED * sigma * np.eye(3)[law], moved.temperature)
-            there = model.linearise(moved, steeper, state.effects, frequency)
-            slopes[law] = (there.transfer - line.transfer) / TILTED
+    slopes = sigma[:, None, None] * line.by_slope
     gain = float(np.exp(state.log_gain))
     local = np.concatenate([line.by_material, slopes, line.by_temperature[None]])
     splines = gain * sweeps.nodes.coefficients(

@@ -61,7 +61,7 @@ class GapSweeps:
     rough : (G, 3) ndarray
         Laws about as they are, to tell how well their slopes are known.
     slope_sigma : (G, 3) ndarray
-        Standard deviations of the laws' slopes, per K; zeros where they are known.
+        Standard deviations of the laws' slopes, per K.
     defect : (T, K, n) complex ndarray
         Spline coefficients of the numerical defect.
     rows : (T, K, n) bool ndarray

@@ -121,6 +121,11 @@ class ToyPlate:
                 type(laws)(laws.reference, laws.value + s * shift, laws.slope, laws.curvature) for s in (1, -1)
             ]
             by_material.append((at(laws=pair[0]) - at(laws=pair[1])) / (2 * STEP))
+        by_slope = []
+        for law in range(3):
+            tilt = 1e-5 * np.eye(3)[law]
+            up, down = (laws.tilted(s * tilt, point.temperature) for s in (1, -1))
+            by_slope.append((at(laws=up) - at(laws=down)) / 2e-5)
         warm, cold = (SweepPoint(point.temperature + s * 1e-3, point.rate, point.level) for s in (1, -1))
         by_parameter = []
         for name, parameter, values in tangents:
@@ -133,6 +138,7 @@ class ToyPlate:
         return Linearisation(
             transfer,
             np.array(by_material),
+            np.array(by_slope),
             (at(point=warm) - at(point=cold)) / 2e-3,
             np.array(by_parameter).reshape(-1, *transfer.shape),
         )
