@@ -12,7 +12,6 @@ from analysis.frf import Frf
 from analysis.gap.fit import fit_gap
 from analysis.gap.groups import TemperatureGroups, mean_laws
 from analysis.gap.model import GapModel, SweepPoint
-from analysis.gap.normal_equations import tilted
 from analysis.gap.report import Estimate, FittedLaws
 from analysis.gap.state import GapState, starting_state
 from analysis.gap.sweeps import prepare
@@ -111,7 +110,7 @@ def corrected_twin(
     for sweep, (reading, way, level) in enumerate(zip(frf.temperature, frf.direction, frf.level, strict=True)):
         group = groups.of_sweep[sweep]
         there = float(reading) + float(fitted.state.away[sweep])
-        laws = tilted(local[group], fitted.state.tilt[group] * open_slopes[group], there)
+        laws = local[group].tilted(fitted.state.tilt[group] * open_slopes[group], there)
         point = SweepPoint(there, rate if way == "up" else -rate, float(level))
         answers.append(gain * model.linearise(point, laws, fitted.state.effects, frf.frequency).transfer)
         material.append([laws.youngs_modulus(reading), laws.poisson_ratio(reading), laws.loss_factor(reading)])
