@@ -36,6 +36,7 @@ The same plate with physical effects on it:
 ``effect_certification``   that error
 ``campaign_basis``         a smaller model for the few materials of one campaign
 ``mesh_refinement``        vectors carried to a finer mesh
+``damaged_spots``          what discs of less stiffness take away
 ``composition``            a state composed of reduced matrices, and its derivatives
 ``certified_range``        where operators may be asked
 ``local_solution``         answers over a band in few coordinates

@@ -57,6 +57,15 @@ class EffectOperators:
         ``offset_mass`` (monomials, r, r) likewise.
     sensor_site : (terms,) ndarray
         The polynomials at the first sensor's declared place.
+    strain : (8, N, r) ndarray
+        Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy; transverse
+        shear x, y. They weigh what changes on a spot smaller than any polynomial.
+    strain_points : (N, 2) ndarray
+        m; the middles of equal cells that cover the plate.
+    cell : float
+        Area of a cell, m2.
+    thickness : float
+        Of the plate, m.
     points : (K, 2) ndarray
         Where point loads can act, m.
     deflection : (K, r) ndarray
@@ -87,6 +96,10 @@ class EffectOperators:
     offset_shear: Real
     offset_mass: Real
     sensor_site: Real
+    strain: Real
+    strain_points: Real
+    cell: float
+    thickness: float
     points: Real
     deflection: Real
     box: MaterialBox
@@ -116,5 +129,6 @@ class EffectOperators:
             self,
             **stacks,
             coupling=basis.T @ self.coupling,
+            strain=self.strain @ basis,
             deflection=self.deflection @ basis,
         )

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from simulation.state_matrices import FullPlate, mean_height_dilatation
 Real = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Step = Callable[[], None]
+
+STRAIN_SPACING = 0.004
+"""Distance of the points at which strains are kept, m: some thirty within a spot of 24 mm."""
 
 U, V, W, THX, THY = range(5)
 IN_PLANE, ROTATIONS = (U, V), (THX, THY)
@@ -162,3 +166,38 @@ def _dilatation(p: Projector, covered: Mask, flat: Real, height: Real) -> Real:
     """Integral of (flat (u,x + v,y) + height (thx,x + thy,y)) over some elements, (r,)."""
     full = mean_height_dilatation(p.full.space, covered, height, flat)
     return np.asarray(full[p.full.unknowns] @ p.vectors)
+
+
+def strains(p: Projector) -> dict[str, Any]:
+    """Entries ``strain``, ``strain_points`` and ``cell`` of `EffectOperators`."""
+    plate = p.full.plate
+    counts = [int(np.ceil(length / STRAIN_SPACING)) for length in (plate.length_x, plate.length_y)]
+    x, y = (
+        (np.arange(n) + 0.5) * length / n
+        for n, length in zip(counts, (plate.length_x, plate.length_y), strict=True)
+    )
+    points = np.array([(a, b) for a in x for b in y])
+    by_x, by_y = p.full.space.slopes(points)
+    value = p.full.space.values(points)
+
+    def of(matrix: csr_matrix, field: int) -> Real:
+        functions, vectors = p.rows(field)
+        return np.asarray(matrix[:, functions] @ vectors)
+
+    return {
+        "strain": np.array(
+            [
+                of(by_x, U),
+                of(by_y, V),
+                of(by_y, U) + of(by_x, V),
+                of(by_x, THX),
+                of(by_y, THY),
+                of(by_y, THX) + of(by_x, THY),
+                of(by_x, W) + of(value, THX),
+                of(by_y, W) + of(value, THY),
+            ]
+        ),
+        "strain_points": points,
+        "cell": plate.length_x * plate.length_y / len(points),
+        "thickness": plate.thickness,
+    }

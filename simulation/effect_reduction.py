@@ -19,7 +19,7 @@ from analysis.material import MaterialBox
 from simulation.campaign_basis import for_materials
 from simulation.effect_certification import measured_error
 from simulation.effect_operators import EffectOperators
-from simulation.effect_projection import Projector, patch_energies, plate_energies
+from simulation.effect_projection import Projector, patch_energies, plate_energies, strains
 from simulation.energy_decomposition import energy_shift, middle, orthonormal
 from simulation.extreme_states import STEEPEST, extreme_states
 from simulation.mesh import MeshRecipe
@@ -157,7 +157,7 @@ def project(
 ) -> EffectOperators:
     """Operators on given vectors; their error is yet unmeasured."""
     p = Projector(full, vectors)
-    stacks: dict[str, Any] = {**plate_energies(p, step), **patch_energies(p), **offset_energies(p)}
+    stacks: dict[str, Any] = {**plate_energies(p, step), **patch_energies(p), **offset_energies(p), **strains(p)}
     return EffectOperators(
         **stacks,
         capacitance=model.capacitance,

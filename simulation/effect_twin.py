@@ -15,6 +15,7 @@ from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.certified_range import require_certified
 from simulation.composition import STEP, Coefficients, composed, slope
+from simulation.damaged_spots import spots_slope, with_spots
 from simulation.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.effects.effect import Effect
 from simulation.electric_load import ElectricLoad
@@ -134,11 +135,13 @@ class EffectTwin:
         state = self.state(point, laws, effects, frequency)
         require_certified(state, ops)
         coefficients = Coefficients.of(state, ops.offset_range or 1.0)
-        solved = LocalSolution.of(ops, composed(ops, coefficients), state, frequency, self.reach)
+        whole = with_spots(ops, composed(ops, coefficients), state)
+        solved = LocalSolution.of(ops, whole, state, frequency, self.reach)
         reading = Reading.of(solved, state, self._load, ops, self._roles)
 
         def change(stepped: PlateState) -> Complex:
             moved = slope(ops, coefficients, Coefficients.of(stepped, ops.offset_range or 1.0))
+            moved = spots_slope(ops, moved, stepped)
             return reading.change(solved.change(moved, state, stepped), stepped)
 
         def material(law: int) -> PlateState:

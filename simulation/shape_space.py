@@ -161,6 +161,25 @@ class ShapeSpace:
         """Shape functions at points (K, 2) in m: (K, n)."""
         return csr_matrix(self.basis.probes(np.ascontiguousarray(points.T)))
 
+    def slopes(self, points: NDArray[np.float64]) -> tuple[csr_matrix, csr_matrix]:
+        """Differentiate the shape functions by x and by y at points (K, 2) in m: (K, n) each, 1/m."""
+        basis = self.basis
+        places = np.ascontiguousarray(points.T)
+        cells = basis.mesh.element_finder(mapping=basis.mapping)(*places)
+        local = basis.mapping.invF(places[:, :, None], tind=cells)
+        index = np.asarray(basis.element_dofs)[:, cells]
+        rows = np.broadcast_to(np.arange(len(points)), index.shape).ravel()
+        grads = np.stack(
+            [
+                np.asarray(basis.elem.gbasis(basis.mapping, local, k, tind=cells)[0].grad)[:, :, 0]
+                for k in range(basis.Nbfun)
+            ]
+        )
+        return (
+            csr_matrix((grads[:, 0].ravel(), (rows, index.ravel())), shape=(len(points), self.size)),
+            csr_matrix((grads[:, 1].ravel(), (rows, index.ravel())), shape=(len(points), self.size)),
+        )
+
     def on_edges(self, edges: Sequence[str]) -> NDArray[np.bool_]:
         """Which functions live on the given edges (``left``, ``right``, ``bottom``, ``top``)."""
         low = self.x.position[0], self.y.position[0]

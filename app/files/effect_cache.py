@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from simulation.mesh import MeshRecipe
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 2
+METHOD = 3
 """Raised whenever the same declaration would give other operators."""
-SCALARS = ("offset_range", "error")
-PLAIN = ("capacitance", "coupling", "points", "deflection", "sensor_site")
+SCALARS = ("offset_range", "cell", "thickness", "error")
+PLAIN = ("capacitance", "coupling", "points", "deflection", "sensor_site", "strain", "strain_points")
 
 
 def cached_operators(

@@ -20,7 +20,7 @@ def card(experiment: Experiment) -> EffectCard:
         name="local_damage",
         summary="a spot of 24 mm across has lost stiffness",
         parameters=(
-            Parameter("loss", "1", 0.0, 0.95, 0.3),
+            Parameter("loss", "1", 0.0, 0.5, 0.2),
             _coordinate("x", plate.length_x),
             _coordinate("y", plate.length_y),
         ),

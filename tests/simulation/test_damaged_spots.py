@@ -1,0 +1,77 @@
+"""Spots of less stiffness against what a disc of uniform strain holds."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from simulation.composition import STEP, Composite
+from simulation.damaged_spots import coverage, spots_slope, with_spots
+from simulation.effect_operators import EffectOperators
+from simulation.plate_state import Disc, PlateState
+
+H, RADIUS = 0.003, 0.012
+E, NU, ETA = 2e9, 0.38, 0.07
+
+
+@pytest.fixture(scope="module")
+def ops() -> EffectOperators:
+    """A plate of 0.24 x 0.19 m with two coordinates: curvature 1/m along x, and twist 1/m."""
+    x, y = (np.arange(n) * 0.004 + 0.002 for n in (60, 48))
+    points = np.array([(a, b) for a in x for b in y])
+    strain = np.zeros((8, len(points), 2))
+    strain[3, :, 0] = 1.0
+    strain[5, :, 1] = 1.0
+    empty = {entry.name: np.zeros((1, 2, 2)) for entry in fields(EffectOperators)}
+    values = {"strain": strain, "strain_points": points, "cell": 1.6e-5, "thickness": H, "normal": np.zeros((2, 2))}
+    box = MaterialBox((1e9, 4e9), (0.3, 0.45), (0.01, 0.1))
+    return EffectOperators(**{**empty, **values, "box": box, "band": (100.0, 1500.0), "offset_range": 0.0, "error": 0.0})
+
+
+def state(*discs: Disc) -> PlateState:
+    laws = LocalLaws.of_material(E, NU, ETA)
+    return replace(PlateState.baseline(np.zeros(1), np.zeros(1), laws, 20.0, np.array([500.0])), discs=discs)
+
+
+def nothing() -> Composite:
+    return Composite(*(np.zeros((2, 2)) for _ in range(5)))
+
+
+@pytest.mark.parametrize("place", [(0.1, 0.09), (0.1013, 0.0927), (0.012, 0.178)])
+def test_a_disc_covers_its_area(ops, place):
+    share = coverage(ops, Disc(*place, RADIUS, 0.1))
+    assert ops.cell * share.sum() == pytest.approx(np.pi * RADIUS**2)
+    assert share.min() >= 0.0 and share.max() < 1.1
+    centre = share @ ops.strain_points / share.sum()
+    assert centre == pytest.approx(np.array(place), abs=3e-4)
+
+
+def test_uniform_bending_and_twist_lose_what_the_disc_held(ops):
+    lost = with_spots(ops, nothing(), state(Disc(0.1, 0.09, RADIUS, 0.2)))
+    rigidity = E * H**3 / 12.0 / (1.0 - NU**2)
+    bending = 0.2 * rigidity * np.pi * RADIUS**2
+    assert -lost.plate[0, 0] == pytest.approx(bending)
+    assert -lost.plate[1, 1] == pytest.approx(0.5 * (1.0 - NU) * bending)
+    assert lost.plate[0, 1] == pytest.approx(0.0, abs=1e-9 * bending)
+    assert lost.plate_loss == pytest.approx(ETA * lost.plate)
+
+
+def test_without_loss_nothing_is_lost(ops):
+    assert not with_spots(ops, nothing(), state(Disc(0.1, 0.09, RADIUS, 0.0))).plate.any()
+    assert with_spots(ops, nothing(), state()).plate is not None
+
+
+@pytest.mark.parametrize("moved", ["x", "y", "loss"])
+def test_derivatives_follow_the_spot(ops, moved):
+    varied = replace(ops, strain=ops.strain * (1.0 + 20.0 * ops.strain_points[:, :1] + 9.0 * ops.strain_points[:, 1:]))
+    disc = Disc(0.1013, 0.0927, RADIUS, 0.2)
+    stepped = replace(disc, **{moved: getattr(disc, moved) + 1j * STEP})
+    rate = spots_slope(varied, nothing(), state(stepped)).plate
+    d = 1e-6
+    high, low = (
+        with_spots(varied, nothing(), state(replace(disc, **{moved: getattr(disc, moved) + s * d}))).plate
+        for s in (1, -1)
+    )
+    assert rate == pytest.approx((high - low) / (2 * d), rel=1e-6, abs=1e-6 * np.abs(rate).max())
