@@ -181,8 +181,8 @@ def _candidates(bench: Bench, found: Found) -> tuple[CandidateRow, ...]:
         rows.append(
             CandidateRow(
                 effect=c.effects[0],
-                screened=c.gain,
-                fitted=trial.gain if trial else None,
+                screened=c.gain / bench.overstated,
+                fitted=trial.gain / bench.overstated if trial else None,
                 share=explained(bench, found.baseline, full) if full else None,
                 kept=kept[c.effects[0]],
                 cosine=float(table[place, winner]) if winner is not None else 0.0,

@@ -85,7 +85,7 @@ class CandidateRow:
     ----------
     effect : str
     screened : float
-        Evidence to first order, nats.
+        Evidence to first order, nats, the twin's own error allowed for.
     fitted : float or None
         Evidence of the full fit of this effect alone, nats.
     share : float or None
