@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline
 
+from analysis.local_laws import LocalLaws
+
 
 @dataclass(frozen=True)
 class Material:
@@ -83,6 +85,14 @@ class MaterialLaws:
         spread = np.sqrt(np.einsum("tn,pnm,tm->pt", design, self.covariance, design))
         value = self.at(temperature)
         return Material(spread[0] * value.youngs_modulus, spread[1], spread[2] * value.loss_factor)
+
+    def local(self, temperature: float) -> LocalLaws:
+        """Expand the laws to second order about `temperature`, degrees Celsius; ValueError outside the range."""
+        value = self._values(temperature)[:, 0]
+        at = float(np.clip(temperature, *self.temperature_range))
+        spline = BSpline(self.knots, self.coefficients.T, 3)
+        slope, curvature = (np.asarray(spline.derivative(order)(at)) for order in (1, 2))
+        return LocalLaws(float(temperature), value, slope, curvature)
 
     def _values(self, temperature: ArrayLike) -> NDArray[np.float64]:
         values: NDArray[np.float64] = self.coefficients @ self._design(temperature).T

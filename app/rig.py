@@ -7,10 +7,16 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
+
 from analysis.experiment import Experiment
+from analysis.gap.model import SweepPoint
 from analysis.material import MaterialLaws
+from app.effect_twin import effect_twin
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredExperiment, RigKind, Simulation
+from app.files.hidden_effects import with_shapes
+from app.plate_transfer import EffectTransfer, PlainTransfer, Transfer
 from app.progress import Report
 from app.simulated_plate import TwinPlate
 from app.twin import UPDATING_BOX, campaign_twin
@@ -25,6 +31,10 @@ from drivers.ovens.settings import open_oven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig
 from drivers.rig.simulated import SimulatedParts, simulated_parts
+from simulation.effect_twin import EffectTwin
+
+REFERENCE = 25.0
+"""Degrees Celsius at which `EffectTwin.referred` counts strain energies."""
 
 
 @contextmanager
@@ -72,7 +82,14 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) ->
     laws = simulation.laws.laws()
     _require_covered(experiment, laws, file)
     gain = experiment.amplifier.gain if simulation.gain is None else simulation.gain
-    plate = TwinPlate(campaign_twin(experiment.recorded(experiment.sample_rate), report), laws, gain)
+    recorded = experiment.recorded(experiment.sample_rate)
+    transfer: Transfer
+    if simulation.effects:
+        transfer = _with_effects(effect_twin(recorded, report), simulation, laws, file)
+        _require_answerable(experiment, transfer, file)
+    else:
+        transfer = PlainTransfer(campaign_twin(recorded, report), laws)
+    plate = TwinPlate(transfer, gain)
     try:
         return simulated_parts(
             experiment.cards.model_copy(update={"grpc": None}),
@@ -113,6 +130,44 @@ def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: P
                 problems.append(
                     Problem(file.name, f"simulation.laws.{name}", seen, f"{bottom:g} to {top:g}, the twin's range")
                 )
+    if problems:
+        raise CampaignFileError(file.parent, problems)
+
+
+def _with_effects(twin: EffectTwin, simulation: Simulation, laws: MaterialLaws, file: Path) -> EffectTransfer:
+    """Return what the plate answers with its effects; CampaignFileError for one that this plate cannot have."""
+    unheld = [name for name in simulation.effects if name not in twin.cards]
+    if unheld:
+        allowed = "the effects " + ", ".join(twin.cards)
+        seen = "an effect that this plate and its patches leave no room for"
+        problems = [Problem(file.name, f"simulation.effects.{name}", seen, allowed) for name in unheld]
+        raise CampaignFileError(file.parent, problems)
+    if any(twin.library[name].needs_strain_energy for name in simulation.effects):
+        low, high = laws.temperature_range
+        if not low <= REFERENCE <= high:
+            allowed = f"to hold {REFERENCE:g} °C, at which strain energies are counted"
+            seen = f"{low:g} to {high:g} °C"
+            raise CampaignFileError(
+                file.parent, [Problem(file.name, "simulation.laws.temperature", seen, allowed)]
+            )
+        twin = twin.referred(laws.local(REFERENCE))
+    return EffectTransfer(twin, laws, with_shapes(twin.cards, simulation.effects))
+
+
+def _require_answerable(experiment: AcquiredExperiment, transfer: EffectTransfer, file: Path) -> None:
+    """Raise CampaignFileError where the effects lead beyond the laws or the twin, before the oven is started."""
+    programme, level = experiment.programme, max(experiment.sweep.levels)
+    margin = programme.tolerance + 1.0
+    problems = []
+    for leg in programme.legs:
+        rate = programme.ramp_rate / 60.0 * (1.0 if leg == "up" else -1.0)
+        for temperature in (programme.lowest - margin, programme.highest + margin):
+            try:
+                transfer(SweepPoint(temperature, rate, level), np.array(transfer.band))
+            except ValueError as error:
+                seen = f"at {temperature:g} °C on the way {leg}: {error}"
+                allowed = "effects that keep the plate within simulation.laws and the twin's range"
+                problems.append(Problem(file.name, "simulation.effects", seen, allowed))
     if problems:
         raise CampaignFileError(file.parent, problems)
 

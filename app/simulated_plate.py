@@ -1,4 +1,4 @@
-"""The simulated rig's plate: the twin, driven by an amplifier, at a temperature that drifts."""
+"""The simulated rig's plate: a twin, driven by an amplifier, at a temperature that drifts."""
 
 from dataclasses import dataclass, field
 
@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
-from analysis.material import MaterialLaws
-from simulation.twin import Twin
+from analysis.gap.model import SweepPoint
+from app.plate_transfer import Transfer
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -21,6 +21,9 @@ There it is not certified, but the drive fades there, and a response cut off at 
 ring in the record.
 """
 KEPT = 4
+RATE_STEP = 1e-5
+"""K/s to which a drift is rounded, so that sweeps in one steady ramp share a response: 9 mK of a lag of 900 s."""
+LEVEL_DIGITS = 3
 
 
 @dataclass
@@ -33,66 +36,62 @@ class TwinPlate:
 
     Parameters
     ----------
-    twin : Twin
-    laws : MaterialLaws
+    transfer : Transfer
+        Sensor volts per volt on the patch.
     gain : float
         Of the amplifier, V/V.
     memory : float
         How long the plate is followed after the drive ends, s.
     """
 
-    twin: Twin
-    laws: MaterialLaws
+    transfer: Transfer
     gain: float
     memory: float = 1.0
-    _transfers: dict[tuple[float, float, int], Complex] = field(default_factory=dict, repr=False)
+    _transfers: dict[tuple[SweepPoint, float, int], Complex] = field(default_factory=dict, repr=False)
 
     def __call__(self, drive: Real, sample_rate: float, temperature: Real) -> Real:
         """Return the sensors' voltages (K, M) for a drive (M,), V, at temperatures (M,), degrees Celsius."""
         length = next_fast_len(drive.size + round(self.memory * sample_rate), real=True)
         spectrum = self.gain * rfft(drive, length)
-        answer = np.zeros((len(self.twin.sensors), drive.size))
+        answer = np.zeros((self.transfer.outputs, drive.size))
+        if not drive.any():
+            return answer
+        rate, level = self._circumstances(drive, sample_rate, temperature)
         first = int(np.floor(temperature.min() / SPACING))
         last = int(np.floor(temperature.max() / SPACING)) + 1
         for node in range(first, last + 1):
             weight = np.clip(1.0 - np.abs(temperature / SPACING - node), 0.0, None)
             if weight.any():
-                transfer = self._transfer(round(node * SPACING, 6), sample_rate, length)
+                point = SweepPoint(round(node * SPACING, 6), rate, level)
+                transfer = self._transfer(point, sample_rate, length)
                 answer += weight * irfft(transfer * spectrum, length)[:, : drive.size]
         return answer
 
-    def _transfer(self, temperature: float, sample_rate: float, length: int) -> Complex:
+    def _circumstances(self, drive: Real, sample_rate: float, temperature: Real) -> tuple[float, float]:
+        """Rate of the temperature over the record, K/s, and the drive's amplitude before the amplifier, V."""
+        if not self.transfer.circumstantial:
+            return 0.0, 1.0
+        drift = float(temperature[-1] - temperature[0]) * sample_rate / max(temperature.size - 1, 1)
+        return round(drift / RATE_STEP) * RATE_STEP, float(f"{np.abs(drive).max():.{LEVEL_DIGITS}g}")
+
+    def _transfer(self, point: SweepPoint, sample_rate: float, length: int) -> Complex:
         """Sensor volts per volt on the patch, (K, L), zero well outside the twin's band."""
-        key = (temperature, sample_rate, length)
+        key = (point, sample_rate, length)
         if key not in self._transfers:
             while len(self._transfers) >= KEPT:
                 del self._transfers[next(iter(self._transfers))]
-            self._transfers[key] = self._computed(temperature, sample_rate, length)
+            self._transfers[key] = self._computed(point, sample_rate, length)
         return self._transfers[key]
 
-    def _computed(self, temperature: float, sample_rate: float, length: int) -> Complex:
+    def _computed(self, point: SweepPoint, sample_rate: float, length: int) -> Complex:
         grid = rfftfreq(length, 1.0 / sample_rate)
-        low, high = self.twin.band
+        low, high = self.transfer.band
         bottom, top = BEYOND[0] * low, min(BEYOND[1] * high, 0.49 * sample_rate)
         inside = np.flatnonzero((grid > bottom) & (grid < top))
         lines = grid[inside]
-        material = self.laws.at(temperature)
-        constants = (
-            float(material.youngs_modulus[0]),
-            float(material.poisson_ratio[0]),
-            float(material.loss_factor[0]),
-        )
-        transfer = np.zeros((len(self.twin.sensors), grid.size), dtype=complex)
-        transfer[:, inside] = _fade(lines, bottom, low, high, top) * _frf_beyond_band(self.twin, constants, lines)
+        transfer = np.zeros((self.transfer.outputs, grid.size), dtype=complex)
+        transfer[:, inside] = _fade(lines, bottom, low, high, top) * self.transfer(point, lines)
         return transfer
-
-
-def _frf_beyond_band(twin: Twin, constants: tuple[float, float, float], lines: Real) -> Complex:
-    """`Twin.frf`, at frequencies too for which it certifies nothing and therefore refuses."""
-    reduced, sensors = twin.reduced, list(twin.sensors)
-    joined = reduced.coupling[:, [*sensors, twin.actuator]]
-    answer = reduced.modal_form(*constants).compliance(reduced.coupling[:, sensors], joined, lines)
-    return twin.load.voltages(answer[:, -1], answer[:, :-1], reduced.capacitance[sensors], lines)
 
 
 def _fade(lines: Real, bottom: float, low: float, high: float, top: float) -> Real:

@@ -75,10 +75,21 @@ class Laws(Declared):
 
 
 class Simulation(Declared):
-    """What the simulated rig is; the real one is not asked."""
+    """What the simulated rig is; the real one is not asked.
+
+    What a campaign is to find out (gain, laws, effects) is left out of every dump, so that no campaign folder
+    tells it; the experiment's SHA-256, which is there, holds it fast.
+
+    `effects` are what the plate has besides (``[simulation.effects.point_mass]``, ``mass = 0.0008``). Their
+    temperature is that of the simulated oven's plate, which its sensor reads, and their rate is the present one
+    of that temperature; so ``thermal_lag`` holds the plate behind its own sensor, not behind the air, which it
+    follows late without any effect. Their level is the drive's amplitude before the amplifier, V.
+    """
 
     seed: Annotated[int, Field(ge=0, description="of every noise")] = 0
-    gain: Annotated[float | None, Field(gt=0.0, le=1000.0, description="V/V; unset: amplifier.gain")] = None
+    gain: Annotated[
+        float | None, Field(gt=0.0, le=1000.0, exclude=True, description="V/V; unset: amplifier.gain")
+    ] = None
     noise: Annotated[
         float | None, Field(ge=0.0, le=1.0, description="V rms on every input; unset: the module's own")
     ] = None
@@ -86,7 +97,11 @@ class Simulation(Declared):
         dict[str, str], Field(min_length=2, description="slot -> module", default_factory=lambda: dict(SLOTS))
     ]
     served: Annotated[bool, Field(description="reach the cards over a loopback port, not in this process")] = False
-    laws: Laws
+    laws: Annotated[Laws, Field(exclude=True)]
+    effects: Annotated[
+        dict[str, dict[str, float]],
+        Field(exclude=True, description="parameters by effect", default_factory=dict),
+    ]
 
 
 class AcquiredExperiment(Declared):
@@ -166,6 +181,8 @@ def read_acquired_experiment(path: Path) -> AcquiredExperiment:
         With every key that is wrong, or every reason why this hardware cannot run this protocol.
     """
     experiment = read_settings(path, AcquiredExperiment)
+    if experiment.simulation is not None and experiment.simulation.effects:
+        _require_known_effects(path, experiment, experiment.simulation)
     oven = experiment.oven
     hardware = Hardware(
         sample_rate=experiment.sample_rate,
@@ -182,3 +199,11 @@ def read_acquired_experiment(path: Path) -> AcquiredExperiment:
             path.parent, [Problem(path.name, one.key, one.seen, one.allowed, one.remedy) for one in found]
         )
     return experiment
+
+
+def _require_known_effects(path: Path, experiment: AcquiredExperiment, simulation: Simulation) -> None:
+    from app.files.hidden_effects import effect_problems  # the library takes a moment, and few files ask for it
+
+    problems = effect_problems(path.name, experiment.recorded(experiment.sample_rate), simulation.effects)
+    if problems:
+        raise CampaignFileError(path.parent, problems)

@@ -1,17 +1,16 @@
 """The simulated rig's plate against an oscillator integrated in time while its stiffness drifts."""
 
-from types import SimpleNamespace
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from analysis.gap.model import SweepPoint
 from analysis.material import Material
 from analysis.material_table import laws_through
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.sweep import SweepSettings
-from app import simulated_plate
 from app.simulated_plate import TwinPlate
 
 Array = NDArray[np.float64]
@@ -29,16 +28,26 @@ def natural(youngs_modulus: float) -> float:
     return float(2.0 * np.pi * 400.0 * np.sqrt(youngs_modulus / 3e9))
 
 
-def frf(_: Any, constants: tuple[float, float, float], lines: Array) -> NDArray[np.complex128]:
-    own, omega = natural(constants[0]), 2.0 * np.pi * lines
-    return np.asarray(own**2 / (own**2 - omega**2 + 2j * DAMPING * own * omega))[None]
+@dataclass
+class Oscillator:
+    """An oscillator of unit static response; remembers in which circumstances it was asked."""
+
+    circumstantial: bool = False
+    band: tuple[float, float] = (100.0, 1500.0)
+    outputs: int = 1
+    asked: list[SweepPoint] = field(default_factory=list)
+
+    def __call__(self, point: SweepPoint, frequency: Array) -> NDArray[np.complex128]:
+        self.asked.append(point)
+        own = natural(float(LAWS.at(point.temperature).youngs_modulus[0]))
+        omega = 2.0 * np.pi * frequency
+        return np.asarray(own**2 / (own**2 - omega**2 + 2j * DAMPING * own * omega))[None]
 
 
 @pytest.fixture
-def plate(monkeypatch: pytest.MonkeyPatch) -> TwinPlate:
+def plate() -> TwinPlate:
     """Return a plate that is an oscillator behind an amplifier of 2 V/V."""
-    monkeypatch.setattr(simulated_plate, "_frf_beyond_band", frf)
-    return TwinPlate(SimpleNamespace(band=(100.0, 1500.0), sensors=(1,)), LAWS, 2.0)  # type: ignore[arg-type]
+    return TwinPlate(Oscillator(), 2.0)
 
 
 def integrated(temperature: Array) -> Array:
@@ -100,3 +109,28 @@ def test_depends_on_what_it_is_given_only(plate: TwinPlate) -> None:
     np.testing.assert_allclose(
         plate(3.0 * drive, RATE, np.full(drive.size, 20.03)), 3.0 * first, rtol=1e-9, atol=1e-12
     )
+
+
+def test_effects_meet_the_rate_of_the_record_and_the_level_of_the_drive() -> None:
+    """Signed by the direction, K/s; before the amplifier, V."""
+    drive = drive_signal(SWEEP, 1.5, RATE)
+    seconds = np.arange(drive.size) / RATE
+    for kelvin_per_minute in (0.4, -1.0):
+        asked = Oscillator(circumstantial=True)
+        TwinPlate(asked, 2.0)(drive, RATE, 20.03 + kelvin_per_minute / 60.0 * seconds)
+        assert asked.asked
+        for point in asked.asked:
+            assert point.level == pytest.approx(np.abs(drive).max(), rel=5e-3)
+            assert point.rate == pytest.approx(kelvin_per_minute / 60.0, abs=6e-6)
+
+
+def test_where_nothing_follows_them_one_response_serves_every_rate_and_level(plate: TwinPlate) -> None:
+    drive = drive_signal(SWEEP, 1.0, RATE)
+    plate(drive, RATE, 20.03 + np.linspace(0.0, 0.01, drive.size))
+    plate(2.0 * drive, RATE, 20.03 - np.linspace(0.0, 0.01, drive.size))
+    assert isinstance(plate.transfer, Oscillator)
+    assert [point.temperature for point in plate.transfer.asked] == [20.0, 20.1]
+
+
+def test_a_plate_at_rest_stays_silent(plate: TwinPlate) -> None:
+    assert not plate(np.zeros(100), RATE, np.full(100, 20.0)).any()

@@ -1,0 +1,73 @@
+"""``[simulation.effects]`` of an experiment held against the cards of the library."""
+
+import difflib
+from collections.abc import Iterator, Mapping
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard, Parameter, Values
+from app.files.campaign_error import Problem
+from simulation.effects.library import LIBRARY, library
+
+TABLE = "simulation.effects"
+WANTED = {
+    "point_mass": "declare the [[cable]] whose mass it is",
+    "suspension": "declare each [[string]] that holds the plate",
+}
+
+
+def effect_problems(file: str, experiment: Experiment, effects: Mapping[str, Values]) -> list[Problem]:
+    """Everything in `effects` that the library does not know, or that this experiment cannot hold.
+
+    Parameters
+    ----------
+    file : str
+        The experiment's, for messages.
+    experiment : Experiment
+    effects : mapping
+        Parameters' values by effect.
+    """
+    problems: list[Problem] = []
+    for name, values in effects.items():
+        key = f"{TABLE}.{name}"
+        effect = LIBRARY.get(name)
+        if effect is None:
+            known = "the effects " + ", ".join(LIBRARY)
+            problems.append(Problem(file, key, "unknown effect", known, _nearest(name, LIBRARY)))
+        elif not effect.available(experiment):
+            held = "the effects " + ", ".join(library(experiment))
+            seen = "an effect that this plate cannot have as it is declared"
+            problems.append(Problem(file, key, seen, held, WANTED.get(name, "remove it")))
+        else:
+            problems += _of_one(file, key, effect.card(experiment), values)
+    return problems
+
+
+def with_shapes(cards: Mapping[str, EffectCard], effects: Mapping[str, Values]) -> dict[str, Values]:
+    """Return `effects` with the shapes that were left out at their cards' typical values."""
+    return {name: {**cards[name].zero(), **values} for name, values in effects.items()}
+
+
+def _of_one(file: str, key: str, card: EffectCard, values: Values) -> Iterator[Problem]:
+    parameters = {parameter.name: parameter for parameter in card.parameters}
+    for name, value in values.items():
+        parameter = parameters.get(name)
+        if parameter is None:
+            known = "the parameters " + ", ".join(map(_range, card.parameters))
+            yield Problem(file, f"{key}.{name}", "unknown parameter", known, _nearest(name, parameters))
+        elif not parameter.low <= value <= parameter.high:
+            yield Problem(file, f"{key}.{name}", f"{value:g}", _range(parameter))
+    for parameter in card.amplitudes:
+        if parameter.name not in values:
+            yield Problem(
+                file, f"{key}.{parameter.name}", "nothing", _range(parameter), "the parameter is missing"
+            )
+
+
+def _range(parameter: Parameter) -> str:
+    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+    return f"{parameter.name} from {parameter.low:g} to {parameter.high:g}{unit}"
+
+
+def _nearest(name: str, known: Mapping[str, object]) -> str:
+    close = difflib.get_close_matches(name, known, 1)
+    return f"did you mean {close[0]}?" if close else "remove it"
