@@ -41,7 +41,7 @@ class Oscillator:
         self.asked.append(point)
         own = natural(float(LAWS.at(point.temperature).youngs_modulus[0]))
         omega = 2.0 * np.pi * frequency
-        return np.asarray(own**2 / (own**2 - omega**2 + 2j * DAMPING * own * omega))[None]
+        return np.asarray(own**2 / (own**2 - omega**2 + 2j * DAMPING * own * omega), dtype=np.complex128)[None]
 
 
 @pytest.fixture
