@@ -1,8 +1,9 @@
 """Round spots of less stiffness, in reduced coordinates.
 
 A spot is smaller than what polynomials over the plate can tell: its energy is summed over the points at which
-strains are kept, a point on the rim counting for the part of its cell that lies inside. What the plate does within a
-soft spot beyond following its surroundings is not in the coordinates: the effect is right to first order in the loss.
+strains are kept, a point on the rim counting for the part of its cell that lies inside. What the plate does within
+a soft spot beyond following its surroundings is not in the coordinates: the effect is right to first order in the
+loss.
 """
 
 from dataclasses import replace

@@ -18,16 +18,24 @@ E, NU, ETA = 2e9, 0.38, 0.07
 
 @pytest.fixture(scope="module")
 def ops() -> EffectOperators:
-    """A plate of 0.24 x 0.19 m with two coordinates: curvature 1/m along x, and twist 1/m."""
+    """Make a plate of 0.24 x 0.19 m with two coordinates: curvature 1/m along x, and twist 1/m."""
     x, y = (np.arange(n) * 0.004 + 0.002 for n in (60, 48))
     points = np.array([(a, b) for a in x for b in y])
     strain = np.zeros((8, len(points), 2))
     strain[3, :, 0] = 1.0
     strain[5, :, 1] = 1.0
     empty = {entry.name: np.zeros((1, 2, 2)) for entry in fields(EffectOperators)}
-    values = {"strain": strain, "strain_points": points, "cell": 1.6e-5, "thickness": H, "normal": np.zeros((2, 2))}
+    values = {
+        "strain": strain,
+        "strain_points": points,
+        "cell": 1.6e-5,
+        "thickness": H,
+        "normal": np.zeros((2, 2)),
+    }
     box = MaterialBox((1e9, 4e9), (0.3, 0.45), (0.01, 0.1))
-    return EffectOperators(**{**empty, **values, "box": box, "band": (100.0, 1500.0), "offset_range": 0.0, "error": 0.0})
+    return EffectOperators(
+        **{**empty, **values, "box": box, "band": (100.0, 1500.0), "offset_range": 0.0, "error": 0.0}
+    )
 
 
 def state(*discs: Disc) -> PlateState:
@@ -43,7 +51,8 @@ def nothing() -> Composite:
 def test_a_disc_covers_its_area(ops, place):
     share = coverage(ops, Disc(*place, RADIUS, 0.1))
     assert ops.cell * share.sum() == pytest.approx(np.pi * RADIUS**2)
-    assert share.min() >= 0.0 and share.max() < 1.1
+    assert share.min() >= 0.0
+    assert share.max() < 1.1
     centre = share @ ops.strain_points / share.sum()
     assert centre == pytest.approx(np.array(place), abs=3e-4)
 
@@ -65,7 +74,9 @@ def test_without_loss_nothing_is_lost(ops):
 
 @pytest.mark.parametrize("moved", ["x", "y", "loss"])
 def test_derivatives_follow_the_spot(ops, moved):
-    varied = replace(ops, strain=ops.strain * (1.0 + 20.0 * ops.strain_points[:, :1] + 9.0 * ops.strain_points[:, 1:]))
+    varied = replace(
+        ops, strain=ops.strain * (1.0 + 20.0 * ops.strain_points[:, :1] + 9.0 * ops.strain_points[:, 1:])
+    )
     disc = Disc(0.1013, 0.0927, RADIUS, 0.2)
     stepped = replace(disc, **{moved: getattr(disc, moved) + 1j * STEP})
     rate = spots_slope(varied, nothing(), state(stepped)).plate
