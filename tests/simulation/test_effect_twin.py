@@ -94,15 +94,21 @@ def test_derivatives_by_every_parameter(twin):
         wanted = [(name, p.name, at) for p in card.parameters]
         line = exact.linearise(POINT, LAWS, {name: at}, LINES[::6], wanted)
         for parameter, found in zip(card.parameters, line.by_parameter, strict=True):
-            step = 1e-2 * (0.01 if parameter.name in "xy" else parameter.sigma)
-            moved = [
-                exact.frf(POINT, LAWS, {name: {**at, parameter.name: at[parameter.name] + k * step}}, LINES[::6])
-                for k in (1, -1, 2, -2)
-            ]
-            quotient = (8.0 * (moved[0] - moved[1]) - (moved[2] - moved[3])) / (12.0 * step)
-            rounding = 1e-10 * np.abs(moved[0]).max() / step  # of a difference of nearly equal transfers
-            allowed = 1e-6 * np.abs(quotient).max() + rounding
-            assert np.abs(found - quotient).max() < allowed, (name, parameter.name)
+            # no one step is far from both rounding and curvature for all effects: the better of two counts
+            errors = []
+            for step in (
+                (2e-6, 2e-5) if parameter.name in "xy" else (1e-3 * parameter.sigma, 1e-2 * parameter.sigma)
+            ):
+                moved = [
+                    exact.frf(
+                        POINT, LAWS, {name: {**at, parameter.name: at[parameter.name] + k * step}}, LINES[::6]
+                    )
+                    for k in (1, -1, 2, -2)
+                ]
+                quotient = (8.0 * (moved[0] - moved[1]) - (moved[2] - moved[3])) / (12.0 * step)
+                rounding = 1e-10 * np.abs(moved[0]).max() / step
+                errors.append(np.abs(found - quotient).max() / (1e-6 * np.abs(quotient).max() + rounding))
+            assert min(errors) < 1.0, (name, parameter.name)
 
 
 def test_derivatives_by_material_temperature_and_slopes(twin):
