@@ -136,7 +136,7 @@ class FullPlate:
             k, m, b = patch_parts(self.space, patch, ceramic, covered, thickness, state.bond)
             stiffness, mass = stiffness + k, mass + m
             columns.append(b)
-        return stiffness, mass, np.array(columns).reshape(len(self.patches), -1).T
+        return stiffness, mass, np.array(columns).reshape(len(self.patches), shape[0]).T
 
     def _kept(self, matrix: csr_matrix) -> csr_matrix:
         smaller = csr_matrix(matrix[self.unknowns][:, self.unknowns])
