@@ -96,7 +96,7 @@ def test_a_gradient_is_nothing_to_a_material_without_slopes(full):
 
 
 def test_a_gradient_is_a_local_modulus(full):
-    """Warm at one edge and cold at the other, a plate stores energies between those of the warm and the cold one."""
+    """Warm at one edge, a plate stores energies between those of the plain plate's warm and cold ones."""
     laws = LocalLaws.of_material(E, NU, ETA, slope=(-0.02, 0.0, 0.0))
     state = state_of(full, laws)
     warmer, colder = (full.matrices(state.with_(temperature=state.temperature + s * 2.0)) for s in (1, -1))

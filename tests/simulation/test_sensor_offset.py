@@ -1,0 +1,60 @@
+"""Offsets of the sensor: the grid they are fitted on, and where there is no room for them."""
+
+import numpy as np
+import pytest
+
+from analysis.experiment import Patch, Plate
+from simulation.effect_operators import OFFSET_DEGREE, monomials
+from simulation.mesh import MeshRecipe
+from simulation.mindlin import assemble
+from simulation.sensor_offset import OFFSET_RANGE, can_move, padua_points
+from simulation.state_matrices import FullPlate
+
+RECIPE = MeshRecipe(degree=3, spacing=0.06)
+
+
+@pytest.mark.parametrize("degree", [2, 4, OFFSET_DEGREE])
+def test_padua_points_determine_a_polynomial_of_their_degree(degree):
+    points = padua_points(degree)
+    powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+    assert len(points) == len(powers)
+    vandermonde = np.array([[x**i * y**j for i, j in powers] for x, y in points])
+    assert np.linalg.cond(vandermonde) < 300.0
+    assert np.abs(points).max() == pytest.approx(1.0)
+
+
+def test_no_offset_is_no_change():
+    assert not monomials(0.0, 0.0).any()
+    assert len(monomials(0.0, 0.0)) == len(padua_points(OFFSET_DEGREE)) - 1
+
+
+def test_fit_through_the_points_returns_the_polynomial():
+    rng = np.random.default_rng(4)
+    wanted = rng.standard_normal(len(monomials(0.0, 0.0)))
+    places = padua_points(OFFSET_DEGREE)
+    values = [monomials(x, y) @ wanted for x, y in places]
+    fit = np.linalg.pinv(np.array([monomials(x, y) for x, y in places]))
+    np.testing.assert_allclose(fit @ values, wanted, atol=1e-11)
+
+
+def full_plate(*patches: Patch) -> FullPlate:
+    plate = Plate(length_x=0.24, length_y=0.19, thickness=0.003, mass=0.13)
+    model = assemble(plate, patches, recipe=RECIPE)
+    return FullPlate.of(model.space, plate, patches, model.unknowns)
+
+
+def square(name: str, role: str, center: tuple[float, float], side: str = "top") -> Patch:
+    return Patch(id=name, role=role, center=center, size=(0.02, 0.02), thickness=0.0005, side=side)
+
+
+def test_a_sensor_amid_the_plate_can_move_and_takes_its_elements_along():
+    full = full_plate(square("A1", "actuator", (0.2, 0.155)), square("S1", "sensor", (0.04, 0.035)))
+    assert can_move(full)
+    under = full.under[full.moved]
+    moved = full.space.shifted(under, OFFSET_RANGE, -0.001)
+    change = moved.centers[:, under] - full.space.centers[:, under]
+    np.testing.assert_allclose(change, np.array([[OFFSET_RANGE], [-0.001]]) * np.ones(change.shape[1]))
+
+
+def test_a_sensor_at_the_edge_cannot_move():
+    assert not can_move(full_plate(square("A1", "actuator", (0.2, 0.155)), square("S1", "sensor", (0.01, 0.035))))
