@@ -1,0 +1,190 @@
+"""Effects whose answer is known, on a plate reduced to its lowest modes: what is exact on any coordinates."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import eigsh
+
+from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Protocol
+from analysis.gap.model import SweepPoint
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from simulation.composition import Coefficients, composed
+from simulation.effect_reduction import project
+from simulation.effect_twin import EffectTwin
+from simulation.effects.library import library
+from simulation.local_solution import LocalSolution
+from simulation.plate_state import PointLoad
+from simulation.state_matrices import FullPlate
+
+BAND = (100.0, 700.0)
+LINES = np.linspace(*BAND, 61)
+POINT = SweepPoint(40.0, 0.01, 1.0)
+LAWS = LocalLaws.of_material(2e9, 0.38, 0.06, reference=40.0, slope=(-0.02, 0.002, -0.01))
+STRING, CABLE = (0.03, 0.187), (0.058, 0.03)
+
+
+@pytest.fixture(scope="module")
+def twin(plate, three_patches, coarse_model) -> EffectTwin:
+    """Modes of one material and the static answers to patches and points; two sensors, every effect available."""
+    experiment = Experiment(
+        title="limits",
+        plate=plate,
+        patch=tuple(three_patches),
+        string=(Attachment(point=STRING),),
+        cable=(Attachment(point=CABLE),),
+        acquisition=Acquisition(module="m", sample_rate=8e3, input_resistance=305e3, input_capacitance=1.2e-10),
+        protocol=Protocol(
+            sweep="linear",
+            band=BAND,
+            sweep_duration=1.5,
+            tail=0.3,
+            repeats=3,
+            ramp_rate=0.6,
+            temperatures=(20.0, 40.0),
+            directions=("up", "down"),
+            levels=(1.0, 2.0),
+        ),
+        oven=Oven(room_temperature=22.0),
+    )
+    full = FullPlate.of(coarse_model.space, plate, three_patches, coarse_model.unknowns)
+    places = np.array([STRING, CABLE])
+    probe = np.asarray(coarse_model.deflection(places).todense())
+    energy = coarse_model.stiffness(2e9, 0.38) + (2 * np.pi * 300.0) ** 2 * coarse_model.mass
+    start = np.random.default_rng(0).standard_normal(coarse_model.size)
+    _, vectors = eigsh(energy, 40, coarse_model.mass, sigma=0.0, v0=start)
+    box = MaterialBox((1e9, 3.2e9), (0.33, 0.46), (0.02, 0.12))
+    ops = project(full, vectors, coarse_model, places, probe, box, BAND, lambda: None)
+    return EffectTwin(experiment, ops, library(experiment), reach=np.inf).referred(LAWS)
+
+
+def frf(twin, effects, lines=LINES, laws=LAWS, point=POINT):
+    return twin.frf(point, laws, effects, lines)
+
+
+@pytest.fixture(scope="module")
+def plain(twin):
+    return frf(twin, {})
+
+
+def test_zero_is_nothing_to_the_last_bits(twin, plain):
+    """All effects at once, every amplitude zero, shapes anywhere."""
+    absent = {name: card.zero(card.sites[0]) for name, card in twin.cards.items()}
+    for name, values in absent.items():
+        assert np.abs(frf(twin, {name: values}) - plain).max() < 1e-12 * np.abs(plain).max(), name
+
+
+def test_factors_on_the_signals_are_exact(twin, plain):
+    omega = 2 * np.pi * LINES
+    for effects, factor in (
+        ({"channel_skew": {"delay": 8e-5}}, np.exp(-8e-5j * omega)),
+        ({"high_pass": {"corner": 25.0}}, 1j * LINES / (1j * LINES + 25.0)),
+        ({"piezo_drift": {"alpha": 0.002}}, 1.0 + 0.002 * 15.0),
+    ):
+        np.testing.assert_allclose(frf(twin, effects), plain * factor, rtol=1e-12)
+    np.testing.assert_allclose(frf(twin, {"feedthrough": {"gain": 0.004}}) - plain, 0.004, rtol=1e-11)
+
+
+def test_factors_multiply_and_the_feedthrough_comes_last(twin, plain):
+    together = {"channel_skew": {"delay": 8e-5}, "piezo_drift": {"alpha": 0.002}, "feedthrough": {"gain": 0.004}}
+    expected = plain * np.exp(-8e-5j * 2 * np.pi * LINES) * 1.03 + 0.004
+    np.testing.assert_allclose(frf(twin, together), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("f", [150.0, 320.0, 640.0])
+def test_air_is_a_heavier_plate_at_one_frequency(twin, f):
+    """Per area, on normal motion: as if W, the integral of w**2, times m_a joined the mass."""
+    line = np.array([f])
+    effects = {"air_loading": {"added_mass_factor": 1.5, "radiation_factor": 0.0}}
+    state = twin.state(POINT, LAWS, effects, line)
+    ops = twin.operators
+    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    heavier = replace(whole, mass=whole.mass + state.area_mass[0] * ops.normal)
+    bare = state.with_(area_mass=np.zeros(1))
+    wanted = LocalSolution.of(ops, heavier, bare, line, np.inf).compliance()
+    found = LocalSolution.of(ops, whole, state, line, np.inf).compliance()
+    np.testing.assert_allclose(found, wanted, rtol=1e-8)
+    assert (
+        np.abs(found - LocalSolution.of(ops, whole, bare, line, np.inf).compliance()).max()
+        > 1e-3 * np.abs(found).max()
+    )
+
+
+@pytest.mark.parametrize("kind", ["mass", "stiffness"])
+def test_a_light_load_shifts_a_mode_as_rayleighs_quotient_says(twin, kind):
+    """Eigenvalue s: a mass m at p takes s m w(p)**2 off, a spring k adds k w(p)**2, w the mode of mass one."""
+    ops = twin.operators
+    state = twin.state(POINT, LAWS, {}, LINES)
+    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+
+    def modes(loads):
+        local = LocalSolution.of(ops, whole, state.with_(point_loads=loads), LINES[:2], np.inf)
+        stiffness = local.composite.plate + local.composite.fixed
+        root = np.linalg.inv(np.linalg.cholesky(local.composite.mass))
+        squares, shapes = np.linalg.eigh(root @ stiffness @ root.T)
+        return squares, local.basis @ (root.T @ shapes)
+
+    squares, shapes = modes(())
+    there = ops.deflection[0] @ shapes
+    elastic = np.flatnonzero(squares > (2 * np.pi * 50.0) ** 2)
+    antinode = elastic[np.abs(there[elastic[:8]]).argmax()]
+    size = 1e-6 if kind == "mass" else 1.0
+    moved, _ = modes((PointLoad(STRING, **{kind: size}),))
+    change = moved[antinode] - squares[antinode]
+    quotient = -squares[antinode] * size * there[antinode] ** 2 if kind == "mass" else size * there[antinode] ** 2
+    assert change == pytest.approx(quotient, rel=2e-3)
+    node = elastic[np.abs(there[elastic[:8]]).argmin()]
+    assert abs(moved[node] / squares[node] - 1.0) < abs(moved[antinode] / squares[antinode] - 1.0)
+
+
+def test_a_stiff_dashpot_holds_a_point_as_a_stiff_spring_does(twin):
+    """A dashpot c at angular frequency w is a spring j w c."""
+    line = np.array([333.0])
+    dashpot = frf(twin, {"suspension": {"stiffness": 0.0, "damping": 10.0}}, line)
+    ops, state = twin.operators, twin.state(POINT, LAWS, {}, line)
+    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    solved = LocalSolution.of(ops, whole, state, line, np.inf)
+    row = ops.deflection[0] @ solved.basis
+    z = whole.plate + 1j * whole.plate_loss + whole.fixed - (2 * np.pi * 333.0) ** 2 * whole.mass
+    z = solved.basis.T @ z @ solved.basis + 10.0j * 2 * np.pi * 333.0 * np.outer(row, row)
+    coupling = solved.composite.coupling
+    g = coupling.T @ np.linalg.solve(z, coupling)
+    load = twin.experiment.acquisition
+    across = ops.capacitance[1:] + load.input_capacitance + 1.0 / (2j * np.pi * 333.0 * load.input_resistance)
+    wanted = np.linalg.solve(np.diag(across) + g[1:, 1:], -g[1:, 0])
+    np.testing.assert_allclose(dashpot[:, 0], wanted, rtol=1e-9)
+
+
+def test_orthotropy_at_once_along_both_axes_is_another_isotropic_plate(twin, plain):
+    """With E_x = E_y = f E and the shear modulus times f it is f E, but for the little of transverse shear."""
+    state = twin.state(POINT, LAWS, {}, LINES).with_(modulus_x=1.05, modulus_y=1.05, in_plane_shear=1.05)
+    ops = twin.operators
+    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    found = LocalSolution.of(ops, whole, state, LINES, np.inf).compliance()
+    stiffer = twin.state(POINT, replace(LAWS, value=LAWS.value + np.array([np.log(1.05), 0.0, 0.0])), {}, LINES)
+    other = composed(ops, Coefficients.of(stiffer, ops.offset_range or 1.0))
+    wanted, before = (
+        LocalSolution.of(ops, c, s, LINES, np.inf).compliance()
+        for c, s in ((other, stiffer), (composed(ops, Coefficients.of(_plain(twin), 1.0)), _plain(twin)))
+    )
+    assert np.abs(found - wanted).max() < 0.1 * np.abs(before - wanted).max()
+
+
+def _plain(twin):
+    return twin.state(POINT, LAWS, {}, LINES)
+
+
+def test_softening_is_another_material_at_each_line_and_counts_the_level_twice(twin, plain):
+    values = {"amplitude_softening": {"a": 0.02, "b": 0.05}}
+    quiet = frf(twin, values, point=replace(POINT, level=1e-4))
+    assert np.abs(quiet - plain).max() < 1e-7 * np.abs(plain).max()
+    once, twice = (twin.state(replace(POINT, level=level), LAWS, values, LINES) for level in (0.5, 1.0))
+    assert 1.0 - twice.storage == pytest.approx(4.0 * (1.0 - once.storage))
+    index = int(np.argmin(once.storage))
+    line = LINES[[index]]
+    lost = once.storage[index] * LAWS.youngs_modulus(40.0)
+    eta = LAWS.loss_factor(40.0) * once.loss[index] / once.storage[index]
+    laws = replace(LAWS, value=np.array([np.log(lost), 0.38, np.log(eta)]))
+    found = frf(twin, values, point=replace(POINT, level=0.5))[:, [index]]
+    np.testing.assert_allclose(found, frf(twin, {}, line, laws), rtol=1e-9)
