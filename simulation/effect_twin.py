@@ -113,9 +113,14 @@ class EffectTwin:
         actuator, _ = self._roles
         return solved.strain_energy(actuator)
 
-    def _solved(self, state: PlateState, frequency: Real) -> LocalSolution:
-        coefficients = Coefficients.of(state, self.operators.offset_range or 1.0)
-        whole = composed(self.operators, coefficients)
+    def _coefficients(self, state: PlateState) -> Coefficients:
+        return Coefficients.of(state, self.operators.offset_range or 1.0)
+
+    def _solved(
+        self, state: PlateState, frequency: Real, coefficients: Coefficients | None = None
+    ) -> LocalSolution:
+        whole = composed(self.operators, coefficients or self._coefficients(state))
+        whole = with_spots(self.operators, whole, state)
         return LocalSolution.of(self.operators, whole, state, frequency, self.reach)
 
     def frf(self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: Real) -> Complex:
@@ -134,13 +139,12 @@ class EffectTwin:
         ops = self.operators
         state = self.state(point, laws, effects, frequency)
         require_certified(state, ops)
-        coefficients = Coefficients.of(state, ops.offset_range or 1.0)
-        whole = with_spots(ops, composed(ops, coefficients), state)
-        solved = LocalSolution.of(ops, whole, state, frequency, self.reach)
+        coefficients = self._coefficients(state)
+        solved = self._solved(state, frequency, coefficients)
         reading = Reading.of(solved, state, self._load, ops, self._roles)
 
         def change(stepped: PlateState) -> Complex:
-            moved = slope(ops, coefficients, Coefficients.of(stepped, ops.offset_range or 1.0))
+            moved = slope(ops, coefficients, self._coefficients(stepped))
             moved = spots_slope(ops, moved, stepped)
             return reading.change(solved.change(moved, state, stepped), stepped)
 

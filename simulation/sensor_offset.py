@@ -90,8 +90,8 @@ def _zone(full: FullPlate) -> Mask:
 
 def _around(p: Projector, zone: Mask) -> tuple[Projector, Real]:
     """Vectors (n, q) of the leading motions in the zone, and the reduced coordinates' shares in them (q, r)."""
-    bending, membrane = _sums(_energies(p, p.full.space, zone))
-    energy = bending + membrane
+    elastic, inertia = _sums(_energies(p, p.full.space, zone))
+    energy = elastic + inertia
     values, basis = np.linalg.eigh(0.5 * (energy + energy.T))
     kept = values > KEPT**2 * values[-1]
     root = np.sqrt(values[kept])

@@ -75,6 +75,22 @@ def fit_gap(
     values = np.clip(free.read(start.effects), free.low, free.high)
     start = replace(start, laws=clipped_laws(model.box, start.laws), effects=free.write(start.effects, values))
     best = _evaluate(model, sweeps, start, free, executor)
+    best, done, passes = _descend(model, sweeps, best, free, executor, gain_free, laws_free, target, most_steps)
+    return _result(sweeps, best, free, gain_free, laws_free, done, passes)
+
+
+def _descend(
+    model: GapModel,
+    sweeps: GapSweeps,
+    best: _Trial,
+    free: FreeParameters,
+    executor: Executor,
+    gain_free: bool,
+    laws_free: bool,
+    target: float,
+    most_steps: int,
+) -> tuple[_Trial, bool, int]:
+    """Step down from `best`: where it ended, whether it settled there, and linearisations made."""
     damping, share, passes, done = 0.0, 1.0, 1, False
     while passes < most_steps:
         step, local, promised = _step(sweeps, best, free, damping, gain_free, laws_free)
@@ -104,7 +120,7 @@ def fit_gap(
             damping, share = max(10.0 * damping, 1e-2), 1.0
             if damping > 1e6:
                 break
-    return _result(sweeps, best, free, gain_free, laws_free, done, passes)
+    return best, done, passes
 
 
 def _evaluate(
