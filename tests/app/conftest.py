@@ -1,6 +1,8 @@
 """A recorded campaign small enough to be written, and broken, for every test."""
 
 import copy
+import re
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -169,3 +171,22 @@ def run_flexura(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, 
         return status, said.out, said.err
 
     return run
+
+
+@pytest.fixture(scope="session")
+def cut_recording() -> Callable[[Path, tuple[int, ...]], None]:
+    """Cut the sweeps at a few temperatures out of the shipped recording into a folder."""
+    example = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
+
+    def cut(folder: Path, temperatures: tuple[int, ...]) -> None:
+        (folder / "sweeps").mkdir(parents=True)
+        for file in sorted((example / "sweeps").iterdir()):
+            temperature = re.search(r"_\+(\d\d)\.0C", file.name)
+            if temperature and int(temperature[1]) in temperatures:
+                shutil.copy(file, folder / "sweeps")
+        text = (example / "campaign.toml").read_text(encoding="utf-8")
+        listed = ", ".join(f"{t:.1f}" for t in temperatures)
+        text = re.sub(r"temperatures = \[[^]]*\]", f"temperatures = [{listed}]", text)
+        (folder / "campaign.toml").write_text(text, encoding="utf-8")
+
+    return cut

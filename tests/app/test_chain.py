@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from app.files.laws_file import load_laws, load_updated
 from app.files.modes_file import load_modes
 from app.main import flexura
 
-EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
+Cut = Callable[[Path, tuple[int, ...]], None]
 TEMPERATURES = (0, 16, 32, 48, 60)
 
 
@@ -27,18 +28,10 @@ def typed(*words: str) -> Result:
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recording(tmp_path_factory: pytest.TempPathFactory, cut_recording: Cut) -> Path:
     """Cut five sweeps out of the shipped recording."""
     folder = tmp_path_factory.mktemp("chain") / "five"
-    (folder / "sweeps").mkdir(parents=True)
-    for file in sorted((EXAMPLE / "sweeps").iterdir()):
-        temperature = re.search(r"_\+(\d\d)\.0C", file.name)
-        if temperature and int(temperature[1]) in TEMPERATURES:
-            shutil.copy(file, folder / "sweeps")
-    text = (EXAMPLE / "campaign.toml").read_text(encoding="utf-8")
-    listed = ", ".join(f"{t:.1f}" for t in TEMPERATURES)
-    text = re.sub(r"temperatures = \[[^]]*\]", f"temperatures = [{listed}]", text)
-    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    cut_recording(folder, TEMPERATURES)
     return folder
 
 

@@ -1,8 +1,6 @@
 """``flexura gap`` as typed: refusals in a sentence, and the shipped recording from end to end."""
 
 import json
-import re
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,7 +16,7 @@ from app.files.twin_file import read_twin
 from app.main import flexura
 
 Run = Callable[..., tuple[int, str, str]]
-EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
+Cut = Callable[[Path, tuple[int, ...]], None]
 TEMPERATURES = (0, 12, 24, 36, 48, 60)
 
 
@@ -90,18 +88,10 @@ def typed(*words: object) -> Result:
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+def recording(tmp_path_factory: pytest.TempPathFactory, cut_recording: Cut) -> Iterator[Path]:
     """Cut a few sweeps out of the shipped recording."""
     folder = tmp_path_factory.mktemp("gap") / "few"
-    (folder / "sweeps").mkdir(parents=True)
-    for file in sorted((EXAMPLE / "sweeps").iterdir()):
-        temperature = re.search(r"_\+(\d\d)\.0C", file.name)
-        if temperature and int(temperature[1]) in TEMPERATURES:
-            shutil.copy(file, folder / "sweeps")
-    text = (EXAMPLE / "campaign.toml").read_text(encoding="utf-8")
-    listed = ", ".join(f"{t:.1f}" for t in TEMPERATURES)
-    text = re.sub(r"temperatures = \[[^]]*\]", f"temperatures = [{listed}]", text)
-    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    cut_recording(folder, TEMPERATURES)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("FLEXURA_CACHE", str(folder.with_name("cache")))
         yield folder
