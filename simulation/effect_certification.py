@@ -31,7 +31,8 @@ def measured_error(full: FullPlate, ops: EffectOperators) -> float:
     for constants, size in zip(MATERIALS, (0.0, -0.5), strict=True):
         laws = LocalLaws.of_material(*_clipped(ops, constants), slope=STEEPEST)
         reduced = combined_state(basis.xi, basis.zeta, laws, ops.offset_range, size)
-        exact = combined_state(*full.sampling, laws, ops.offset_range, size)
+        there = full.moved_by(reduced.offset_x, reduced.offset_y) if ops.offset_range else full
+        exact = combined_state(*there.sampling, laws, ops.offset_range, size)
         worst = max(worst, state_error(full, ops, reduced, exact, rng))
     return worst
 
@@ -39,7 +40,10 @@ def measured_error(full: FullPlate, ops: EffectOperators) -> float:
 def state_error(
     full: FullPlate, ops: EffectOperators, reduced: PlateState, exact: PlateState, rng: np.random.Generator
 ) -> float:
-    """Error in one state, given with its fields at the sampling points of either model."""
+    """Error in one state, given with its fields at the points of `field_basis` and at those of the full plate.
+
+    Where the sensor is off its place, at those of the plate so moved: fields stay where they are.
+    """
     lines = np.linspace(*ops.band, 200)
     over_band = solved(ops, reduced, lines).compliance()
     peak = np.abs(over_band).max(axis=-1)

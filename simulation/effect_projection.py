@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -33,11 +34,14 @@ class Projector:
     full: FullPlate
     vectors: Real
 
+    @cached_property
+    def _by_field(self) -> list[tuple[NDArray[np.int_], Real]]:
+        field, function = np.divmod(self.full.unknowns, self.full.space.size)
+        return [(function[field == k], self.vectors[field == k]) for k in range(5)]
+
     def rows(self, field: int) -> tuple[NDArray[np.int_], Real]:
         """Functions that a field uses, and the vectors there."""
-        size = self.full.space.size
-        mine = np.flatnonzero(self.full.unknowns // size == field)
-        return self.full.unknowns[mine] - field * size, self.vectors[mine]
+        return self._by_field[field]
 
     def gram(self, matrix: csr_matrix, left: int, right: int) -> Real:
         """V_left' A V_right for a matrix over the shape functions, (r, r)."""

@@ -21,10 +21,11 @@ from simulation.effect_certification import measured_error
 from simulation.effect_operators import EffectOperators
 from simulation.effect_projection import Projector, patch_energies, plate_energies, strains
 from simulation.energy_decomposition import energy_shift, middle, orthonormal
-from simulation.extreme_states import STEEPEST, extreme_states
+from simulation.extreme_states import SLIP, STEEPEST, extreme_states, offset_states
 from simulation.mesh import MeshRecipe
 from simulation.mesh_refinement import FINE_DEGREE, refined
 from simulation.mindlin import assemble
+from simulation.plate_state import PlateState
 from simulation.rational_krylov import Chain
 from simulation.reduction import Training, reduction
 from simulation.sensor_offset import OFFSET_RANGE, can_move, offset_energies
@@ -37,7 +38,9 @@ Progress = Callable[[str, float], None]
 STAGE = "reducing the plate with its effects"
 SOFT = LocalLaws.of_material(1.1e9, 0.43, 0.05, slope=STEEPEST)
 """The material of the extreme states: soft, so that the most modes lie in the band."""
-BLOCKS = 8
+STIFF = LocalLaws.of_material(3.0e9, 0.35, 0.05)
+"""Beside it for the bond: patches that hardly hold change a stiff plate in another way than a soft one."""
+BLOCKS = 10
 BOX_TAIL = 4e-4
 """See `simulation.campaign_basis.for_materials`."""
 COARSE_DEGREE = 5
@@ -53,9 +56,10 @@ def reduce_with_effects(
     training: Training | None = None,
     progress: Progress | None = None,
 ) -> tuple[EffectOperators, FullPlate, Real]:
-    """Operators of an experiment's plate, the full plate behind them, and the vectors (n, r) they stand for.
+    """Operators of an experiment's plate, the full plate behind them, and vectors (n, N) they were chosen from.
 
-    The vectors are found on the mesh of `recipe` and carried to one of `fine_degree`, where all is projected.
+    The vectors are found on the mesh of `recipe` and carried to one of `fine_degree`, where all is projected; the
+    operators keep r <= N directions of theirs.
     """
     report = progress or (lambda stage, share: None)
     model = assemble(experiment.plate, experiment.patch, recipe=recipe or MeshRecipe(degree=COARSE_DEGREE))
@@ -71,7 +75,7 @@ def reduce_with_effects(
     _, vectors = reduction(
         inputs, box, band, training=training, progress=lambda stage, share: report(STAGE, 0.35 * share)
     )
-    states = extreme_states(*full.sampling, SOFT, OFFSET_RANGE if can_move(full) else 0.0)
+    states = training_states(full)
     for k, state in enumerate(states):
         report(STAGE, 0.35 + 0.2 * k / len(states))
         vectors = extended(vectors, full.matrices(state), band, (training or Training()).tolerance)
@@ -105,6 +109,17 @@ def compressed(ops: EffectOperators) -> EffectOperators:
     return for_materials(ops, materials, BOX_TAIL)
 
 
+def training_states(full: FullPlate) -> list[PlateState]:
+    """States in which the vectors must answer: what an offset does is no mirror of what the opposite one does."""
+    xi, zeta = full.sampling
+    reach = OFFSET_RANGE if can_move(full) else 0.0
+    soft, stiff = (
+        PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0])) for laws in (SOFT, STIFF)
+    )
+    loose = stiff.with_(bond=1.0 - SLIP)
+    return [*extreme_states(xi, zeta, SOFT, reach), *offset_states(soft, -reach), loose]
+
+
 def extended(vectors: Real, matrices: StateMatrices, band: tuple[float, float], tolerance: float) -> Real:
     """Vectors (n, r + s) that answer in one more state as well, to about `tolerance`."""
     stiffness = matrices.plate + matrices.patches
@@ -115,34 +130,45 @@ def extended(vectors: Real, matrices: StateMatrices, band: tuple[float, float], 
     ]
     new = np.hstack([chain.extend(BLOCKS)[0] for chain in chains])
     both = np.hstack([vectors, new])
-    gram = both.T @ (matrices.mass @ both)
-    values, basis = np.linalg.eigh(gram)
+    gram, elastic = both.T @ (matrices.mass @ both), both.T @ (stiffness @ both)
+    answers = _answers(elastic, gram, both.T @ matrices.coupling, band)
+    energy = elastic + (2 * np.pi * 0.3 * band[1]) ** 2 * gram
+    old, added = _missing(energy, answers, vectors.shape[1], 3.0 * tolerance)
+    fresh = new @ added - vectors @ old
+    fresh = fresh - vectors @ (vectors.T @ (matrices.mass @ fresh))
+    values, basis = np.linalg.eigh(_symmetric(fresh.T @ (matrices.mass @ fresh)))
+    return np.hstack([vectors, fresh @ (basis / np.sqrt(values))])
+
+
+def _answers(stiffness: Real, mass: Real, force: Real, band: tuple[float, float]) -> Real:
+    """Real and imaginary parts of the lightly damped answers along the band, (N, k)."""
+    values, basis = np.linalg.eigh(_symmetric(mass))
     kept = values > 1e-11 * values[-1]
     basis = basis[:, kept] / np.sqrt(values[kept])
-    reduced = basis.T @ (both.T @ (stiffness @ both)) @ basis
-    force = basis.T @ (both.T @ matrices.coupling)
-    squares, shapes = scipy.linalg.eigh(0.5 * (reduced + reduced.T), driver="evd")
-    lines = np.linspace(*band, 150)
-    terms = 1.0 / ((1.0 + 0.04j) * squares[:, None] - (2 * np.pi * lines) ** 2)
-    modal = ((shapes.T @ force)[:, :, None] * terms[:, None, :]).reshape(len(squares), -1)
-    answers = basis @ (shapes @ np.hstack([modal.real, modal.imag]))  # in terms of `both`
-    # in the energy's norm, what the old vectors cannot say of these answers
-    energy = both.T @ (stiffness @ both) + (2 * np.pi * 0.3 * band[1]) ** 2 * gram
-    r = vectors.shape[1]
+    squares, shapes = scipy.linalg.eigh(_symmetric(basis.T @ stiffness @ basis), driver="evd")
+    terms = 1.0 / ((1.0 + 0.04j) * squares[:, None] - (2 * np.pi * np.linspace(*band, 150)) ** 2)
+    modal = ((shapes.T @ (basis.T @ force))[:, :, None] * terms[:, None, :]).reshape(len(squares), -1)
+    return np.asarray(basis @ (shapes @ np.hstack([modal.real, modal.imag])))
+
+
+def _missing(energy: Real, answers: Real, r: int, tolerance: float) -> tuple[Real, Real]:
+    """Leading directions of what the first r coordinates cannot say of the answers, in the energy's norm.
+
+    Returns what to take away of the first (r, s), and the shares of the others (N - r, s).
+    """
     inner = np.linalg.solve(energy[:r, :r], energy[:r, r:])
-    outside = energy[r:, r:] - energy[r:, :r] @ inner
-    values, basis = np.linalg.eigh(0.5 * (outside + outside.T))
+    values, basis = np.linalg.eigh(_symmetric(energy[r:, r:] - energy[r:, :r] @ inner))
     kept = values > 1e-9 * values[-1]
     root = basis[:, kept] * np.sqrt(values[kept])
     size = np.sqrt(np.einsum("ij,ij->j", answers, energy @ answers))
     left, strength, _ = np.linalg.svd(root.T @ (answers[r:] / size), full_matrices=False)
-    count = int((strength > 3.0 * tolerance * np.sqrt(answers.shape[1])).sum())
+    count = int((strength > tolerance * np.sqrt(answers.shape[1])).sum())
     directions = basis[:, kept] / np.sqrt(values[kept]) @ left[:, :count]
-    fresh = new @ directions - vectors @ (inner @ directions)
-    fresh = fresh - vectors @ (vectors.T @ (matrices.mass @ fresh))
-    grams = fresh.T @ (matrices.mass @ fresh)
-    values, basis = np.linalg.eigh(0.5 * (grams + grams.T))
-    return np.hstack([vectors, fresh @ (basis / np.sqrt(values))])
+    return inner @ directions, directions
+
+
+def _symmetric(matrix: Real) -> Real:
+    return np.asarray(0.5 * (matrix + matrix.T))
 
 
 def project(

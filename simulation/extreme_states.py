@@ -23,7 +23,7 @@ def extreme_states(
     `size` is the share of the certified range, negative for the other side.
     """
     plain = PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0]))
-    states = [
+    return [
         plain.with_(
             modulus_x=1 - ANISOTROPY * size, modulus_y=1 + ANISOTROPY * size, in_plane_shear=1 + ANISOTROPY * size
         ),
@@ -33,10 +33,13 @@ def extreme_states(
         plain.with_(temperature=laws.reference + TILT * size * xi),
         plain.with_(temperature=laws.reference + TILT * size * zeta),
         plain.with_(bond=1.0 - SLIP * abs(size)),
+        *offset_states(plain, size * offset_range),
     ]
-    if offset_range:
-        states += [plain.with_(offset_x=size * offset_range), plain.with_(offset_y=size * offset_range)]
-    return states
+
+
+def offset_states(plain: PlateState, offset: float) -> list[PlateState]:
+    """Move the sensor off its place along x, and along y; no state if the offset is zero."""
+    return [plain.with_(offset_x=offset), plain.with_(offset_y=offset)] if offset else []
 
 
 def combined_state(

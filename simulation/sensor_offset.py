@@ -28,14 +28,15 @@ NAMES = ("offset_bending", "offset_membrane", "offset_shear", "offset_mass")
 
 
 def can_move(full: FullPlate) -> bool:
-    """Whether the first sensor has room for offsets up to `OFFSET_RANGE`."""
+    """Whether the first sensor has room for offsets up to `OFFSET_RANGE`, and no other patch stretches with it."""
     try:
         for x in (-OFFSET_RANGE, OFFSET_RANGE):
             for y in (-OFFSET_RANGE, OFFSET_RANGE):
-                full.space.shifted(full.under[full.moved], x, y)
+                full.moved_by(x, y)
     except ValueError:
         return False
-    return True
+    zone = _zone(full)
+    return not any((zone & under).any() for k, under in enumerate(full.under) if k != full.moved)
 
 
 def offset_energies(p: Projector) -> dict[str, object]:
@@ -53,7 +54,7 @@ def offset_energies(p: Projector) -> dict[str, object]:
     origin = _energies(near, full.space, zone)
     changes = []
     for x, y in places:
-        space = full.space.shifted(full.under[full.moved], OFFSET_RANGE * x, OFFSET_RANGE * y)
+        space = full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y).space
         changes.append(_energies(near, space, zone) - origin)
     stacks = back.T @ np.tensordot(fit, np.array(changes), 1) @ back  # (monomials, 10, r, r)
     by_energy = stacks.transpose(1, 0, 2, 3)
@@ -84,7 +85,7 @@ def _site(full: FullPlate) -> Real:
 def _zone(full: FullPlate) -> Mask:
     """Elements that change when the sensor moves."""
     mesh = full.space.basis.mesh
-    moved = full.space.shifted(full.under[full.moved], 1e-3 * OFFSET_RANGE, 1e-3 * OFFSET_RANGE).basis.mesh
+    moved = full.moved_by(1e-3 * OFFSET_RANGE, 1e-3 * OFFSET_RANGE).space.basis.mesh
     return np.asarray((mesh.p != moved.p).any(axis=0)[mesh.t].any(axis=0))
 
 

@@ -79,15 +79,22 @@ class FullPlate:
 
     @property
     def sampling(self) -> tuple[Real, Real]:
-        """Return xi and zeta of all quadrature points, flat."""
+        """Return xi and zeta of all quadrature points, flat; of a moved sensor's, see `moved_by`."""
         x, y = self.space.quadrature_points
         return (2.0 * x / self.plate.length_x - 1.0).ravel(), (2.0 * y / self.plate.length_y - 1.0).ravel()
 
+    def moved_by(self, dx: float, dy: float) -> "FullPlate":
+        """Return the plate with its first sensor (dx, dy) m off its place; ValueError where it has no room."""
+        return replace(self, space=self.space.shifted(self.under[self.moved], dx, dy))
+
     def matrices(self, state: PlateState) -> StateMatrices:
-        """Assemble `state`, whose fields stand at `sampling`. Discs and point loads are not in it."""
+        """Assemble `state`; discs and point loads are not in it.
+
+        Its fields stand at the points of `sampling`, those of the moved plate if the state has an offset.
+        """
         here = self
         if state.offset_x or state.offset_y:
-            here = replace(self, space=self.space.shifted(self.under[self.moved], state.offset_x, state.offset_y))
+            here = self.moved_by(state.offset_x, state.offset_y)
         shape = here.space.basis.dx.shape
         thickness = self.plate.thickness * state.thickness.reshape(shape)
         temperature = state.temperature.reshape(shape)
