@@ -42,9 +42,18 @@ def for_materials(
     for state in states:
         answers = root.T @ _answers(ops, state)
         gram += answers @ answers.T
+    strength, vectors = _leading(gram, tail)
+    basis = scipy.linalg.solve_triangular(root.T, vectors, lower=False)
+    around = ops.zone @ (basis * np.sqrt(strength))
+    return ops.restricted(basis, _leading(around @ around.T, tail)[1])
+
+
+def _leading(gram: Real, tail: float) -> tuple[Real, Real]:
+    """Eigenvalues (s,) and eigenvectors (r, s) that leave out a share of `tail` of a gram matrix's root."""
     values, vectors = np.linalg.eigh(gram)
-    kept = np.sqrt(np.cumsum(np.maximum(values, 0.0)) / values.sum()) > tail
-    return ops.restricted(scipy.linalg.solve_triangular(root.T, vectors[:, kept], lower=False))
+    values = np.maximum(values, 0.0)
+    kept = np.sqrt(np.cumsum(values)) > tail * np.sqrt(values.sum())
+    return values[kept], vectors[:, kept]
 
 
 def _answers(ops: EffectOperators, state: PlateState) -> Real:

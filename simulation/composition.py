@@ -140,23 +140,24 @@ def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
 
 
 def _offset(ops: EffectOperators, c: Coefficients, place: Numbers) -> Composite:
-    """Sum what the offset adds, with moduli, thickness and inertia as they are at the sensor."""
+    """Sum what the offset adds, with moduli, thickness and inertia as they are around the sensor."""
 
-    def here(coefficients: Numbers) -> Numbers:
-        return coefficients @ ops.sensor_site[: coefficients.shape[-1]]
+    def here(coefficients: Numbers, stack: Real) -> Numbers:
+        powers = coefficients @ ops.zone_fit[: stack.shape[-4], : coefficients.shape[-1]].T
+        return np.multiply.outer(powers, place)
 
-    def moved(bending: Numbers, membrane: Numbers, shear: Numbers) -> Real:
-        return (
-            _summed(np.outer(here(bending), place), ops.offset_bending)
-            + _summed(np.outer(here(membrane), place), ops.offset_membrane)
-            + _summed(here(shear) * place, ops.offset_shear)
-        )
+    def moved(*parts: tuple[Numbers, Real]) -> Real:
+        energy = sum(_summed(here(coefficients, stack), stack) for coefficients, stack in parts)
+        return np.asarray(ops.zone.T @ energy @ ops.zone)
+
+    def stiffness(bending: Numbers, membrane: Numbers, shear: Numbers) -> Real:
+        return moved((bending, ops.offset_bending), (membrane, ops.offset_membrane), (shear, ops.offset_shear))
 
     return Composite(
-        plate=moved(c.bending, c.membrane, c.shear),
-        plate_loss=moved(c.bending_loss, c.membrane_loss, c.shear_loss),
+        plate=stiffness(c.bending, c.membrane, c.shear),
+        plate_loss=stiffness(c.bending_loss, c.membrane_loss, c.shear_loss),
         fixed=np.zeros(ops.normal.shape),
-        mass=_summed(here(c.mass) * place, ops.offset_mass),
+        mass=moved((c.mass, ops.offset_mass)),
         coupling=np.zeros(ops.coupling.shape[1:]),
     )
 

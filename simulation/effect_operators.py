@@ -10,21 +10,37 @@ from analysis.material import MaterialBox
 
 Real = NDArray[np.float64]
 
-BENDING_DEGREE, MEMBRANE_DEGREE = 2, 1
+BENDING_DEGREE, MEMBRANE_DEGREE = 3, 2
 """Total degrees of the fields that multiply bending energy, and membrane, shear and inertia.
 
-A taper of 5 % or a gradient of 8 K leaves 1e-4 of the local bending stiffness beyond degree 2, and in-plane and
-shear energies matter through patches and corrections only.
+Tapers of 5 % and differences of 7 K at once leave 1e-4 of a transfer's peak beyond them; one degree less, 2e-3.
 """
 
-
-OFFSET_DEGREE = 4
-"""Total degree of what an offset of the sensor does, as a polynomial."""
+OFFSET_DEGREE = 5
+"""Total degree of what an offset of the sensor does, as a polynomial of the offset."""
+ZONE_DEGREES = {"bending": 1, "membrane": 0, "shear": 1, "mass": 1}
+"""Total degrees of the fields over the elements that stretch when the sensor moves."""
 
 
 def monomials(x: Any, y: Any) -> NDArray[Any]:
     """Products of powers of x and y with total degree 1 to `OFFSET_DEGREE`."""
     return np.array([x ** (n - j) * y**j for n in range(1, OFFSET_DEGREE + 1) for j in range(n + 1)])
+
+
+STACKS = (
+    "bending",
+    "membrane",
+    "shear",
+    "mass",
+    "rotary",
+    "normal",
+    "patch_own",
+    "patch_membrane",
+    "patch_mass",
+)
+"""The entries of `EffectOperators` that are symmetric matrices of its coordinates, or stacks of them."""
+OFFSET_STACKS = ("offset_bending", "offset_membrane", "offset_shear", "offset_mass")
+"""Those of motions around the first sensor."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +68,14 @@ class EffectOperators:
     coupling : (1 + terms, r, P) ndarray
         Of every patch: as declared, and the factors of tau.
     capacitance : (P,) ndarray
-    offset_bending, offset_membrane : (4, monomials, r, r) ndarray
-        Change of the energies around the first sensor with its offset, for moduli of 1 Pa; ``offset_shear`` and
-        ``offset_mass`` (monomials, r, r) likewise.
-    sensor_site : (terms,) ndarray
-        The polynomials at the first sensor's declared place.
+    zone : (q, r) ndarray
+        Coordinates -> the q motions that the elements around the first sensor can make.
+    offset_bending, offset_membrane : (4, powers, monomials, q, q) ndarray
+        Change of these motions' energies with the sensor's offset, for moduli that are powers of xi and zeta
+        counted from the middle of the zone that stretches; ``offset_shear`` and ``offset_mass``
+        (powers, monomials, q, q) likewise.
+    zone_fit : (powers, terms) ndarray
+        Fields as polynomials over the plate -> as those powers, least squares over the zone.
     strain : (8, N, r) ndarray
         Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy; transverse
         shear x, y. They weigh what changes on a spot smaller than any polynomial.
@@ -91,11 +110,12 @@ class EffectOperators:
     patch_mass: Real
     coupling: Real
     capacitance: Real
+    zone: Real
     offset_bending: Real
     offset_membrane: Real
     offset_shear: Real
     offset_mass: Real
-    sensor_site: Real
+    zone_fit: Real
     strain: Real
     strain_points: Real
     cell: float
@@ -118,17 +138,19 @@ class EffectOperators:
         """Number of coordinates r."""
         return len(self.normal)
 
-    def restricted(self, basis: Real) -> Self:
-        """Galerkin model on the columns of `basis` (r, s); same ranges and stated error."""
-        stacks: dict[str, Any] = {}
-        for entry in fields(self):
-            value = getattr(self, entry.name)
-            if isinstance(value, np.ndarray) and value.ndim >= 2 and value.shape[-2:] == (self.size, self.size):
-                stacks[entry.name] = basis.T @ value @ basis
+    def restricted(self, basis: Real, motions: Real) -> Self:
+        """Galerkin model on the columns of `basis` (r, s); same ranges and stated error.
+
+        Of the motions around the sensor, only the orthonormal columns of `motions` (q, t) are followed.
+        """
+        stacks: dict[str, Any] = {name: basis.T @ getattr(self, name) @ basis for name in STACKS}
+        around = {name: motions.T @ getattr(self, name) @ motions for name in OFFSET_STACKS}
         return replace(
             self,
             **stacks,
+            **around,
             coupling=basis.T @ self.coupling,
+            zone=motions.T @ self.zone @ basis,
             strain=self.strain @ basis,
             deflection=self.deflection @ basis,
         )

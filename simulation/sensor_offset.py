@@ -4,12 +4,12 @@ The mesh moves with the patch: shear layers at its edges stay on the strips made
 do not change at all, and those of the elements around it are smooth functions of the offset.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.effect_operators import BENDING_DEGREE, OFFSET_DEGREE, monomials
+from simulation.effect_operators import BENDING_DEGREE, OFFSET_DEGREE, ZONE_DEGREES, monomials
 from simulation.effect_projection import IN_PLANE, ROTATIONS, Projector, transverse_shear
 from simulation.field_basis import polynomial, polynomials
 from simulation.laminate import SHEAR_FACTOR
@@ -22,9 +22,46 @@ Mask = NDArray[np.bool_]
 
 OFFSET_RANGE = 0.0025
 """How far the first sensor patch can sit off its place along x or y, m."""
-KEPT = 1e-5
+KEPT = 1e-4
 """Motions of the elements around the sensor weaker than this share of the strongest are left out."""
-NAMES = ("offset_bending", "offset_membrane", "offset_shear", "offset_mass")
+
+
+@dataclass(frozen=True)
+class Zone:
+    """The elements that stretch when the sensor moves.
+
+    Attributes
+    ----------
+    elements : (elements,) bool ndarray
+    middle : (float, float)
+        xi and zeta of their centre of area.
+    """
+
+    elements: Mask
+    middle: tuple[float, float]
+
+    @classmethod
+    def of(cls, full: FullPlate) -> "Zone":
+        """Look what a small offset changes."""
+        mesh = full.space.basis.mesh
+        moved = full.moved_by(1e-3 * OFFSET_RANGE, 1e-3 * OFFSET_RANGE).space.basis.mesh
+        elements = np.asarray((mesh.p != moved.p).any(axis=0)[mesh.t].any(axis=0))
+        area = np.where(elements[:, None], full.space.basis.dx, 0.0).ravel()
+        xi, zeta = (float(np.average(place, weights=area)) for place in full.sampling)
+        return cls(elements, (xi, zeta))
+
+    def power(self, degrees: tuple[int, int], full: FullPlate) -> Real:
+        """Product of powers of xi and zeta about the middle at the quadrature points, (elements, points)."""
+        xi, zeta = (place - middle for place, middle in zip(full.sampling, self.middle, strict=True))
+        return np.asarray(xi ** degrees[0] * zeta ** degrees[1]).reshape(full.space.basis.dx.shape)
+
+    def fit(self, full: FullPlate) -> Real:
+        """Return ``zone_fit`` of `EffectOperators`."""
+        root = np.sqrt(full.space.basis.dx[self.elements]).ravel()
+        xi, zeta = (place.reshape(full.space.basis.dx.shape)[self.elements].ravel() for place in full.sampling)
+        powers = [self.power(degrees, full)[self.elements].ravel() for degrees in _powers()]
+        fields = [polynomial(degrees, xi, zeta) for degrees in polynomials(BENDING_DEGREE)]
+        return np.asarray(np.linalg.lstsq((root * np.array(powers)).T, (root * np.array(fields)).T)[0])
 
 
 def can_move(full: FullPlate) -> bool:
@@ -35,37 +72,25 @@ def can_move(full: FullPlate) -> bool:
                 full.moved_by(x, y)
     except ValueError:
         return False
-    zone = _zone(full)
+    zone = Zone.of(full).elements
     return not any((zone & under).any() for k, under in enumerate(full.under) if k != full.moved)
 
 
 def offset_energies(p: Projector) -> dict[str, object]:
     """Stacks ``offset_*`` of `EffectOperators`, fitted over a grid of offsets; zero where it cannot move."""
-    count, r, full = len(monomials(0.0, 0.0)), p.vectors.shape[1], p.full
-    site = {"sensor_site": _site(full)}
-    if not can_move(full):
-        shapes = ((4, count), (4, count), (count,), (count,))
-        empty = {name: np.zeros((*shape, r, r)) for name, shape in zip(NAMES, shapes, strict=True)}
-        return {**site, **empty, "offset_range": 0.0}
-    zone = _zone(full)
-    near, back = _around(p, zone)
+    if not can_move(p.full):
+        return _unmoved(p.vectors.shape[1])
+    zone = Zone.of(p.full)
+    near, motions = _around(p, zone)
+    origin = _energies(near, near.full.space, zone)
     places = padua_points(OFFSET_DEGREE)
+    moved = [_energies(near, p.full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y).space, zone) for x, y in places]
     fit = np.linalg.pinv(np.array([monomials(x, y) for x, y in places]))
-    origin = _energies(near, full.space, zone)
-    changes = []
-    for x, y in places:
-        space = full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y).space
-        changes.append(_energies(near, space, zone) - origin)
-    stacks = back.T @ np.tensordot(fit, np.array(changes), 1) @ back  # (monomials, 10, r, r)
-    by_energy = stacks.transpose(1, 0, 2, 3)
-    return {
-        **site,
-        "offset_bending": by_energy[:4],
-        "offset_membrane": by_energy[4:8],
-        "offset_shear": by_energy[8],
-        "offset_mass": by_energy[9],
-        "offset_range": OFFSET_RANGE,
-    }
+    found: dict[str, object] = {"zone": motions, "zone_fit": zone.fit(p.full), "offset_range": OFFSET_RANGE}
+    for name, start in origin.items():
+        change = np.tensordot(fit, np.array([energies[name] - start for energies in moved]), 1)
+        found[f"offset_{name}"] = np.moveaxis(change, 0, -3)
+    return found
 
 
 def padua_points(degree: int) -> list[tuple[float, float]]:
@@ -75,51 +100,63 @@ def padua_points(degree: int) -> list[tuple[float, float]]:
     return [(float(x[i]), float(y[j])) for i in range(x.size) for j in range(y.size) if (i + j) % 2 == 0]
 
 
-def _site(full: FullPlate) -> Real:
-    """Polynomials of `field_basis` at the sensor's declared place, (terms,)."""
-    x, y = full.patches[full.moved].center
-    xi, zeta = np.array([2.0 * x / full.plate.length_x - 1.0]), np.array([2.0 * y / full.plate.length_y - 1.0])
-    return np.array([float(polynomial(d, xi, zeta)[0]) for d in polynomials(BENDING_DEGREE)])
+def _powers() -> list[tuple[int, int]]:
+    return polynomials(max(ZONE_DEGREES.values()))
 
 
-def _zone(full: FullPlate) -> Mask:
-    """Elements that change when the sensor moves."""
-    mesh = full.space.basis.mesh
-    moved = full.moved_by(1e-3 * OFFSET_RANGE, 1e-3 * OFFSET_RANGE).space.basis.mesh
-    return np.asarray((mesh.p != moved.p).any(axis=0)[mesh.t].any(axis=0))
+def _unmoved(size: int) -> dict[str, object]:
+    """Return the stacks of a sensor that stays where it is."""
+    found: dict[str, object] = {
+        "zone": np.zeros((0, size)),
+        "zone_fit": np.zeros((len(_powers()), len(polynomials(BENDING_DEGREE)))),
+        "offset_range": 0.0,
+    }
+    for name, degree in ZONE_DEGREES.items():
+        moduli = (4,) if name in ("bending", "membrane") else ()
+        shape = (*moduli, len(polynomials(degree)), len(monomials(0.0, 0.0)), 0, 0)
+        found[f"offset_{name}"] = np.zeros(shape)
+    return found
 
 
-def _around(p: Projector, zone: Mask) -> tuple[Projector, Real]:
+def _around(p: Projector, zone: Zone) -> tuple[Projector, Real]:
     """Vectors (n, q) of the leading motions in the zone, and the reduced coordinates' shares in them (q, r)."""
-    elastic, inertia = _sums(_energies(p, p.full.space, zone))
-    energy = elastic + inertia
+    energies = _weighed(p, p.full.space, zone, (0, 0))
+    in_plane = energies["bending"] + energies["membrane"]
+    elastic = in_plane[0] + in_plane[1] + 0.5 * in_plane[3] + energies["shear"]  # moduli of 1 Pa, nu = 0
+    energy = elastic + energies["mass"] * np.trace(elastic) / np.trace(energies["mass"])
     values, basis = np.linalg.eigh(0.5 * (energy + energy.T))
     kept = values > KEPT**2 * values[-1]
     root = np.sqrt(values[kept])
-    touched = np.unique(np.asarray(p.full.space.basis.element_dofs)[:, zone])
+    touched = np.unique(np.asarray(p.full.space.basis.element_dofs)[:, zone.elements])
     rows = np.flatnonzero(np.isin(p.full.unknowns % p.full.space.size, touched))
     cut = replace(p.full, unknowns=p.full.unknowns[rows])
     return Projector(cut, p.vectors[rows] @ (basis[:, kept] / root)), root[:, None] * basis[:, kept].T
 
 
-def _sums(energies: Real) -> tuple[Real, Real]:
-    """Elastic energies for moduli of 1 Pa and nu = 0, and inertia scaled to about their size."""
-    elastic = energies[[0, 1, 4, 5, 8]].sum(axis=0) + 0.5 * energies[[3, 7]].sum(axis=0)
-    inertia = energies[9]
-    return elastic, inertia * np.trace(elastic) / np.trace(inertia)
+def _energies(p: Projector, space: ShapeSpace, zone: Zone) -> dict[str, Real]:
+    """Energies of the plate over the zone, by the keys of `ZONE_DEGREES`, ([4,] powers, q, q)."""
+    found: dict[str, list[Real]] = {name: [] for name in ZONE_DEGREES}
+    for degrees in _powers():
+        for name, energy in _weighed(p, space, zone, degrees).items():
+            found[name].append(energy)
+    return {name: np.moveaxis(np.array(rows), 0, -3) for name, rows in found.items()}
 
 
-def _energies(p: Projector, space: ShapeSpace, zone: Mask) -> Real:
-    """Energies of the plate over the zone in the order of `NAMES`, as in `effect_projection`, (10, q, q)."""
+def _weighed(p: Projector, space: ShapeSpace, zone: Zone, degrees: tuple[int, int]) -> dict[str, Real]:
+    """Energies weighed with one power, as in `effect_projection`: those of `ZONE_DEGREES` that reach so high."""
     h, rho = p.full.plate.thickness, p.full.plate.density
-    forms = [plane_form(space, modulus, None, zone) for modulus in MODULI]
-    inertia = space.product("0", "0", zone)
-    displaced, turned = (sum(p.gram(inertia, k, k) for k in fields) for fields in ((0, 1, 2), ROTATIONS))
-    return np.array(
-        [
-            *(h**3 / 12.0 * p.plane(form, ROTATIONS, ROTATIONS) for form in forms),
-            *(h * p.plane(form, IN_PLANE, IN_PLANE) for form in forms),
-            SHEAR_FACTOR * h * transverse_shear(p, space, None, zone),
-            rho * h * displaced + rho * h**3 / 12.0 * turned,
-        ]
-    )
+    wanted = {name for name, degree in ZONE_DEGREES.items() if sum(degrees) <= degree}
+    weight, covered = zone.power(degrees, replace(p.full, space=space)), zone.elements
+    forms = [plane_form(space, modulus, weight, covered) for modulus in MODULI]
+    found = {}
+    if "bending" in wanted:
+        found["bending"] = h**3 / 12.0 * np.array([p.plane(form, ROTATIONS, ROTATIONS) for form in forms])
+    if "membrane" in wanted:
+        found["membrane"] = h * np.array([p.plane(form, IN_PLANE, IN_PLANE) for form in forms])
+    if "shear" in wanted:
+        found["shear"] = SHEAR_FACTOR * h * transverse_shear(p, space, weight, covered)
+    if "mass" in wanted:
+        inertia = space.product("0", "0", covered, weight)
+        displaced, turned = (sum(p.gram(inertia, k, k) for k in fields) for fields in ((0, 1, 2), ROTATIONS))
+        found["mass"] = np.asarray(rho * h * displaced + rho * h**3 / 12.0 * turned)
+    return found

@@ -7,6 +7,7 @@ damaged. Symmetric matrices are stored as their upper triangles.
 import hashlib
 import json
 from dataclasses import asdict, fields
+from math import isqrt
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,10 +26,10 @@ if TYPE_CHECKING:
     from simulation.mesh import MeshRecipe
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 3
+METHOD = 4
 """Raised whenever the same declaration would give other operators."""
 SCALARS = ("offset_range", "cell", "thickness", "error")
-PLAIN = ("capacitance", "coupling", "points", "deflection", "sensor_site", "strain", "strain_points")
+PLAIN = ("capacitance", "coupling", "points", "deflection", "zone", "zone_fit", "strain", "strain_points")
 
 
 def cached_operators(
@@ -61,17 +62,15 @@ def save_operators(file: Path, operators: "EffectOperators") -> None:
     with atomic_hdf5(file) as stored:
         stored.attrs["format"] = FORMAT
         stored.attrs["band"] = operators.band
-        stored.attrs["size"] = operators.size
         for name in SCALARS:
             stored.attrs[name] = getattr(operators, name)
         for name, edges in asdict(operators.box).items():
             stored.attrs[name] = edges
-        upper = np.triu_indices(operators.size)
         digest = hashlib.sha256()
         for entry in fields(operators):
             value = getattr(operators, entry.name)
             if isinstance(value, np.ndarray):
-                packed = value if entry.name in PLAIN else value[..., upper[0], upper[1]]
+                packed = value if entry.name in PLAIN else _packed(value)
                 stored.create_dataset(entry.name, data=packed)
                 digest.update(np.ascontiguousarray(packed).tobytes())
         stored.attrs["sha256"] = digest.hexdigest()
@@ -87,7 +86,7 @@ def load_operators(file: Path) -> "EffectOperators | None":
         with h5py.File(file, "r") as stored:
             if stored.attrs["format"] != FORMAT:
                 return None
-            size, digest = int(stored.attrs["size"]), hashlib.sha256()
+            digest = hashlib.sha256()
             arrays: dict[str, NDArray[np.float64]] = {}
             edges = {
                 n: tuple(float(x) for x in stored.attrs[n])
@@ -97,7 +96,7 @@ def load_operators(file: Path) -> "EffectOperators | None":
                 if entry.name in stored:
                     packed = stored[entry.name][()]
                     digest.update(np.ascontiguousarray(packed).tobytes())
-                    arrays[entry.name] = packed if entry.name in PLAIN else _square(packed, size)
+                    arrays[entry.name] = packed if entry.name in PLAIN else _square(packed)
             if digest.hexdigest() != stored.attrs["sha256"]:
                 return None
             low, high = (float(x) for x in stored.attrs["band"])
@@ -108,8 +107,15 @@ def load_operators(file: Path) -> "EffectOperators | None":
         return None
 
 
-def _square(packed: NDArray[np.float64], size: int) -> NDArray[np.float64]:
-    """Full symmetric matrices from their upper triangles, (..., r (r + 1)/2) -> (..., r, r)."""
+def _packed(stack: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Upper triangles of symmetric matrices, (..., r, r) -> (..., r (r + 1)/2)."""
+    row, column = np.triu_indices(stack.shape[-1])
+    return np.asarray(stack[..., row, column])
+
+
+def _square(packed: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Full symmetric matrices from their upper triangles."""
+    size = (isqrt(8 * packed.shape[-1] + 1) - 1) // 2
     full = np.empty((*packed.shape[:-1], size, size))
     row, column = np.triu_indices(size)
     full[..., row, column] = packed
