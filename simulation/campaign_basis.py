@@ -43,9 +43,9 @@ def for_materials(
         answers = root.T @ _answers(ops, state)
         gram += answers @ answers.T
     strength, vectors = _leading(gram, tail)
-    basis = scipy.linalg.solve_triangular(root.T, vectors, lower=False)
-    around = ops.zone @ (basis * np.sqrt(strength))
-    return ops.restricted(basis, _leading(around @ around.T, tail)[1])
+    directions = scipy.linalg.solve_triangular(root.T, vectors, lower=False)
+    around = ops.zone @ (directions * np.sqrt(strength))
+    return ops.restricted(directions, _leading(around @ around.T, tail)[1])
 
 
 def _leading(gram: Real, tail: float) -> tuple[Real, Real]:
