@@ -6,7 +6,7 @@ delays cancel in the ratio.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from analysis.campaign import Campaign, Sweep
 
 SMOOTHING_HALF_WIDTH = 20
 """Lines on either side over which the noise power is averaged; noise spectra are smooth, FRFs are not."""
+
+COPIES = 1e-12
+"""Noise below this share of an FRF is that of rounding in double precision: no converter is so good."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,29 @@ class Frf:
         noise = self.variance[:, :, used].sum((1, 2))
         floor: NDArray[np.float64] = np.sqrt(noise / (np.abs(self.h[:, :, used]) ** 2).sum((1, 2)))
         return floor
+
+    def require_noise(self) -> None:
+        """Raise ValueError where a sweep's repeats tell no noise, so that its lines cannot be weighed."""
+        used = ~self.excluded
+        noise, size = self.variance[:, :, used].min(-1), (np.abs(self.h[:, :, used]) ** 2).mean(-1)
+        for sweep, channel in np.argwhere(~(noise > COPIES**2 * size))[:1]:
+            raise ValueError(
+                f"channel {self.channels[channel]} at {self.temperature[sweep]:.1f} °C ({self.direction[sweep]}): "
+                "lines without variance, the repeats agree to the last digit. They are copies of one recording: "
+                "record at least two repeats of each sweep"
+            )
+
+    def turned(self, inverted: Sequence[str]) -> "Frf":
+        """Return the FRFs with the sign of `inverted` channels turned, and a note that says so."""
+        if not inverted:
+            return self
+        sign = np.where(np.isin(self.channels, list(inverted)), -1.0, 1.0)
+        there = ", there or at the actuator" if set(inverted) == set(self.channels) else ""
+        note = (
+            f"channel {', '.join(inverted)} is inverted: wiring or patch polarity{there}; "
+            "what follows is with its sign turned"
+        )
+        return replace(self, h=sign[:, None] * self.h, notes=(*self.notes, note))
 
 
 def h1(

@@ -1,5 +1,7 @@
 """The twin with effects as one campaign wants it: small, referred to its laws, a twin file's effects known."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -102,6 +104,15 @@ def known_effects(experiment: Experiment, folder: Path | None) -> dict[str, Effe
         raise ResultFileError(f"--effects: {error}") from error
 
 
-def unjudged(campaign: Campaign, error: ValueError) -> ResultFileError:
-    """Say that a campaign cannot be judged, and why."""
-    return ResultFileError(f"{campaign.name}: cannot be judged: {error}")
+@contextmanager
+def judging(campaign: Campaign) -> Iterator[None]:
+    """Turn what the analysis refuses into a ResultFileError that names the campaign.
+
+    A matrix that cannot be inverted is no refusal but a defect, and keeps its traceback.
+    """
+    try:
+        yield
+    except (np.linalg.LinAlgError, ResultFileError):
+        raise
+    except ValueError as error:
+        raise ResultFileError(f"{campaign.name}: cannot be judged: {error}") from error

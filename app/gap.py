@@ -5,13 +5,11 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from analysis.campaign import Campaign
-from analysis.frf import Frf, campaign_frf
+from analysis.frf import Frf
 from analysis.gap.gap import find_gap
 from analysis.gap.report import Estimate, GapReport
-from app.campaign_model import WORKERS, Start, campaign_model, unjudged
+from app.campaign_model import WORKERS, Start, campaign_model, judging
 from app.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from app.held_effects import HeldEffects
 from app.progress import Report
@@ -71,26 +69,16 @@ def campaign_gap(
     ResultFileError
         For a campaign that cannot be judged, with the reason.
     """
-    try:
-        frf = campaign_frf(campaign, mains=mains)
-        plain = updated_twin(campaign, frf, report)
-    except np.linalg.LinAlgError:
-        raise
-    except ValueError as error:
-        raise unjudged(campaign, error) from error
+    plain = updated_twin(campaign, mains, report)
+    frf = plain.frf
     twin, given = campaign_model(campaign.experiment, plain.updated, report, start, folder)
     model = HeldEffects(twin, {name: {p.name: p.value for p in values} for name, values in given.items()})
     protocol = campaign.experiment.protocol
-    with ThreadPoolExecutor(WORKERS) as executor:
-        try:
-            found = find_gap(frf, plain.updated, model, protocol, executor, progress=report)
-            claimed = {e.name: e.parameters for e in found.effects}
-            if found.verdict == "unknown":
-                fitted = fit_twin(frf, plain.updated, model, protocol, executor, given)
-            else:
-                fitted = FittedTwin(found.state, found.laws_after, found.sigma_gain, {**given, **claimed})
-        except np.linalg.LinAlgError:
-            raise
-        except ValueError as error:
-            raise unjudged(campaign, error) from error
+    with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
+        found = find_gap(frf, plain.updated, model, protocol, executor, progress=report)
+        claimed = {e.name: e.parameters for e in found.effects}
+        if found.verdict == "unknown":
+            fitted = fit_twin(frf, plain.updated, model, protocol, executor, given)
+        else:
+            fitted = FittedTwin(found.state, found.laws_after, found.sigma_gain, {**given, **claimed})
     return Comparison(frf, plain, twin, given, found, corrected_twin(frf, plain.updated, model, protocol, fitted))

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
-from analysis.frf import Frf
+from analysis.frf import Frf, campaign_frf
 from analysis.material import Material, MaterialLaws
 from analysis.updating.laws import fit_laws
+from analysis.updating.polarity import upright
 from analysis.updating.update import Updated, update
-from app.campaign_model import WORKERS, Start, campaign_model, unjudged
+from app.campaign_model import WORKERS, Start, campaign_model, judging
 from app.corrected_twin import corrected_twin, fit_twin, reached
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
@@ -22,6 +23,7 @@ from app.files.provenance import provenance
 from app.held_effects import HeldEffects
 from app.progress import Report
 from app.twin import campaign_twin
+from simulation.twin import Twin
 
 GOOD_MISFIT = 1.3
 """A twin that misses no more than this many times the noise explains the data."""
@@ -29,49 +31,67 @@ GOOD_MISFIT = 1.3
 
 @dataclass(frozen=True)
 class Updating:
-    """Estimates per sweep, laws through them (None for too few temperatures), and what the twin answers."""
+    """A campaign's twin, updated.
 
+    Attributes
+    ----------
+    frf : Frf
+        As they were fitted: with the sign of inverted channels turned.
+    updated : Updated
+        Estimates per sweep.
+    laws : MaterialLaws or None
+        Through them; None for too few temperatures.
+    twin : TwinFrf
+        What the twin answers.
+    """
+
+    frf: Frf
     updated: Updated
     laws: MaterialLaws | None
     twin: TwinFrf
 
 
-def updated_twin(campaign: Campaign, frf: Frf, report: Report) -> Updating:
-    """Build the campaign's twin, fit it, and draw laws through the estimates where there are enough."""
-    twin = campaign_twin(campaign.experiment, report)
-    updated = update(frf, twin, progress=report)
+def updated_twin(campaign: Campaign, mains: float, report: Report) -> Updating:
+    """Build the campaign's twin, fit it, and draw laws through the estimates where there are enough.
+
+    ResultFileError where the campaign cannot be judged.
+    """
+    frf, twin, updated = _fitted(campaign, mains, report)
     answers = [updated.gain * twin.frf(*row, frf.frequency) for row in constants(updated)]
     density = campaign.experiment.plate.density
-    return Updating(
-        updated, plain_laws(campaign, updated), TwinFrf(frf.frequency, np.array(answers), twin.error, density)
-    )
+    seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
+    return Updating(frf, updated, plain_laws(campaign, updated), seen)
+
+
+def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin, Updated]:
+    """Measured FRFs, inverted channels turned; the twin, and its material in every sweep."""
+    with judging(campaign):
+        frf = campaign_frf(campaign, mains=mains)
+        frf.require_noise()  # before a twin is built for nothing
+        twin = campaign_twin(campaign.experiment, report)
+        frf, begin = upright(frf, twin, report)
+        return frf, twin, update(frf, twin, begin=begin, progress=report)
 
 
 def updated_under_effects(
-    campaign: Campaign, frf: Frf, start: Start, folder: Path | None, report: Report
+    campaign: Campaign, mains: float, start: Start, folder: Path | None, report: Report
 ) -> Updating:
     """Do the same with the effects of a twin file held at their values.
 
     Sweeps at one temperature share E, nu and eta. ResultFileError where the campaign cannot be judged.
     """
     protocol = campaign.experiment.protocol
-    plain = update(frf, campaign_twin(campaign.experiment, report), progress=report)
+    frf, _, plain = _fitted(campaign, mains, report)
     twin, given = campaign_model(campaign.experiment, plain, report, start, folder)
     model = HeldEffects(twin, start.twin.effects)
     report("laws under effects", 0.0)
-    with ThreadPoolExecutor(WORKERS) as executor:
-        try:
-            fitted = fit_twin(frf, plain, model, protocol, executor, given)
-        except np.linalg.LinAlgError:
-            raise
-        except ValueError as error:
-            raise unjudged(campaign, error) from error
+    with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
+        fitted = fit_twin(frf, plain, model, protocol, executor, given)
     found = corrected_twin(frf, plain, model, protocol, fitted)
     report("laws under effects", 1.0)
     density = campaign.experiment.plate.density
-    return Updating(
-        found.updated, found.laws, TwinFrf(frf.frequency, found.answers, twin.operators.error, density)
-    )
+    seen = TwinFrf(frf.frequency, found.answers, twin.operators.error, density)
+    return Updating(frf, found.updated, found.laws, seen)
 
 
 def plain_laws(campaign: Campaign, updated: Updated) -> MaterialLaws | None:
@@ -84,10 +104,10 @@ def plain_laws(campaign: Campaign, updated: Updated) -> MaterialLaws | None:
     return fit_laws(temperature, _rows(updated.material, good), _rows(updated.sigma, good), temperature_range=span)
 
 
-def save_updating(run: Path, campaign: Campaign, frf: Frf, found: Updating, settings: Mapping[str, Any]) -> None:
+def save_updating(run: Path, campaign: Campaign, found: Updating, settings: Mapping[str, Any]) -> None:
     """Write the measured FRFs, the estimates, the laws and the twin's FRFs."""
     made_from = provenance(campaign.hashes, {**settings, "campaign": campaign.name})
-    save_frf(run / "frf.h5", campaign.experiment, frf, made_from)
+    save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
     save_laws(run / "laws.h5", found.updated, found.laws, found.twin, made_from)
 
 

@@ -124,9 +124,9 @@ def _inflation(fit: GapFit) -> float:
 
 
 def _agreement(bench: Bench, fit: GapFit) -> Agreement:
-    within = sum(float(s.chi2_within.sum()) for s in bench.sweeps.compressed)
+    chi2, dof = bench.sweeps.between
     return Agreement(
-        chi2_per_dof=(fit.total + within) / (fit.dof + bench.noise.dof),
+        chi2_per_dof=(fit.total + chi2) / (fit.dof + dof),
         relative_misfit=relative_misfit(bench.sweeps, fit),
         z=bench.z(fit),
         whiteness=whiteness(bench.sweeps, fit.residual),

@@ -27,7 +27,7 @@ class HeldOut:
     what : str
         Which data.
     baseline_chi2, final_chi2 : float
-        Of the numbers held out.
+        Of all lines held out.
     dof : float
     baseline_misfit, final_misfit : float
         rms|H_data - H_twin| / rms|H_data|.
@@ -69,7 +69,10 @@ def held_out(
     (before, before_misfit), (after, after_misfit) = results
     gap = before.total - before.dof
     closure = float(np.clip(1.0 - (after.total - after.dof) / gap, 0.0, 1.0)) if gap > significant else None
-    return HeldOut(what, before.total, after.total, after.dof, before_misfit, after_misfit, closure)
+    chi2, dof = test.between
+    return HeldOut(
+        what, before.total + chi2, after.total + chi2, after.dof + dof, before_misfit, after_misfit, closure
+    )
 
 
 def split(sweeps: GapSweeps) -> tuple[str, GapSweeps, GapSweeps, bool]:

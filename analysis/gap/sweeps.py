@@ -99,6 +99,17 @@ class GapSweeps:
         white = np.array([s.whitened(s.coefficients) for s in self.compressed])
         return float((np.abs(white[self.rows]) ** 2).sum())
 
+    @property
+    def between(self) -> tuple[float, float]:
+        """Return chi2 of what lines hold between the nodes, no model's doing, and its degrees of freedom.
+
+        Of the channels and sweeps that take part, and where only a part of the band does, of as large a share.
+        """
+        share = self.rows.mean(-1)
+        chi2 = sum(float(s.chi2_within.sum(1) @ part) for s, part in zip(self.compressed, share, strict=True))
+        dof = sum(s.dof_within * float(part.sum()) for s, part in zip(self.compressed, share, strict=True))
+        return chi2, dof
+
     def only(self, sweeps: Sequence[int]) -> "GapSweeps":
         """Return some of the sweeps, in the order given, with the groups they still form."""
         kept = np.asarray(sweeps, dtype=int)
@@ -156,8 +167,7 @@ def prepare(
     used = np.flatnonzero(~frf.excluded)
     if used.size < 20:
         raise ValueError(f"{used.size} usable frequency lines; at least 20 are needed to see a resonance")
-    if not (frf.variance[:, :, used] > 0.0).all():
-        raise ValueError("the FRFs carry lines without variance: record at least two repeats of each sweep")
+    frf.require_noise()
     lines = frf.frequency[used]
     nodes = Nodes.over(lines, sharpest(updated), spacing=float(np.median(np.diff(frf.frequency))))
     stated = [compress(h[:, used], v[:, used], nodes) for h, v in zip(frf.h, frf.variance, strict=True)]

@@ -7,6 +7,7 @@
 ``sweep_fit``          E, nu, eta and gain of one sweep, Levenberg-Marquardt
 ``common_gain``        one gain over all sweeps, by arrow-shaped normal equations
 ``update``             all of it, for a campaign
+``polarity``           channels recorded with the wrong sign
 ``laws``               smooth E(T), nu(T), eta(T) with bands from the estimates
 =====================  ==============================================================
 """

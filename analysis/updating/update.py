@@ -66,7 +66,13 @@ class Updated:
     settled: NDArray[np.bool_]
 
 
-def update(frf: Frf, model: TransferModel, *, progress: Progress | None = None) -> Updated:
+def update(
+    frf: Frf,
+    model: TransferModel,
+    *,
+    begin: NDArray[np.float64] | None = None,
+    progress: Progress | None = None,
+) -> Updated:
     """Fit the model's material to every sweep of `frf`, with one gain over all sweeps.
 
     Parameters
@@ -75,6 +81,8 @@ def update(frf: Frf, model: TransferModel, *, progress: Progress | None = None) 
         Measured; lines in `frf.excluded` take no part.
     model : TransferModel
         The twin, asked inside its box only.
+    begin : (3,) ndarray, optional
+        E, nu and eta near those of `middle_sweep`; else the start grid finds them.
     progress : callable, optional
         Called with a stage's name and the share of it done.
 
@@ -83,15 +91,14 @@ def update(frf: Frf, model: TransferModel, *, progress: Progress | None = None) 
     ValueError
         Where lines carry no variance, so that no weight can be given.
     """
-    if not (frf.variance[:, :, ~frf.excluded] > 0.0).all():
-        raise ValueError("the FRFs carry lines without variance: record at least two repeats of each sweep")
+    frf.require_noise()
     report = progress or (lambda stage, share: None)
-    stride = max(1, len(frf.frequency) // LINES_OF_THE_WALK)
-    coarse = [SweepData.of(frf, t, stride) for t in range(len(frf.temperature))]
+    coarse = [SweepData.of(frf, t, stride(frf)) for t in range(len(frf.temperature))]
     data = [SweepData.of(frf, t) for t in range(len(frf.temperature))]
     order = [int(t) for t in np.argsort(frf.temperature, kind="stable")]
-    middle = len(order) // 2
-    begin = start_material(model, coarse[order[middle]], lambda share: report("start grid", share))
+    middle = order.index(middle_sweep(frf))
+    if begin is None:
+        begin = start_material(model, coarse[order[middle]], lambda share: report("start grid", share))
     fits = {order[middle]: fit_sweep(model, coarse[order[middle]], begin)}
 
     def advance() -> None:
@@ -105,6 +112,16 @@ def update(frf: Frf, model: TransferModel, *, progress: Progress | None = None) 
         points, sigma = fit_common_gain(model, data, [fits[t].point for t in range(len(order))], pool)
     report("common gain", 1.0)
     return _summary(frf, model, points, sigma, [fits[t] for t in range(len(order))])
+
+
+def middle_sweep(frf: Frf) -> int:
+    """Return the sweep from which the others are reached."""
+    return int(np.argsort(frf.temperature, kind="stable")[len(frf.temperature) // 2])
+
+
+def stride(frf: Frf) -> int:
+    """Return how many lines on is the next that takes part in fits of single sweeps."""
+    return max(1, len(frf.frequency) // LINES_OF_THE_WALK)
 
 
 def _walk(

@@ -35,7 +35,6 @@ def command(
     laws are those of the plate under them. Writes frf.h5 and laws.h5 into the run folder. Exit status 1 where a
     temperature's fit did not settle inside the twin's certified range.
     """
-    from analysis.frf import campaign_frf
     from app.campaign_model import start_of
     from app.files.campaign import load_campaign
     from app.files.provenance import sha256
@@ -48,19 +47,18 @@ def command(
     run = run_folder(campaign, out)
     settings: dict[str, Any] = {"mains": mains}
     with progress() as report:
-        frf = campaign_frf(loaded, mains=mains)
         if start is None:
-            found = updated_twin(loaded, frf, report)
+            found = updated_twin(loaded, mains, report)
         else:
-            found = updated_under_effects(loaded, frf, start, effects, report)
+            found = updated_under_effects(loaded, mains, start, effects, report)
             settings |= {"twin": sha256(start.path), "effects": start.twin.effects}
-    save_updating(run, loaded, frf, found, settings)
+    save_updating(run, loaded, found, settings)
     updated, seconds = found.updated, time.perf_counter() - started
     if as_json:
         click.echo(json.dumps(record(updated, seconds), indent=1, allow_nan=False))
     else:
         show(updated)
-    for note in frf.notes:
+    for note in found.frf.notes:
         click.echo(f"note: {note}", err=True)
     if start is not None:
         on = ", ".join(start.twin.effects) or "no effect"

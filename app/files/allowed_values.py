@@ -56,7 +56,12 @@ def _type_at(model: type[BaseModel], place: Iterable[int | str]) -> Any:
 
 
 def _bare(kind: Any) -> Any:
-    return get_args(kind)[0] if get_origin(kind) is Annotated else kind
+    """Return a kind without its annotation, and without None: a TOML file leaves the key out instead."""
+    bare = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+    if get_origin(bare) in (Union, types.UnionType):
+        choices = [choice for choice in get_args(bare) if choice is not types.NoneType]
+        return _bare(choices[0]) if len(choices) == 1 else bare
+    return bare
 
 
 def _is_model(kind: Any) -> bool:
@@ -65,7 +70,7 @@ def _is_model(kind: Any) -> bool:
 
 def _noun(bare: Any) -> str:
     if get_origin(bare) in (Union, types.UnionType):
-        return " or ".join(_noun(choice) for choice in get_args(bare))
+        return " or ".join(_noun(choice) for choice in get_args(bare) if choice is not types.NoneType)
     if get_origin(bare) is tuple:
         inside = get_args(bare)
         count = "" if Ellipsis in inside else f"{len(inside)} "

@@ -118,3 +118,19 @@ def test_frfs_that_are_not_finite_are_refused() -> None:
     response[0, 10] = np.nan
     with pytest.raises(ValueError, match="not finite"):
         campaign_frf(campaign(drive, response))
+
+
+def test_copies_of_one_recording_are_no_repeats() -> None:
+    drive, response = recorded(np.random.default_rng(8))
+    campaign_frf(campaign(drive, response)).require_noise()
+    copied = campaign_frf(campaign(drive, np.tile(response[:1], (3, 1))))
+    with pytest.raises(ValueError, match=r"S1 at 20\.0 °C \(up\).* copies of one recording"):
+        copied.require_noise()
+
+
+def test_an_inverted_channel_is_turned_and_said() -> None:
+    frf = campaign_frf(campaign(*recorded(np.random.default_rng(9))))
+    turned = frf.turned(("S1",))
+    np.testing.assert_array_equal(turned.h, -frf.h)
+    assert "channel S1 is inverted: wiring or patch polarity" in turned.notes[-1]
+    assert frf.turned(()) is frf

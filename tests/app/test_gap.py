@@ -72,11 +72,22 @@ def test_what_the_analysis_refuses_is_told_in_one_message(
         return raise_it
 
     campaign = tiny.write(tmp_path / "tiny")
-    monkeypatch.setattr("app.gap.updated_twin", raising(ValueError("channel S1: too loud")))
+    monkeypatch.setattr("app.updating.campaign_frf", raising(ValueError("channel S1: too loud")))
     assert "tiny: cannot be judged: channel S1: too loud" in refused(run_flexura, campaign)
-    monkeypatch.setattr("app.gap.updated_twin", raising(np.linalg.LinAlgError("singular")))
+    monkeypatch.setattr("app.updating.campaign_frf", raising(np.linalg.LinAlgError("singular")))
     with pytest.raises(np.linalg.LinAlgError):
         run_flexura("gap", campaign)
+
+
+def test_copies_of_one_repeat_are_refused(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
+    """No two recordings agree to the last digit; weighed by their scatter each line would count for ever."""
+    for file in tiny.files.values():
+        file.groups["repeat 2"] = file.groups["repeat 1"]
+    campaign = tiny.write(tmp_path / "copied")
+    said = refused(run_flexura, campaign)
+    assert "copied: cannot be judged: channel S1 at 10.0 °C (up): lines without variance" in said
+    assert "copies of one recording" in said
+    assert run_flexura("update", campaign)[::2] == (2, said)
 
 
 def typed(*words: object) -> Result:

@@ -40,3 +40,8 @@ class AffineModes:
 @pytest.fixture
 def twin() -> AffineModes:
     return AffineModes(np.random.default_rng(7))
+
+
+@pytest.fixture(scope="session")
+def affine_modes() -> type[AffineModes]:
+    return AffineModes

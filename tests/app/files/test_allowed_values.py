@@ -20,6 +20,9 @@ class Outer(BaseModel):
     ]
     inner: Inner
     many: tuple[Inner, ...]
+    maybe: Inner | None = None
+    share: Annotated[float | None, Field(ge=0.0, le=1.0)] = None
+    either: int | str | None = None
 
 
 @pytest.mark.parametrize(
@@ -32,7 +35,11 @@ class Outer(BaseModel):
         (("steps", 3), "a number to 9 (V)"),
         (("inner",), "a table with the keys side, note"),
         (("many", 1, "side"), "'top' or 'bottom'"),
-        (("many", 0, "note"), "a text or a value"),
+        (("many", 0, "note"), "a text"),
+        (("maybe",), "a table with the keys side, note"),
+        (("maybe", "side"), "'top' or 'bottom'"),
+        (("share",), "a number from 0 to 1"),
+        (("either",), "an integer or a text"),
         (("unknown", "deeper"), "a value"),
     ],
 )
@@ -42,5 +49,6 @@ def test_every_kind_of_key_in_words(place: tuple[int | str, ...], words: str) ->
 
 def test_keys_of_tables() -> None:
     assert keys_at(Outer, ("many", 0)) == ("side", "note")
-    assert keys_at(Outer, ()) == ("length", "count", "band", "steps", "inner", "many")
+    assert keys_at(Outer, ()) == ("length", "count", "band", "steps", "inner", "many", "maybe", "share", "either")
+    assert keys_at(Outer, ("maybe",)) == ("side", "note")
     assert keys_at(Outer, ("length",)) == ()

@@ -1,0 +1,64 @@
+"""Channels recorded with the wrong sign: a lead crossed, or a patch glued in or poled the wrong way round."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.frf import Frf
+from analysis.updating.model import TransferModel
+from analysis.updating.normal_equations import SweepData
+from analysis.updating.start import in_phase, start_material
+from analysis.updating.sweep_fit import fit_sweep
+from analysis.updating.update import middle_sweep, stride
+
+AGREES = 0.5
+"""Correlation of twin and data from which a channel's sign is beyond doubt; of strangers it is near 0."""
+
+
+def upright(
+    frf: Frf, model: TransferModel, progress: Callable[[str, float], None] = lambda stage, share: None
+) -> tuple[Frf, NDArray[np.float64]]:
+    """Turn the sign of inverted channels, and return where to start: (E, nu, eta) of the sweep in the middle.
+
+    No material can turn the sign of a whole FRF: a twin fitted to inverted channels agrees with none of them, or
+    with the others only. Then the start grid is walked again, each channel with whichever sign suits it; where
+    that ends in agreement on every channel, its signs are right.
+
+    Parameters
+    ----------
+    frf : Frf
+        As measured.
+    model : TransferModel
+        The twin, asked inside its box only.
+    progress : callable, optional
+        Called with a stage's name and the share of it done.
+
+    Raises
+    ------
+    ValueError
+        Where lines carry no variance, so that no weight can be given.
+    """
+    frf.require_noise()
+    data = SweepData.of(frf, middle_sweep(frf), stride(frf))
+    begin = start_material(model, data, lambda share: progress("start grid", share))
+    if _explained(model, data, begin):
+        return frf, begin
+    other = start_material(model, data, lambda share: progress("start grid", share), signed=False)
+    inverted = in_phase(model.frf(*_constants(other), data.frequency), data) < 0.0
+    sign = np.where(inverted, -1.0, 1.0)[:, None]
+    if inverted.any() and _explained(model, replace(data, h=sign * data.h), other):
+        names = [name for name, wrong in zip(frf.channels, inverted, strict=True) if wrong]
+        return frf.turned(names), other
+    return frf, begin
+
+
+def _explained(model: TransferModel, data: SweepData, begin: NDArray[np.float64]) -> bool:
+    """Whether a fit from `begin` agrees with every channel."""
+    material = fit_sweep(model, data, begin).point.material
+    return bool((in_phase(model.frf(*_constants(material), data.frequency), data) > AGREES).all())
+
+
+def _constants(material: NDArray[np.float64]) -> tuple[float, float, float]:
+    return float(material[0]), float(material[1]), float(material[2])
