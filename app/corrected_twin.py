@@ -112,7 +112,7 @@ def corrected_twin(
         there = float(reading) + float(fitted.state.away[sweep])
         laws = local[group].tilted(fitted.state.tilt[group] * open_slopes[group], there)
         point = SweepPoint(there, rate if way == "up" else -rate, float(level))
-        answers.append(gain * model.linearise(point, laws, fitted.state.effects, frf.frequency).transfer)
+        answers.append(gain * model.frf(point, laws, fitted.state.effects, frf.frequency))
         material.append([laws.youngs_modulus(reading), laws.poisson_ratio(reading), laws.loss_factor(reading)])
     h = np.array(answers)
     return CorrectedTwin(

@@ -36,6 +36,12 @@ class HeldEffects:
         """The candidates that are left."""
         return {name: card for name, card in self.twin.cards.items() if name not in self.held}
 
+    def frf(
+        self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: NDArray[np.float64]
+    ) -> NDArray[np.complex128]:
+        """Transfer, the held effects among those that are on."""
+        return self.twin.frf(point, laws, {**self.held, **effects}, frequency)
+
     def linearise(
         self,
         point: SweepPoint,

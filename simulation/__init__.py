@@ -37,10 +37,12 @@ The same plate with physical effects on it:
 ``campaign_basis``         a smaller model for the few materials of one campaign
 ``mesh_refinement``        vectors carried to a finer mesh
 ``damaged_spots``          what discs of less stiffness take away
-``composition``            a state composed of reduced matrices, and its derivatives
+``composition``            a state composed of reduced matrices
 ``certified_range``        where operators may be asked
 ``local_solution``         answers over a band in few coordinates
-``reading``                sensor volts and their derivatives
+``local_slopes``           derivatives of a state's matrices, in these coordinates
+``sensitivity``            derivatives of the answers: a field and its adjoint
+``reading``                sensor volts
 ``effect_twin``            volts in, volts out, for the gap workflow
 =========================  ================================================================
 """

@@ -1,6 +1,6 @@
 """A plate in one state, composed of reduced matrices."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -104,26 +104,10 @@ def composed(ops: EffectOperators, c: Coefficients) -> Composite:
     mass = ops.patch_mass + whole.mass
     if not c.offset.any():
         return replace(whole, fixed=fixed, mass=mass)
-    moved = _offset(ops, c, c.offset)
+    moved = offset_part(ops, c, c.offset)
     return Composite(
         whole.plate + moved.plate, whole.plate_loss + moved.plate_loss, fixed, mass + moved.mass, whole.coupling
     )
-
-
-def slope(ops: EffectOperators, value: Coefficients, stepped: Coefficients) -> Composite:
-    """Differentiate by the parameter whose imaginary step of `STEP` turned `value` into `stepped`."""
-    d = Coefficients(**{entry.name: np.imag(getattr(stepped, entry.name)) / STEP for entry in fields(stepped)})
-    total = _plain(ops, d)
-    for place, by in ((value.offset, d), (d.offset, value)):
-        if place.any():
-            part = _offset(ops, by, place)
-            total = replace(
-                total,
-                plate=total.plate + part.plate,
-                plate_loss=total.plate_loss + part.plate_loss,
-                mass=total.mass + part.mass,
-            )
-    return total
 
 
 def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
@@ -139,7 +123,7 @@ def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
     )
 
 
-def _offset(ops: EffectOperators, c: Coefficients, place: Numbers) -> Composite:
+def offset_part(ops: EffectOperators, c: Coefficients, place: Numbers) -> Composite:
     """Sum what the offset adds, with moduli, thickness and inertia as they are around the sensor."""
 
     def here(coefficients: Numbers, stack: Real) -> Numbers:

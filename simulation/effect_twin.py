@@ -1,6 +1,6 @@
 """The digital twin with effects: volts in, volts out, and derivatives, for the gap workflow."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
@@ -14,15 +14,17 @@ from analysis.gap.model import Effects, Linearisation, SweepPoint, Tangent
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.certified_range import require_certified
-from simulation.composition import STEP, Coefficients, composed, slope
+from simulation.composition import STEP, Coefficients, composed
 from simulation.damaged_spots import spots_slope, with_spots
 from simulation.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.effects.effect import Effect
 from simulation.electric_load import ElectricLoad
 from simulation.field_basis import field_basis
+from simulation.local_slopes import LocalSlopes
 from simulation.local_solution import REACH, LocalSolution
 from simulation.plate_state import Circumstances, PlateState
 from simulation.reading import Reading
+from simulation.sensitivity import Sensitivity
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -82,14 +84,16 @@ class EffectTwin:
         self, point: SweepPoint, laws: LocalLaws, effects: Mapping[str, Mapping[str, Any]], frequency: Real
     ) -> PlateState:
         """Return the plate with some effects on, fields at the points of `field_basis`; values may be complex."""
-        energy = np.ones(frequency.size)
-        if any(self.library[name].needs_strain_energy for name in effects):
-            if self.peak_energy is None:
-                raise ValueError("strain energies have no reference yet: call `referred` first")
-            steady = replace(point, temperature=float(np.real(point.temperature)))
-            plain = self._state(steady, replace(laws, value=np.real(laws.value)), {}, frequency, energy)
-            energy = point.level**2 * self._strain_energy(plain, frequency) / self.peak_energy
-        return self._state(point, laws, effects, frequency, energy)
+        return self._state(point, laws, effects, frequency, self._energy(point, laws, effects, frequency))
+
+    def _energy(self, point: SweepPoint, laws: LocalLaws, effects: Iterable[str], frequency: Real) -> Real:
+        """Strain energy of the plate without effects as `Circumstances` want it; ones if no effect asks for it."""
+        if not any(self.library[name].needs_strain_energy for name in effects):
+            return np.ones(frequency.size)
+        if self.peak_energy is None:
+            raise ValueError("strain energies have no reference yet: call `referred` first")
+        plain = self._state(point, laws, {}, frequency, np.ones(frequency.size))
+        return point.level**2 * self._strain_energy(plain, frequency) / self.peak_energy
 
     def _state(
         self,
@@ -125,7 +129,12 @@ class EffectTwin:
 
     def frf(self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: Real) -> Complex:
         """Sensor volts per actuator volt, (K, F)."""
-        return self.linearise(point, laws, effects, frequency).transfer
+        state = self.state(point, laws, effects, frequency)
+        require_certified(state, self.operators)
+        return self._reading(self._solved(state, frequency), state).response
+
+    def _reading(self, solved: LocalSolution, state: PlateState) -> Reading:
+        return Reading.of(solved, state, self._load, self.operators, self._roles)
 
     def linearise(
         self,
@@ -137,44 +146,47 @@ class EffectTwin:
     ) -> Linearisation:
         """Transfer and its derivatives, see `analysis.gap.model.GapModel`."""
         ops = self.operators
-        state = self.state(point, laws, effects, frequency)
+        # one for all steps: the plate without effects at real laws and at the oven's temperature
+        energy = self._energy(point, laws, {*effects, *(name for name, _, _ in tangents)}, frequency)
+
+        def at(point: SweepPoint, laws: LocalLaws, effects: Mapping[str, Mapping[str, Any]]) -> PlateState:
+            return self._state(point, laws, effects, frequency, energy)
+
+        state = at(point, laws, effects)
         require_certified(state, ops)
         coefficients = self._coefficients(state)
         solved = self._solved(state, frequency, coefficients)
-        reading = Reading.of(solved, state, self._load, ops, self._roles)
+        slopes = LocalSlopes(ops, solved.basis, coefficients)
+        reading = self._reading(solved, state)
+        sensitivity = Sensitivity.of(solved, state, reading.drive, reading.sense)
 
         def change(stepped: PlateState) -> Complex:
-            moved = slope(ops, coefficients, self._coefficients(stepped))
-            moved = spots_slope(ops, moved, stepped)
-            return reading.change(solved.change(moved, state, stepped), stepped)
+            moved = spots_slope(ops, slopes.by(stepped), stepped, solved.basis)
+            return reading.change(sensitivity.by(moved, stepped), stepped)
 
         def material(law: int) -> PlateState:
             value = laws.value.astype(complex)
             value[law] += 1j * STEP
-            return self.state(point, replace(laws, value=value), effects, frequency)
+            return at(point, replace(laws, value=value), effects)
 
-        def slopes(law: int) -> PlateState:
-            stepped = laws.tilted(1j * STEP * np.eye(3)[law], point.temperature)
-            return self.state(point, stepped, effects, frequency)
+        def turned(law: int) -> PlateState:
+            return at(point, laws.tilted(1j * STEP * np.eye(3)[law], point.temperature), effects)
+
+        def parameter(tangent: Tangent) -> PlateState:
+            name, parameter, absent = tangent
+            values = dict(effects.get(name, absent))
+            return at(point, laws, {**effects, name: {**values, parameter: values[parameter] + 1j * STEP}})
 
         # a plate that is everywhere as warm as the oven asks nothing of the slopes
         follows = bool((state.temperature != point.temperature).any())
-        by_slope = [change(slopes(law)) if follows else np.zeros_like(reading.response) for law in range(3)]
+        by_slope = [change(turned(law)) if follows else np.zeros_like(reading.response) for law in range(3)]
         warmer = replace(point, temperature=point.temperature + 1j * STEP)  # type: ignore[arg-type]
         return Linearisation(
             transfer=reading.response,
             by_material=np.array([change(material(law)) for law in range(3)]),
             by_slope=np.array(by_slope),
-            by_temperature=change(self.state(warmer, laws, effects, frequency)),
-            by_parameter=np.array(
-                [change(self._stepped(point, laws, effects, frequency, t)) for t in tangents]
-            ).reshape(len(tangents), *reading.response.shape),
+            by_temperature=change(at(warmer, laws, effects)),
+            by_parameter=np.array([change(parameter(t)) for t in tangents]).reshape(
+                len(tangents), *reading.response.shape
+            ),
         )
-
-    def _stepped(
-        self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: Real, tangent: Tangent
-    ) -> PlateState:
-        name, parameter, at = tangent
-        values = dict(effects.get(name, at))
-        moved = {**values, parameter: values[parameter] + 1j * STEP}
-        return self.state(point, laws, {**effects, name: moved}, frequency)

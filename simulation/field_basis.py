@@ -42,8 +42,11 @@ class FieldBasis:
     projection: Real
 
     def coefficients(self, field: NDArray[Any]) -> NDArray[Any]:
-        """Coefficients (terms,) of a field (Q,)."""
-        return np.asarray(self.projection @ field)
+        """Coefficients (terms,) of a field (Q,); zeros are exact where it is uniform, and cost nothing later."""
+        found = np.asarray(self.projection @ field)
+        if (field == field[0]).all():
+            found[1:] = 0.0
+        return found
 
 
 @cache

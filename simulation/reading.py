@@ -23,19 +23,21 @@ class Reading:
     ----------
     voltage : (K, F) complex ndarray
         Across the sensors, per actuator volt.
-    admittance : (F, K, K) complex ndarray
-        Of `ElectricLoad.admittance`.
     factor : (F,) complex ndarray
     response : (K, F) complex ndarray
         voltage times factor, plus the feedthrough.
-    actuator, sensors : int, list of int
+    drive : (P, F) complex ndarray
+        Volts on all patches per actuator volt.
+    admittance : (F, K, K) complex ndarray
+        Of `ElectricLoad.admittance`.
+    sensors : list of int
     """
 
     voltage: Complex
-    admittance: Complex
     factor: Complex
     response: Complex
-    actuator: int
+    drive: Complex
+    admittance: Complex
     sensors: list[int]
 
     @classmethod
@@ -50,26 +52,27 @@ class Reading:
         """Read a solved plate."""
         actuator, sensors = roles
         compliance = solved.compliance()
-        patches = ops.capacitance[sensors]
-        between = compliance[np.ix_(sensors, sensors)]
-        voltage = load.voltages(compliance[sensors, actuator], between, patches, solved.frequency)
-        factor = np.exp(state.log_gain + 1j * state.phase)
-        return cls(
-            voltage=voltage,
-            admittance=load.admittance(patches, between, solved.frequency),
-            factor=factor,
-            response=voltage * factor + state.feedthrough,
-            actuator=actuator,
-            sensors=sensors,
+        admittance = load.admittance(
+            ops.capacitance[sensors], compliance[np.ix_(sensors, sensors)], solved.frequency
         )
+        charge = compliance[sensors, actuator].T[..., None]
+        voltage = np.asarray(-np.linalg.solve(admittance, charge)[..., 0].T, complex)
+        factor = np.exp(state.log_gain + 1j * state.phase)
+        drive = np.zeros((len(compliance), solved.frequency.size), complex)
+        drive[actuator], drive[sensors] = 1.0, voltage
+        return cls(voltage, factor, voltage * factor + state.feedthrough, drive, admittance, sensors)
 
-    def change(self, compliance: Complex, stepped: PlateState) -> Complex:
-        """Differentiate `response`, (K, F), given that of the compliance (P, P, F) and the stepped state.
+    @property
+    def sense(self) -> Complex:
+        """How much the charge of each patch counts in each voltage, (K, P, F).
 
-        Y V = -h gives Y V' = -(h' + G' V).
+        Y V = -h gives Y V' = -(h' + G' V): minus the inverse of Y, on changes of compliance times `drive`.
         """
-        load = compliance[self.sensors, self.actuator]
-        load = load + np.einsum("ijf,jf->if", compliance[np.ix_(self.sensors, self.sensors)], self.voltage)
-        moved = -np.linalg.solve(self.admittance, load.T[..., None])[..., 0].T
+        sense = np.zeros((len(self.sensors), *self.drive.shape), complex)
+        sense[:, self.sensors] = -np.linalg.inv(self.admittance).transpose(1, 2, 0)
+        return sense
+
+    def change(self, voltage: Complex, stepped: PlateState) -> Complex:
+        """Differentiate `response`, (K, F), given that of the voltage (K, F) and the stepped state."""
         turned = (np.imag(stepped.log_gain) + 1j * np.imag(stepped.phase)) / STEP
-        return np.asarray(self.factor * (moved + self.voltage * turned) + np.imag(stepped.feedthrough) / STEP)
+        return np.asarray(self.factor * (voltage + self.voltage * turned) + np.imag(stepped.feedthrough) / STEP)

@@ -13,7 +13,7 @@ from analysis.gap.model import GapModel, Tangent
 from analysis.gap.normal_equations import SweepEquations, linearise_all
 from analysis.gap.state import FreeParameters, GapState, clipped_laws
 from analysis.gap.sweeps import GapSweeps
-from analysis.gap.thresholds import MOST_STEPS, SETTLED
+from analysis.gap.thresholds import HOPE, MOST_STEPS, SETTLED
 
 Real = NDArray[np.float64]
 
@@ -48,6 +48,7 @@ def fit_gap(
     laws_free: bool = True,
     target: float = SETTLED,
     most_steps: int = MOST_STEPS,
+    enough: float = np.inf,
 ) -> GapFit:
     """Fit laws, readings, gain and all parameters of `effects`; other effects of `start` are held.
 
@@ -65,6 +66,8 @@ def fit_gap(
         Promised fall of chi2 at which to stop, for a fit that reaches the noise.
     most_steps : int
         Linearisations at most.
+    enough : float
+        Objective, minus twice a log evidence, that a fit must be able to reach; else it is given up unsettled.
 
     Raises
     ------
@@ -75,7 +78,9 @@ def fit_gap(
     values = np.clip(free.read(start.effects), free.low, free.high)
     start = replace(start, laws=clipped_laws(model.box, start.laws), effects=free.write(start.effects, values))
     best = _evaluate(model, sweeps, start, free, executor)
-    best, done, passes = _descend(model, sweeps, best, free, executor, gain_free, laws_free, target, most_steps)
+    best, done, passes = _descend(
+        model, sweeps, best, free, executor, gain_free, laws_free, target, most_steps, enough
+    )
     return _result(sweeps, best, free, gain_free, laws_free, done, passes)
 
 
@@ -89,6 +94,7 @@ def _descend(
     laws_free: bool,
     target: float,
     most_steps: int,
+    enough: float,
 ) -> tuple[_Trial, bool, int]:
     """Step down from `best`: where it ended, whether it settled there, and linearisations made."""
     damping, share, passes, done = 0.0, 1.0, 1, False
@@ -98,6 +104,8 @@ def _descend(
         settled = target * max(1.0, best.objective / sweeps.numbers)
         if promised < settled:
             done = True
+            break
+        if damping == 0.0 and best.objective - HOPE * promised > enough:
             break
         passes += 1
         trial = _try(

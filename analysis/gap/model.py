@@ -82,6 +82,10 @@ class GapModel(Protocol):
         """The candidates."""
         ...
 
+    def frf(self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: Real) -> Complex:
+        """Transfer of one sweep, (K, F); errors as `linearise`."""
+        ...
+
     def linearise(
         self,
         point: SweepPoint,

@@ -158,39 +158,55 @@ def absent(bench: Bench, screening: Screening, candidate: Candidate) -> dict[str
 def refit(bench: Bench, base: GapFit, sets: Sequence[tuple[tuple[str, ...], dict[str, Values]]]) -> list[Refit]:
     """Fit each set of effects, best first; `sets` gives for each the start of the effects that `base` lacks.
 
-    Those that gain less than a share of the best on a few temperatures are not fitted to the others.
+    Those that gain less than a share of the best on a few temperatures are not fitted to the others, and those
+    that could not gain it are given up on the way and left out.
     """
-    groups = bench.coarse_groups
-    if len(groups) == len(bench.sweeps.groups.reference):
-        fits = []
-        for place, (names, added) in enumerate(sets):
-            fits.append((names, bench.fit(_started(base, names, added), names)))
-            bench.report("refits", (place + 1) / len(sets))
-        done = [Refit(names, fit.log_evidence - base.log_evidence, fit) for names, fit in fits]
-        return sorted(done, key=lambda r: -r.gain)
-    few = bench.sweeps.only_groups(groups)
-    kept = base.state.restricted(groups, few.original_places(bench.sweeps))
-    reference = fit_gap(bench.model, few, kept, tuple(base.state.effects), bench.executor)
     done = [_remembered(bench, base, names) for names, _ in sets if frozenset(names) in bench.known]
     sets = [(names, added) for names, added in sets if frozenset(names) not in bench.known]
-    coarse = []
-    for place, (names, added) in enumerate(sets):
-        start = _started(reference, names, added)
-        fit = fit_gap(bench.model, few, start, names, bench.executor)
-        coarse.append((names, fit, fit.log_evidence - reference.log_evidence))
-        bench.report("refits", 0.5 * (place + 1) / len(sets))
-    best = max((gain for _, _, gain in coarse), default=0.0)
-    best = max([best, *(r.gain * few.numbers / bench.sweeps.numbers for r in done)])
+    if not sets:
+        return sorted(done, key=lambda r: -r.gain)
+    few, reference = _coarse(bench, base)
     scale = bench.sweeps.numbers / few.numbers
-    for place, (names, fit, gain) in enumerate(coarse):
-        if gain < REFIT_SHARE * best:
-            done.append(Refit(names, gain * scale, None))
-            continue
-        start = base.state.corrected(bench.sweeps.groups, reference.state, fit.state, few.groups)
-        full = bench.fit(start, names)
-        done.append(Refit(names, full.log_evidence - base.log_evidence, full))
+    best = max((r.gain / scale for r in done if r.plausible), default=0.0)
+    tried = []
+    for place, (names, added) in enumerate(sets):
+        enough = -2.0 * (reference.log_evidence + REFIT_SHARE * best)
+        fit = fit_gap(bench.model, few, _started(reference, names, added), names, bench.executor, enough=enough)
+        trial = Refit(names, fit.log_evidence - reference.log_evidence, fit)
+        best = max(best, trial.gain) if trial.plausible else best
+        tried.append(trial)
+        bench.report("refits", 0.5 * (place + 1) / len(sets))
+    for place, trial in enumerate(tried):
+        done += _in_full(bench, base, reference, few, trial, trial.gain >= REFIT_SHARE * best)
         bench.report("refits", 0.5 + 0.5 * (place + 1) / len(sets))
     return sorted(done, key=lambda r: (r.fit is None, -r.gain))
+
+
+def _coarse(bench: Bench, base: GapFit) -> tuple[GapSweeps, GapFit]:
+    """Return the sweeps at a few temperatures and the fit of `base` to them; all where there are but few."""
+    groups = bench.coarse_groups
+    if len(groups) == len(bench.sweeps.groups.reference):
+        return bench.sweeps, base
+    few = bench.sweeps.only_groups(groups)
+    kept = base.state.restricted(groups, few.original_places(bench.sweeps))
+    return few, fit_gap(bench.model, few, kept, tuple(base.state.effects), bench.executor)
+
+
+def _in_full(
+    bench: Bench, base: GapFit, reference: GapFit, few: GapSweeps, trial: Refit, deserved: bool
+) -> list[Refit]:
+    """Fit to all sweeps what was fitted to a few of them; nothing of what was given up on the way."""
+    names, fit = trial.effects, trial.fit
+    if fit is None or not (deserved or fit.settled):
+        return []
+    if few is bench.sweeps:
+        bench.known[frozenset(names)] = fit
+        return [trial]
+    if not deserved:
+        return [Refit(names, trial.gain * bench.sweeps.numbers / few.numbers, None)]
+    start = base.state.corrected(bench.sweeps.groups, reference.state, fit.state, few.groups)
+    full = bench.fit(start, names)
+    return [Refit(names, full.log_evidence - base.log_evidence, full)]
 
 
 def _remembered(bench: Bench, base: GapFit, names: tuple[str, ...]) -> Refit:

@@ -54,6 +54,10 @@ REFIT_SHARE = 0.9
 """A candidate that on a few temperatures gains less than this share of the best is not fitted to all: look-alikes
 (cosine 0.95) gain more."""
 
+HOPE = 4.0
+"""A fit that would have to gain this many times what it promises to first order, to come within `REFIT_SHARE` of
+the best, is given up: where shapes move, first order errs by a factor of two."""
+
 PAIRS_REFITTED = 3
 """Pairs that are fitted in full where no single effect explains enough."""
 

@@ -79,7 +79,7 @@ def test_derivatives_follow_the_spot(ops, moved):
     )
     disc = Disc(0.1013, 0.0927, RADIUS, 0.2)
     stepped = replace(disc, **{moved: getattr(disc, moved) + 1j * STEP})
-    rate = spots_slope(varied, nothing(), state(stepped)).plate
+    rate = spots_slope(varied, nothing(), state(stepped), np.eye(2)).plate
     d = 1e-6
     high, low = (
         with_spots(varied, nothing(), state(replace(disc, **{moved: getattr(disc, moved) + s * d}))).plate

@@ -108,6 +108,9 @@ class ToyPlate:
         h = h * (1.0 + on("drift", "alpha") * (point.temperature - 25.0))
         return h * np.exp(-1j * omega * on("delay", "seconds")) + on("feedthrough", "gain")
 
+    def frf(self, point, laws, effects, frequency):
+        return self.transfer(point, laws, effects, frequency)
+
     def linearise(self, point, laws, effects, frequency, tangents=()):
         self.calls.append(point)
 

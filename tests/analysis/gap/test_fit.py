@@ -101,3 +101,17 @@ def test_evidence_charges_for_a_parameter_that_explains_nothing(toy, pool):
     more = fit_gap(plate, sweeps, bare.state.with_effects({"drift": {"alpha": 0.0}}), ("drift",), pool)
     assert more.total <= bare.total + 0.1
     assert more.log_evidence < bare.log_evidence - 3.0
+
+
+def test_a_fit_that_cannot_reach_what_it_must_is_given_up(toy, pool):
+    sweeps, _ = toy.prepared(temperatures=(10.0, 26.0), effects={"mass": {"grams": 1.5}})
+    start = toy.start(sweeps.groups).with_effects({"mass": {"grams": 0.0}})
+    whole = fit_gap(toy.Plate(), sweeps, start, ("mass",), pool)
+    reached = -2.0 * whole.log_evidence
+    kept = fit_gap(toy.Plate(), sweeps, start, ("mass",), pool, enough=reached)
+    assert kept.settled
+    assert kept.log_evidence == whole.log_evidence
+    gained = fit_gap(toy.Plate(), sweeps, start, (), pool).total - whole.total
+    left = fit_gap(toy.Plate(), sweeps, start, ("mass",), pool, enough=reached - 10.0 * gained)
+    assert not left.settled
+    assert left.passes < whole.passes
