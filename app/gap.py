@@ -1,8 +1,8 @@
 """A campaign compared with its twin: from FRFs to what the twin lacks, and the twin that has it."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from analysis.campaign import Campaign
@@ -50,6 +50,7 @@ def campaign_gap(
     *,
     start: Start | None = None,
     folder: Path | None = None,
+    without: Collection[str] = (),
 ) -> Comparison:
     """Compare a campaign with its twin.
 
@@ -63,6 +64,8 @@ def campaign_gap(
         The twin whose effects are on from the beginning.
     folder : Path, optional
         A user's own effects.
+    without : collection of str
+        Effects of the library that are no candidates.
 
     Raises
     ------
@@ -72,6 +75,7 @@ def campaign_gap(
     plain = updated_twin(campaign, mains, report)
     frf = plain.frf
     twin, given = campaign_model(campaign.experiment, plain.updated, report, start, folder)
+    twin = replace(twin, library={name: effect for name, effect in twin.library.items() if name not in without})
     model = HeldEffects(twin, {name: {p.name: p.value for p in values} for name, values in given.items()})
     protocol = campaign.experiment.protocol
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):

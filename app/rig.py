@@ -89,7 +89,13 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) ->
         _require_answerable(experiment, transfer, file)
     else:
         transfer = PlainTransfer(campaign_twin(recorded, report), laws)
-    plate = TwinPlate(transfer, gain)
+    return parts_around(experiment, simulation, TwinPlate(transfer, gain), file)
+
+
+def parts_around(
+    experiment: AcquiredExperiment, simulation: Simulation, plate: TwinPlate, file: Path
+) -> SimulatedParts:
+    """Build the simulated cards and oven of an experiment around a plate; CampaignFileError for modules."""
     try:
         return simulated_parts(
             experiment.cards.model_copy(update={"grpc": None}),

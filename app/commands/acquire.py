@@ -106,36 +106,29 @@ def command(experiment: Path, rig: "RigKind | None", out: Path | None, again: bo
 def _acquire(
     experiment: Path, kind: "RigKind | None", folder: Path, again: bool, signals: Signals
 ) -> "tuple[Outcome, str, int]":
+    from app.acquisition import acquire_campaign
     from app.campaign_screen import campaign_screen
-    from app.files.acquired_campaign import open_campaign
-    from app.files.campaign_folder import frozen_protocol
     from app.files.experiment_toml import read_acquired_experiment
     from app.files.provenance import sha256
     from app.files.sweep_file import Source
     from app.progress import progress
-    from app.rig import declared_by, rig_of
-    from drivers.rig.campaign import run_campaign
+    from app.rig import rig_of
 
     declared = read_acquired_experiment(experiment)
     chosen = kind or declared.rig
     source = Source(experiment.name, sha256(experiment))
+    acquired = {"rig": chosen, **declared.model_dump(mode="json")}
     with progress() as report:
         opened = rig_of(declared, chosen, experiment, report)
         rig = opened.__enter__()
     try:
-        recorded = declared_by(declared, rig)
-        acquired = {"rig": chosen, **declared.model_dump(mode="json")}
-        protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, acquired)
-        with (
-            open_campaign(folder, protocol, recorded, source) as store,
-            campaign_screen(chosen == "simulated") as screen,
-        ):
+        with campaign_screen(chosen == "simulated") as screen:
 
             def observer(moment: "Moment") -> None:
                 signals.check()
                 screen(moment)
 
-            outcome = run_campaign(rig, declared.protocol, store, observer, again=again)
+            outcome = acquire_campaign(rig, declared, folder, source, acquired, observer, again=again)
     finally:
         opened.__exit__(*sys.exc_info())
     return outcome, chosen, declared.protocol.count

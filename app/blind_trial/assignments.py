@@ -1,0 +1,59 @@
+"""Which campaign of a trial hides what: drawn by seed, the kinds spread evenly so that a part is a fair sample."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+Kind = Literal["null", "single", "pair", "outside", "ablated"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+SHARES: dict[Kind, int] = {"null": 5, "single": 7, "pair": 3, "outside": 2, "ablated": 3}
+"""Of twenty campaigns."""
+STREAMS = {"trial": 0, "calibration": 1}
+"""First word of every seed: no campaign of one stream can be one of the other."""
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """One campaign of a trial.
+
+    Attributes
+    ----------
+    number : int
+        From 0.
+    kind : str
+    ordinal : int
+        Among those of its kind.
+    """
+
+    number: int
+    kind: Kind
+    ordinal: int
+
+    @property
+    def name(self) -> str:
+        """Of its files and folders."""
+        return f"{self.number:04d}"
+
+    def rng(self, stream: str, seed: int) -> np.random.Generator:
+        """Return the generator of everything that is random about it."""
+        return np.random.default_rng([STREAMS[stream], seed, 1, self.number])
+
+
+def assignments(count: int, kinds: Sequence[Kind]) -> tuple[Assignment, ...]:
+    """Return `count` assignments; every kind keeps its share in each stretch of them."""
+    dealt = dict.fromkeys(kinds, 0)
+    found = []
+    for number in range(count):
+        kind = min(kinds, key=lambda k: ((dealt[k] + 0.5) / SHARES[k], KINDS.index(k)))
+        found.append(Assignment(number, kind, dealt[kind]))
+        dealt[kind] += 1
+    return tuple(found)
+
+
+def shuffled(names: Sequence[str], stream: str, seed: int, ordinal: int, word: int) -> str:
+    """Return the `ordinal`-th of `names` dealt like cards: each once in a round, every round in its own order."""
+    turn, place = divmod(ordinal, len(names))
+    order = np.random.default_rng([STREAMS[stream], seed, 2, word, turn]).permutation(len(names))
+    return names[int(order[place])]

@@ -1,0 +1,44 @@
+"""One campaign of a trial judged: by what the verbs do, from its folder alone."""
+
+import time
+from collections.abc import Collection
+from pathlib import Path
+
+from app.blind_trial.yardstick import MAINS
+from app.files.atomic import write_json
+from app.files.bad_file import ResultFileError
+from app.files.campaign import load_campaign
+from app.files.campaign_error import CampaignFileError
+from app.gap import campaign_gap
+from app.gap_result import GAP, made_from, save_comparison
+
+REFUSED = "refused.json"
+
+
+def judge_campaign(folder: Path, run: Path, without: Collection[str]) -> None:
+    """Update and compare a campaign as ``flexura gap`` does; gap.json, or why it cannot be judged, goes into `run`.
+
+    Parameters
+    ----------
+    folder : Path
+        The campaign's.
+    run : Path
+        Made if it is not there.
+    without : collection of str
+        Effects that the library lacks today.
+    """
+    run.mkdir(parents=True, exist_ok=True)
+    begun = time.perf_counter()
+    try:
+        campaign = load_campaign(folder)
+        found = campaign_gap(campaign, MAINS, lambda stage, share: None, without=without)
+    except (CampaignFileError, ResultFileError) as error:
+        write_json(run / REFUSED, {"why": str(error)})
+        return
+    origin = made_from(campaign, MAINS, None, None)
+    save_comparison(run, campaign, found, origin, None, time.perf_counter() - begun)
+
+
+def is_judged(run: Path) -> bool:
+    """Whether a run holds a verdict; it is the last thing written."""
+    return (run / GAP).is_file() or (run / REFUSED).is_file()

@@ -1,0 +1,162 @@
+"""What one campaign of a trial came to: its truth beside its verdict."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from analysis.gap.thresholds import CLASS_COSINE
+from app.blind_trial.judging import REFUSED
+from app.gap_result import GAP
+
+Record = Mapping[str, Any]
+CLAIMED = ("explained", "partly_explained")
+
+
+@dataclass(frozen=True)
+class Named:
+    """One effect that was claimed.
+
+    Attributes
+    ----------
+    name : str
+    equivalent : tuple of str
+    probability : float
+    against : mapping
+        Nats of everything else that could be in its place, as in gap.json.
+    parameters : mapping
+        Value and standard deviation of each.
+    """
+
+    name: str
+    equivalent: tuple[str, ...]
+    probability: float
+    against: Mapping[str, float]
+    parameters: Mapping[str, tuple[float, float]]
+
+    @property
+    def members(self) -> frozenset[str]:
+        """Of its class: the effect and what this campaign cannot tell from it."""
+        return frozenset({self.name, *self.equivalent})
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A campaign of a trial, judged.
+
+    Attributes
+    ----------
+    number : int
+    kind : str
+    effects : mapping
+        Hidden parameters by effect.
+    scale : mapping
+        Prior standard deviations of the amplitudes, by effect: shapes (a place, a rate) have none here.
+    size : mapping
+        Of each effect, in sigma.
+    cosine : float or None
+        Between two of them.
+    imitations : mapping
+        Cosine of all that is hidden to the nearest each effect of the library can make.
+    verdict : str
+        Of gap.json, or ``refused``.
+    named : tuple of Named
+        Effects claimed; hints of an unknown gap are none.
+    closure : float or None
+        On held-out temperatures.
+    one_ramp : bool
+    not_observable : frozenset of str
+    seconds : float
+    """
+
+    number: int
+    kind: str
+    effects: Mapping[str, Mapping[str, float]]
+    scale: Mapping[str, Mapping[str, float]]
+    size: Mapping[str, float]
+    cosine: float | None
+    imitations: Mapping[str, float]
+    verdict: str
+    named: tuple[Named, ...] = ()
+    closure: float | None = None
+    one_ramp: bool = False
+    not_observable: frozenset[str] = field(default_factory=frozenset)
+    seconds: float = 0.0
+
+    @property
+    def right_names(self) -> bool:
+        """Exactly the effects that are there, by name."""
+        return {n.name for n in self.named} == set(self.effects)
+
+    @property
+    def right_classes(self) -> bool:
+        """As many classes as effects, and each effect in one of its own."""
+        left = list(self.named)
+        for effect in self.effects:
+            # by name first, lest a class that holds two effects is used up by the other
+            mine = next((n for n in left if n.name == effect), None) or next(
+                (n for n in left if effect in n.members), None
+            )
+            if mine is None:
+                return False
+            left.remove(mine)
+        return not left
+
+    @property
+    def declared_unknown(self) -> bool:
+        """Unknown, or a name that does the same in this campaign: a look-alike of what is hidden."""
+        if self.verdict == "unknown":
+            return True
+        return bool(self.named) and all(
+            any(self.imitations.get(member, 0.0) > CLASS_COSINE for member in n.members) for n in self.named
+        )
+
+    def is_there(self, named: Named) -> bool:
+        """Whether a claimed class holds an effect that is there."""
+        return bool(named.members & set(self.effects))
+
+
+def outcome(truth: Record, verdict: Record | None) -> Outcome:
+    """Set a truth file beside gap.json; None where the campaign was refused."""
+    told: dict[str, Any] = {
+        "number": truth["number"],
+        "kind": truth["kind"],
+        "effects": truth["effects"],
+        "scale": truth["prior_sigma"],
+        "size": truth["size_sigma"],
+        "cosine": truth["cosine"],
+        "imitations": truth["imitations"],
+        "one_ramp": len(truth["legs"]) == 1,
+    }
+    if verdict is None:
+        return Outcome(**told, verdict="refused")
+    claimed = verdict["effects"] if verdict["verdict"] in CLAIMED else []
+    return Outcome(
+        **told,
+        verdict=verdict["verdict"],
+        named=tuple(_named(effect) for effect in claimed),
+        closure=verdict["gap"]["held_out"]["closure"] if claimed else None,
+        not_observable=frozenset(verdict["not_observable"]),
+        seconds=verdict["seconds"],
+    )
+
+
+def read_outcome(truth: Path, run: Path) -> Outcome | None:
+    """Read one campaign's outcome; None where it has no verdict yet."""
+    verdict: Record | None = None
+    if (run / GAP).is_file():
+        verdict = json.loads((run / GAP).read_text(encoding="utf-8"))
+    elif not (run / REFUSED).is_file():
+        return None
+    return outcome(json.loads(truth.read_text(encoding="utf-8")), verdict)
+
+
+def _named(effect: Record) -> Named:
+    return Named(
+        name=effect["name"],
+        equivalent=tuple(effect["equivalent"]),
+        probability=effect["probability"],
+        against=effect["against"],
+        parameters={name: (p["value"], p["sigma"]) for name, p in effect["parameters"].items()},
+    )

@@ -1,0 +1,152 @@
+"""The figures a trial is held against, each beside its target."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.blind_trial.calibration import claims, reliability
+from app.blind_trial.hiding import ALIKE
+from app.blind_trial.outcome import Outcome
+from app.blind_trial.parameter_errors import coverage, errors
+from app.blind_trial.wilson import wilson
+
+FAINT = (5.0, 8.0)
+"""Sigma between which an effect counts as one of 6."""
+PLAIN, CLEAR = 13.5, 27.0
+"""Sigma from which an effect counts as one of 15, and of 30: what was reached may fall short of what was wanted."""
+Test = Callable[[Outcome], bool]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One line of the table.
+
+    Attributes
+    ----------
+    name : str
+    value : float or None
+        None where nothing was counted.
+    low, high : float or None
+        Of Wilson's interval at 95 %, for shares.
+    count : int
+        What the figure was taken over.
+    target : (float, float)
+        Ends within which it should lie.
+    """
+
+    name: str
+    value: float | None
+    low: float | None
+    high: float | None
+    count: int
+    target: tuple[float, float]
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the figure reaches its target; None where nothing was counted."""
+        return None if self.value is None else self.target[0] <= self.value <= self.target[1]
+
+    def record(self) -> dict[str, Any]:
+        """Return it for a file."""
+        return {**asdict(self), "met": self.met}
+
+
+def figures(outcomes: Sequence[Outcome]) -> tuple[Figure, ...]:
+    """Return the whole table; campaigns that were refused count as wrong wherever an answer was due."""
+    return (
+        *_nulls(outcomes),
+        *_singles(outcomes),
+        *_strangers(outcomes),
+        *_pairs(outcomes),
+        *_closure(outcomes),
+        *_parameters(outcomes),
+        *_confidence(outcomes),
+        *_blind_spots(outcomes),
+    )
+
+
+def share(name: str, among: Sequence[Outcome], test: Test, least: float = 0.0, most: float = 1.0) -> Figure:
+    """Share of campaigns that pass a test."""
+    hits = sum(test(o) for o in among)
+    low, high = wilson(hits, len(among))
+    return Figure(name, hits / len(among) if among else None, low, high, len(among), (least, most))
+
+
+def _kind(outcomes: Sequence[Outcome], *kinds: str) -> list[Outcome]:
+    return [o for o in outcomes if o.kind in kinds]
+
+
+def strength(o: Outcome) -> float:
+    """Size of the weakest of a campaign's effects, in sigma."""
+    return min(o.size.values(), default=0.0)
+
+
+def _nulls(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+    nulls = _kind(outcomes, "null")
+    yield share("nulls: a gap or an effect claimed", nulls, lambda o: o.verdict != "none", most=0.01)
+
+
+def _singles(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+    singles = _kind(outcomes, "single")
+    plain = [o for o in singles if strength(o) >= PLAIN]
+    faint = [o for o in singles if FAINT[0] <= strength(o) < FAINT[1]]
+    seen = [o for o in faint if o.named]
+    yield share("single, 15 sigma and more: right name", plain, lambda o: o.right_names, 0.95)
+    yield share("single, 15 sigma and more: right class", plain, lambda o: o.right_classes, 0.99)
+    yield share("single, 6 sigma: an effect claimed", faint, lambda o: bool(o.named), 0.80)
+    yield share("single, 6 sigma, claimed: right name", seen, lambda o: o.right_names, 0.85)
+    yield share("single, 6 sigma, claimed: right class", seen, lambda o: o.right_classes, 0.95)
+
+
+def _strangers(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+    both, outside = _kind(outcomes, "outside", "ablated"), _kind(outcomes, "outside")
+    yield share("outside or ablated: unknown, or a look-alike", both, lambda o: o.declared_unknown, 0.90)
+    yield share("outside or ablated: unknown", both, lambda o: o.verdict == "unknown", 0.0)
+    yield share("outside: one wrong name accepted", outside, lambda o: len(o.named) == 1, most=0.05)
+
+
+def _pairs(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+    pairs = [o for o in _kind(outcomes, "pair") if strength(o) >= PLAIN]
+    for name, alike, least in (("|cos| < 0.8", False, 0.85), ("|cos| >= 0.8", True, 0.70)):
+        some = [o for o in pairs if (abs(o.cosine or 0.0) >= ALIKE) == alike]
+        yield share(f"pair, {name}: both right", some, lambda o: o.right_classes, least)
+
+
+def closures(outcomes: Sequence[Outcome]) -> NDArray[np.float64]:
+    """Gap closed on held-out temperatures, of every campaign in which what is there was found."""
+    found = [o.closure for o in _kind(outcomes, "single", "pair") if o.right_classes and o.closure is not None]
+    return np.array(found)
+
+
+def _closure(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+    closed = closures(outcomes)
+    for name, quantile, least in (("median", 0.5, 0.95), ("worst decile", 0.1, 0.85)):
+        value = float(np.quantile(closed, quantile)) if closed.size else None
+        yield Figure(f"gap closed on held-out temperatures, {name}", value, None, None, closed.size, (least, 1.0))
+
+
+def _parameters(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+    found = [o for o in _kind(outcomes, "single") if o.right_names]
+    off = errors([o for o in found if strength(o) >= CLEAR])
+    value = float(np.median(off)) if off.size else None
+    yield Figure("parameter error from 30 sigma, median", value, None, None, off.size, (0.0, 0.03))
+    hits, count = coverage(found)
+    low, high = wilson(hits, count)
+    held = hits / count if count else None
+    yield Figure("true parameters within their 90 % intervals", held, low, high, count, (0.85, 0.95))
+
+
+def _confidence(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+    found = claims(outcomes)
+    stated = np.array([named.probability for named, _ in found])
+    right = np.array([true for _, true in found], dtype=bool)
+    error = reliability(stated, right).error if found else None
+    yield Figure("calibration error of the stated probability", error, None, None, len(found), (0.0, 0.05))
+
+
+def _blind_spots(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+    one_ramp = [o for o in outcomes if o.one_ramp and o.verdict != "refused"]
+    yield share("thermal lag not observable on one ramp", one_ramp, lambda o: "thermal_lag" in o.not_observable, 1.0)

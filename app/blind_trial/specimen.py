@@ -1,0 +1,111 @@
+"""The plate that is measured: a twin on another mesh than the analysis's, with anything hidden in it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from analysis.experiment import Attachment, Experiment
+from analysis.gap.effect_card import EffectCard, Values
+from analysis.material import MaterialLaws
+from app.blind_trial.plates import OTHER_MESH, PlateKind
+from app.blind_trial.strangers import RESONATOR, STRANGERS, ResonatorTransfer
+from app.files.effect_cache import cached_operators
+from app.files.experiment_toml import AcquiredExperiment, Simulation
+from app.plate_transfer import EffectTransfer, Transfer
+from app.progress import Report
+from app.rig import REFERENCE, parts_around
+from app.simulated_plate import TwinPlate
+from app.twin import UPDATING_BOX
+from drivers.rig.rig import Rig
+from simulation.campaign_basis import for_materials
+from simulation.effect_operators import EffectOperators
+from simulation.effect_twin import EffectTwin
+from simulation.effects.library import library
+
+MATERIALS = 6
+"""Temperatures whose materials the campaign's smaller operators are made for."""
+TAIL = 4e-4
+"""What these may leave out, see `simulation.campaign_basis`; a quarter of what the analysis allows itself."""
+
+
+FOLLOWING = {"thermal_lag", "amplitude_softening"}
+"""Effects that follow rate or level."""
+
+
+class SteadyTransfer(EffectTransfer):
+    """Effects that follow neither rate nor level: fewer answers need to be computed."""
+
+    @property
+    def circumstantial(self) -> bool:
+        """Only the temperature counts."""
+        return False
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """A plate of known laws in its rig.
+
+    Attributes
+    ----------
+    experiment : AcquiredExperiment
+    simulation : Simulation
+        Laws, gain and seed.
+    twin : EffectTwin
+        Its library holds the project's effects and the strangers, its last cable point is nobody's.
+    laws : MaterialLaws
+    """
+
+    experiment: AcquiredExperiment
+    simulation: Simulation
+    twin: EffectTwin
+    laws: MaterialLaws
+
+    @classmethod
+    def of(cls, experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators | None = None) -> "Specimen":
+        """Make the specimen of one campaign; `operators` come from the cache where they are not given."""
+        simulation = experiment.simulation
+        if simulation is None:
+            raise ValueError("an experiment that simulates nothing has no specimen")
+        declared = experiment.recorded(experiment.sample_rate)
+        if operators is None:
+            operators = specimen_operators(declared, kind)
+        laws, temperatures = simulation.laws.laws(), declared.protocol.temperatures
+        materials = [laws.local(t) for t in np.linspace(temperatures[0] - 8.0, temperatures[-1] + 8.0, MATERIALS)]
+        smaller = for_materials(operators, materials, TAIL)
+        twin = EffectTwin(with_hidden_point(declared, kind), smaller, {**library(declared), **STRANGERS})
+        return cls(experiment, simulation, twin.referred(laws.local(REFERENCE)), laws)
+
+    @property
+    def gain(self) -> float:
+        """The amplifier's true one, V/V."""
+        return self.simulation.gain or self.experiment.amplifier.gain
+
+    @property
+    def cards(self) -> Mapping[str, EffectCard]:
+        """Of everything that can be hidden in it."""
+        return {**self.twin.cards, "resonator": RESONATOR.card(self.twin.experiment)}
+
+    def transfer(self, effects: Mapping[str, Values]) -> Transfer:
+        """Return what it answers with `effects` in it."""
+        plain = {name: values for name, values in effects.items() if name != "resonator"}
+        kind = EffectTransfer if FOLLOWING & set(effects) else SteadyTransfer
+        transfer = kind(self.twin, self.laws, plain)
+        return ResonatorTransfer(transfer, **effects["resonator"]) if "resonator" in effects else transfer
+
+    def rig(self, effects: Mapping[str, Values], noise: float, file: Path) -> Rig:
+        """Return the simulated rig around it, with `noise` [V rms] on every input; `file` for messages."""
+        noisy = self.simulation.model_copy(update={"noise": noise})
+        return parts_around(self.experiment, noisy, TwinPlate(self.transfer(effects), self.gain), file).rig()
+
+
+def with_hidden_point(declared: Experiment, kind: PlateKind) -> Experiment:
+    """Return the experiment with one more point on which something can act."""
+    return declared.model_copy(update={"cable": (*declared.cable, Attachment(point=kind.hidden))})
+
+
+def specimen_operators(declared: Experiment, kind: PlateKind, report: Report | None = None) -> EffectOperators:
+    """Operators on the trial's own mesh, from the cache or made and kept there."""
+    silent: Report = report or (lambda stage, share: None)
+    return cached_operators(with_hidden_point(declared, kind), UPDATING_BOX, silent, OTHER_MESH)

@@ -1,0 +1,178 @@
+"""Physics that no effect of the library has: what a trial hides to see whether the unknown is called unknown.
+
+They act on the simulated plate only, through the same states as the library's effects.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard, Parameter
+from analysis.gap.model import SweepPoint
+from app.plate_transfer import EffectTransfer
+from simulation.effects.effect import Effect
+from simulation.plate_state import Circumstances, Disc, PlateState, PointLoad
+
+Values = Mapping[str, Any]
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+STIFFENER_RADIUS = 0.015
+"""m."""
+
+
+def _card(name: str, summary: str, *parameters: Parameter) -> EffectCard:
+    site = {p.name: p.typical for p in parameters if p.shape}
+    return EffectCard(name, summary, parameters, needs="", separated_by="", sites=(site,))
+
+
+def _stiffener_card(experiment: Experiment) -> EffectCard:
+    return _card(
+        "stiffener",
+        "a disc glued on makes a spot stiffer",
+        Parameter("gain", "1", 0.0, 2.0, 0.3),
+        Parameter("x", "m", STIFFENER_RADIUS, experiment.plate.length_x - STIFFENER_RADIUS, 0.1, shape=True),
+        Parameter("y", "m", STIFFENER_RADIUS, experiment.plate.length_y - STIFFENER_RADIUS, 0.1, shape=True),
+    )
+
+
+def _stiffened(state: PlateState, circumstances: Circumstances, values: Values) -> PlateState:
+    disc = Disc(values["x"], values["y"], STIFFENER_RADIUS, -values["gain"])
+    return state.with_(discs=(*state.discs, disc))
+
+
+def _spring_card(experiment: Experiment) -> EffectCard:
+    return _card(
+        "hidden_spring",
+        "something holds the plate at a point that nobody declared",
+        Parameter("stiffness", "N/m", 0.0, 3e4, 1000.0),
+    )
+
+
+def _sprung(state: PlateState, circumstances: Circumstances, values: Values) -> PlateState:
+    load = PointLoad(circumstances.cables[-1], stiffness=values["stiffness"])
+    return state.with_(point_loads=(*state.point_loads, load))
+
+
+def _cavity_card(experiment: Experiment) -> EffectCard:
+    low, high = experiment.protocol.band
+    return _card(
+        "cavity",
+        "the air between plate and table resonates",
+        Parameter("mass", "kg/m2", 0.0, 0.5, 0.02),
+        Parameter("resonance", "Hz", low, high, 100.0, shape=True, typical=0.5 * (low + high)),
+    )
+
+
+def _above_cavity(state: PlateState, circumstances: Circumstances, values: Values) -> PlateState:
+    """Impedance per area of a mass that follows through a spring: j w m / (1 - s**2 + j s/Q), Q = 12."""
+    s = circumstances.frequency / values["resonance"]
+    below, lost = 1.0 - s**2, s / 12.0
+    size = below**2 + lost**2
+    omega = 2.0 * np.pi * circumstances.frequency
+    return state.with_(
+        area_mass=state.area_mass + values["mass"] * below / size,
+        area_resistance=state.area_resistance + values["mass"] * omega * lost / size,
+    )
+
+
+def _filter_card(experiment: Experiment) -> EffectCard:
+    low, high = experiment.protocol.band
+    return _card(
+        "filter_ripple",
+        "a conditioner's second-order filter rings inside the band",
+        Parameter("height", "1", 0.0, 0.5, 0.02),
+        Parameter("corner", "Hz", low, high, 100.0, shape=True, typical=0.5 * (low + high)),
+    )
+
+
+def _filtered(state: PlateState, circumstances: Circumstances, values: Values) -> PlateState:
+    """Multiply responses by 1 + height s j/Q / (1 - s**2 + j s/Q), Q = 4."""
+    s = circumstances.frequency / values["corner"]
+    below, lost = 1.0 - s**2, s / 4.0
+    size = below**2 + lost**2
+    real, imaginary = 1.0 + values["height"] * lost**2 / size, values["height"] * lost * below / size
+    return state.with_(
+        log_gain=state.log_gain + 0.5 * np.log(real**2 + imaginary**2),
+        phase=state.phase + np.arctan(imaginary / real),
+    )
+
+
+SPRING = Effect(_spring_card, _sprung)
+STRANGERS: Mapping[str, Effect] = {
+    "stiffener": Effect(_stiffener_card, _stiffened),
+    "hidden_spring": SPRING,
+    "cavity": Effect(_cavity_card, _above_cavity),
+    "filter_ripple": Effect(_filter_card, _filtered),
+}
+"""All but the resonator, whose force depends on frequency."""
+
+
+def _resonator_card(experiment: Experiment) -> EffectCard:
+    low, high = experiment.protocol.band
+    return _card(
+        "resonator",
+        "a mass on a spring sits at a point that nobody declared",
+        Parameter("mass", "kg", 0.0, 0.02, 1e-4),
+        Parameter("resonance", "Hz", low, high, 100.0, shape=True, typical=0.5 * (low + high)),
+    )
+
+
+RESONATOR = Effect(_resonator_card, lambda state, circumstances, values: state)
+
+
+@dataclass(frozen=True)
+class ResonatorTransfer:
+    """A plate with a mass on a lossy spring at its hidden point.
+
+    A point force changes a plate by rank one, so that every transfer is a Moebius function of the dynamic stiffness
+    d at the point, (a + b d)/(1 + c d). Three plain springs tell a, b and c on every line.
+
+    Attributes
+    ----------
+    plain : EffectTransfer
+        Its library holds `hidden_spring`, which is off.
+    mass, resonance, loss : float
+        kg, Hz, of the spring.
+    """
+
+    plain: EffectTransfer
+    mass: float
+    resonance: float
+    loss: float = 0.03
+    probes: tuple[float, float] = (2e3, 2e4)
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """The plate's."""
+        return self.plain.band
+
+    @property
+    def outputs(self) -> int:
+        """Number of sensors."""
+        return self.plain.outputs
+
+    @property
+    def circumstantial(self) -> bool:
+        """Other effects may follow rate and level."""
+        return True
+
+    def __call__(self, point: SweepPoint, frequency: Real) -> Complex:
+        """Transfer (K, F)."""
+        bare = self.plain(point, frequency)
+        first, second = (self._sprung(d)(point, frequency) for d in self.probes)
+        one, other = ((h - bare) / d for h, d in zip((first, second), self.probes, strict=True))
+        c = (one - other) / (second - first)
+        b = one + c * first
+        omega = 2.0 * np.pi * frequency
+        spring = self.mass * (2.0 * np.pi * self.resonance) ** 2 * (1.0 + 1j * self.loss)
+        d = -(omega**2) * self.mass * spring / (spring - omega**2 * self.mass)
+        return np.asarray((bare + b * d) / (1.0 + c * d))
+
+    def _sprung(self, stiffness: float) -> EffectTransfer:
+        effects = {**self.plain.effects, "hidden_spring": {"stiffness": stiffness}}
+        return EffectTransfer(self.plain.twin, self.plain.laws, effects)

@@ -1,0 +1,180 @@
+"""A whole trial: its folder, its plates, and its campaigns one after the other in worker processes.
+
+===============================  ==================================================================
+``trial.json``                   what was asked for, and the hash of the thresholds, before anything
+``truth/NNNN.json``              what campaign NNNN hides
+``campaigns/NNNN/``              campaign NNNN, which does not tell
+``runs/NNNN/gap.json``           the verdict on it
+``proof.json``                   how the verdicts compare with the truth
+===============================  ==================================================================
+"""
+
+import json
+import multiprocessing
+from collections.abc import Callable
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import analysis.gap.thresholds as frozen
+from app.blind_trial.assignments import STREAMS, Assignment, Kind, assignments
+from app.blind_trial.experiments import draw_experiment
+from app.blind_trial.judging import is_judged, judge_campaign
+from app.blind_trial.making import make_campaign
+from app.blind_trial.plates import PlateKind, draw_plate
+from app.blind_trial.specimen import specimen_operators
+from app.effect_twin import effect_twin
+from app.files.atomic import write_json
+from app.files.bad_file import ResultFileError
+from app.files.provenance import provenance, sha256
+from app.progress import Report
+from app.twin import campaign_twin
+
+SCHEMA = "flexura-blind-trial/1"
+TRIAL = "trial.json"
+CAMPAIGNS_PER_PLATE = 70
+"""Reducing a plate, twice, takes longer than many campaigns on it."""
+Told = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What is asked for.
+
+    Attributes
+    ----------
+    folder : Path
+    count, seed : int
+    kinds : tuple of str
+    stream : str
+        ``trial`` or ``calibration``.
+    """
+
+    folder: Path
+    count: int
+    seed: int
+    kinds: tuple[Kind, ...]
+    stream: str = "trial"
+
+    @property
+    def assignments(self) -> tuple[Assignment, ...]:
+        """All campaigns."""
+        return assignments(self.count, self.kinds)
+
+    def truth(self, assignment: Assignment) -> Path:
+        """File with what a campaign hides."""
+        return self.folder / "truth" / f"{assignment.name}.json"
+
+    def campaign(self, assignment: Assignment) -> Path:
+        """Folder of a campaign."""
+        return self.folder / "campaigns" / assignment.name
+
+    def run(self, assignment: Assignment) -> Path:
+        """Folder of what was found in it."""
+        return self.folder / "runs" / assignment.name
+
+    @property
+    def plates(self) -> tuple[PlateKind, ...]:
+        """Every plate of the trial."""
+        count = -(-self.count // CAMPAIGNS_PER_PLATE)
+        seeds = [[STREAMS[self.stream], self.seed, 0, number] for number in range(count)]
+        return tuple(draw_plate(np.random.default_rng(words)) for words in seeds)
+
+    def plate(self, assignment: Assignment) -> PlateKind:
+        """Return the plate of a campaign: they take turns."""
+        plates = self.plates
+        return plates[assignment.number % len(plates)]
+
+    def record(self) -> dict[str, Any]:
+        """Return what ``trial.json`` holds."""
+        thresholds = sha256(Path(str(frozen.__file__)))
+        settings = {"count": self.count, "kinds": list(self.kinds), "stream": self.stream}
+        return {"schema": SCHEMA, **provenance({"thresholds": thresholds}, settings, self.seed)}
+
+
+def begin(trial: Trial) -> dict[str, Any]:
+    """Freeze a trial in its folder, or take it up again; ResultFileError where the folder holds another."""
+    record, file = trial.record(), trial.folder / TRIAL
+    if file.is_file():
+        try:
+            before = json.loads(file.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise ResultFileError(f"{file}: unreadable ({error}); delete the folder or name another") from error
+        other = [name for name in record if before.get(name) != record[name]]
+        if other:
+            raise ResultFileError(
+                f"{trial.folder}: holds a trial with another {', '.join(other)}; name another folder with --out"
+            )
+    else:
+        write_json(file, record)
+    return record
+
+
+def run_trial(trial: Trial, workers: int, report: Report, told: Callable[[str], None]) -> None:
+    """Make and judge every campaign that has no verdict yet.
+
+    Parameters
+    ----------
+    trial : Trial
+    workers : int
+        Processes.
+    report : callable
+        Told the stage and the share done.
+    told : callable
+        Told in a line what each campaign came to: number and seconds, never a verdict.
+    """
+    left = [a for a in trial.assignments if not is_judged(trial.run(a))]
+    if not left:
+        return
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(workers, mp_context=context)
+    try:
+        plates = [
+            pool.submit(task, kind) for kind in trial.plates for task in (prepare_specimen, prepare_twin)
+        ]
+        _follow(plates, "plates", report)
+        jobs = {pool.submit(one_campaign, trial, assignment): assignment for assignment in left}
+        report("campaigns", 1.0 - len(left) / trial.count)
+        for done, job in enumerate(as_completed(jobs), 1):
+            job.result()
+            report("campaigns", 1.0 - (len(left) - done) / trial.count)
+            told(f"campaign {jobs[job].name} judged, {len(left) - done} left")
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
+def _follow(jobs: list[Future[None]], stage: str, report: Report) -> None:
+    report(stage, 0.0)
+    for done, job in enumerate(as_completed(jobs), 1):
+        job.result()
+        report(stage, done / len(jobs))
+
+
+def prepare_specimen(kind: PlateKind) -> None:
+    """Put the operators of a plate as it is measured into the cache."""
+    specimen_operators(_declared(kind), kind)
+
+
+def prepare_twin(kind: PlateKind) -> None:
+    """Put what the analysis will ask for into the cache."""
+    campaign_twin(_declared(kind), lambda stage, share: None)
+    effect_twin(_declared(kind), lambda stage, share: None)
+
+
+def _declared(kind: PlateKind) -> Any:
+    """Any experiment on a plate: the reduced models hang on its geometry and band alone."""
+    experiment = draw_experiment(np.random.default_rng(0), kind, "plate", ("up",), (1.0,))
+    return experiment.recorded(experiment.sample_rate)
+
+
+def one_campaign(trial: Trial, assignment: Assignment) -> None:
+    """Make a campaign and judge it: what judges is given the campaign's folder and the library, nothing else."""
+    truth, folder = trial.truth(assignment), trial.campaign(assignment)
+    make_campaign(assignment, trial.plate(assignment), trial.stream, trial.seed, truth, folder)
+    ablated = json.loads(truth.read_text(encoding="utf-8"))["ablated"]
+    judge_campaign(folder, trial.run(assignment), [ablated] if ablated else [])
