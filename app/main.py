@@ -14,6 +14,7 @@ VERBS = {
     "identify": "identify",
     "update": "update",
     "gap": "gap",
+    "blind-trial": "blind_trial",
     "focus": "focus",
     "compensate": "compensate",
     "report": "report",

@@ -21,27 +21,39 @@ def equivalents(rivals: Mapping[str, float], mimicry: Mapping[str, float]) -> tu
     return tuple(sorted(alike, key=lambda name: -rivals[name]))
 
 
-def probability(
-    gain: float, rivals: Mapping[str, float], alike: Sequence[str], unknown: float, chi2_per_dof: float
-) -> float:
-    """Probability that an effect, or one of its equivalents, is present.
+def against(gain: float, rivals: Mapping[str, float], unknown: float, chi2_per_dof: float) -> dict[str, float]:
+    """Log evidence, relative to an effect, of all that could be in its place, nats.
 
     Parameters
     ----------
     gain : float
-        Log evidence of the effect over the twin without it, nats.
+        Log evidence of the effect over the twin without it.
     rivals : mapping
         Log evidence of others in its place, relative to it.
-    alike : sequence of str
-        Its equivalents.
     unknown : float
         Log evidence of a nameless smooth discrepancy in its place, over the twin without it.
     chi2_per_dof : float
         Of the fit: where more than noise is left, the likelihood overstates every difference by as much.
     """
-    temperature = TEMPERATURE_OF_CONFIDENCE * max(chi2_per_dof, 1.0)
-    mine = [0.0, *(rivals[name] for name in alike)]
-    others = [-gain, unknown - gain, *(value for name, value in rivals.items() if name not in alike)]
-    scaled = np.array(mine + others) / temperature
+    everything = {"nothing": -gain, "unknown": unknown - gain, **rivals}
+    return {name: value / max(chi2_per_dof, 1.0) for name, value in everything.items()}
+
+
+def probability(
+    others: Mapping[str, float], alike: Sequence[str], temperature: float = TEMPERATURE_OF_CONFIDENCE
+) -> float:
+    """Probability that an effect, or one of its equivalents, is present.
+
+    Parameters
+    ----------
+    others : mapping
+        As from `against`.
+    alike : sequence of str
+        Its equivalents.
+    temperature : float
+        By which differences of evidence are divided.
+    """
+    mine = [0.0, *(others[name] for name in alike)]
+    scaled = np.array(mine + [value for name, value in others.items() if name not in alike]) / temperature
     weight = np.exp(scaled - scaled.max())
     return float(weight[: len(mine)].sum() / weight.sum())

@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.experiment import Protocol
 from analysis.frf import Frf
-from analysis.gap.confidence import equivalents, probability
+from analysis.gap.confidence import against, equivalents, probability
 from analysis.gap.gap_fit import GapFit
 from analysis.gap.held_out import HeldOut, held_out
 from analysis.gap.look_alikes import cosines, mimicry
@@ -142,6 +142,8 @@ def _named(bench: Bench, found: Found, name: str) -> NamedEffect:
     rivals = {other: gain / bench.overstated for other, gain in found.rivals[name].items()}
     alike = equivalents(rivals, {other: mimicry(found.last, name, other) for other in rivals})
     gain = (fit.log_evidence - without.log_evidence) / bench.overstated
+    unknown = unknown_evidence(bench.sweeps, without.residual, without.state) / bench.overstated
+    others = against(gain, rivals, unknown, fit.total / fit.dof)
     spread = _inflation(fit) * float(np.sqrt(bench.overstated))
     estimates = [
         Estimate(parameter, fit.state.effects[name][parameter], float(sigma) * spread, p.unit)
@@ -153,13 +155,8 @@ def _named(bench: Bench, found: Found, name: str) -> NamedEffect:
         summary=card.summary,
         equivalent=alike,
         separated_by=card.separated_by,
-        probability=probability(
-            gain,
-            rivals,
-            alike,
-            unknown_evidence(bench.sweeps, without.residual, without.state) / bench.overstated,
-            fit.total / fit.dof,
-        ),
+        probability=probability(others, alike),
+        against=others,
         log_evidence_gain=gain,
         parameters=tuple(estimates),
     )

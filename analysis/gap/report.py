@@ -1,5 +1,6 @@
 """What the gap workflow found: all that gap.json and its figures need."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -41,6 +42,8 @@ class NamedEffect:
         The measurement that would.
     probability : float
         That it, or an equivalent, is present.
+    against : mapping of str to float
+        Log evidence, relative to it, of every other effect, ``nothing`` and ``unknown`` in its place, nats.
     log_evidence_gain : float
         Over the twin without it, nats.
     parameters : tuple of Estimate
@@ -51,6 +54,7 @@ class NamedEffect:
     equivalent: tuple[str, ...]
     separated_by: str
     probability: float
+    against: Mapping[str, float]
     log_evidence_gain: float
     parameters: tuple[Estimate, ...]
 

@@ -64,7 +64,13 @@ def draw_experiment(
                 "tolerance": 0.4,
                 "poll_interval": 10.0,
             },
-            "limits": {"coldest": -20.0, "hottest": 90.0, "patch_voltage": 100.0, "coherence": 0.0, "silence": 0.0},
+            "limits": {
+                "coldest": -20.0,
+                "hottest": 90.0,
+                "patch_voltage": 100.0,
+                "coherence": 0.0,
+                "silence": 0.0,
+            },
             "simulation": {"seed": int(rng.integers(2**31)), "gain": gain, "laws": draw_laws(rng)},
         }
     )

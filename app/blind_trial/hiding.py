@@ -78,21 +78,22 @@ def hide(
     """Draw the effects' parameters and bring them to size."""
     if not first:
         return Hidden({}, {}, None, {})
-    size = _size(assignment, rng)
+    size = wanted_size(assignment, first[0], rng)
     effects = {first[0]: of_size(yard, first[0], size, rng)}
     cosine = None
     if assignment.kind == "pair":
         alike = bool(assignment.ordinal % 2)
-        name, values, cosine = _partner(yard, effects, others, _size(assignment, rng), alike, rng)
+        name, values, cosine = _partner(yard, effects, others, wanted_size(assignment, first[0], rng), alike, rng)
         effects[name] = values
     sizes = {name: yard.size(yard.signal({name: values})) for name, values in effects.items()}
     alone = assignment.kind == "single"
     return Hidden(effects, sizes, cosine, {} if alone else yard.imitations(yard.signal(effects)))
 
 
-def _size(assignment: Assignment, rng: np.random.Generator) -> float:
+def wanted_size(assignment: Assignment, name: str, rng: np.random.Generator) -> float:
+    """Sigma that an effect is to have; single effects meet all `SIZES` in three rounds through the library."""
     if assignment.kind == "single":
-        turn = (assignment.ordinal + assignment.ordinal // len(LIBRARY)) % len(SIZES)
+        turn = (tuple(LIBRARY).index(name) + assignment.ordinal // len(LIBRARY)) % len(SIZES)
         if turn + 1 < len(SIZES):
             return SIZES[turn]
     least = 15.0 if assignment.kind == "pair" else SIZES[-1]
@@ -127,7 +128,9 @@ def _direction(card: EffectCard, rng: np.random.Generator) -> tuple[dict[str, fl
     for p in card.amplitudes:
         if p.low == 0.0 or p.high == 0.0:
             drawn[p.name] = abs(drawn[p.name]) * (1.0 if p.low == 0.0 else -1.0)
-    shapes = {p.name: float(p.low + rng.uniform(0.15, 0.85) * (p.high - p.low)) for p in card.parameters if p.shape}
+    shapes = {
+        p.name: float(p.low + rng.uniform(0.15, 0.85) * (p.high - p.low)) for p in card.parameters if p.shape
+    }
     return drawn, shapes
 
 
@@ -151,7 +154,7 @@ def _partner(
         cosine = abs(yard.cosine(signal, yard.signal({name: values})))
         if (cosine >= ALIKE) == alike:
             return name, values, cosine
-        if best is None or alike and cosine > best[2]:
+        if best is None or (alike and cosine > best[2]):
             best = (name, values, cosine)
     if best is None:
         raise ValueError("no effect is left to make a pair")

@@ -16,7 +16,7 @@ REFUSED = "refused.json"
 
 
 def judge_campaign(folder: Path, run: Path, without: Collection[str]) -> None:
-    """Update and compare a campaign as ``flexura gap`` does; gap.json, or why it cannot be judged, goes into `run`.
+    """Compare a campaign as ``flexura gap`` does; gap.json, or why it cannot be judged, goes into `run`.
 
     Parameters
     ----------

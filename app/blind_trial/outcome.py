@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -92,16 +93,12 @@ class Outcome:
     @property
     def right_classes(self) -> bool:
         """As many classes as effects, and each effect in one of its own."""
-        left = list(self.named)
-        for effect in self.effects:
-            # by name first, lest a class that holds two effects is used up by the other
-            mine = next((n for n in left if n.name == effect), None) or next(
-                (n for n in left if effect in n.members), None
-            )
-            if mine is None:
-                return False
-            left.remove(mine)
-        return not left
+        if len(self.named) != len(self.effects):
+            return False
+        return any(
+            all(effect in named.members for effect, named in zip(self.effects, order, strict=True))
+            for order in permutations(self.named)
+        )
 
     @property
     def declared_unknown(self) -> bool:
@@ -111,6 +108,25 @@ class Outcome:
         return bool(self.named) and all(
             any(self.imitations.get(member, 0.0) > CLASS_COSINE for member in n.members) for n in self.named
         )
+
+    def record(self) -> dict[str, Any]:
+        """Return it for a file."""
+        return {
+            "number": self.number,
+            "kind": self.kind,
+            "hidden": {name: dict(values) for name, values in self.effects.items()},
+            "size_sigma": dict(self.size),
+            "cosine": self.cosine,
+            "verdict": self.verdict,
+            "named": {
+                n.name: {"equivalent": list(n.equivalent), "probability": n.probability} for n in self.named
+            },
+            "right_names": self.right_names,
+            "right_classes": self.right_classes,
+            "declared_unknown": self.declared_unknown,
+            "closure": self.closure,
+            "seconds": self.seconds,
+        }
 
     def is_there(self, named: Named) -> bool:
         """Whether a claimed class holds an effect that is there."""

@@ -11,9 +11,9 @@ from simulation.mesh import MeshRecipe
 PATCH = 0.02
 """Edge of every patch, m."""
 CLEAR = 0.012
-"""Between the edges of two patches along either axis, and to the plate's edge, m: room to move the first sensor."""
+"""Between two patches along either axis, and between one and the edge, m: the first sensor can be moved."""
 MODES = (11.0, 15.0)
-"""How many modes the band holds, by Weyl's law, for a plate at room temperature: enough to tell effects apart."""
+"""How many modes the band holds, by Weyl's law, at room temperature: to tell effects apart."""
 LOWEST = 100.0
 """Hz, where bands begin."""
 OTHER_MESH = MeshRecipe(degree=6, spacing=0.055, strip=0.0032, edge_strip=0.0038)
@@ -68,7 +68,9 @@ def draw_plate(rng: np.random.Generator) -> PlateKind:
     if rng.random() < 0.5:
         places.append(("S2", "sensor", (right, rows[1])))
     patches = tuple(
-        Patch.model_validate({"id": name, "role": role, "center": _millimetres(*at), "size": (PATCH,) * 2, "thickness": 5e-4})
+        Patch.model_validate(
+            {"id": name, "role": role, "center": _millimetres(*at), "size": (PATCH,) * 2, "thickness": 5e-4}
+        )
         for name, role, at in places
     )
     along = float(rng.uniform(0.018, 0.026))

@@ -16,7 +16,7 @@ from app.blind_trial.wilson import wilson
 FAINT = (5.0, 8.0)
 """Sigma between which an effect counts as one of 6."""
 PLAIN, CLEAR = 13.5, 27.0
-"""Sigma from which an effect counts as one of 15, and of 30: what was reached may fall short of what was wanted."""
+"""Sigma from which an effect counts as one of 15, and of 30: what was reached may fall a little short."""
 Test = Callable[[Outcome], bool]
 
 
@@ -149,4 +149,6 @@ def _confidence(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
 
 def _blind_spots(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
     one_ramp = [o for o in outcomes if o.one_ramp and o.verdict != "refused"]
-    yield share("thermal lag not observable on one ramp", one_ramp, lambda o: "thermal_lag" in o.not_observable, 1.0)
+    yield share(
+        "thermal lag not observable on one ramp", one_ramp, lambda o: "thermal_lag" in o.not_observable, 1.0
+    )

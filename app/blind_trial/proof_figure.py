@@ -30,7 +30,9 @@ def confusion(outcomes: Sequence[Outcome]) -> tuple[list[str], list[str], np.nda
     some = [o for o in outcomes if o.kind != "pair"]
     rows = sorted({_hidden(o) for o in some}, key=lambda row: (row != "nothing", "without" in row, row))
     named = {o.named[0].name for o in some if len(o.named) == 1}
-    columns = [*sorted(named | {row for row in rows if any(_hidden(o) == row and o.kind == "single" for o in some)})]
+    columns = [
+        *sorted(named | {row for row in rows if any(_hidden(o) == row and o.kind == "single" for o in some)})
+    ]
     columns = [*columns, *ENDS]
     counts = np.zeros((len(rows), len(columns)), dtype=int)
     for o in some:
@@ -80,7 +82,7 @@ def _reliability(axes: Axes, outcomes: Sequence[Outcome]) -> None:
 def _closure(axes: Axes, outcomes: Sequence[Outcome]) -> None:
     closed = closures(outcomes)
     if closed.size:
-        axes.hist(closed, bins=np.linspace(0.0, 1.0, 21), color=BAND)
+        axes.hist(closed, bins=np.linspace(0.0, 1.0, 21).tolist(), color=BAND)
         axes.axvline(float(np.median(closed)), color=MODEL, lw=1.5, label=f"median {np.median(closed):.3f}")
         axes.legend(loc="upper left")
     axes.set(xlabel="share of the gap closed", ylabel="campaigns", xlim=(0.0, 1.0), title="held-out temperatures")

@@ -63,7 +63,9 @@ class Specimen:
     laws: MaterialLaws
 
     @classmethod
-    def of(cls, experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators | None = None) -> "Specimen":
+    def of(
+        cls, experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators | None = None
+    ) -> "Specimen":
         """Make the specimen of one campaign; `operators` come from the cache where they are not given."""
         simulation = experiment.simulation
         if simulation is None:
@@ -92,7 +94,10 @@ class Specimen:
         plain = {name: values for name, values in effects.items() if name != "resonator"}
         kind = EffectTransfer if FOLLOWING & set(effects) else SteadyTransfer
         transfer = kind(self.twin, self.laws, plain)
-        return ResonatorTransfer(transfer, **effects["resonator"]) if "resonator" in effects else transfer
+        if "resonator" not in effects:
+            return transfer
+        ridden = effects["resonator"]
+        return ResonatorTransfer(transfer, ridden["mass"], ridden["resonance"])
 
     def rig(self, effects: Mapping[str, Values], noise: float, file: Path) -> Rig:
         """Return the simulated rig around it, with `noise` [V rms] on every input; `file` for messages."""

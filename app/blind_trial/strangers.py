@@ -129,8 +129,8 @@ RESONATOR = Effect(_resonator_card, lambda state, circumstances, values: state)
 class ResonatorTransfer:
     """A plate with a mass on a lossy spring at its hidden point.
 
-    A point force changes a plate by rank one, so that every transfer is a Moebius function of the dynamic stiffness
-    d at the point, (a + b d)/(1 + c d). Three plain springs tell a, b and c on every line.
+    A force at a point changes a plate by rank one: every transfer is a Moebius function of the dynamic stiffness d
+    there, (a + b d)/(1 + c d). The bare plate and two plain springs tell a, b and c on every line.
 
     Attributes
     ----------

@@ -35,7 +35,7 @@ from app.twin import campaign_twin
 
 SCHEMA = "flexura-blind-trial/1"
 TRIAL = "trial.json"
-CAMPAIGNS_PER_PLATE = 70
+CAMPAIGNS_PER_PLATE = 100
 """Reducing a plate, twice, takes longer than many campaigns on it."""
 Told = Callable[[str, float], None]
 
@@ -132,9 +132,7 @@ def run_trial(trial: Trial, workers: int, report: Report, told: Callable[[str], 
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(workers, mp_context=context)
     try:
-        plates = [
-            pool.submit(task, kind) for kind in trial.plates for task in (prepare_specimen, prepare_twin)
-        ]
+        plates = [pool.submit(task, kind) for kind in trial.plates for task in (prepare_specimen, prepare_twin)]
         _follow(plates, "plates", report)
         jobs = {pool.submit(one_campaign, trial, assignment): assignment for assignment in left}
         report("campaigns", 1.0 - len(left) / trial.count)

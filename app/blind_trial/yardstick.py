@@ -116,7 +116,7 @@ def _expected_frf(specimen: Specimen, share: float, rng: np.random.Generator) ->
     sweep, programme = specimen.experiment.sweep, specimen.experiment.programme
     rate, gain = specimen.twin.experiment.acquisition.sample_rate, specimen.gain
     drive = drive_signal(sweep, 1.0, rate)
-    grid = np.fft.rfftfreq(drive.size, 1.0 / rate)
+    grid = np.fft.rfftfreq(drive.size, 1.0 / rate).astype(np.float64)
     inside = (grid >= sweep.band[0]) & (grid <= sweep.band[1])
     lines, power = grid[inside], np.abs(np.fft.rfft(drive)[inside]) ** 2 * sweep.repeats / drive.size
     places = [

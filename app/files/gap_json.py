@@ -76,6 +76,7 @@ def _effect(effect: NamedEffect) -> dict[str, Any]:
         "name": effect.name,
         "equivalent": list(effect.equivalent),
         "probability": effect.probability,
+        "against": dict(effect.against),
         "log_evidence_gain": effect.log_evidence_gain,
         "parameters": _parameters(effect.parameters),
         "summary": effect.summary,

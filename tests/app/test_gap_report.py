@@ -60,6 +60,7 @@ def explained() -> GapReport:
         equivalent=("suspension",),
         separated_by="weigh the cable",
         probability=0.98,
+        against={"nothing": -512.5, "unknown": -300.0, "suspension": -1.5},
         log_evidence_gain=512.5,
         parameters=(Estimate("mass", 7.9e-4, 1e-5, "kg"),),
     )

@@ -2,7 +2,7 @@
 
 import pytest
 
-from analysis.gap.confidence import equivalents, probability
+from analysis.gap.confidence import against, equivalents, probability
 
 
 def test_near_rivals_and_look_alikes_make_a_class():
@@ -10,16 +10,28 @@ def test_near_rivals_and_look_alikes_make_a_class():
     assert equivalents(rivals, {"twin": 0.97, "far": 0.5}) == ("near", "twin")
 
 
+def stated(gain, rivals, alike, unknown, chi2_per_dof, **settings):
+    return probability(against(gain, rivals, unknown, chi2_per_dof), alike, **settings)
+
+
 def test_a_clear_winner_is_sure_and_a_tie_is_not():
-    assert probability(500.0, {"other": -300.0}, (), 20.0, 1.0) > 0.999
-    assert probability(500.0, {"other": 0.0}, (), 20.0, 1.0) == pytest.approx(0.5, abs=1e-3)
-    assert probability(500.0, {"other": 0.0}, ("other",), 20.0, 1.0) > 0.999
+    assert stated(500.0, {"other": -300.0}, (), 20.0, 1.0) > 0.999
+    assert stated(500.0, {"other": 0.0}, (), 20.0, 1.0) == pytest.approx(0.5, abs=1e-3)
+    assert stated(500.0, {"other": 0.0}, ("other",), 20.0, 1.0) > 0.999
 
 
 def test_what_an_unknown_explains_better_is_no_name():
-    assert probability(500.0, {}, (), 900.0, 1.0) < 0.001
+    assert stated(500.0, {}, (), 900.0, 1.0) < 0.001
 
 
 def test_a_residual_takes_confidence_away():
-    sure = probability(60.0, {"other": -12.0}, (), 0.0, 1.0)
-    assert probability(60.0, {"other": -12.0}, (), 0.0, 30.0) < sure - 0.1
+    sure = stated(60.0, {"other": -12.0}, (), 0.0, 1.0)
+    assert stated(60.0, {"other": -12.0}, (), 0.0, 30.0) < sure - 0.1
+
+
+def test_a_higher_temperature_is_less_sure():
+    assert stated(20.0, {}, (), 0.0, 1.0, temperature=10.0) < stated(20.0, {}, (), 0.0, 1.0, temperature=2.0)
+
+
+def test_what_stands_against_an_effect_is_relative_to_it():
+    assert against(60.0, {"other": -12.0}, 40.0, 2.0) == {"nothing": -30.0, "unknown": -10.0, "other": -6.0}

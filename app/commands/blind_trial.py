@@ -1,0 +1,143 @@
+"""``flexura blind-trial``: how often the gap workflow is right, on campaigns of which it knows nothing."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from app.commands.bad_input import bad_input
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from app.blind_trial.assignments import Kind
+    from app.blind_trial.trial import Trial
+
+KINDS: "tuple[Kind, ...]" = ("null", "single", "pair", "outside", "ablated")
+
+
+@click.command(name="blind-trial")
+@click.option("--count", type=click.IntRange(1, 9999), required=True, help="How many campaigns.")
+@click.option("--seed", type=click.IntRange(0), required=True, help="Everything drawn follows from it.")
+@click.option(
+    "--kind", "kinds", type=click.Choice(KINDS), multiple=True, help="What is hidden; may be given several times."
+)
+@click.option(
+    "--out", type=click.Path(path_type=Path, file_okay=False), help="Folder (default: blind-trial-SEED)."
+)
+@click.option("--workers", type=click.IntRange(1, 256), default=2, show_default=True, help="Processes.")
+@click.option("--calibrate", is_flag=True, help="Draw from the calibration's own seeds, and fit the confidence.")
+@click.option("--json", "as_json", is_flag=True, help="Print proof.json.")
+@bad_input
+def command(
+    count: int,
+    seed: int,
+    kinds: "tuple[Kind, ...]",
+    out: Path | None,
+    workers: int,
+    calibrate: bool,
+    as_json: bool,
+) -> None:
+    """Make campaigns with hidden effects, judge them blind, and set the verdicts beside the truth.
+
+    Each campaign is recorded on the simulated rig from a plate on another mesh than the twin's, with its own
+    material laws, gain, noise and protocol. What is hidden goes into OUT/truth, never into OUT/campaigns; the
+    comparison is given the campaign's folder alone. null: nothing is hidden; single, pair: effects of the library;
+    outside: physics that it has not; ablated: an effect that it lacks today. Run again, it goes on where it was
+    stopped. Writes proof.json and proof.png. Exit status 1 where a figure misses its target.
+
+    \b
+    flexura blind-trial --count 200 --seed 7
+    flexura blind-trial --count 20 --seed 7 --kind null --kind single
+    """  # noqa: D301
+    from app.blind_trial.trial import Trial, begin, run_trial
+    from app.progress import progress
+
+    stream = "calibration" if calibrate else "trial"
+    folder = out or Path(f"blind-{stream}-{seed}")
+    wanted = tuple(kind for kind in KINDS if kind in kinds) or KINDS
+    trial = Trial(folder, count, seed, wanted, stream)
+    begin(trial)
+    with progress() as report:
+        run_trial(trial, workers, report, lambda line: click.echo(line, err=True))
+    record = _proven(trial)
+    if as_json:
+        click.echo(json.dumps(record, indent=1, allow_nan=False))
+    else:
+        _show(record)
+    missed = [row["name"] for row in record["figures"] if row["met"] is False]
+    if calibrate:
+        click.echo(f"likeliest TEMPERATURE_OF_CONFIDENCE: {record['best_temperature']}", err=True)
+    click.echo(f"{count} campaigns, {len(missed)} figures miss their targets; results in {folder}", err=True)
+    if missed:
+        raise click.exceptions.Exit(1)
+
+
+def _proven(trial: "Trial") -> dict[str, Any]:
+    """Score a trial, and write proof.json and proof.png."""
+    from app.blind_trial.calibration import best_temperature, claims
+    from app.blind_trial.outcome import read_outcome
+    from app.blind_trial.proof import figures
+    from app.blind_trial.proof_figure import proof_figure
+    from app.files.atomic import atomic_path, write_json
+    from app.report.style import drawing
+
+    read = [read_outcome(trial.truth(a), trial.run(a)) for a in trial.assignments]
+    outcomes = [o for o in read if o is not None]
+    record = {
+        "trial": trial.record(),
+        "figures": [figure.record() for figure in figures(outcomes)],
+        "best_temperature": best_temperature(claims(outcomes)),
+        "campaigns": [o.record() for o in outcomes],
+    }
+    write_json(trial.folder / "proof.json", record)
+    with drawing(), atomic_path(trial.folder / "proof.png") as file:
+        proof_figure(outcomes).savefig(file, format="png", dpi=110)
+    return record
+
+
+def _show(record: dict[str, Any]) -> None:
+    from rich.console import Console
+
+    console = Console()
+    console.print(figures_table(record["figures"]))
+    console.print(confusion_table(record["campaigns"]))
+
+
+def figures_table(rows: list[dict[str, Any]]) -> "Table":
+    """Every figure beside its target."""
+    from rich.table import Table
+
+    table = Table(title="Figures of the trial", header_style="bold")
+    for heading in ("figure", "value", "95 % interval", "of", "target", ""):
+        table.add_column(heading, justify="left" if heading in ("figure", "") else "right")
+    for row in rows:
+        value = "" if row["value"] is None else f"{row['value']:.3f}"
+        interval = "" if row["low"] is None else f"{row['low']:.2f} to {row['high']:.2f}"
+        met = {None: "not measured", True: "met", False: "[bold red]missed[/]"}[row["met"]]
+        table.add_row(row["name"], value, interval, str(row["count"]), _target(*row["target"]), met)
+    return table
+
+
+def _target(low: float, high: float) -> str:
+    if low > 0.0 and high < 1.0:
+        return f"{low:g} to {high:g}"
+    return f"at least {low:g}" if low > 0.0 else f"at most {high:g}" if high < 1.0 else ""
+
+
+def confusion_table(campaigns: list[dict[str, Any]]) -> "Table":
+    """How campaigns of each kind were answered."""
+    from rich.table import Table
+
+    answers = ("none", "explained", "partly_explained", "unknown", "refused")
+    table = Table(title="Verdicts by what was hidden", header_style="bold")
+    for heading in ("hidden", *answers, "right names", "right classes"):
+        table.add_column(heading, justify="left" if heading == "hidden" else "right")
+    for kind in KINDS:
+        mine = [c for c in campaigns if c["kind"] == kind]
+        if mine:
+            counts = [sum(c["verdict"] == answer for c in mine) for answer in answers]
+            right = [sum(c[key] for c in mine) for key in ("right_names", "right_classes")]
+            table.add_row(kind, *(str(n) if n else "" for n in (*counts, *right)))
+    return table

@@ -1,0 +1,174 @@
+"""The table of a trial from outcomes made by hand, each figure counted on fingers."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.blind_trial.calibration import best_temperature, claims, reliability
+from app.blind_trial.outcome import Named, Outcome, outcome
+from app.blind_trial.proof import figures
+from app.blind_trial.proof_figure import confusion, proof_figure
+from app.commands.blind_trial import confusion_table, figures_table
+
+
+def named(name: str, *alike: str, p: float = 0.99, value: float = 1.0, sigma: float = 0.1) -> Named:
+    return Named(name, alike, p, {"nothing": -50.0, "unknown": -50.0}, {"a": (value, sigma)})
+
+
+def campaign(kind: str, hidden: tuple[str, ...] = (), size: float = 20.0, **what: Any) -> Outcome:
+    told: dict[str, Any] = {
+        "number": 0,
+        "kind": kind,
+        "effects": {name: {"a": 1.0} for name in hidden},
+        "scale": {name: {"a": 0.5} for name in hidden},
+        "size": dict.fromkeys(hidden, size),
+        "cosine": None,
+        "imitations": {},
+        "verdict": "explained" if what.get("named") else "none",
+    }
+    return Outcome(**{**told, **what})
+
+
+def table(*outcomes: Outcome) -> dict[str, Any]:
+    return {figure.name: figure for figure in figures(outcomes)}
+
+
+def value(rows: dict[str, Any], start: str) -> tuple[float | None, int]:
+    row = next(figure for name, figure in rows.items() if name.startswith(start))
+    return row.value, row.count
+
+
+def test_nulls_are_false_by_any_other_answer_than_none():
+    rows = table(
+        campaign("null"), campaign("null", verdict="unknown"), campaign("null", named=(named("x"),)),
+        campaign("null", verdict="refused"),
+    )  # fmt: skip
+    assert value(rows, "nulls") == (0.75, 4)
+    assert next(iter(rows.values())).met is False
+
+
+def test_a_name_and_a_class_are_two_things():
+    rows = table(
+        campaign("single", ("x",), named=(named("x"),)),
+        campaign("single", ("x",), named=(named("y", "x"),)),
+        campaign("single", ("x",), named=(named("y"),)),
+        campaign("single", ("x",), named=(named("x"), named("y"))),
+        campaign("single", ("x",)),
+        campaign("single", ("x",), size=6.0),
+        campaign("single", ("x",), size=6.0, named=(named("x"),)),
+    )
+    assert value(rows, "single, 15 sigma and more: right name") == (0.2, 5)
+    assert value(rows, "single, 15 sigma and more: right class") == (0.4, 5)
+    assert value(rows, "single, 6 sigma: an effect claimed") == (0.5, 2)
+    assert value(rows, "single, 6 sigma, claimed: right name") == (1.0, 1)
+
+
+def test_pairs_need_both_and_one_class_holds_one_effect():
+    both = (named("x"), named("y"))
+    rows = table(
+        campaign("pair", ("x", "y"), cosine=-0.3, named=both),
+        campaign("pair", ("x", "y"), cosine=0.1, named=(named("x", "y"),)),
+        campaign("pair", ("x", "y"), cosine=-0.9, named=(named("z", "y"), named("x", "y"))),
+        campaign("pair", ("x", "y"), cosine=0.9, named=(named("y", "x"), named("z", "x"))),
+    )
+    assert value(rows, "pair, |cos| < 0.8") == (0.5, 2)
+    assert value(rows, "pair, |cos| >= 0.8") == (1.0, 2)
+
+
+def test_what_the_library_has_not_must_be_unknown_or_a_look_alike():
+    like = {"air": 0.97, "mass": 0.6}
+    rows = table(
+        campaign("outside", ("resonator",), verdict="unknown"),
+        campaign("ablated", ("x",), imitations=like, named=(named("air"),)),
+        campaign("ablated", ("x",), imitations=like, named=(named("mass"),)),
+        campaign("outside", ("cavity",), imitations=like, named=(named("mass"),)),
+        campaign("outside", ("cavity",), imitations=like),
+    )
+    assert value(rows, "outside or ablated: unknown, or") == (0.4, 5)
+    assert value(rows, "outside: one wrong name") == (pytest.approx(1 / 3), 3)
+
+
+def test_parameters_are_held_against_the_truth():
+    rows = table(
+        campaign("single", ("x",), 40.0, named=(named("x", value=1.02, sigma=0.02),)),
+        campaign("single", ("x",), 40.0, named=(named("x", value=0.90, sigma=0.02),)),
+        campaign("single", ("x",), 20.0, named=(named("x", value=1.50, sigma=0.4),)),
+    )
+    assert value(rows, "parameter error from 30 sigma") == (pytest.approx(0.06), 2)
+    assert value(rows, "true parameters within") == (pytest.approx(2 / 3), 3)
+
+
+def test_closure_counts_where_the_truth_was_found():
+    right = [campaign("single", ("x",), named=(named("x"),), closure=c) for c in (0.9, 0.96, 1.0)]
+    rows = table(*right, campaign("single", ("x",), named=(named("y"),), closure=0.1))
+    assert value(rows, "gap closed on held-out temperatures, median") == (pytest.approx(0.96), 3)
+
+
+def test_a_lag_on_one_ramp_must_be_called_not_observable():
+    seen = frozenset({"thermal_lag"})
+    rows = table(campaign("null", one_ramp=True, not_observable=seen), campaign("null"))
+    assert value(rows, "thermal lag") == (1.0, 1)
+    assert table(campaign("null", one_ramp=True))["thermal lag not observable on one ramp"].met is False
+
+
+def test_calibration_error_of_claims_that_come_true_half_as_often():
+    stated, right = np.full(40, 0.9), np.arange(40) % 2 == 0
+    assert reliability(stated, right, bins=4).error == pytest.approx(0.4)
+    assert reliability(np.full(40, 0.5), right, bins=4).error == pytest.approx(0.0)
+
+
+def test_the_temperature_makes_claims_as_sure_as_they_are_true():
+    """Three of four come true: nats of 4 over the temperature must leave odds of three."""
+    against = {"nothing": -4.0}
+    found = [
+        campaign("single", ("x",), named=(Named("x" if k % 4 else "y", (), 1.0, against, {}),)) for k in range(100)
+    ]
+    best = best_temperature(claims(found))
+    assert best is not None
+    assert 4.0 / best == pytest.approx(np.log(3.0), rel=0.05)
+    assert best_temperature(claims(found[1:4])) is None
+
+
+def test_an_outcome_is_read_from_truth_and_verdict():
+    truth = {
+        "number": 3,
+        "kind": "single",
+        "effects": {"x": {"a": 1.0}},
+        "prior_sigma": {"x": {"a": 1.0}},
+        "size_sigma": {"x": 30.0},
+        "cosine": None,
+        "imitations": {},
+        "legs": ["up"],
+    }
+    effect = {"name": "x", "equivalent": ["y"], "probability": 0.9, "against": {"nothing": -9.0}}
+    verdict = {
+        "verdict": "unknown",
+        "effects": [{**effect, "parameters": {"a": {"value": 1.1, "sigma": 0.1, "unit": "1"}}}],
+        "gap": {"held_out": {"closure": 0.97}},
+        "not_observable": ["thermal_lag"],
+        "seconds": 4.0,
+    }
+    assert outcome(truth, verdict).named == ()  # hints of an unknown gap claim nothing
+    found = outcome(truth, {**verdict, "verdict": "partly_explained"})
+    assert (found.right_names, found.one_ramp, found.closure) == (True, True, 0.97)
+    assert found.named[0].parameters == {"a": (1.1, 0.1)}
+    assert outcome(truth, None).verdict == "refused"
+
+
+def test_every_campaign_stands_once_in_picture_and_tables():
+    outcomes = [
+        campaign("null"),
+        campaign("single", ("x",), named=(named("y"),)),
+        campaign("single", ("x",), named=(named("x"), named("y"))),
+        campaign("ablated", ("x",), verdict="unknown"),
+        campaign("outside", ("cavity",), verdict="refused"),
+        campaign("pair", ("x", "y"), cosine=0.2),
+    ]
+    rows, columns, counts = confusion(outcomes)
+    assert counts.sum() == 5
+    assert counts[rows.index("x"), columns.index("several")] == 1
+    assert counts[rows.index("x, without it"), columns.index("unknown")] == 1
+    assert len(proof_figure(outcomes).axes) == 3
+    assert figures_table([figure.record() for figure in figures(outcomes)]).row_count == len(figures(outcomes))
+    assert confusion_table([o.record() for o in outcomes]).row_count == 5
