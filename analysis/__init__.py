@@ -3,7 +3,9 @@
 =====================  =====================================================================
 ``experiment``         the plate, its patches, the electronics and the protocol, as declared
 ``campaign``           recorded sweeps of one experiment over temperature
-``frf``                H1, coherence and variance per line
+``h1``                 H1 of synchronous repeats
+``frf``                FRFs of a campaign, coherence and variance per line
+``mains``              lines that mains hum takes
 ``material``           E(T), nu(T), eta(T) with their bands
 ``identification``     poles and residues of FRFs, tracked over temperature
 ``updating``           material parameters of a twin fitted to measured FRFs

@@ -1,22 +1,14 @@
-"""Frequency response functions: H1 over synchronous repeats, coherence, and variance per line.
-
-A sweep that starts at rest and ends in silence is a periodic excitation: no window, no leakage, and
-the repeats differ by noise alone. Drive and response come from the same card, so its filters and
-delays cancel in the ratio.
-"""
+"""Frequency response functions of a campaign: coherence and variance per line, and which lines to leave out."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
-from scipy.signal import savgol_filter
 
 from analysis.campaign import Campaign, Sweep
-
-SMOOTHING_HALF_WIDTH = 20
-"""Lines on either side over which the noise power is averaged; noise spectra are smooth, FRFs are not."""
+from analysis.h1 import bad_repeats, h1, single_repeat_power, smooth_power
+from analysis.mains import mains_lines, other_hums
 
 COPIES = 1e-12
 """Noise below this share of an FRF is that of rounding in double precision: no converter is so good."""
@@ -88,6 +80,24 @@ class Frf:
                 "record at least two repeats of each sweep"
             )
 
+    def without(self, sweeps: Sequence[int], why: str) -> "Frf":
+        """Return the FRFs without some sweeps, and a note for each, which `why` goes on."""
+        kept = np.setdiff1d(np.arange(len(self.temperature)), sweeps)
+        left_out = (
+            f"sweep at {self.temperature[s]:.1f} °C ({self.direction[s]}, {self.level[s]:g} V) left out: {why}"
+            for s in sweeps
+        )
+        return replace(
+            self,
+            temperature=self.temperature[kept],
+            direction=tuple(self.direction[s] for s in kept),
+            level=self.level[kept],
+            h=self.h[kept],
+            variance=self.variance[kept],
+            coherence=self.coherence[kept],
+            notes=(*self.notes, *left_out),
+        )
+
     def turned(self, inverted: Sequence[str]) -> "Frf":
         """Return the FRFs with the sign of `inverted` channels turned, and a note that says so."""
         if not inverted:
@@ -101,90 +111,10 @@ class Frf:
         return replace(self, h=sign[:, None] * self.h, notes=(*self.notes, note))
 
 
-def h1(
-    drive: NDArray[np.float32], response: NDArray[np.float32]
-) -> tuple[NDArray[np.complex128], NDArray[np.float64], NDArray[np.float64]]:
-    """Estimate H1 from synchronous repeats.
-
-    Parameters
-    ----------
-    drive, response : (R, M) ndarray
-        Repeats of one sweep and of what one sensor answered, V.
-
-    Returns
-    -------
-    h : (M // 2 + 1,) complex ndarray
-        G_yu / G_uu, the cross and auto spectra averaged over the repeats (paper section 3.2).
-    residual_power : (M // 2 + 1,) ndarray
-        Unbiased variance of a single repeat's ratio about h; NaN for one repeat. From three repeats on, a straight
-        drift over them is no noise: the oven ramps on, and h stands for the temperature in the middle.
-    coherence : (M // 2 + 1,) ndarray
-        |G_yu|^2 / (G_uu G_yy); identically 1 for one repeat, which says nothing.
-    """
-    u = np.fft.rfft(drive.astype(float), axis=1)
-    y = np.fft.rfft(response.astype(float), axis=1)
-    g_uu = (np.abs(u) ** 2).sum(0)
-    g_yu = (y * u.conj()).sum(0)
-    g_yy = (np.abs(y) ** 2).sum(0)
-    h = g_yu / g_uu
-    repeats = drive.shape[0]
-    residual, freedom = y - h * u, repeats - 1
-    if repeats > 2:
-        place = np.arange(repeats) - 0.5 * (repeats - 1)
-        residual = residual - np.outer(place, place @ residual) / (place @ place)
-        freedom -= 1
-    power = np.full(h.shape, np.nan)
-    if freedom:
-        power = (np.abs(residual) ** 2).sum(0) / freedom * repeats / g_uu
-    return h, power, np.abs(g_yu) ** 2 / (g_uu * g_yy)
-
-
-def bad_repeats(drive: NDArray[np.float32], response: NDArray[np.float32], lines: slice) -> list[int]:
-    """Repeats whose ratio lies far from the others': a knock, a dropout, a loose cable.
-
-    Each repeat's energy about the median repeat is compared with the median of these energies; more
-    than sixteen times (four times in amplitude) is no noise of a steady rig. Needs three repeats.
-    """
-    if drive.shape[0] < 3:
-        return []
-    ratio = (np.fft.rfft(response.astype(float), axis=1) / np.fft.rfft(drive.astype(float), axis=1))[:, lines]
-    middle = np.median(ratio.real, axis=0) + 1j * np.median(ratio.imag, axis=0)
-    energy = (np.abs(ratio - middle) ** 2).sum(1)
-    return [int(r) for r in np.flatnonzero(energy > 16.0 * np.median(energy))]
-
-
-def mains_lines(frequency: NDArray[np.float64], mains: float, record: float) -> NDArray[np.bool_]:
-    """Lines within one and a half spacings of a harmonic of `mains` [Hz], for a record of `record` seconds."""
-    distance = np.abs(frequency - mains * np.round(frequency / mains))
-    lines: NDArray[np.bool_] = distance < 1.5 / record
-    return lines
-
-
-def smooth_power(power: NDArray[np.float64], excluded: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Average noise power over neighbouring lines, leaving excluded lines out of every average."""
-    width = 2 * SMOOTHING_HALF_WIDTH + 1
-    kept = (~excluded).astype(float)
-    total = uniform_filter1d(np.where(excluded, 0.0, power), width, axis=-1, mode="nearest")
-    share = uniform_filter1d(kept, width, axis=-1, mode="nearest")
-    smoothed: NDArray[np.float64] = total / np.maximum(share, 1.0 / width)
-    return smoothed
-
-
-def single_repeat_power(h: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Noise power per line of an FRF without repeats, from its roughness over frequency.
-
-    What a local quartic over eleven lines leaves is noise where modes are many lines wide (local
-    polynomial method: Pintelon and Schoukens, System Identification, 2012, ch. 7).
-    """
-    smooth = savgol_filter(h.real, 11, 4) + 1j * savgol_filter(h.imag, 11, 4)
-    kept_share = 1.0 - savgol_filter(np.eye(1, 11, 5)[0], 11, 4)[5]
-    power: NDArray[np.float64] = np.abs(h - smooth) ** 2 / kept_share
-    return power
-
-
 def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     """H1 of every sweep and sensor of a campaign, inside the protocol's band.
 
+    Lines at harmonics of `mains` [Hz] are excluded, and where a hum is heard at others, these too.
     Raises ValueError where the sweeps differ in length, so that they share no frequency lines.
     """
     rate = campaign.experiment.acquisition.sample_rate
@@ -193,7 +123,22 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     low, high = campaign.experiment.protocol.band
     inside = np.flatnonzero((grid >= low - 1e-9) & (grid <= high + 1e-9))
     lines = slice(int(inside[0]), int(inside[-1]) + 1)
-    excluded = mains_lines(grid[lines], mains, samples / rate)
+    frequency, record = grid[lines], samples / rate
+    frf = _all_sweeps(campaign, lines, frequency, mains_lines(frequency, mains, record))
+    rough = np.array([[single_repeat_power(h) for h in sweep] for sweep in frf.h])
+    hums = other_hums(frequency, rough / np.maximum(frf.variance, np.finfo(float).tiny), frf.excluded)
+    if not hums:
+        return frf
+    masked = [mains_lines(frequency, hum, record) for hum in hums]
+    frf = _all_sweeps(campaign, lines, frequency, np.any([frf.excluded, *masked], axis=0))
+    told = " and ".join(f"{hum:.2f}" for hum in hums)
+    return replace(frf, notes=(*frf.notes, f"mains hum at multiples of {told} Hz: these lines are left out too"))
+
+
+def _all_sweeps(
+    campaign: Campaign, lines: slice, frequency: NDArray[np.float64], excluded: NDArray[np.bool_]
+) -> Frf:
+    samples = campaign.sweeps[0].drive.shape[1]
     notes: list[str] = []
     names = tuple(p.id for p in campaign.experiment.sensors)
     rows = []
@@ -206,7 +151,7 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
         temperature=np.array([s.temperature for s in campaign.sweeps]),
         direction=tuple(s.direction for s in campaign.sweeps),
         level=np.array([s.level for s in campaign.sweeps]),
-        frequency=grid[lines],
+        frequency=frequency,
         h=h,
         variance=variance,
         coherence=coherence,

@@ -5,16 +5,24 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from analysis.campaign import Campaign
 from analysis.frf import Frf
 from analysis.gap.gap import find_gap
+from analysis.gap.numerical_floor import NumericalFloor
 from analysis.gap.report import Estimate, GapReport
 from app.campaign_model import WORKERS, Start, campaign_model, judging
 from app.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from app.held_effects import HeldEffects
 from app.progress import Report
-from app.updating import Updating, updated_twin
+from app.twin import campaign_twin
+from app.updating import Updating, constants, updated_twin
 from simulation.effect_twin import EffectTwin
+from simulation.mesh_disagreement import mesh_disagreement
+
+FLOOR_LINES = 400
+"""Lines on which two meshes are compared: a dozen over the width of a resonance."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +86,24 @@ def campaign_gap(
     twin = replace(twin, library={name: effect for name, effect in twin.library.items() if name not in without})
     model = HeldEffects(twin, {name: {p.name: p.value for p in values} for name, values in given.items()})
     protocol = campaign.experiment.protocol
+    report("numerical floor", 0.0)
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
-        found = find_gap(frf, plain.updated, model, protocol, executor, progress=report)
+        floor = _floor(campaign, plain, twin, report)
+        found = find_gap(frf, plain.updated, model, protocol, executor, floor=floor, progress=report)
         claimed = {e.name: e.parameters for e in found.effects}
         if found.verdict == "unknown":
             fitted = fit_twin(frf, plain.updated, model, protocol, executor, given)
         else:
             fitted = FittedTwin(found.state, found.laws_after, found.sigma_gain, {**given, **claimed})
     return Comparison(frf, plain, twin, given, found, corrected_twin(frf, plain.updated, model, protocol, fitted))
+
+
+def _floor(campaign: Campaign, plain: Updating, twin: EffectTwin, report: Report) -> NumericalFloor:
+    """Compare the plate on its two meshes, as cold, as warm and as between as the campaign met it."""
+    frf = plain.frf
+    materials = constants(plain.updated)
+    order = np.argsort(frf.temperature, kind="stable")
+    some = [materials[int(order[place])] for place in (0, len(order) // 2, -1)]
+    lines = np.linspace(frf.frequency[0], frf.frequency[-1], FLOOR_LINES)
+    error = mesh_disagreement(campaign_twin(campaign.experiment, report), twin, some, lines)
+    return NumericalFloor(error, float(np.median(frf.noise_floor)))

@@ -14,6 +14,7 @@ from analysis.frf import Frf, campaign_frf
 from analysis.material import Material, MaterialLaws
 from analysis.updating.laws import fit_laws
 from analysis.updating.polarity import upright
+from analysis.updating.strays import stray_sweeps
 from analysis.updating.update import Updated, update
 from app.campaign_model import WORKERS, Start, campaign_model, judging
 from app.corrected_twin import corrected_twin, fit_twin, reached
@@ -70,7 +71,14 @@ def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin
         frf.require_noise()  # before a twin is built for nothing
         twin = campaign_twin(campaign.experiment, report)
         frf, begin = upright(frf, twin, report)
-        return frf, twin, update(frf, twin, begin=begin, progress=report)
+        updated = update(frf, twin, begin=begin, progress=report)
+        strays = stray_sweeps(frf, updated)
+        if strays:
+            frf = frf.without(
+                strays, "no plate explains it as it does its neighbours: clipped, knocked, or mixed up"
+            )
+            updated = update(frf, twin, progress=report)
+        return frf, twin, updated
 
 
 def updated_under_effects(

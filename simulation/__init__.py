@@ -43,6 +43,7 @@ The same plate with physical effects on it:
 ``local_slopes``           derivatives of a state's matrices, in these coordinates
 ``sensitivity``            derivatives of the answers: a field and its adjoint
 ``reading``                sensor volts
+``mesh_disagreement``      how far this plate and the plain one, on another mesh, are apart
 ``effect_twin``            volts in, volts out, for the gap workflow
 =========================  ================================================================
 """

@@ -5,6 +5,7 @@
 ``model``             what a twin must offer
 ``compression``       a sweep as a few hundred independent numbers, nothing lost
 ``noise``             the stated noise checked without a model
+``numerical_floor``   what discretisation does to the twin, and whether that can be borne
 ``groups``            sweeps at one temperature share the laws there
 ``sweeps``            a campaign ready to be compared
 ``state``             laws, readings, gain and effects: the point a fit moves

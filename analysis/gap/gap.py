@@ -14,11 +14,12 @@ from analysis.gap.held_out import HeldOut, held_out
 from analysis.gap.look_alikes import cosines, mimicry
 from analysis.gap.misfit import relative_misfit
 from analysis.gap.model import GapModel
+from analysis.gap.numerical_floor import NumericalFloor
 from analysis.gap.refit import Bench, Progress, explained
 from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
 from analysis.gap.search import Found, search
 from analysis.gap.state import starting_state
-from analysis.gap.sweeps import GapSweeps, NumericalFloor, prepare, sharpest
+from analysis.gap.sweeps import GapSweeps, prepare, sharpest
 from analysis.gap.thresholds import Z_FLOOR
 from analysis.gap.unknown import unknown_evidence
 from analysis.gap.verdict import Judgement, judge
@@ -53,14 +54,14 @@ def find_gap(
     executor : Executor
         Sweeps are linearised on it.
     floor : NumericalFloor, optional
-        Correction of the twin's discretisation, and what it leaves.
+        What discretisation does to the twin; without it, what is usual for a converged one.
     progress : callable, optional
         Called with a stage's name and the share of it done.
 
     Raises
     ------
     ValueError
-        Where the stated noise or the twin's numerical error cannot be trusted, or the lines are too few.
+        Where the stated noise cannot be trusted, or the lines are too few.
     """
     begun = clock()
     report: Progress = progress or (lambda stage, share: None)
@@ -76,7 +77,7 @@ def find_gap(
         tried = held_out(model, sweeps, baseline, found.fit, executor, significant)
     judgement = judge(bench, found, tried)
     report("done", 1.0)
-    notes = [*noise.notes, judgement.reason]
+    notes = [*noise.notes, *(floor.notes if floor is not None else ()), judgement.reason]
     if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest(updated):
         notes.append("some resonances came out sharper than the nodes were laid for; the residual may show it")
     notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]

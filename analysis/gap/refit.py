@@ -16,7 +16,6 @@ from analysis.gap.sweeps import GapSweeps
 from analysis.gap.thresholds import (
     COARSE_TEMPERATURES,
     LEAST_GAIN,
-    MODEL_ERROR,
     MODEL_ERROR_ALONG,
     REFIT_SHARE,
     WHITENESS,
@@ -64,7 +63,7 @@ class Bench:
     @cached_property
     def allowed(self) -> float:
         """Chi2 that the twin's own error may leave."""
-        return MODEL_ERROR**2 * self.sweeps.power
+        return self.sweeps.twin_error**2 * self.sweeps.power
 
     @cached_property
     def overstated(self) -> float:

@@ -1,6 +1,6 @@
 """A campaign ready to be compared with a twin: compressed sweeps, their circumstances and groups."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,34 +12,9 @@ from analysis.gap.compression import CompressedSweep, Nodes, compress
 from analysis.gap.groups import TemperatureGroups, mean_laws
 from analysis.gap.model import SweepPoint
 from analysis.gap.noise import NoiseCheck, check_noise
-from analysis.gap.thresholds import NUMERICAL_REST, READING_SIGMA, SHARPEST
+from analysis.gap.numerical_floor import NumericalFloor
+from analysis.gap.thresholds import MODEL_ERROR, READING_SIGMA, SHARPEST
 from analysis.updating.update import Updated
-
-Defect = Callable[[SweepPoint, NDArray[np.float64]], NDArray[np.complex128]]
-"""Circumstances and (F,) Hz -> (K, F): refined less working transfer at the baseline, per actuator volt."""
-
-
-@dataclass(frozen=True)
-class NumericalFloor:
-    """What discretisation does to the twin.
-
-    Attributes
-    ----------
-    defect : callable
-        Frozen correction, added to the model's transfer wherever it is asked.
-    rest : float
-        What the correction leaves, in sigma of the noise of a line.
-    """
-
-    defect: Defect
-    rest: float
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.rest <= NUMERICAL_REST:
-            raise ValueError(
-                f"the twin's own numerical error is {self.rest:.2f} sigma of the noise after its correction; "
-                f"at most {NUMERICAL_REST:g} allowed, or ghosts would be named. Refine the mesh"
-            )
 
 
 @dataclass(frozen=True)
@@ -64,6 +39,8 @@ class GapSweeps:
         Standard deviations of the laws' slopes, per K.
     defect : (T, K, n) complex ndarray
         Spline coefficients of the numerical defect.
+    twin_error : float
+        Error of the twin common to all lines, as a share of rms|H|.
     rows : (T, K, n) bool ndarray
         Which whitened numbers take part; all but in held-out trials.
     original : (T,) int ndarray
@@ -80,6 +57,7 @@ class GapSweeps:
     rough: NDArray[np.float64]
     slope_sigma: NDArray[np.float64]
     defect: NDArray[np.complex128] = field(repr=False)
+    twin_error: float
     rows: NDArray[np.bool_] = field(repr=False)
     original: NDArray[np.int_] = field(repr=False)
 
@@ -179,7 +157,7 @@ def prepare(
     )
     shape = (len(points), len(frf.channels), nodes.frequency.size)
     defect = np.zeros(shape, dtype=np.complex128)
-    if floor is not None:
+    if floor is not None and floor.defect is not None:
         defect = nodes.coefficients(np.array([floor.defect(p, nodes.frequency) for p in points]))
     groups = TemperatureGroups.of(frf.temperature)
     rough = mean_laws(updated.material, groups)
@@ -194,6 +172,7 @@ def prepare(
         rough=rough,
         slope_sigma=groups.slope_sigma(rough),
         defect=defect,
+        twin_error=floor.carried if floor is not None else MODEL_ERROR,
         rows=np.ones(shape, dtype=bool),
         original=np.arange(len(points)),
     )

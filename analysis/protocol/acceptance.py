@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
-from analysis.frf import h1
+from analysis.h1 import h1
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import SetPoint
 

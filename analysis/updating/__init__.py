@@ -8,6 +8,7 @@
 ``common_gain``        one gain over all sweeps, by arrow-shaped normal equations
 ``update``             all of it, for a campaign
 ``polarity``           channels recorded with the wrong sign
+``strays``             sweeps that no plate explains
 ``laws``               smooth E(T), nu(T), eta(T) with bands from the estimates
 =====================  ==============================================================
 """

@@ -13,7 +13,7 @@ from app.commands.bad_input import bad_input
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Campaign folder (default: FOLDER-campaign beside FOLDER)."
 )
-@click.option("--allow-missing", is_flag=True, help="Go on where the protocol asks for sweeps that are not there.")
+@click.option("--allow-missing", is_flag=True, help="Go on without sweeps that are not there or clipped.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @bad_input
 def command(folder: Path, out: Path | None, allow_missing: bool, as_json: bool) -> None:
@@ -39,12 +39,15 @@ def command(folder: Path, out: Path | None, allow_missing: bool, as_json: bool) 
                     "title": experiment.title,
                     "sweeps": len(recording.campaign.sweeps),
                     "sensors": [sensor.id for sensor in experiment.sensors],
+                    "left_out": [str(problem) for problem in recording.left_out],
                     "missing": [str(place) for place in recording.missing],
                     "inputs": recording.campaign.hashes,
                 },
                 indent=2,
             )
         )
+    for problem in recording.left_out:
+        click.echo(f"note: left out {problem}", err=True)
     for place in recording.missing:
         click.echo(f"note: missing {place}", err=True)
     if not find_module(experiment.acquisition.module):

@@ -39,6 +39,10 @@ class Problem:
         return f"{place}{value}; allowed: {self.allowed}" + (f" ({self.remedy})" if self.remedy else "")
 
 
+class SignalProblem(Problem):
+    """Samples that are no measurement, in a file that is whole: the sweep can be left out."""
+
+
 class CampaignFileError(ValueError):
     """A campaign cannot be read; the message lists everything found wrong with it.
 

@@ -71,7 +71,8 @@ def import_recording(
     out : Path, optional
         The campaign folder to make; by default ``FOLDER-campaign`` beside `folder`.
     allow_missing : bool
-        Take what is there where the protocol asks for more, and note what is missing.
+        Take what is there where the protocol asks for more, leave out sweeps that are no
+        measurement, and note both.
     report : callable, optional
         Told the stage and the share done of it.
 
@@ -193,8 +194,9 @@ def _write_sweeps(partial: Path, recording: Recording, report: Report) -> None:
 
 
 def _note(partial: Path, recording: Recording) -> None:
-    """Record what was imported and what is missing, each once however often the import was killed."""
+    """Record what was imported, left out and missing, each once however often the import was killed."""
     happened: list[dict[str, Any]] = [{"event": "imported", "sweeps": len(recording.campaign.sweeps)}]
+    happened += [{"event": "left out", "why": str(problem)} for problem in recording.left_out]
     happened += [{"event": "missing", "place": str(place)} for place in recording.missing]
     known = events.read_events(partial)
     for event in happened:

@@ -7,7 +7,7 @@ from pathlib import Path
 from analysis.campaign import Campaign, Sweep
 from analysis.experiment import Experiment
 from app.files import campaign_toml
-from app.files.campaign_error import CampaignFileError, Problem
+from app.files.campaign_error import CampaignFileError, Problem, SignalProblem
 from app.files.coverage import Place, coverage_problems, missing_places, places
 from app.files.provenance import sha256
 from app.files.tdms_sweep import read_sweep
@@ -27,12 +27,15 @@ class Recording:
     files : dict
         Name of the TDMS file of each sweep, by its step.
     missing : tuple of Place
-        What the protocol asks for and the folder lacks.
+        What the protocol asks for and the folder lacks, sweeps left out among it.
+    left_out : tuple of SignalProblem
+        Why sweeps that are there were left out.
     """
 
     campaign: Campaign
     files: dict[int, str]
     missing: tuple[Place, ...]
+    left_out: tuple[SignalProblem, ...] = ()
 
 
 def is_recorded_campaign(folder: Path) -> bool:
@@ -54,7 +57,7 @@ def read_recording(
     ----------
     folder : Path
     allow_missing : bool
-        Take what is there where the protocol asks for more.
+        Take what is there where the protocol asks for more, and leave out sweeps that are no measurement.
     report : callable, optional
         Told the stage and the share done of it.
 
@@ -69,11 +72,16 @@ def read_recording(
     if problems or not files:
         raise CampaignFileError(folder, problems or [_no_files(folder)])
     sweeps: dict[str, Sweep] = {}
+    left_out: list[SignalProblem] = []
     for done, path in enumerate(files):
         report("reading", done / len(files))
         name = f"{SWEEPS}/{path.name}"
         sweep, wrong = read_sweep(path, name, experiment)
-        problems += wrong
+        faults = [problem for problem in wrong if isinstance(problem, SignalProblem)]
+        if allow_missing and wrong and len(faults) == len(wrong):
+            left_out += faults
+        else:
+            problems += wrong
         if sweep:
             sweeps[name] = sweep
     report("reading", 1.0)
@@ -81,13 +89,13 @@ def read_recording(
     missing = missing_places(experiment.protocol, sweeps)
     if missing and not allow_missing and len(sweeps) == len(files):
         problems.append(_missing(missing))  # told only of whole files: a damaged one is not missing
-    if problems:
-        raise CampaignFileError(folder, problems)
+    if problems or not sweeps:
+        raise CampaignFileError(folder, problems or left_out)
     names = sorted(sweeps, key=lambda name: sweeps[name].step)
     hashes = {campaign_toml.NAME: sha256(folder / campaign_toml.NAME)}
     hashes |= {name: sha256(folder / name) for name in names}
     campaign = Campaign(folder.resolve().name, experiment, tuple(sweeps[name] for name in names), hashes)
-    return Recording(campaign, {sweeps[name].step: name for name in names}, missing)
+    return Recording(campaign, {sweeps[name].step: name for name in names}, missing, tuple(left_out))
 
 
 def _tdms_files(folder: Path) -> list[Path]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
 from analysis.experiment import Experiment
-from app.files.campaign_error import Problem
+from app.files.campaign_error import Problem, SignalProblem
 from app.files.signal_checks import faults
 from app.files.tdms_layout import DRIVE, Layout, layout_problems
 from drivers.ni.modules import find_module
@@ -23,6 +23,7 @@ DRIVE_TOLERANCE = 0.1
 """Largest difference between the peak of the drive and the level the file states, relative."""
 WHOLE = "a whole TDMS file"
 COPY_AGAIN = "copy it again from the recorder"
+LEAVE_OUT = "record it again, or import with --allow-missing to leave the sweep out"
 
 
 def read_sweep(path: Path, name: str, experiment: Experiment) -> tuple[Sweep | None, list[Problem]]:
@@ -131,7 +132,7 @@ def _sample_problems(
     for channel, repeats in volts.items():
         for group, samples in zip(layout.groups, repeats, strict=True):
             for seen, allowed in faults(samples, module):
-                yield Problem(name, f"{group}/{channel}", seen, allowed)
+                yield SignalProblem(name, f"{group}/{channel}", seen, allowed, LEAVE_OUT)
     level, peak = float(properties["level"]), float(np.abs(volts[DRIVE]).max())
     if math.isfinite(peak) and peak > 0.0 and abs(peak - level) > DRIVE_TOLERANCE * level:
         allowed = f"{level:g} V within {DRIVE_TOLERANCE:.0%}, the file's level"

@@ -1,12 +1,15 @@
 """H1 of sweeps through a known filter, its variance against repeated estimates, and bad repeats."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.signal import chirp, lfilter
 
 from analysis.campaign import Campaign, Sweep
 from analysis.experiment import Experiment
-from analysis.frf import bad_repeats, campaign_frf, h1, mains_lines
+from analysis.frf import campaign_frf
+from analysis.h1 import bad_repeats, h1
 
 RATE, SAMPLES = 8533.0, 12000
 B, A = [0.2, 0.1], [1.0, -1.6, 0.9]
@@ -110,7 +113,24 @@ def test_mains_harmonics_are_excluded() -> None:
     drive, response = recorded(np.random.default_rng(5))
     frf = campaign_frf(campaign(drive, response), mains=60.0)
     assert set(np.round(frf.frequency[frf.excluded] / 60.0)) == set(range(2, 26))
-    assert mains_lines(np.array([119.0, 120.0, 121.0]), 60.0, 2.0).tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize(("hum", "told"), [(49.9, True), (60.0, True), (50.0, False)])
+def test_a_hum_elsewhere_than_declared_is_heard_and_left_out(hum: float, told: bool) -> None:
+    drive, response = recorded(np.random.default_rng(10), noise=1e-3)
+    t = np.arange(SAMPLES) / RATE
+    loud = response + 0.02 * sum(np.sin(2 * np.pi * hum * n * t + n) for n in range(1, 31))
+    frf = campaign_frf(campaign(drive, loud))
+    heard = [
+        float(number) for note in frf.notes for number in re.findall(r"hum at multiples of ([0-9.]+) Hz", note)
+    ]
+    assert heard == ([pytest.approx(hum, abs=0.02)] if told else [])
+    harmonics = hum * np.arange(3, 30)
+    nearest = np.abs(frf.frequency[:, None] - harmonics).argmin(0)
+    assert frf.excluded[nearest].all()
+    assert frf.excluded.mean() < 0.2
+    quiet = campaign_frf(campaign(drive, response))
+    assert quiet.notes == ()
 
 
 def test_frfs_that_are_not_finite_are_refused() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+from nptdms import ChannelObject, GroupObject, RootObject, TdmsFile, TdmsWriter
 from numpy.typing import NDArray
 from scipy.signal import chirp, lfilter
 
@@ -79,7 +79,7 @@ room_temperature = 22.0
 
 
 @dataclass
-class TdmsFile:
+class TdmsContent:
     """One file to be: change anything in it before it is written."""
 
     properties: dict[str, Any]
@@ -102,7 +102,7 @@ class TinyCampaign:
     """A whole, faultless campaign: six files of two repeats and two sensors."""
 
     toml: str
-    files: dict[str, TdmsFile]
+    files: dict[str, TdmsContent]
 
     def write(self, folder: Path) -> Path:
         (folder / "sweeps").mkdir(parents=True)
@@ -112,7 +112,7 @@ class TinyCampaign:
         return folder
 
 
-def _tdms(step: int, direction: str, temperature: float) -> TdmsFile:
+def _tdms(step: int, direction: str, temperature: float) -> TdmsContent:
     rng = np.random.default_rng(step)
     time = np.arange(SAMPLES) / RATE
     drive = np.where(time < 0.15, chirp(time, 100.0, 0.15, 1500.0, phi=-90.0), 0.0)
@@ -125,7 +125,7 @@ def _tdms(step: int, direction: str, temperature: float) -> TdmsFile:
             groups[repeat][sensor] = response.astype(np.float32)
     waveform = {"wf_increment": 1.0 / RATE, "wf_start_offset": 0.0, "wf_samples": SAMPLES, "unit_string": "V"}
     start, end = (temperature - 0.03, temperature + 0.02)
-    return TdmsFile(
+    return TdmsContent(
         properties={
             "oven_temperature_start": start,
             "oven_temperature_end": end,
@@ -190,3 +190,33 @@ def cut_recording() -> Callable[[Path, tuple[int, ...]], None]:
         (folder / "campaign.toml").write_text(text, encoding="utf-8")
 
     return cut
+
+
+@pytest.fixture(scope="session")
+def change_samples() -> Callable[[Path, Callable[[str, NDArray[Any]], NDArray[Any]]], None]:
+    """Rewrite a recorded sweep with the repeats (R, M) of every channel, given by its name, changed."""
+
+    def rewrite(path: Path, change: Callable[[str, NDArray[Any]], NDArray[Any]]) -> None:
+        recorded = TdmsFile.read(path)
+        groups = recorded.groups()
+        names = [channel.name for channel in groups[0].channels()]
+        changed = {name: change(name, np.stack([group[name][:] for group in groups])) for name in names}
+        content = TdmsContent(
+            properties=dict(recorded.properties),
+            groups={
+                group.name: {name: changed[name][r].astype(np.float32) for name in names}
+                for r, group in enumerate(groups)
+            },
+            channel_properties={
+                group.name: {name: dict(group[name].properties) for name in names} for group in groups
+            },
+        )
+        content.write(path)
+
+    return rewrite
+
+
+@pytest.fixture(scope="session")
+def built_plates(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Name a cache folder of its own for all tests that compare a recording: its plate is built once."""
+    return tmp_path_factory.mktemp("plates")

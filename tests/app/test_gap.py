@@ -99,12 +99,12 @@ def typed(*words: object) -> Result:
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory, cut_recording: Cut) -> Iterator[Path]:
+def recording(tmp_path_factory: pytest.TempPathFactory, cut_recording: Cut, built_plates: Path) -> Iterator[Path]:
     """Cut a few sweeps out of the shipped recording."""
     folder = tmp_path_factory.mktemp("gap") / "few"
     cut_recording(folder, TEMPERATURES)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FLEXURA_CACHE", str(folder.with_name("cache")))
+        patch.setenv("FLEXURA_CACHE", str(built_plates))
         yield folder
 
 

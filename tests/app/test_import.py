@@ -188,6 +188,39 @@ def test_missing_sweeps_are_noted_when_allowed(tiny: Any, tmp_path: Path, run_fl
     assert [sweep.step for sweep in load_campaign(out).sweeps] == [0, 2, 3, 4]
 
 
+def test_a_clipped_sweep_is_left_out_and_noted_when_allowed(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
+    clipped = tiny.files["001.tdms"].groups["repeat 2"]
+    clipped["S1"] = np.clip(clipped["S1"], -0.05, 0.05)
+    recorded = tiny.write(tmp_path / "plate")
+    status, _, message = run_flexura("import", recorded)
+    assert status == 2
+    assert "001.tdms: repeat 2/S1 = " in message
+    assert "import with --allow-missing to leave the sweep out" in message
+    status, output, message = run_flexura("import", recorded, "--allow-missing", "--json")
+    assert status == 0
+    assert "note: left out sweeps/001.tdms: repeat 2/S1 = " in message
+    assert json.loads(output)["missing"] == ["20 °C up 1 V"]
+    out = Path(json.loads(output)["campaign"])
+    assert [sweep.step for sweep in load_campaign(out).sweeps] == [0, 2, 3, 4, 5]
+    assert "left out" in (out / "events.jsonl").read_text(encoding="utf-8")
+    status, _, message = run_flexura("import", recorded, "--allow-missing")
+    assert "unchanged" in message
+
+
+def test_allowed_or_not_a_damaged_file_and_nothing_but_clipped_ones_are_refused(
+    tiny: Any, tmp_path: Path, run_flexura: Run
+) -> None:
+    tiny.files["001.tdms"].groups["repeat 2"]["S1"] = tiny.files["001.tdms"].groups["repeat 2"]["S1"][:-3]
+    status, _, message = run_flexura("import", tiny.write(tmp_path / "damaged"), "--allow-missing")
+    assert status == 2
+    assert "unequal" in message
+    tiny.files = {"000.tdms": tiny.files["000.tdms"]}
+    tiny.files["000.tdms"].groups["repeat 1"]["S1"] *= 0.0
+    status, _, message = run_flexura("import", tiny.write(tmp_path / "silent"), "--allow-missing")
+    assert status == 2
+    assert "0 to 0 V throughout" in message
+
+
 def test_index_leads_to_every_sweep_and_can_be_made_anew(recorded: Path) -> None:
     out = import_recording(recorded).folder
     before = (out / "index.h5").read_bytes()

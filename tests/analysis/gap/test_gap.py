@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.gap import find_gap
-from analysis.gap.sweeps import NumericalFloor
+from analysis.gap.numerical_floor import NumericalFloor
 
 TEMPERATURES = tuple(np.arange(2.0, 39.0, 4.0))
 
@@ -160,8 +160,10 @@ def test_a_wrong_noise_is_said_and_does_not_change_the_verdict(solve):
 
 
 def test_a_numerical_error_too_large_is_refused():
-    with pytest.raises(ValueError, match=r"0\.50 sigma"):
-        NumericalFloor(lambda point, frequency: np.zeros((2, frequency.size)), 0.5)
+    with pytest.raises(ValueError, match=r"two meshes differs by 0\.5 % of the response, 0\.50 sigma"):
+        NumericalFloor(error=5e-3, noise=0.01)
+    assert NumericalFloor(error=5e-3, noise=0.02).notes
+    assert NumericalFloor(error=9e-4, noise=1e-3).notes == ()  # as near as converged solvers come to each other
 
 
 def test_the_frozen_correction_removes_the_ghost_of_a_coarse_mesh(solve):
@@ -170,7 +172,7 @@ def test_the_frozen_correction_removes_the_ghost_of_a_coarse_mesh(solve):
 
     ghost, _ = solve(extra=error, temperatures=(10.0, 14.0))
     assert ghost.verdict != "none"
-    floor = NumericalFloor(lambda point, frequency: error(frequency), 0.1)
+    floor = NumericalFloor(1e-3, 0.01, lambda point, frequency: error(frequency))
     report, _ = solve(extra=error, temperatures=(10.0, 14.0), floor=floor)
     assert report.verdict == "none"
 

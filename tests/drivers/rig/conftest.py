@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt, sosfreqz
 
 from analysis.campaign import Sweep
-from analysis.frf import h1
+from analysis.h1 import h1
 from analysis.protocol.limits import Limits
 from analysis.protocol.programme import Programme, Settling
 from analysis.protocol.protocol import AcquisitionProtocol

@@ -1,0 +1,88 @@
+"""H1 over synchronous repeats, with its coherence and the power of its noise.
+
+A sweep that starts at rest and ends in silence is a periodic excitation: no window, no leakage, and
+the repeats differ by noise alone. Drive and response come from the same card, so its filters and
+delays cancel in the ratio.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import savgol_filter
+
+SMOOTHING_HALF_WIDTH = 20
+"""Lines on either side over which the noise power is averaged; noise spectra are smooth, FRFs are not."""
+
+
+def h1(
+    drive: NDArray[np.float32], response: NDArray[np.float32]
+) -> tuple[NDArray[np.complex128], NDArray[np.float64], NDArray[np.float64]]:
+    """Estimate H1 from synchronous repeats.
+
+    Parameters
+    ----------
+    drive, response : (R, M) ndarray
+        Repeats of one sweep and of what one sensor answered, V.
+
+    Returns
+    -------
+    h : (M // 2 + 1,) complex ndarray
+        G_yu / G_uu, the cross and auto spectra averaged over the repeats (paper section 3.2).
+    residual_power : (M // 2 + 1,) ndarray
+        Unbiased variance of a single repeat's ratio about h; NaN for one repeat. From three repeats on, a straight
+        drift over them is no noise: the oven ramps on, and h stands for the temperature in the middle.
+    coherence : (M // 2 + 1,) ndarray
+        |G_yu|^2 / (G_uu G_yy); identically 1 for one repeat, which says nothing.
+    """
+    u = np.fft.rfft(drive.astype(float), axis=1)
+    y = np.fft.rfft(response.astype(float), axis=1)
+    g_uu = (np.abs(u) ** 2).sum(0)
+    g_yu = (y * u.conj()).sum(0)
+    g_yy = (np.abs(y) ** 2).sum(0)
+    h = g_yu / g_uu
+    repeats = drive.shape[0]
+    residual, freedom = y - h * u, repeats - 1
+    if repeats > 2:
+        place = np.arange(repeats) - 0.5 * (repeats - 1)
+        residual = residual - np.outer(place, place @ residual) / (place @ place)
+        freedom -= 1
+    power = np.full(h.shape, np.nan)
+    if freedom:
+        power = (np.abs(residual) ** 2).sum(0) / freedom * repeats / g_uu
+    return h, power, np.abs(g_yu) ** 2 / (g_uu * g_yy)
+
+
+def bad_repeats(drive: NDArray[np.float32], response: NDArray[np.float32], lines: slice) -> list[int]:
+    """Repeats whose ratio lies far from the others': a knock, a dropout, a loose cable.
+
+    Each repeat's energy about the median repeat is compared with the median of these energies; more
+    than sixteen times (four times in amplitude) is no noise of a steady rig. Needs three repeats.
+    """
+    if drive.shape[0] < 3:
+        return []
+    ratio = (np.fft.rfft(response.astype(float), axis=1) / np.fft.rfft(drive.astype(float), axis=1))[:, lines]
+    middle = np.median(ratio.real, axis=0) + 1j * np.median(ratio.imag, axis=0)
+    energy = (np.abs(ratio - middle) ** 2).sum(1)
+    return [int(r) for r in np.flatnonzero(energy > 16.0 * np.median(energy))]
+
+
+def smooth_power(power: NDArray[np.float64], excluded: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Average noise power over neighbouring lines, leaving excluded lines out of every average."""
+    width = 2 * SMOOTHING_HALF_WIDTH + 1
+    kept = (~excluded).astype(float)
+    total = uniform_filter1d(np.where(excluded, 0.0, power), width, axis=-1, mode="nearest")
+    share = uniform_filter1d(kept, width, axis=-1, mode="nearest")
+    smoothed: NDArray[np.float64] = total / np.maximum(share, 1.0 / width)
+    return smoothed
+
+
+def single_repeat_power(h: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Noise power per line of an FRF without repeats, from its roughness over frequency.
+
+    What a local quartic over eleven lines leaves is noise where modes are many lines wide (local
+    polynomial method: Pintelon and Schoukens, System Identification, 2012, ch. 7).
+    """
+    smooth = savgol_filter(h.real, 11, 4) + 1j * savgol_filter(h.imag, 11, 4)
+    kept_share = 1.0 - savgol_filter(np.eye(1, 11, 5)[0], 11, 4)[5]
+    power: NDArray[np.float64] = np.abs(h - smooth) ** 2 / kept_share
+    return power

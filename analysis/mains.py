@@ -1,0 +1,51 @@
+"""Mains hum in FRFs: which lines it takes, and its true frequency where that is not the nominal one."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Real = NDArray[np.float64]
+
+FUNDAMENTALS = np.arange(45.0, 65.0, 0.01)
+"""Hz: 50 and 60 Hz grids, and generators."""
+LEAST_HARMONICS = 10
+"""Fewer could be loud by chance at one of so many fundamentals."""
+LOUD = 5.0
+"""Excess of the harmonics' median power over the noise, for one sweep; averages over n may be sqrt(n) fainter."""
+
+
+def mains_lines(frequency: Real, mains: float, record: float) -> NDArray[np.bool_]:
+    """Lines within one and a half spacings of a harmonic of `mains` [Hz], for a record of `record` seconds."""
+    distance = np.abs(frequency - mains * np.round(frequency / mains))
+    lines: NDArray[np.bool_] = distance < 1.5 / record
+    return lines
+
+
+def other_hums(frequency: Real, rough: Real, excluded: NDArray[np.bool_]) -> list[float]:
+    """Return fundamentals of hums that stand out of the noise and are not all on `excluded` lines, Hz, ascending.
+
+    They are sought in all sweeps together and in each: mains wander by some hundredths of a hertz.
+
+    Parameters
+    ----------
+    frequency : (F,) ndarray
+        Evenly spaced, Hz.
+    rough : (T, K, F) ndarray
+        Power that neighbouring lines have not in common, in units of the noise, of T sweeps and K channels.
+    excluded : (F,) bool ndarray
+    """
+    sweeps, channels, _ = rough.shape
+    power = np.concatenate([rough.mean((0, 1))[None], rough.mean(1)])
+    power = power / np.maximum(np.median(power, axis=1, keepdims=True), 1e-300)
+    loudest = 1.0 + LOUD / np.sqrt(channels * np.array([sweeps] + [1] * sweeps))
+    best = np.zeros(len(power))
+    spacing = frequency[1] - frequency[0]
+    for fundamental in FUNDAMENTALS:
+        harmonics = np.arange(np.ceil(frequency[0] / fundamental), np.floor(frequency[-1] / fundamental) + 1)
+        if harmonics.size < LEAST_HARMONICS:
+            continue
+        here = np.round((harmonics * fundamental - frequency[0]) / spacing).astype(int)
+        level = np.median(power[:, here], axis=1)
+        louder = level > loudest
+        loudest[louder] = level[louder]
+        best[louder] = 0.0 if excluded[here].all() else fundamental
+    return sorted({float(fundamental) for fundamental in best if fundamental > 0.0})

@@ -1,0 +1,42 @@
+"""Lines taken by mains hum, nominal and heard."""
+
+import numpy as np
+
+from analysis.mains import mains_lines, other_hums
+
+FREQUENCY = np.arange(100.0, 1500.0, 0.5)
+
+
+def noise(seed: int, sweeps: int = 20, channels: int = 1) -> np.ndarray:
+    return np.random.default_rng(seed).exponential(1.0, (sweeps, channels, FREQUENCY.size))
+
+
+def with_hum(rough: np.ndarray, fundamental: float, power: float) -> np.ndarray:
+    loud = rough.copy()
+    harmonics = fundamental * np.arange(np.ceil(100.0 / fundamental), 1499.0 / fundamental)
+    loud[..., np.round((harmonics - 100.0) / 0.5).astype(int)] += power
+    return loud
+
+
+def test_a_line_and_a_half_around_each_harmonic() -> None:
+    assert mains_lines(np.array([119.0, 120.0, 121.0]), 60.0, 2.0).tolist() == [False, True, False]
+
+
+def test_noise_is_no_hum() -> None:
+    nothing = np.zeros(FREQUENCY.size, dtype=bool)
+    assert all(other_hums(FREQUENCY, noise(seed), nothing) == [] for seed in range(5))
+
+
+def test_a_faint_steady_hum_and_a_loud_one_in_a_single_sweep_are_heard() -> None:
+    nothing = np.zeros(FREQUENCY.size, dtype=bool)
+    (heard,) = other_hums(FREQUENCY, with_hum(noise(1), 49.87, 4.0), nothing)
+    assert abs(heard - 49.87) < 0.02
+    once = noise(2)
+    once[3] = with_hum(once[3], 60.04, 40.0)
+    assert all(abs(hum - 60.04) < 0.02 for hum in other_hums(FREQUENCY, once, nothing))
+    assert other_hums(FREQUENCY, once, nothing)
+
+
+def test_a_hum_on_excluded_lines_is_none() -> None:
+    excluded = mains_lines(FREQUENCY, 50.0, 2.0)
+    assert other_hums(FREQUENCY, with_hum(noise(3), 50.0, 50.0), excluded) == []
