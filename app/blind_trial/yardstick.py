@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.frf import Frf, mains_lines
+from analysis.frf import Frf
 from analysis.gap.arrow import arrow
 from analysis.gap.effect_card import Values
 from analysis.gap.fit import fit_gap
@@ -16,6 +16,7 @@ from analysis.gap.normal_equations import linearise_all
 from analysis.gap.screen import screen
 from analysis.gap.state import GapState, starting_state
 from analysis.gap.sweeps import GapSweeps, prepare
+from analysis.mains import mains_lines
 from analysis.material import Material
 from analysis.protocol.drive import drive_signal
 from analysis.updating.update import Updated
