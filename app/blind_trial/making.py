@@ -23,7 +23,7 @@ from simulation.effects.library import LIBRARY
 
 SCHEMA = "flexura-blind-truth/1"
 NOISE = (0.01, 0.03)
-"""Of the response, on a line of a sweep's FRF. Over its four hundred lines a sweep is then known as well as with 1 %
+"""Of the response, on a line of a sweep's FRF. Over its four hundred lines a sweep is known as well as with 1 %
 on every tenth, and the twin's own error of 0.1 % does not hide what is a few sigma."""
 
 
