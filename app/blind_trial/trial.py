@@ -11,8 +11,9 @@
 
 import json
 import multiprocessing
-from collections.abc import Callable
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,7 +38,6 @@ SCHEMA = "flexura-blind-trial/1"
 TRIAL = "trial.json"
 CAMPAIGNS_PER_PLATE = 100
 """Reducing a plate, twice, takes longer than many campaigns on it."""
-Told = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -113,44 +113,45 @@ def begin(trial: Trial) -> dict[str, Any]:
     return record
 
 
-def run_trial(trial: Trial, workers: int, report: Report, told: Callable[[str], None]) -> None:
-    """Make and judge every campaign that has no verdict yet.
-
-    Parameters
-    ----------
-    trial : Trial
-    workers : int
-        Processes.
-    report : callable
-        Told the stage and the share done.
-    told : callable
-        Told in a line what each campaign came to: number and seconds, never a verdict.
-    """
-    left = [a for a in trial.assignments if not is_judged(trial.run(a))]
-    if not left:
-        return
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, mp_context=context)
+@contextmanager
+def worker_processes(count: int) -> Iterator[Executor]:
+    """Yield fresh processes; what waits is dropped where the block is left by an error or Ctrl-C."""
+    pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
     try:
-        plates = [pool.submit(task, kind) for kind in trial.plates for task in (prepare_specimen, prepare_twin)]
-        _follow(plates, "plates", report)
-        jobs = {pool.submit(one_campaign, trial, assignment): assignment for assignment in left}
-        report("campaigns", 1.0 - len(left) / trial.count)
-        for done, job in enumerate(as_completed(jobs), 1):
-            job.result()
-            report("campaigns", 1.0 - (len(left) - done) / trial.count)
-            told(f"campaign {jobs[job].name} judged, {len(left) - done} left")
+        yield pool
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
         raise
     pool.shutdown()
 
 
-def _follow(jobs: list[Future[None]], stage: str, report: Report) -> None:
-    report(stage, 0.0)
+def run_trial(trial: Trial, executor: Executor, report: Report, told: Callable[[str], None]) -> None:
+    """Make and judge every campaign that has no verdict yet.
+
+    Parameters
+    ----------
+    trial : Trial
+    executor : Executor
+        Plates, then campaigns, are its tasks.
+    report : callable
+        Told the stage and the share done.
+    told : callable
+        Told in a line of every campaign that was judged, never of its verdict.
+    """
+    left = [a for a in trial.assignments if not is_judged(trial.run(a))]
+    if not left:
+        return
+    tasks = [(task, kind) for kind in trial.plates for task in (prepare_specimen, prepare_twin)]
+    report("plates", 0.0)
+    for done, plate in enumerate(as_completed([executor.submit(task, kind) for task, kind in tasks]), 1):
+        plate.result()
+        report("plates", done / len(tasks))
+    jobs = {executor.submit(one_campaign, trial, assignment): assignment for assignment in left}
+    before = trial.count - len(left)
     for done, job in enumerate(as_completed(jobs), 1):
         job.result()
-        report(stage, done / len(jobs))
+        report("campaigns", (before + done) / trial.count)
+        told(f"campaign {jobs[job].name} judged, {len(left) - done} left")
 
 
 def prepare_specimen(kind: PlateKind) -> None:

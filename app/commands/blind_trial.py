@@ -51,7 +51,7 @@ def command(
     flexura blind-trial --count 200 --seed 7
     flexura blind-trial --count 20 --seed 7 --kind null --kind single
     """  # noqa: D301
-    from app.blind_trial.trial import Trial, begin, run_trial
+    from app.blind_trial.trial import Trial, begin, run_trial, worker_processes
     from app.progress import progress
 
     stream = "calibration" if calibrate else "trial"
@@ -59,8 +59,8 @@ def command(
     wanted = tuple(kind for kind in KINDS if kind in kinds) or KINDS
     trial = Trial(folder, count, seed, wanted, stream)
     begin(trial)
-    with progress() as report:
-        run_trial(trial, workers, report, lambda line: click.echo(line, err=True))
+    with progress() as report, worker_processes(workers) as executor:
+        run_trial(trial, executor, report, lambda line: click.echo(line, err=True))
     record = _proven(trial)
     if as_json:
         click.echo(json.dumps(record, indent=1, allow_nan=False))

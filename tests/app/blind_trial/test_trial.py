@@ -1,0 +1,128 @@
+"""A whole trial of two campaigns on a small model of a plate, and what its folders may tell."""
+
+import dataclasses
+import json
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.experiment import Experiment
+from analysis.material import MaterialBox
+from app.blind_trial.outcome import read_outcome
+from app.blind_trial.plates import PlateKind, draw_plate
+from app.blind_trial.trial import Trial, begin, run_trial
+from app.commands.blind_trial import command
+from app.files.bad_file import ResultFileError
+from app.files.provenance import sha256
+from simulation.effect_operators import EffectOperators
+from simulation.effect_reduction import reduce_with_effects
+from simulation.mesh import MeshRecipe
+from simulation.mindlin import assemble
+from simulation.reduced_model import ReducedModel
+from simulation.reduction import Training, reduce
+
+BAND = (100.0, 250.0)
+BOX = MaterialBox((0.9e9, 3.6e9), (0.32, 0.46), (0.02, 0.12))
+MESH = MeshRecipe(degree=3, spacing=0.08, strip=0.005, edge_strip=0.005)
+ROUGH = Training(tolerance=1e-3, lines=60)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small() -> Iterator[None]:
+    """One plate with two patches and few modes; for the sake of time the twin has the specimen's own mesh."""
+    drawn = draw_plate(np.random.default_rng(3))
+    kind = dataclasses.replace(drawn, band=BAND, patches=drawn.patches[:2])
+    made: list[EffectOperators] = []
+
+    def plates(trial: Trial) -> tuple[PlateKind, ...]:
+        return (kind,)
+
+    def operators(experiment: Experiment, *_: Any) -> EffectOperators:
+        if not made:  # the specimen's, whose hidden point harms nobody, come first
+            assert len(experiment.cable) == 2
+            made.append(reduce_with_effects(experiment, BOX, recipe=MESH, fine_degree=3, training=ROUGH)[0])
+        return made[0]
+
+    def reduction(plate: Any, patches: Any, box: MaterialBox, band: Any, progress: Any) -> ReducedModel:
+        return reduce(assemble(plate, patches, recipe=MESH), BOX, band, training=ROUGH)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Trial, "plates", property(plates))
+        patch.setattr("app.blind_trial.specimen.cached_operators", operators)
+        patch.setattr("app.effect_twin.cached_operators", operators)
+        patch.setattr("app.twin.cached_reduction", reduction)
+        yield
+
+
+def run(trial: Trial) -> list[str]:
+    lines: list[str] = []
+    with ThreadPoolExecutor(1) as executor:
+        run_trial(trial, executor, lambda stage, share: None, lines.append)
+    return lines
+
+
+@pytest.fixture(scope="module")
+def trial(tmp_path_factory: pytest.TempPathFactory) -> Trial:
+    found = Trial(tmp_path_factory.mktemp("trial"), 2, 7, ("null", "single"))
+    begin(found)
+    assert len(run(found)) == 2
+    return found
+
+
+def test_both_campaigns_are_judged(trial: Trial):
+    outcomes = [read_outcome(trial.truth(a), trial.run(a)) for a in trial.assignments]
+    assert sorted(o.kind for o in outcomes if o) == ["null", "single"]
+    assert all(o is not None and o.verdict != "refused" for o in outcomes)
+    null = next(o for o in outcomes if o and o.kind == "null")
+    assert null.verdict == "none"
+
+
+def test_no_campaign_tells_what_it_hides(trial: Trial):
+    """Names of effects, and every number of the truth, are looked for in all its text; only the hash is there."""
+    for assignment in trial.assignments:
+        folder, truth = trial.campaign(assignment), trial.truth(assignment)
+        record = json.loads(truth.read_text(encoding="utf-8"))
+        protocol = (folder / "protocol.json").read_text(encoding="utf-8")
+        told = protocol + (folder / "events.jsonl").read_text(encoding="utf-8")
+        numbers = [record["gain"], record["noise"], *record["laws"]["youngs_modulus"]]
+        numbers += [value for values in record["effects"].values() for value in values.values()]
+        assert not [x for x in (*record["effects"], *map(repr, numbers), "simulation") if x in told]
+        assert json.loads(protocol)["source"] == {truth.name: sha256(truth)}
+
+
+def test_what_is_judged_is_not_made_again(trial: Trial):
+    before = {a: sha256(trial.truth(a)) for a in trial.assignments}
+    assert run(trial) == []
+    last = trial.assignments[-1]
+    (trial.run(last) / "gap.json").unlink()  # as a kill leaves it
+    assert run(trial) == [f"campaign {last.name} judged, 0 left"]
+    assert {a: sha256(trial.truth(a)) for a in trial.assignments} == before
+
+
+def test_a_folder_holds_one_trial_under_one_set_of_thresholds(trial: Trial):
+    assert begin(trial)["inputs"]["thresholds"]
+    with pytest.raises(ResultFileError, match="another seed"):
+        begin(dataclasses.replace(trial, seed=8))
+    file = trial.folder / "trial.json"
+    kept = file.read_text(encoding="utf-8")
+    record = json.loads(kept)
+    file.write_text(json.dumps({**record, "inputs": {"thresholds": "moved"}}), encoding="utf-8")
+    with pytest.raises(ResultFileError, match="another inputs"):
+        begin(trial)
+    file.write_text(kept, encoding="utf-8")
+
+
+def test_the_verb_proves_what_is_there(trial: Trial, run_flexura: Any):
+    words = ("blind-trial", "--count", 2, "--seed", 7, "--kind", "null", "--kind", "single", "--out", trial.folder)
+    status, out, err = run_flexura(*words, "--json")
+    record = json.loads(out)
+    assert status in (0, 1)
+    assert status == int(any(row["met"] is False for row in record["figures"]))
+    assert record == json.loads((trial.folder / "proof.json").read_text(encoding="utf-8"))
+    assert [c["kind"] for c in record["campaigns"]] == [a.kind for a in trial.assignments]
+    assert "2 campaigns" in err
+    assert (trial.folder / "proof.png").stat().st_size > 20_000
+    assert command.name == "blind-trial"
