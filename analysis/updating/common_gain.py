@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.updating.model import TransferModel
 from analysis.updating.normal_equations import NormalEquations, SweepData, moved, normal_equations
+from analysis.updating.sweep_fit import SETTLED
 
 ROUNDS = 4
 
@@ -33,7 +34,8 @@ def fit_common_gain(
         jobs = [executor.submit(normal_equations, model, d, m, gain) for d, m in zip(data, materials, strict=True)]
         points = [job.result() for job in jobs]
         steps, gain_step, sigma = arrow_step(points)
-        if sum(float(p.gradient[:3] @ s) for p, s in zip(points, steps, strict=True)) < 0.01 * len(points):
+        promised = sum(float(p.gradient[:3] @ s) for p, s in zip(points, steps, strict=True))
+        if promised < SETTLED * sum(p.excess for p in points):
             break
         log_gain += gain_step
         materials = [model.box.clip(moved(p.material, s)) for p, s in zip(points, steps, strict=True)]

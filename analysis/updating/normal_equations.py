@@ -76,8 +76,13 @@ class NormalEquations:
         return np.linalg.solve(self.matrix[:3, :3], gradient).astype(np.float64)
 
     @property
+    def excess(self) -> float:
+        """chi2 per degree of freedom, at least 1: a misfit beyond the noise makes every estimate as uncertain."""
+        return max(self.chi2 / self.dof, 1.0)
+
+    @property
     def decrement(self) -> float:
-        """The fall of chi2 that a full step promises: small against 1 means settled."""
+        """The fall of chi2 that a full step promises: small against `excess` means settled."""
         return float(self.gradient @ np.linalg.solve(self.matrix, self.gradient))
 
 

@@ -10,7 +10,8 @@ from analysis.updating.normal_equations import NormalEquations, SweepData, moved
 
 MAX_STEPS = 30
 SETTLED = 0.01
-"""Promised fall of chi2 below which a fit has settled: a twentieth of a standard deviation."""
+"""Promised fall of chi2 below which a fit that reaches the noise has settled, a tenth of a standard deviation. A
+fit that misses by more than the noise settles at so much more."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ def fit_sweep(model: TransferModel, data: SweepData, start: NDArray[np.float64])
         if trial.chi2 <= point.chi2:
             fallen = point.chi2 - trial.chi2
             point, damping = trial, damping / 30.0
-            if point.decrement < SETTLED:
+            if point.decrement < SETTLED * point.excess:
                 return SweepFit(point, misfit_start, True)
             if fallen < 1e-9 * point.chi2:  # leaning on the wall of the box
                 break
@@ -43,4 +44,4 @@ def fit_sweep(model: TransferModel, data: SweepData, start: NDArray[np.float64])
             damping *= 20.0
             if damping > 1e8:
                 break
-    return SweepFit(point, misfit_start, point.decrement < SETTLED)
+    return SweepFit(point, misfit_start, point.decrement < SETTLED * point.excess)
