@@ -12,6 +12,7 @@ from analysis.gap.gap_fit import GapFit
 from analysis.gap.misfit import relative_misfit
 from analysis.gap.model import GapModel
 from analysis.gap.sweeps import GapSweeps
+from analysis.gap.thresholds import HELD_OUT_SHARE, Z_FLOOR
 
 LEAST_TEMPERATURES = 4
 """Below, every second temperature leaves too few to learn an effect from."""
@@ -42,6 +43,17 @@ class HeldOut:
     baseline_misfit: float
     final_misfit: float
     closure: float | None
+
+    @property
+    def holds(self) -> bool:
+        """Whether what was learnt elsewhere helps here: it leaves noise, or closes enough of the gap.
+
+        A gap of a few standard deviations closes by anything from nothing to all, for its own size is noise.
+        """
+        if self.final_chi2 >= self.baseline_chi2:
+            return False
+        quiet = self.final_chi2 - self.dof <= Z_FLOOR * float(np.sqrt(2.0 * self.dof))
+        return quiet or self.closure is None or self.closure >= HELD_OUT_SHARE
 
 
 def held_out(

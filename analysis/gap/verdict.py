@@ -6,7 +6,7 @@ from analysis.gap.held_out import HeldOut
 from analysis.gap.refit import Bench, explained
 from analysis.gap.report import Verdict
 from analysis.gap.search import Found
-from analysis.gap.thresholds import EXPLAINED, HELD_OUT_SHARE
+from analysis.gap.thresholds import EXPLAINED
 from analysis.gap.unknown import unknown_evidence
 
 
@@ -29,10 +29,7 @@ def judge(bench: Bench, found: Found, tried: HeldOut | None) -> Judgement:
         if silent:
             return Judgement("none", False, "the twin agrees with the data to the noise, no effect adds to it")
         return Judgement("unknown", False, "there is a gap, and no effect of the library explains it")
-    holds = tried.baseline_chi2 > tried.final_chi2
-    if tried.closure is not None:
-        holds &= tried.closure >= HELD_OUT_SHARE
-    if not holds:
+    if not tried.holds:
         verdict: Verdict = "none" if silent else "unknown"
         return Judgement(verdict, False, f"what was found does not hold on data left out ({tried.what})")
     if bench.agrees(found.fit):
