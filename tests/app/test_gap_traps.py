@@ -53,6 +53,9 @@ def test_an_inverted_channel_and_understated_noise(
     said = no_gap(run_flexura, folder)
     assert "channel S1 is inverted: wiring or patch polarity" in said
     assert "channel S1: the noise is 1.4" in said
+    status, _, said = run_flexura("update", folder)
+    assert status == 0
+    assert "channel S1 is inverted" in said
 
 
 def test_hum_of_a_mains_frequency_not_declared(
