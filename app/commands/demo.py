@@ -1,4 +1,4 @@
-"""``flexura demo``: a campaign on the simulated rig, then the whole chain on the recording that is shipped."""
+"""``flexura demo``: a campaign on the simulated rig, the whole chain on a recorded one, a gap found and closed."""
 
 import time
 from dataclasses import dataclass
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 EXPERIMENT = EXAMPLES / "simulated-rig.toml"
 RECORDING = EXAMPLES / "pp-plate"
+PUZZLE = EXAMPLES / "hidden-effect.toml"
 
 
 @dataclass(frozen=True)
@@ -26,10 +27,11 @@ class Part:
     stages: tuple[tuple[str, ...], ...]
 
 
-def parts_in(out: Path) -> tuple[Part, Part]:
-    """Return the acquired and the recorded campaign, all their files in `out`."""
+def parts_in(out: Path) -> tuple[Part, Part, Part]:
+    """Return the acquired campaign, the recorded one, and one of a plate with something hidden, files in `out`."""
     acquired, acquired_run = str(out / "simulated"), str(out / "simulated-run")
     campaign, run = str(out / "campaign"), str(out / "run")
+    puzzle, puzzle_run = str(out / "puzzle"), str(out / "puzzle-run")
     acquired_stages = (
         ("acquire", str(EXPERIMENT), "--out", acquired),
         ("identify", acquired, "--out", acquired_run),
@@ -43,9 +45,15 @@ def parts_in(out: Path) -> tuple[Part, Part]:
         ("compensate", run),
         ("report", run),
     )
+    puzzle_stages = (
+        ("acquire", str(PUZZLE), "--out", puzzle),
+        ("gap", puzzle, "--out", puzzle_run),
+        ("report", puzzle_run),
+    )
     return (
         Part("acquired", Path(acquired_run), acquired_stages),
         Part("recorded", Path(run), recorded_stages),
+        Part("puzzle", Path(puzzle_run), puzzle_stages),
     )
 
 
@@ -73,22 +81,25 @@ def run_stages(part: Part) -> tuple[int, dict[str, float]]:
 )
 @bad_input
 def command(out: Path) -> None:
-    """Acquire a campaign on the simulated rig, then run every stage on a recorded one; about two minutes.
+    """Run everything on three campaigns; about two minutes, a few more the first time.
 
     Simulated cards (an NI gRPC device server on a loopback port) and a simulated oven measure a simulated plate
     from 0 to 60 °C; what identification and updating find is set against what was put in. Then the whole chain
-    runs on the shipped recording of a polypropylene plate. The same commands, typed one by one, do the same: each
-    is shown before it runs.
+    runs on the shipped recording of a polypropylene plate. Last, a simulated plate has something that its twin
+    lacks: flexura gap finds what, and the report shows the gap before and after. The same commands, typed one by
+    one, do the same: each is shown before it runs.
     """
     from rich.console import Console
 
-    acquired, recorded = parts_in(out)
-    done = [(part, *run_stages(part)) for part in (acquired, recorded)]
+    acquired, recorded, puzzle = parts_in(out)
+    done = [(part, *run_stages(part)) for part in (acquired, recorded, puzzle)]
     console = Console()
     console.print()
     console.print(stages_table({part: seconds for part, _, seconds in done}))
     console.print(laws_table(acquired.run))
-    click.echo(f"report: {(recorded.run / 'report.html').resolve()}")
+    console.print(effects_table(puzzle.run))
+    for part in (recorded, puzzle):
+        click.echo(f"report: {(part.run / 'report.html').resolve()}")
     worst = max(status for _, status, _ in done)
     if worst:
         raise click.exceptions.Exit(worst)
@@ -148,4 +159,30 @@ def laws_table(run: Path) -> "Table":
         "η": f"{100 * np.abs(found.loss_factor / put_in.loss_factor - 1.0).max():.3f} %",
     }
     table.caption = "largest difference: " + ", ".join(f"{name} {value}" for name, value in off.items())
+    return table
+
+
+def effects_table(run: Path) -> "Table":
+    """Set what was hidden in the last campaign's plate against what `flexura gap` named."""
+    from rich.table import Table
+
+    from app.files.experiment_toml import read_acquired_experiment
+    from app.files.gap_file import load_gap
+    from app.gap_words import estimate, named, verdict_words
+
+    experiment = read_acquired_experiment(PUZZLE)
+    if experiment.simulation is None:
+        raise ValueError(f"{PUZZLE} simulates nothing")
+    _, record = load_gap(run / "gap.h5")
+    table = Table(title="The plate with something hidden: what it is, what was found", header_style="bold")
+    for heading in ("", "effect", "values"):
+        table.add_column(heading)
+    for name, values in experiment.simulation.effects.items():
+        table.add_row("put in", name, ", ".join(f"{key} {value:g}" for key, value in values.items()))
+    for effect in record["effects"]:
+        values = ", ".join(f"{parameter['name']} {estimate(parameter)}" for parameter in effect["parameters"])
+        table.add_row("found", named(effect), values)
+    closure = record["gap"]["held_out"]["closure"]
+    closed = "" if closure is None else f"; {100 * closure:.1f} % of the gap is closed on data held out"
+    table.caption = verdict_words(record["verdict"]) + closed
     return table

@@ -1,5 +1,6 @@
 """flexura demo: what is put into the simulated plate comes back, and every stage of both campaigns is done."""
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -64,7 +65,7 @@ def test_the_acquired_laws_stand_beside_those_put_in(
     file = tmp_path / "narrow.toml"
     file.write_text(text, encoding="utf-8")
     monkeypatch.setattr(demo, "EXPERIMENT", file)
-    acquired, _ = demo.parts_in(tmp_path / "out")
+    acquired, *_ = demo.parts_in(tmp_path / "out")
     status, seconds = demo.run_stages(acquired)
     assert status == 0
     assert list(seconds) == ["acquire", "identify", "update"]
@@ -105,6 +106,11 @@ def test_the_whole_demo(tmp_path: Path) -> None:
         assert (out / "simulated-run" / name).is_file()
     for name in ("frf.h5", "modes.h5", "laws.h5", "filters.h5", "compensation.h5", "report.html"):
         assert (out / "run" / name).is_file()
+    verdict = json.loads((out / "puzzle-run" / "gap.json").read_text(encoding="utf-8"))
+    assert verdict["verdict"] == "explained"
+    assert [effect["name"] for effect in verdict["effects"]] == ["point_mass"]
+    assert verdict["effects"][0]["parameters"][0]["value"] == pytest.approx(0.0008, rel=0.03)
+    assert "gap explained" in result.stdout
     laws = printed_laws(result.stdout)
     assert list(laws) == [0, 10, 20, 30, 40, 50, 60]
     assert_close(laws)
