@@ -180,7 +180,7 @@ def effects_table(run: Path) -> "Table":
     for name, values in experiment.simulation.effects.items():
         table.add_row("put in", name, ", ".join(f"{key} {value:g}" for key, value in values.items()))
     for effect in record["effects"]:
-        values = ", ".join(f"{parameter['name']} {estimate(parameter)}" for parameter in effect["parameters"])
+        values = ", ".join(f"{key} {estimate(found)}" for key, found in effect["parameters"].items())
         table.add_row("found", named(effect), values)
     closure = record["gap"]["held_out"]["closure"]
     closed = "" if closure is None else f"; {100 * closure:.1f} % of the gap is closed on data held out"
