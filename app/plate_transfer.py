@@ -1,7 +1,7 @@
 """What the simulated rig's plate answers at a steady temperature: the plain twin, or the one with effects."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from simulation.twin import Twin
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Followed = frozenset[Literal["rate", "level"]]
 
 
 class Transfer(Protocol):
@@ -30,8 +31,8 @@ class Transfer(Protocol):
         ...
 
     @property
-    def circumstantial(self) -> bool:
-        """Whether rate and level of a `SweepPoint` may matter."""
+    def follows(self) -> Followed:
+        """What of a `SweepPoint` may matter besides its temperature."""
         ...
 
     def __call__(self, point: SweepPoint, frequency: Real) -> Complex:
@@ -57,9 +58,9 @@ class PlainTransfer:
         return len(self.twin.sensors)
 
     @property
-    def circumstantial(self) -> bool:
-        """Only the temperature counts."""
-        return False
+    def follows(self) -> Followed:
+        """Nothing: only the temperature counts."""
+        return frozenset()
 
     def __call__(self, point: SweepPoint, frequency: Real) -> Complex:
         """`Twin.frf`, at frequencies too for which it certifies nothing and therefore refuses."""
@@ -98,9 +99,9 @@ class EffectTransfer:
         return len(self.twin.experiment.sensors)
 
     @property
-    def circumstantial(self) -> bool:
-        """Effects may follow rate and level."""
-        return True
+    def follows(self) -> Followed:
+        """Effects, a user's own among them, may follow rate and level."""
+        return frozenset({"rate", "level"})
 
     def __call__(self, point: SweepPoint, frequency: Real) -> Complex:
         """`EffectTwin.frf` with the laws expanded about the temperature that the plate then has."""

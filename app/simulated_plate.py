@@ -69,10 +69,13 @@ class TwinPlate:
 
     def _circumstances(self, drive: Real, sample_rate: float, temperature: Real) -> tuple[float, float]:
         """Rate of the temperature over the record, K/s, and the drive's amplitude before the amplifier, V."""
-        if not self.transfer.circumstantial:
-            return 0.0, 1.0
-        drift = float(temperature[-1] - temperature[0]) * sample_rate / max(temperature.size - 1, 1)
-        return round(drift / RATE_STEP) * RATE_STEP, float(f"{np.abs(drive).max():.{LEVEL_DIGITS}g}")
+        rate, level = 0.0, 1.0
+        if "rate" in self.transfer.follows:
+            drift = float(temperature[-1] - temperature[0]) * sample_rate / max(temperature.size - 1, 1)
+            rate = round(drift / RATE_STEP) * RATE_STEP
+        if "level" in self.transfer.follows:
+            level = float(f"{np.abs(drive).max():.{LEVEL_DIGITS}g}")
+        return rate, level
 
     def _transfer(self, point: SweepPoint, sample_rate: float, length: int) -> Complex:
         """Sensor volts per volt on the patch, (K, L), zero well outside the twin's band."""

@@ -85,7 +85,7 @@ def hide(
         alike = bool(assignment.ordinal % 2)
         name, values, cosine = _partner(yard, effects, others, wanted_size(assignment, first[0], rng), alike, rng)
         effects[name] = values
-    sizes = {name: yard.size(yard.signal({name: values})) for name, values in effects.items()}
+    sizes = {name: yard.left(yard.signal({name: values})) for name, values in effects.items()}
     alone = assignment.kind == "single"
     return Hidden(effects, sizes, cosine, {} if alone else yard.imitations(yard.signal(effects)))
 

@@ -13,7 +13,7 @@ from app.blind_trial.plates import OTHER_MESH, PlateKind
 from app.blind_trial.strangers import RESONATOR, STRANGERS, ResonatorTransfer
 from app.files.effect_cache import cached_operators
 from app.files.experiment_toml import AcquiredExperiment, Simulation
-from app.plate_transfer import EffectTransfer, Transfer
+from app.plate_transfer import EffectTransfer, Followed, Transfer
 from app.progress import Report
 from app.rig import REFERENCE, parts_around
 from app.simulated_plate import TwinPlate
@@ -30,17 +30,20 @@ TAIL = 4e-4
 """What these may leave out, see `simulation.campaign_basis`; a quarter of what the analysis allows itself."""
 
 
-FOLLOWING = {"thermal_lag", "amplitude_softening"}
-"""Effects that follow rate or level."""
+FOLLOWING: Mapping[str, Followed] = {
+    "thermal_lag": frozenset({"rate"}),
+    "amplitude_softening": frozenset({"level"}),
+}
+"""Effects that look at more than the temperature."""
 
 
-class SteadyTransfer(EffectTransfer):
-    """Effects that follow neither rate nor level: fewer answers need to be computed."""
+class KnownTransfer(EffectTransfer):
+    """Effects of which is known what they follow: fewer answers need to be computed."""
 
     @property
-    def circumstantial(self) -> bool:
-        """Only the temperature counts."""
-        return False
+    def follows(self) -> Followed:
+        """What any of the effects follows."""
+        return frozenset().union(*(FOLLOWING.get(name, frozenset()) for name in self.effects))
 
 
 @dataclass(frozen=True)
@@ -92,8 +95,7 @@ class Specimen:
     def transfer(self, effects: Mapping[str, Values]) -> Transfer:
         """Return what it answers with `effects` in it."""
         plain = {name: values for name, values in effects.items() if name != "resonator"}
-        kind = EffectTransfer if FOLLOWING & set(effects) else SteadyTransfer
-        transfer = kind(self.twin, self.laws, plain)
+        transfer = KnownTransfer(self.twin, self.laws, plain)
         if "resonator" not in effects:
             return transfer
         ridden = effects["resonator"]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from analysis.experiment import Experiment
 from analysis.gap.effect_card import EffectCard, Parameter
 from analysis.gap.model import SweepPoint
-from app.plate_transfer import EffectTransfer
+from app.plate_transfer import EffectTransfer, Followed
 from simulation.effects.effect import Effect
 from simulation.plate_state import Circumstances, Disc, PlateState, PointLoad
 
@@ -157,9 +157,9 @@ class ResonatorTransfer:
         return self.plain.outputs
 
     @property
-    def circumstantial(self) -> bool:
-        """Other effects may follow rate and level."""
-        return True
+    def follows(self) -> Followed:
+        """What the plate without it follows."""
+        return self.plain.follows
 
     def __call__(self, point: SweepPoint, frequency: Real) -> Complex:
         """Transfer (K, F)."""

@@ -11,6 +11,7 @@ from analysis.frf import Frf
 from analysis.gap.arrow import arrow
 from analysis.gap.effect_card import Values
 from analysis.gap.fit import fit_gap
+from analysis.gap.gap_fit import GapFit
 from analysis.gap.model import SweepPoint
 from analysis.gap.normal_equations import linearise_all
 from analysis.gap.screen import screen
@@ -72,12 +73,19 @@ class Yardstick:
         return np.asarray(float(np.exp(self.state.log_gain)) * self.sweeps.nodes.coefficients(added))
 
     def size(self, signal: Complex) -> float:
-        """Of a signal, in sigma, once laws, readings and gain have taken what they can of it."""
+        """Of a signal, in sigma, once laws, readings and gain have taken what they can of it, to first order."""
         seen = self._with(signal)
         equations = linearise_all(self.specimen.twin, seen, self.state, (), self.executor)
         head = arrow(seen, equations, self.state)
         chi2 = sum(e.chi2 for e in equations) - head.promised - float(head.gradient[0] ** 2 / head.matrix[0, 0])
         return float(np.sqrt(max(chi2, 0.0)))
+
+    def left(self, signal: Complex) -> float:
+        """Return the size of a signal once laws, readings and gain are fitted to it, however far they move."""
+        return float(np.sqrt(self._fitted(self._with(signal)).total))
+
+    def _fitted(self, seen: GapSweeps) -> GapFit:
+        return fit_gap(self.specimen.twin, seen, self.state, (), self.executor)
 
     def cosine(self, one: Complex, other: Complex) -> float:
         """Return the cosine between two signals, by polarisation of `size`."""
@@ -87,10 +95,9 @@ class Yardstick:
     def imitations(self, signal: Complex) -> dict[str, float]:
         """Cosine between a signal and the nearest to it that each effect of the library can make."""
         seen = self._with(signal)
-        fit = fit_gap(self.specimen.twin, seen, self.state, (), self.executor, most_steps=1)
+        fit = self._fitted(seen)
         known = [name for name in self.specimen.twin.library if name in LIBRARY]
         screening = screen(self.specimen.twin, seen, fit, self.executor, effects=known)
-        total = self.size(signal) ** 2
         found: dict[str, float] = {}
         for name in screening.inactive:
             for site in screening.sites(name):
@@ -98,7 +105,7 @@ class Yardstick:
                 block, pull = screening.matrix[np.ix_(own, own)], screening.gradient[own]
                 scale = 1.0 / np.sqrt(np.maximum(np.diag(block), 1e-300))
                 unit = block * scale[:, None] * scale + 1e-9 * np.eye(len(own))
-                shared = float((scale * pull) @ np.linalg.solve(unit, scale * pull)) / max(total, 1e-300)
+                shared = float((scale * pull) @ np.linalg.solve(unit, scale * pull)) / max(fit.total, 1e-300)
                 found[name] = max(found.get(name, 0.0), float(np.sqrt(np.clip(shared, 0.0, 1.0))))
         return found
 

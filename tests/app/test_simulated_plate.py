@@ -11,6 +11,7 @@ from analysis.material import Material
 from analysis.material_table import laws_through
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.sweep import SweepSettings
+from app.plate_transfer import Followed
 from app.simulated_plate import TwinPlate
 
 Array = NDArray[np.float64]
@@ -32,7 +33,7 @@ def natural(youngs_modulus: float) -> float:
 class Oscillator:
     """An oscillator of unit static response; remembers in which circumstances it was asked."""
 
-    circumstantial: bool = False
+    follows: Followed = frozenset()
     band: tuple[float, float] = (100.0, 1500.0)
     outputs: int = 1
     asked: list[SweepPoint] = field(default_factory=list)
@@ -116,12 +117,23 @@ def test_effects_meet_the_rate_of_the_record_and_the_level_of_the_drive() -> Non
     drive = drive_signal(SWEEP, 1.5, RATE)
     seconds = np.arange(drive.size) / RATE
     for kelvin_per_minute in (0.4, -1.0):
-        asked = Oscillator(circumstantial=True)
+        asked = Oscillator(frozenset({"rate", "level"}))
         TwinPlate(asked, 2.0)(drive, RATE, 20.03 + kelvin_per_minute / 60.0 * seconds)
         assert asked.asked
         for point in asked.asked:
             assert point.level == pytest.approx(np.abs(drive).max(), rel=5e-3)
             assert point.rate == pytest.approx(kelvin_per_minute / 60.0, abs=6e-6)
+
+
+def test_what_follows_the_level_alone_is_asked_once_for_all_rates() -> None:
+    drive = drive_signal(SWEEP, 1.5, RATE)
+    asked = Oscillator(frozenset({"level"}))
+    plate = TwinPlate(asked, 2.0)
+    for kelvin in (0.01, -0.02):
+        plate(drive, RATE, 20.03 + np.linspace(0.0, kelvin, drive.size))
+    assert {point.rate for point in asked.asked} == {0.0}
+    assert len(asked.asked) == 2
+    assert asked.asked[0].level == pytest.approx(np.abs(drive).max(), rel=5e-3)
 
 
 def test_where_nothing_follows_them_one_response_serves_every_rate_and_level(plate: TwinPlate) -> None:
