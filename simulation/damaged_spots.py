@@ -1,9 +1,10 @@
 """Round spots of less stiffness, in reduced coordinates.
 
 A spot is smaller than what polynomials over the plate can tell: its energy is summed over the points at which
-strains are kept, a point on the rim counting for the part of its cell that lies inside. What the plate does within
-a soft spot beyond following its surroundings is not in the coordinates: the effect is right to first order in the
-loss.
+strains are kept, a point on the rim counting for the part of its cell that lies inside. A soft spot strains more
+than its surroundings do. That is not in the coordinates, but known: a round inclusion in a wide uniform strain is
+strained uniformly, 1/(1 - s loss) times as much (Eshelby, Proc. R. Soc. A 241, 1957, in plane stress; in bending,
+from the continuity of deflection, slope, moment and shear force over the rim).
 """
 
 from dataclasses import replace
@@ -23,10 +24,12 @@ Numbers = NDArray[Any]
 
 def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Composite:
     """Take the stiffness that a state's discs have lost out of a composite."""
-    if not state.discs:
-        return whole
-    plate, loss = _lost(ops, state, np.eye(ops.size))
-    return replace(whole, plate=whole.plate - plate, plate_loss=whole.plate_loss - loss)
+    loss = state.laws.loss_factor(state.mean_temperature)
+    for disc in state.discs:
+        near, lost = _lost(ops, state, disc)
+        energy = _energy(ops, near, np.real(lost), np.eye(ops.size))
+        whole = replace(whole, plate=whole.plate - energy, plate_loss=whole.plate_loss - np.real(loss) * energy)
+    return whole
 
 
 def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, basis: Real) -> Composite:
@@ -34,45 +37,53 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
 
     `moved` is in the coordinates whose columns (r, m) are `basis`.
     """
-    if not stepped.discs:
-        return moved
-    plate, loss = (np.imag(part) / STEP for part in _lost(ops, stepped, basis))
-    return replace(moved, plate=moved.plate - plate, plate_loss=moved.plate_loss - loss)
+    loss = stepped.laws.loss_factor(stepped.mean_temperature)
+    for disc in stepped.discs:
+        near, lost = _lost(ops, stepped, disc)
+        plate, plate_loss = (_energy(ops, near, np.imag(part) / STEP, basis) for part in (lost, loss * lost))
+        moved = replace(moved, plate=moved.plate - plate, plate_loss=moved.plate_loss - plate_loss)
+    return moved
 
 
-def _lost(ops: EffectOperators, state: PlateState, basis: Real) -> tuple[Numbers, Numbers]:
-    """Stiffness lost to all discs, real part and imaginary part of the modulus, (m, m) each."""
-    temperature = state.mean_temperature
-    nu = state.laws.poisson_ratio(temperature)
-    c1 = state.laws.youngs_modulus(temperature) / (1.0 - nu**2)
-    total: Numbers = np.zeros((basis.shape[1],) * 2)
-    for disc in state.discs:
-        total = total + disc.loss * _energy(ops, disc, basis, c1 * _moduli(state, nu), 0.5 * c1 * (1.0 - nu))
-    return total, state.laws.loss_factor(temperature) * total
-
-
-def _moduli(state: PlateState, nu: Any) -> Numbers:
-    """Q11, Q22, Q12 and Q66 over C1."""
-    cross = nu * np.sqrt(state.modulus_x * state.modulus_y)
-    return np.array([state.modulus_x, state.modulus_y, cross, 0.5 * (1.0 - nu) * state.in_plane_shear])
-
-
-def _energy(ops: EffectOperators, disc: Disc, basis: Real, moduli: Numbers, shear: Any) -> Numbers:
-    """Strain energy within a disc, (m, m)."""
+def _lost(ops: EffectOperators, state: PlateState, disc: Disc) -> tuple[NDArray[np.int_], Numbers]:
+    """Points within a disc, and the stiffness lost there, (8, 8, points): force by strain, as in `ops.strain`."""
     share = coverage(ops, disc)
     near = np.flatnonzero(np.real(share))
-    weight = ops.cell * share[near]
-    h = ops.thickness
-    q11, q22, q12, q66 = moduli
+    temperature, h = state.mean_temperature, ops.thickness
+    nu = state.laws.poisson_ratio(temperature)
+    c1 = state.laws.youngs_modulus(temperature) / (1.0 - nu**2)
+    cross = nu * np.sqrt(state.modulus_x * state.modulus_y)
+    in_plane = c1 * np.array(
+        [
+            [state.modulus_x, cross, 0.0],
+            [cross, state.modulus_y, 0.0],
+            [0.0, 0.0, 0.5 * (1.0 - nu) * state.in_plane_shear],
+        ]
+    )
+    stiffness: Numbers = np.zeros((8, 8), dtype=np.result_type(in_plane, disc.loss))
+    even = 0.5 * (1.0 + nu)
+    for first, factor, odd in ((0, h, 0.25 * (3.0 - nu)), (3, h**3 / 12.0, 0.25 * (1.0 - nu))):
+        more = _amplified(disc.loss, even, odd)
+        stiffness[first : first + 3, first : first + 3] = factor * more @ in_plane @ more
+    stiffness[6:, 6:] = np.eye(2) * SHEAR_FACTOR * h * 0.5 * c1 * (1.0 - nu) / (1.0 - 0.5 * disc.loss)
+    return near, np.multiply.outer(disc.loss * stiffness, ops.cell * share[near])
+
+
+def _amplified(loss: Any, even: Any, odd: Any) -> Numbers:
+    """Root of strains (x, y, xy) in a spot over those around: energy lost is in between the two, (3, 3).
+
+    `even` and `odd` are s of strain that is alike in all directions, and of the rest.
+    """
+    alike, rest = (1.0 / np.sqrt(1.0 - s * loss) for s in (even, odd))
+    mean, half = 0.5 * (alike + rest), 0.5 * (alike - rest)
+    return np.array([[mean, half, 0.0], [half, mean, 0.0], [0.0, 0.0, rest]])
+
+
+def _energy(ops: EffectOperators, near: NDArray[np.int_], stiffness: Real, basis: Real) -> Real:
+    """Energy of strains at some points for a stiffness (8, 8, points) there, (m, m)."""
     rows = ops.strain[:, near] @ basis
-    total: Numbers = np.zeros((basis.shape[1],) * 2)
-    for (x, y, xy), factor in (((0, 1, 2), h), ((3, 4, 5), h**3 / 12.0)):
-        stress = (q11 * rows[x] + q12 * rows[y], q12 * rows[x] + q22 * rows[y], q66 * rows[xy])
-        for strain, force in zip((x, y, xy), stress, strict=True):
-            total = total + factor * rows[strain].T @ (weight[:, None] * force)
-    for strain in (6, 7):
-        total = total + SHEAR_FACTOR * h * shear * rows[strain].T @ (weight[:, None] * rows[strain])
-    return total
+    force = np.einsum("abp,bpm->apm", stiffness, rows)
+    return np.asarray(rows.reshape(-1, basis.shape[1]).T @ force.reshape(-1, basis.shape[1]))
 
 
 def coverage(ops: EffectOperators, disc: Disc) -> Numbers:
