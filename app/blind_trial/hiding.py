@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.gap.effect_card import EffectCard, Values
 from app.blind_trial.assignments import KINDS, Assignment, shuffled
@@ -11,12 +12,16 @@ from app.blind_trial.strangers import STRANGERS
 from app.blind_trial.yardstick import Yardstick
 from simulation.effects.library import LIBRARY
 
+Complex = NDArray[np.complex128]
+
 SIZES = (6.0, 15.0, 30.0)
 """Sigma of single effects, in turn; the last is the least of a range of its own."""
 LARGEST = 8.0
 """Times the least."""
 WITHIN = 0.9
 """Of an effect's range that is used: an estimate at its end is refused."""
+SHRUNK = 0.7
+"""Of an effect's size that is tried next where the plate cannot answer for it."""
 SETTLED = 0.03
 ALIKE = 0.8
 """Cosine from which two effects are called alike."""
@@ -110,12 +115,24 @@ def of_size(yard: Yardstick, name: str, size: float, rng: np.random.Generator) -
         if direction[p.name]
     )
     amount = min(0.1, most)
-    for _ in range(6):
-        seen = yard.size(yard.signal({name: _values(direction, shapes, amount)}))
+    for _ in range(8):
+        signal = answered(yard, {name: _values(direction, shapes, amount)})
+        if signal is None:
+            amount = most = SHRUNK * amount
+            continue
+        seen = yard.size(signal)
         if abs(seen / size - 1.0) < SETTLED or (seen < size and amount == most):
             break
         amount = min(amount * float(np.clip(size / max(seen, 1e-9), 1e-3, 1e3)), most)
     return _values(direction, shapes, amount)
+
+
+def answered(yard: Yardstick, effects: Mapping[str, Values]) -> Complex | None:
+    """Signal of `effects`; None where they lead beyond what the plate's operators are certified for."""
+    try:
+        return yard.signal(effects)
+    except ValueError:
+        return None
 
 
 def _values(direction: Values, shapes: Values, amount: float) -> dict[str, float]:
@@ -151,6 +168,8 @@ def _partner(
     best: tuple[str, dict[str, float], float] | None = None
     for name in others[:4]:
         values = of_size(yard, name, size, rng)
+        if answered(yard, {**first, name: values}) is None:
+            continue
         cosine = abs(yard.cosine(signal, yard.signal({name: values})))
         if (cosine >= ALIKE) == alike:
             return name, values, cosine

@@ -6,54 +6,26 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-import numpy as np
 import pytest
 
-from analysis.experiment import Experiment
-from analysis.material import MaterialBox
 from app.blind_trial.outcome import read_outcome
-from app.blind_trial.plates import PlateKind, draw_plate
+from app.blind_trial.plates import PlateKind
 from app.blind_trial.trial import Trial, begin, run_trial
 from app.commands.blind_trial import command
 from app.files.bad_file import ResultFileError
 from app.files.provenance import sha256
 from simulation.effect_operators import EffectOperators
-from simulation.effect_reduction import reduce_with_effects
-from simulation.mesh import MeshRecipe
-from simulation.mindlin import assemble
 from simulation.reduced_model import ReducedModel
-from simulation.reduction import Training, reduce
-
-BAND = (100.0, 250.0)
-BOX = MaterialBox((0.9e9, 3.6e9), (0.32, 0.46), (0.02, 0.12))
-MESH = MeshRecipe(degree=3, spacing=0.08, strip=0.005, edge_strip=0.005)
-ROUGH = Training(tolerance=1e-3, lines=60)
 
 
 @pytest.fixture(scope="module", autouse=True)
-def small() -> Iterator[None]:
-    """One plate with two patches and few modes; for the sake of time the twin has the specimen's own mesh."""
-    drawn = draw_plate(np.random.default_rng(3))
-    kind = dataclasses.replace(drawn, band=BAND, patches=drawn.patches[:2])
-    made: list[EffectOperators] = []
-
-    def plates(trial: Trial) -> tuple[PlateKind, ...]:
-        return (kind,)
-
-    def operators(experiment: Experiment, *_: Any) -> EffectOperators:
-        if not made:  # the specimen's, whose hidden point harms nobody, come first
-            assert len(experiment.cable) == 2
-            made.append(reduce_with_effects(experiment, BOX, recipe=MESH, fine_degree=3, training=ROUGH)[0])
-        return made[0]
-
-    def reduction(plate: Any, patches: Any, box: MaterialBox, band: Any, progress: Any) -> ReducedModel:
-        return reduce(assemble(plate, patches, recipe=MESH), BOX, band, training=ROUGH)
-
+def small(kind: PlateKind, operators: EffectOperators, plain: ReducedModel) -> Iterator[None]:
+    """Every plate is the small one; for the sake of time the twin has the specimen's own mesh."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Trial, "plates", property(plates))
-        patch.setattr("app.blind_trial.specimen.cached_operators", operators)
-        patch.setattr("app.effect_twin.cached_operators", operators)
-        patch.setattr("app.twin.cached_reduction", reduction)
+        patch.setattr(Trial, "plates", property(lambda trial: (kind,)))
+        patch.setattr("app.blind_trial.specimen.cached_operators", lambda *_: operators)
+        patch.setattr("app.effect_twin.cached_operators", lambda *_: operators)
+        patch.setattr("app.twin.cached_reduction", lambda *_, **__: plain)
         yield
 
 

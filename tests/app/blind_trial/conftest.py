@@ -1,0 +1,50 @@
+"""One plate with two patches and few modes, reduced once for all tests of the trial."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.experiment import Experiment
+from analysis.material import MaterialBox
+from app.blind_trial.experiments import draw_experiment
+from app.blind_trial.plates import PlateKind, draw_plate
+from app.blind_trial.specimen import with_hidden_point
+from app.files.experiment_toml import AcquiredExperiment
+from simulation.effect_operators import EffectOperators
+from simulation.effect_reduction import reduce_with_effects
+from simulation.mesh import MeshRecipe
+from simulation.mindlin import assemble
+from simulation.reduced_model import ReducedModel
+from simulation.reduction import Training, reduce
+
+BAND = (100.0, 250.0)
+BOX = MaterialBox((0.9e9, 3.6e9), (0.32, 0.46), (0.02, 0.12))
+MESH = MeshRecipe(degree=3, spacing=0.08, strip=0.005, edge_strip=0.005)
+ROUGH = Training(tolerance=1e-3, lines=60)
+
+
+@pytest.fixture(scope="session")
+def kind() -> PlateKind:
+    drawn = draw_plate(np.random.default_rng(3))
+    return dataclasses.replace(drawn, band=BAND, patches=drawn.patches[:2])
+
+
+@pytest.fixture(scope="session")
+def experiment(kind: PlateKind) -> AcquiredExperiment:
+    return draw_experiment(np.random.default_rng(4), kind, "plate", ("up", "down"), (1.0,))
+
+
+@pytest.fixture(scope="session")
+def operators(kind: PlateKind, experiment: AcquiredExperiment) -> EffectOperators:
+    """Operators of the specimen; they serve its twin too, whom the hidden point does not concern."""
+    declared: Experiment = with_hidden_point(experiment.recorded(experiment.sample_rate), kind)
+    return reduce_with_effects(declared, BOX, recipe=MESH, fine_degree=MESH.degree, training=ROUGH)[0]
+
+
+@pytest.fixture(scope="session")
+def plain(kind: PlateKind) -> ReducedModel:
+    """Return the plain twin's model."""
+    model: Any = assemble(kind.plate, kind.patches, recipe=MESH)
+    return reduce(model, BOX, BAND, training=ROUGH)
