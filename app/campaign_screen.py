@@ -10,15 +10,17 @@ from drivers.rig.campaign import Moment, Observer
 
 
 @contextmanager
-def campaign_screen(clock_is_virtual: bool) -> Iterator[Observer]:
+def campaign_screen(clock_is_virtual: bool, *, shown: bool = True) -> Iterator[Observer]:
     """Yield an observer that shows every moment of a campaign.
 
     Parameters
     ----------
     clock_is_virtual : bool
         The time left is that of a simulated rig, which passes faster than ours.
+    shown : bool
+        False for an observer that says nothing.
     """
-    console = Console(stderr=True)
+    console = Console(stderr=True, quiet=not shown)
     columns = (
         TextColumn("{task.description:<16}"),
         TextColumn("{task.fields[temperature]:>6.2f} °C"),
@@ -27,7 +29,7 @@ def campaign_screen(clock_is_virtual: bool) -> Iterator[Observer]:
         TextColumn("{task.fields[left]}"),
     )
     suffix = " of simulated time" if clock_is_virtual else ""
-    with Progress(*columns, console=console, disable=not console.is_terminal) as bars:
+    with Progress(*columns, console=console, disable=not (shown and console.is_terminal)) as bars:
         bar = bars.add_task("opening", total=None, temperature=0.0, left="")
         last = -1
 

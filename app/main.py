@@ -21,6 +21,7 @@ VERBS = {
     "doctor": "doctor",
     "simulate-daq": "simulate_daq",
     "demo": "demo",
+    "completion": "completion",
 }
 
 
@@ -42,7 +43,11 @@ class Verbs(click.Group):
 @click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="flexura")
 def flexura() -> None:
-    """Temperature-aware modal analysis and wave focusing for plate-like structures."""
+    """Temperature-aware modal analysis and wave focusing for plate-like structures.
+
+    Verbs stand in the order of the work. Results go to the output stream and into files, all else to the error
+    stream; exit status 0: done, 1: ran, but not good enough, 2: bad input.
+    """
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -53,7 +58,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         os.environ.setdefault(pool, "1")
     with threadpool_limits(1):  # and for those that are loaded already
         try:
-            status = flexura.main(arguments, prog_name="flexura", standalone_mode=False)
+            color = False if os.environ.get("NO_COLOR") else None  # None: where there is a terminal
+            status = flexura.main(arguments, prog_name="flexura", standalone_mode=False, color=color)
         except click.ClickException as error:
             error.show()
             sys.exit(2)

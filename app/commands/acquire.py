@@ -1,6 +1,5 @@
 """``flexura acquire``: run, or take up again, an experiment on a rig."""
 
-import json
 import signal
 import sys
 import time
@@ -10,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
+from app.commands.options import PATH, out_folder
+from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from app.files.experiment_toml import RigKind
@@ -52,16 +53,22 @@ class Signals:
         self.check()
 
 
-@click.command(name="acquire")
-@click.argument("experiment", type=click.Path(path_type=Path))
+EXAMPLES = """\b
+Examples:
+  flexura acquire examples/simulated-rig.toml --out simulated
+  flexura acquire my-experiment.toml --rig simulated --out rehearsal
+  flexura acquire my-experiment.toml --again
+"""
+
+
+@click.command(name="acquire", epilog=EXAMPLES, short_help="Run a campaign on the rig, or take it up again.")
+@click.argument("experiment", type=PATH)
 @click.option("--rig", type=click.Choice(["simulated", "ni"]), help="Which rig (default: what EXPERIMENT says).")
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="Campaign folder (default: NAME-campaign beside EXPERIMENT)."
-)
 @click.option("--again", is_flag=True, help="Run the legs once more for what was missed or failed.")
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@out_folder("Campaign folder (default: NAME-campaign beside EXPERIMENT).")
+@output_options("the summary")
 @bad_input
-def command(experiment: Path, rig: "RigKind | None", out: Path | None, again: bool, as_json: bool) -> None:
+def command(experiment: Path, rig: "RigKind | None", again: bool, out: Path | None, output: Output) -> None:
     """Run EXPERIMENT (a TOML file) on the rig, or take it up where it was interrupted.
 
     Sweeps are triggered by the temperature measured; each is checked, repeated within bounds, and written as one
@@ -78,16 +85,16 @@ def command(experiment: Path, rig: "RigKind | None", out: Path | None, again: bo
     summary: dict[str, Any] = {"campaign": str(folder)}
     try:
         with Signals() as signals:
-            outcome, summary["rig"], summary["sweeps"] = _acquire(experiment, rig, folder, again, signals)
+            outcome, summary["rig"], summary["sweeps"] = _acquire(experiment, rig, folder, again, signals, output)
     except RigStopped as stopped:
         summary |= {"state": "stopped", "why": str(stopped), "unsafe": list(stopped.unsafe)}
-        _told(summary, as_json, f"stopped: {stopped}")
+        _told(summary, output, f"stopped: {stopped}")
     except DaqError as error:
         summary |= {"state": "stopped", "why": str(error), "unsafe": []}
-        _told(summary, as_json, f"the rig cannot be opened: {error}")
+        _told(summary, output, f"the rig cannot be opened: {error}")
     except OSError as error:
         summary |= {"state": "stopped", "why": str(error), "unsafe": []}
-        _told(summary, as_json, f"stopped: {folder} cannot be written: {error}. Make room, then run this again")
+        _told(summary, output, f"stopped: {folder} cannot be written: {error}. Make room, then run this again")
     else:
         summary |= {
             "state": "complete" if not outcome.missing else "complete with sweeps missing",
@@ -97,32 +104,34 @@ def command(experiment: Path, rig: "RigKind | None", out: Path | None, again: bo
             "unsafe": list(outcome.unsafe),
             "seconds": time.perf_counter() - started,
         }
-        _told(summary, as_json, _line(outcome, folder, time.perf_counter() - started))
+        line = _line(outcome, folder, time.perf_counter() - started)
         if not outcome.missing and not outcome.unsafe:
+            output.result(lambda: summary)
+            output.summary(line)
             return
+        _told(summary, output, line)
     raise click.exceptions.Exit(1)
 
 
 def _acquire(
-    experiment: Path, kind: "RigKind | None", folder: Path, again: bool, signals: Signals
+    experiment: Path, kind: "RigKind | None", folder: Path, again: bool, signals: Signals, output: Output
 ) -> "tuple[Outcome, str, int]":
     from app.acquisition import acquire_campaign
     from app.campaign_screen import campaign_screen
     from app.files.experiment_toml import read_acquired_experiment
     from app.files.provenance import sha256
     from app.files.sweep_file import Source
-    from app.progress import progress
     from app.rig import rig_of
 
     declared = read_acquired_experiment(experiment)
     chosen = kind or declared.rig
     source = Source(experiment.name, sha256(experiment))
     acquired = {"rig": chosen, **declared.model_dump(mode="json")}
-    with progress() as report:
+    with output.progress() as report:
         opened = rig_of(declared, chosen, experiment, report)
         rig = opened.__enter__()
     try:
-        with campaign_screen(chosen == "simulated") as screen:
+        with campaign_screen(chosen == "simulated", shown=not output.quiet) as screen:
 
             def observer(moment: "Moment") -> None:
                 signals.check()
@@ -141,7 +150,6 @@ def _line(outcome: "Outcome", folder: Path, seconds: float) -> str:
     return line + "".join(f"\nNOT AT REST: {what}" for what in outcome.unsafe)
 
 
-def _told(summary: dict[str, Any], as_json: bool, line: str) -> None:
-    if as_json:
-        click.echo(json.dumps(summary, indent=1, allow_nan=False))
-    click.echo(line, err=True)
+def _told(summary: dict[str, Any], output: Output, line: str) -> None:
+    output.result(lambda: summary)
+    output.failure(line)

@@ -1,12 +1,13 @@
 """``flexura blind-trial``: how often the gap workflow is right, on campaigns of which it knows nothing."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from app.commands.bad_input import bad_input
+from app.commands.options import out_folder
+from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -17,27 +18,32 @@ if TYPE_CHECKING:
 KINDS: "tuple[Kind, ...]" = ("null", "single", "pair", "outside", "ablated")
 
 
-@click.command(name="blind-trial")
+EXAMPLES = """\b
+Examples:
+  flexura blind-trial --count 200 --seed 7
+  flexura blind-trial --count 20 --seed 7 --kind null --kind single
+"""
+
+
+@click.command(name="blind-trial", epilog=EXAMPLES, short_help="Measure how often the gap workflow is right.")
 @click.option("--count", type=click.IntRange(1, 9999), required=True, help="How many campaigns.")
 @click.option("--seed", type=click.IntRange(0), required=True, help="Everything drawn follows from it.")
 @click.option(
     "--kind", "kinds", type=click.Choice(KINDS), multiple=True, help="What is hidden; may be given several times."
 )
-@click.option(
-    "--out", type=click.Path(path_type=Path, file_okay=False), help="Folder (default: blind-trial-SEED)."
-)
 @click.option("--workers", type=click.IntRange(1, 256), default=2, show_default=True, help="Processes.")
 @click.option("--calibrate", is_flag=True, help="Draw from the calibration's own seeds, and fit the confidence.")
-@click.option("--json", "as_json", is_flag=True, help="Print proof.json.")
+@out_folder("Folder for campaigns, truth and proof (default: blind-trial-SEED).")
+@output_options("what proof.json holds")
 @bad_input
 def command(
     count: int,
     seed: int,
     kinds: "tuple[Kind, ...]",
-    out: Path | None,
     workers: int,
     calibrate: bool,
-    as_json: bool,
+    out: Path | None,
+    output: Output,
 ) -> None:
     """Make campaigns with hidden effects, judge them blind, and set the verdicts beside the truth.
 
@@ -46,30 +52,22 @@ def command(
     comparison is given the campaign's folder alone. null: nothing is hidden; single, pair: effects of the library;
     outside: physics that it has not; ablated: an effect that it lacks today. Run again, it goes on where it was
     stopped. Writes proof.json and proof.png. Exit status 1 where a figure misses its target.
-
-    \b
-    flexura blind-trial --count 200 --seed 7
-    flexura blind-trial --count 20 --seed 7 --kind null --kind single
-    """  # noqa: D301
+    """
     from app.blind_trial.trial import Trial, begin, run_trial, worker_processes
-    from app.progress import progress
 
     stream = "calibration" if calibrate else "trial"
     folder = out or Path(f"blind-{stream}-{seed}")
     wanted = tuple(kind for kind in KINDS if kind in kinds) or KINDS
     trial = Trial(folder, count, seed, wanted, stream)
     begin(trial)
-    with progress() as report, worker_processes(workers) as executor:
-        run_trial(trial, executor, report, lambda line: click.echo(line, err=True))
+    with output.progress() as report, worker_processes(workers) as executor:
+        run_trial(trial, executor, report, output.summary)
     record = _proven(trial)
-    if as_json:
-        click.echo(json.dumps(record, indent=1, allow_nan=False))
-    else:
-        _show(record)
+    output.result(lambda: record, lambda: _show(record))
     missed = [row["name"] for row in record["figures"] if row["met"] is False]
     if calibrate:
-        click.echo(f"likeliest TEMPERATURE_OF_CONFIDENCE: {record['best_temperature']}", err=True)
-    click.echo(f"{count} campaigns, {len(missed)} figures miss their targets; results in {folder}", err=True)
+        output.summary(f"likeliest TEMPERATURE_OF_CONFIDENCE: {record['best_temperature']}")
+    output.summary(f"{count} campaigns, {len(missed)} figures miss their targets; results in {folder}")
     if missed:
         raise click.exceptions.Exit(1)
 

@@ -1,6 +1,5 @@
 """``flexura compensate``: filters that follow the temperature, by networks and by their rivals."""
 
-import json
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.progress import progress
+from app.commands.options import PATH, laws_of_twin, out_folder
+from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,12 +22,19 @@ GOOD_ERROR = 0.05
 """Relative error, %, every network has to keep at every temperature."""
 
 
-@click.command(name="compensate")
-@click.argument("run", type=click.Path(path_type=Path), required=False)
-@click.option(
-    "--twin", type=click.Path(path_type=Path), help="Twin file whose laws to take instead (see flexura gap)."
+EXAMPLES = """\b
+Examples:
+  flexura compensate plate-run
+  flexura compensate plate-run --spacing 4 --restarts 3
+  flexura compensate plate-run --feed temperature --start random --split matlab --seed 7
+"""
+
+
+@click.command(
+    name="compensate", epilog=EXAMPLES, short_help="Train networks that give filters at any temperature."
 )
-@click.option("--panel", type=click.Path(path_type=Path), help="Panel file (default: that of RUN's filters.h5).")
+@click.argument("run", type=PATH, required=False)
+@click.option("--panel", type=PATH, help="Panel file (default: that of RUN's filters.h5).")
 @click.option(
     "--spacing",
     type=click.FloatRange(0.5, 30.0),
@@ -46,31 +53,48 @@ GOOD_ERROR = 0.05
     show_default=True,
     help="What the networks are fed: log √D of the plate at the temperature, or the temperature as in the paper.",
 )
-@click.option("--scale", type=click.Choice(("global", "tap")), default="global", show_default=True)
-@click.option("--start", type=click.Choice(("warm", "random")), default="warm", show_default=True)
-@click.option("--split", type=click.Choice(("none", "matlab")), default="none", show_default=True)
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
-@click.option("--device", default="cpu", show_default=True, help="Where torch trains: cpu, cuda, cuda:1, ...")
 @click.option(
-    "--out", type=click.Path(path_type=Path), help="Folder for compensation.h5 (default: beside the laws)."
+    "--scale",
+    type=click.Choice(("global", "tap")),
+    default="global",
+    show_default=True,
+    help="One scale for an actuator's taps, or each tap stretched to -1..1 as MATLAB does.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the figures of every method as JSON.")
+@click.option(
+    "--start",
+    type=click.Choice(("warm", "random")),
+    default="warm",
+    show_default=True,
+    help="Output layer from a ridge fit, or random as in MATLAB.",
+)
+@click.option(
+    "--split",
+    type=click.Choice(("none", "matlab")),
+    default="none",
+    show_default=True,
+    help="Train on all temperatures, or leave a random 15 % out as MATLAB does.",
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is random.")
+@click.option("--device", default="cpu", show_default=True, help="Where torch trains: cpu, cuda, cuda:1, ...")
+@laws_of_twin
+@out_folder("Folder for compensation.h5 (default: beside the laws).")
+@output_options("the figures of every method")
 @bad_input
 def command(
     run: Path | None,
-    twin: Path | None = None,
-    panel: Path | None = None,
-    spacing: float = 5.0,
-    nodes: int = 10,
-    restarts: int = 1,
-    feed: str = "rigidity",
-    scale: str = "global",
-    start: str = "warm",
-    split: str = "none",
-    seed: int = 0,
-    device: str = "cpu",
-    out: Path | None = None,
-    as_json: bool = False,
+    panel: Path | None,
+    spacing: float,
+    nodes: int,
+    restarts: int,
+    feed: str,
+    scale: str,
+    start: str,
+    split: str,
+    seed: int,
+    device: str,
+    twin: Path | None,
+    out: Path | None,
+    output: Output,
 ) -> None:
     """Train one network per actuator: temperature in, its 512-tap filter out.
 
@@ -101,39 +125,36 @@ def command(
             f"--nodes {nodes}, --spacing {spacing:g}, {low:g} to {high:g} °C: {error}"
         ) from error
     folder = run_folder(beside, out or beside)
-    found = trained_and_judged(declared, laws, spacing, training, device)
+    found = trained_and_judged(declared, laws, spacing, training, device, output)
     inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
     settings = {"spacing": spacing, "device": device, "panel": declared.model_dump(mode="json")}
     target = folder / "compensation.h5"
     save_compensation(target, declared, found, provenance(inputs, settings, seed))
     seconds = time.perf_counter() - started
-    if as_json:
-        click.echo(json.dumps(record(found, seconds), indent=1, allow_nan=False))
-    else:
-        show(found)
+    output.result(lambda: record(found, seconds), lambda: show(found))
     for note in notes(twin, declared, low, high):
-        click.echo(f"note: {note}", err=True)
-    click.echo(summary(found, target, seconds), err=True)
+        output.note(note)
+    output.summary(summary(found, target, seconds))
     if _largest(found, 0) > GOOD_ERROR:
         raise click.exceptions.Exit(1)
 
 
 def trained_and_judged(
-    panel: "Panel", laws: "MaterialLaws", spacing: float, training: "Training", device: str
+    panel: "Panel", laws: "MaterialLaws", spacing: float, training: "Training", device: str, output: Output
 ) -> "Compensation":
     """Build the panel's twin, train, and try every method; exit status 1 where no network is good enough."""
     from analysis.compensation.study import compensate
     from analysis.compensation.training import EvidenceCollapseError
     from app.panel_twin import panel_twin
 
-    with progress() as report:
+    with output.progress() as report:
         twin = panel_twin(panel, laws, report)
         try:
             return compensate(
                 twin, panel, laws, spacing, training, time.perf_counter, device=device, report=report
             )
         except EvidenceCollapseError as error:
-            click.echo(f"refused: {error}", err=True)
+            output.failure(f"refused: {error}")
             raise click.exceptions.Exit(1) from error
 
 

@@ -1,21 +1,34 @@
 """``flexura demo``: a campaign on the simulated rig, the whole chain on a recorded one, a gap found and closed."""
 
+import sys
 import time
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from app.commands.bad_input import bad_input
+from app.commands.options import out_folder
+from app.commands.output import Output, output_options
+from app.files.shipped import shipped
 
 if TYPE_CHECKING:
+    import numpy as np
     from rich.table import Table
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-EXPERIMENT = EXAMPLES / "simulated-rig.toml"
-RECORDING = EXAMPLES / "pp-plate"
-PUZZLE = EXAMPLES / "hidden-effect.toml"
+    from analysis.material import Material
+    from app.gap_words import Record
+
+EXPERIMENT = shipped("simulated-rig.toml")
+RECORDING = shipped("pp-plate")
+PUZZLE = shipped("hidden-effect.toml")
+EXAMPLES = """\b
+Examples:
+  flexura demo
+  flexura demo --out first-look --quiet
+"""
 
 
 @dataclass(frozen=True)
@@ -57,30 +70,27 @@ def parts_in(out: Path) -> tuple[Part, Part, Part]:
     )
 
 
-def run_stages(part: Part) -> tuple[int, dict[str, float]]:
+def run_stages(part: Part, *, quiet: bool = False) -> tuple[int, dict[str, float]]:
     """Do every stage as if it were typed; the worst exit status, and the seconds each verb took."""
     from app.main import flexura
 
     seconds, worst = {}, 0
     for words in part.stages:
-        click.secho(f"\n$ flexura {' '.join(words)}", bold=True, err=True)
+        if not quiet:
+            click.secho(f"\n$ flexura {' '.join(words)}", bold=True, err=True)
         started = time.perf_counter()
-        status = flexura.main(words, prog_name="flexura", standalone_mode=False)
+        asked = (*words, "--quiet") if quiet else words
+        status = flexura.main(asked, prog_name="flexura", standalone_mode=False)
         seconds[words[0]] = time.perf_counter() - started
         worst = max(worst, status if isinstance(status, int) else 0)
     return worst, seconds
 
 
-@click.command(name="demo")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path, file_okay=False),
-    default=Path("flexura-demo"),
-    show_default=True,
-    help="Folder for the campaigns, the results and the report.",
-)
+@click.command(name="demo", epilog=EXAMPLES, short_help="See every stage at work, in about two minutes.")
+@out_folder("Folder for the campaigns, the results and the report (default: flexura-demo).")
+@output_options("what was found")
 @bad_input
-def command(out: Path) -> None:
+def command(out: Path | None, output: Output) -> None:
     """Run everything on three campaigns; about two minutes, a few more the first time.
 
     Simulated cards (an NI gRPC device server on a loopback port) and a simulated oven measure a simulated plate
@@ -89,20 +99,46 @@ def command(out: Path) -> None:
     lacks: flexura gap finds what, and the report shows the gap before and after. The same commands, typed one by
     one, do the same: each is shown before it runs.
     """
-    from rich.console import Console
-
-    acquired, recorded, puzzle = parts_in(out)
-    done = [(part, *run_stages(part)) for part in (acquired, recorded, puzzle)]
-    console = Console()
-    console.print()
-    console.print(stages_table({part: seconds for part, _, seconds in done}))
-    console.print(laws_table(acquired.run))
-    console.print(effects_table(puzzle.run))
-    for part in (recorded, puzzle):
-        click.echo(f"report: {(part.run / 'report.html').resolve()}")
+    acquired, recorded, puzzle = parts = parts_in(out or Path("flexura-demo"))
+    with redirect_stdout(sys.stderr):  # the output stream belongs to what the demo found
+        done = [(part, *run_stages(part, quiet=output.quiet)) for part in parts]
+    seconds = {part: took for part, _, took in done}
+    pages = [(part.run / "report.html").resolve() for part in (recorded, puzzle)]
+    output.result(lambda: record(seconds, acquired.run, puzzle.run, pages), lambda: show(seconds, pages))
+    total = sum(sum(took.values()) for took in seconds.values())
+    output.summary(f"{len(parts)} campaigns in {total:.1f} s, two reports in {pages[0].parents[1]}")
     worst = max(status for _, status, _ in done)
     if worst:
         raise click.exceptions.Exit(worst)
+
+
+def record(seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path, pages: list[Path]) -> dict[str, Any]:
+    """Return what ``--json`` prints: seconds a stage, laws put in and found, effects put in and found, reports."""
+    temperature, put_in, found = laws_beside(run)
+    hidden, gap = effects_beside(puzzle)
+    return {
+        "seconds": {part.name: took for part, took in seconds.items()},
+        "temperatures_c": temperature.tolist(),
+        "laws": {
+            name: {"put_in": getattr(put_in, name).tolist(), "found": getattr(found, name).tolist()}
+            for name in ("youngs_modulus", "poisson_ratio", "loss_factor")
+        },
+        "effects": {"put_in": hidden, "verdict": gap["verdict"], "found": gap["effects"]},
+        "reports": [str(page) for page in pages],
+    }
+
+
+def show(seconds: dict[Part, dict[str, float]], pages: list[Path]) -> None:
+    """Print the tables for people, and where the reports are."""
+    from rich.console import Console
+
+    acquired, _, puzzle = seconds
+    console = Console()
+    console.print(stages_table(seconds))
+    console.print(laws_table(acquired.run))
+    console.print(effects_table(puzzle.run))
+    for page in pages:
+        click.echo(f"report: {page}")
 
 
 def stages_table(seconds: dict[Part, dict[str, float]]) -> "Table":
@@ -126,10 +162,9 @@ def stages_table(seconds: dict[Part, dict[str, float]]) -> "Table":
     return table
 
 
-def laws_table(run: Path) -> "Table":
-    """Set the laws found in the acquired campaign against those the simulated plate was made of."""
+def laws_beside(run: Path) -> "tuple[np.ndarray[Any, np.dtype[np.float64]], Material, Material]":
+    """Temperatures of the acquired campaign, °C, and the laws there: put into the plate, and found."""
     import numpy as np
-    from rich.table import Table
 
     from app.files.experiment_toml import read_acquired_experiment
     from app.files.laws_file import load_laws
@@ -141,7 +176,15 @@ def laws_table(run: Path) -> "Table":
     temperature = np.array(experiment.protocol.recorded().temperatures)
     low, high = laws.temperature_range
     temperature = temperature[(temperature >= low) & (temperature <= high)]
-    put_in, found = experiment.simulation.laws.laws().at(temperature), laws.at(temperature)
+    return temperature, experiment.simulation.laws.laws().at(temperature), laws.at(temperature)
+
+
+def laws_table(run: Path) -> "Table":
+    """Set the laws found in the acquired campaign against those the simulated plate was made of."""
+    import numpy as np
+    from rich.table import Table
+
+    temperature, put_in, found = laws_beside(run)
     table = Table(title="The simulated plate: laws put in, laws found", header_style="bold")
     for heading in ("T [°C]", "E put in [GPa]", "found", "ν put in", "found", "η put in [%]", "found"):
         table.add_column(heading, justify="right")
@@ -162,27 +205,33 @@ def laws_table(run: Path) -> "Table":
     return table
 
 
-def effects_table(run: Path) -> "Table":
-    """Set what was hidden in the last campaign's plate against what `flexura gap` named."""
-    from rich.table import Table
-
+def effects_beside(run: Path) -> "tuple[dict[str, dict[str, float]], Record]":
+    """Effects hidden in the last campaign's plate, and what `flexura gap` says of it."""
     from app.files.experiment_toml import read_acquired_experiment
     from app.files.gap_file import load_gap
-    from app.gap_words import estimate, named, verdict_words
 
     experiment = read_acquired_experiment(PUZZLE)
     if experiment.simulation is None:
         raise ValueError(f"{PUZZLE} simulates nothing")
-    _, record = load_gap(run / "gap.h5")
+    return experiment.simulation.effects, load_gap(run / "gap.h5")[1]
+
+
+def effects_table(run: Path) -> "Table":
+    """Set what was hidden in the last campaign's plate against what `flexura gap` named."""
+    from rich.table import Table
+
+    from app.gap_words import estimate, named, verdict_words
+
+    hidden, gap = effects_beside(run)
     table = Table(title="The plate with something hidden: what it is, what was found", header_style="bold")
     for heading in ("", "effect", "values"):
         table.add_column(heading)
-    for name, values in experiment.simulation.effects.items():
-        table.add_row("put in", name, ", ".join(f"{key} {value:g}" for key, value in values.items()))
-    for effect in record["effects"]:
+    for name, parameters in hidden.items():
+        table.add_row("put in", name, ", ".join(f"{key} {value:g}" for key, value in parameters.items()))
+    for effect in gap["effects"]:
         values = ", ".join(f"{key} {estimate(found)}" for key, found in effect["parameters"].items())
         table.add_row("found", named(effect), values)
-    closure = record["gap"]["held_out"]["closure"]
+    closure = gap["gap"]["held_out"]["closure"]
     closed = "" if closure is None else f"; {100 * closure:.1f} % of the gap is closed on data held out"
-    table.caption = verdict_words(record["verdict"]) + closed
+    table.caption = verdict_words(gap["verdict"]) + closed
     return table

@@ -1,21 +1,34 @@
 """``flexura doctor``: what works on this computer, and what to do about what does not."""
 
-import json
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from app.commands.bad_input import bad_input
+from app.commands.options import PATH, out_folder
+from app.commands.output import Output, output_options
+
+if TYPE_CHECKING:
+    from drivers.rig.survey import Finding
 
 COLOURS = {"good": "green", "note": "yellow", "bad": "red"}
 
 
-@click.command(name="doctor")
-@click.argument("experiment", type=click.Path(path_type=Path), required=False)
-@click.option("--out", type=click.Path(path_type=Path), help="Folder the campaign would be written to.")
-@click.option("--json", "as_json", is_flag=True, help="Print the findings as JSON.")
+EXAMPLES = """\b
+Examples:
+  flexura doctor
+  flexura doctor my-experiment.toml --out /data/campaigns
+"""
+
+
+@click.command(name="doctor", epilog=EXAMPLES, short_help="Say what works on this computer, and what to do.")
+@click.argument("experiment", type=PATH, required=False)
+@out_folder("Folder the campaign would be written to (default: that of EXPERIMENT).")
+@output_options("the findings")
 @bad_input
-def command(experiment: Path | None, out: Path | None, as_json: bool) -> None:
+def command(experiment: Path | None, out: Path | None, output: Output) -> None:
     """Look at driver, cards, serial ports, oven, disk and clock; with EXPERIMENT, at those it names.
 
     Nothing is set or switched: cards are listed, and the oven is asked for its temperature. Exit status 1 where
@@ -29,17 +42,20 @@ def command(experiment: Path | None, out: Path | None, as_json: bool) -> None:
     folder = (out or (experiment.parent if experiment is not None else Path())).resolve()
     findings = list(examine(declared, folder))
     bad = [finding for finding in findings if finding.state is State.BAD]
-    if as_json:
-        rows = [
-            {"what": one.what, "state": str(one.state), "seen": one.seen, "next_step": one.next_step}
-            for one in findings
-        ]
-        click.echo(json.dumps({"ready": not bad, "findings": rows}, indent=1))
-    else:
-        for one in findings:
-            click.echo(f"{click.style(f'{one.state:<5}', fg=COLOURS[one.state])}{one.what}: {one.seen}")
-            if one.next_step:
-                click.echo(f"       {one.next_step}")
-    click.echo("ready" if not bad else f"not ready: {', '.join(one.what for one in bad)}", err=True)
+    rows = [
+        {"what": one.what, "state": str(one.state), "seen": one.seen, "next_step": one.next_step}
+        for one in findings
+    ]
+    output.result(lambda: {"ready": not bad, "findings": rows}, lambda: show(findings))
     if bad:
+        output.failure(f"not ready: {', '.join(one.what for one in bad)}")
         raise click.exceptions.Exit(1)
+    output.summary("ready")
+
+
+def show(findings: "Sequence[Finding]") -> None:
+    """Print a line for each finding, and what to do about it under those that are not good."""
+    for one in findings:
+        click.echo(f"{click.style(f'{one.state:<5}', fg=COLOURS[one.state])}{one.what}: {one.seen}")
+        if one.next_step:
+            click.echo(f"       {one.next_step}")

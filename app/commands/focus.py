@@ -1,6 +1,5 @@
 """``flexura focus``: filters that move one rectangle of a panel alone, over temperature."""
 
-import json
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.progress import progress
+from app.commands.options import PATH, laws_of_twin, out_folder
+from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.focusing.methods import Comparison
@@ -18,33 +18,41 @@ if TYPE_CHECKING:
 METHODS = ("stif", "time-reversal", "modal-control", "none")
 
 
-@click.command(name="focus")
-@click.argument("run", type=click.Path(path_type=Path), required=False)
-@click.option(
-    "--twin", type=click.Path(path_type=Path), help="Twin file whose laws to take instead (see flexura gap)."
-)
-@click.option("--panel", type=click.Path(path_type=Path), help="Panel file (default: the paper's section 2).")
+EXAMPLES = """\b
+Examples:
+  flexura focus plate-run
+  flexura focus plate-run --panel door.toml --temperature 20 --temperature 45
+  flexura focus plate-run --twin plate-run/twin.toml
+"""
+
+
+@click.command(name="focus", epilog=EXAMPLES, short_help="Design focusing filters over temperature.")
+@click.argument("run", type=PATH, required=False)
+@click.option("--panel", type=PATH, help="Panel file (default: the paper's section 2).")
 @click.option(
     "--temperature", "temperatures", type=float, multiple=True, help="°C; repeat for more (default: every 5 °C)."
 )
-@click.option("--method", type=click.Choice(METHODS), default="stif", show_default=True)
+@click.option(
+    "--method", type=click.Choice(METHODS), default="stif", show_default=True, help="How filters are designed."
+)
 @click.option("--regularisation", type=click.Choice(("tikhonov", "truncation")), help="Default: the panel's.")
 @click.option(
     "--tolerance", type=float, help="Share of the largest singular value, 1e-6 to 0.9 (default: the panel's)."
 )
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for filters.h5 (default: beside the laws).")
-@click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
+@laws_of_twin
+@out_folder("Folder for filters.h5 (default: beside the laws).")
+@output_options("the figures")
 @bad_input
 def command(
     run: Path | None,
-    twin: Path | None = None,
-    panel: Path | None = None,
-    temperatures: tuple[float, ...] = (),
-    method: str = "stif",
-    regularisation: str | None = None,
-    tolerance: float | None = None,
-    out: Path | None = None,
-    as_json: bool = False,
+    panel: Path | None,
+    temperatures: tuple[float, ...],
+    method: str,
+    regularisation: str | None,
+    tolerance: float | None,
+    twin: Path | None,
+    out: Path | None,
+    output: Output,
 ) -> None:
     """Design focusing filters for a panel whose plate obeys the laws of RUN.
 
@@ -72,7 +80,7 @@ def command(
         within(np.array(sorted(set(temperatures))), laws, laws_path) if temperatures else spaced(low, high, 5.0)
     )
     folder = run_folder(beside, out or beside)
-    with progress() as report:
+    with output.progress() as report:
         model = panel_twin(declared, laws, report)
         focusing = focus(model, declared, laws, wanted, method, report)  # type: ignore[arg-type]
         without = None if twin is None else uncorrected_laws(beside, wanted)
@@ -83,15 +91,12 @@ def command(
     settings = {"method": method, "panel": declared.model_dump(mode="json"), "temperatures": wanted.tolist()}
     save_focusing(folder / "filters.h5", declared, focusing, comparison, provenance(inputs, settings), lost)
     seconds = time.perf_counter() - started
-    if as_json:
-        printed = record(focusing, comparison, seconds)
-        if lost is not None:
-            printed["with_uncorrected_laws"] = _means(lost)
-        click.echo(json.dumps(printed, indent=1, allow_nan=False))
+    regained = {} if lost is None else {"with_uncorrected_laws": _means(lost)}
+    output.result(lambda: record(focusing, comparison, seconds) | regained)
     left_out = effects_left_out(twin) if twin is not None else []
     for note in (*notes(declared, focusing), *left_out, *correction(focusing, lost)):
-        click.echo(f"note: {note}", err=True)
-    click.echo(summary(focusing, folder / "filters.h5", seconds), err=True)
+        output.note(note)
+    output.summary(summary(focusing, folder / "filters.h5", seconds))
 
 
 def record(focusing: "Focusing", comparison: "Comparison", seconds: float) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """``flexura identify``: poles and residues of a campaign or of FRFs in a universal file."""
 
-import json
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,16 +7,24 @@ from typing import TYPE_CHECKING
 import click
 
 from app.commands.bad_input import bad_input
-from app.progress import progress
+from app.commands.options import PATH, mains, run_out
+from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.identification.reading import Damping
     from app.identification import Wanted
 
 
-@click.command(name="identify")
-@click.argument("campaign", metavar="CAMPAIGN|FRFS.uff", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Run folder (default: NAME-run beside CAMPAIGN).")
+EXAMPLES = """\b
+Examples:
+  flexura identify plate --out plate-run
+  flexura identify plate --band 100 800 --json > modes.json
+  flexura identify frfs.uff --shared-poles --damping viscous
+"""
+
+
+@click.command(name="identify", epilog=EXAMPLES, short_help="Find modes and follow them over temperature.")
+@click.argument("campaign", metavar="CAMPAIGN|FRFS.uff", type=PATH)
 @click.option(
     "--damping",
     type=click.Choice(["hysteretic", "viscous"]),
@@ -34,20 +41,19 @@ if TYPE_CHECKING:
 )
 @click.option("--band", nargs=2, type=click.FloatRange(min=0.0), metavar="LOW HIGH", help="Hz (default: all).")
 @click.option("--shared-poles", is_flag=True, help="FRFs.uff: one set of poles for all FRFs of the file.")
-@click.option(
-    "--mains", type=click.FloatRange(10, 400), default=50.0, show_default=True, help="Mains frequency, Hz."
-)
-@click.option("--json", "as_json", is_flag=True, help="Print the modes as JSON.")
+@run_out
+@mains
+@output_options("the modes")
 @bad_input
 def command(
     campaign: Path,
-    out: Path | None = None,
-    damping: "Damping" = "hysteretic",
-    method: str = "auto",
-    band: tuple[float, float] | None = None,
-    shared_poles: bool = False,
-    mains: float = 50.0,
-    as_json: bool = False,
+    damping: "Damping",
+    method: str,
+    band: tuple[float, float] | None,
+    shared_poles: bool,
+    out: Path | None,
+    mains: float,
+    output: Output,
 ) -> None:
     """Find the modes in CAMPAIGN's FRFs, follow them over temperature; or those of FRFS.uff, FRF by FRF.
 
@@ -64,14 +70,14 @@ def command(
     if campaign.is_file() or campaign.suffix.lower() in (".uff", ".unv", ".uf"):
         if out is not None:
             raise click.BadParameter("a universal file's modes are only printed; use --json", param_hint="--out")
-        identify_uff(campaign, wanted, shared_poles, as_json)
+        identify_uff(campaign, wanted, shared_poles, output)
     else:
         if shared_poles:
             raise click.BadParameter("a campaign's sensors always share poles", param_hint="--shared-poles")
-        identify_campaign(campaign, out, wanted, as_json)
+        identify_campaign(campaign, out, wanted, output)
 
 
-def identify_campaign(campaign: Path, out: Path | None, wanted: "Wanted", as_json: bool) -> None:
+def identify_campaign(campaign: Path, out: Path | None, wanted: "Wanted", output: Output) -> None:
     """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv."""
     from analysis.frf import campaign_frf
     from analysis.identification.tracking import track
@@ -86,7 +92,7 @@ def identify_campaign(campaign: Path, out: Path | None, wanted: "Wanted", as_jso
     started = time.perf_counter()
     loaded = load_campaign(campaign)
     run = run_folder(campaign, out)
-    with progress() as report:
+    with output.progress() as report:
         try:
             frf = campaign_frf(loaded, mains=wanted.settings.mains or 50.0)
             tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one())
@@ -97,21 +103,17 @@ def identify_campaign(campaign: Path, out: Path | None, wanted: "Wanted", as_jso
     save_modes(run / "modes.h5", tracked, made_from)
     write_table(run / "modes.csv", tracked, wanted.damping)
     seconds = time.perf_counter() - started
-    if as_json:
-        click.echo(json.dumps(campaign_record(tracked, wanted.damping, seconds), indent=1, allow_nan=False))
-    else:
-        show(tracked, wanted.damping)
+    output.result(lambda: campaign_record(tracked, wanted.damping, seconds), lambda: show(tracked, wanted.damping))
     for note in (*frf.notes, *tracked.notes):
-        click.echo(f"note: {note}", err=True)
+        output.note(note)
     counts = [int(modes.real.sum()) for modes in tracked.modes]
-    click.echo(
+    output.summary(
         f"{len(counts)} sweeps, {min(counts)} to {max(counts)} modes each in {seconds:.1f} s, misfit at most "
-        f"{100 * tracked.misfit.max():.2f} %; results in {run}",
-        err=True,
+        f"{100 * tracked.misfit.max():.2f} %; results in {run}"
     )
 
 
-def identify_uff(path: Path, wanted: "Wanted", shared_poles: bool, as_json: bool) -> None:
+def identify_uff(path: Path, wanted: "Wanted", shared_poles: bool, output: Output) -> None:
     """Identify the FRFs of a universal file and print their modes; exit status 1 where none is found."""
     from app.files.uff58 import read_frfs
     from app.identification import shared_records, uff_records
@@ -119,18 +121,22 @@ def identify_uff(path: Path, wanted: "Wanted", shared_poles: bool, as_json: bool
 
     started = time.perf_counter()
     frfs = read_frfs(path)
-    with progress() as report:
+    with output.progress() as report:
         records = shared_records(path, frfs, wanted, report) if shared_poles else uff_records(frfs, wanted, report)
     seconds = time.perf_counter() - started
-    if as_json:
-        click.echo(json.dumps({"frfs": records, "seconds": seconds}, indent=1, allow_nan=False))
-    else:
+
+    def show_all() -> None:
         for record in records:
             show_modes(str(record["name"]), record["modes"])
+
+    output.result(
+        lambda: {"frfs": records, "seconds": seconds},
+        show_all,
+    )
     for record in records:
         if "note" in record:
-            click.echo(f"note: {record['name']}: {record['note']}", err=True)
+            output.note(f"{record['name']}: {record['note']}")
     found = sum(len(record["modes"]) for record in records)
-    click.echo(f"{len(records)} FRFs, {found} modes in {seconds:.1f} s", err=True)
+    output.summary(f"{len(records)} FRFs, {found} modes in {seconds:.1f} s")
     if found == 0:
         raise click.exceptions.Exit(1)

@@ -1,35 +1,59 @@
 """``flexura report``: everything a run found, on one page."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from app.commands.bad_input import bad_input
+from app.commands.options import PATH, out_folder
+from app.commands.output import Output, output_options
+
+EXAMPLES = """\b
+Examples:
+  flexura report plate-run
+  flexura report plate-run --pictures --out for-the-paper
+"""
 
 
-@click.command(name="report")
-@click.argument("run", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for report.html (default: RUN itself).")
+@click.command(name="report", epilog=EXAMPLES, short_help="Write everything that was found on one page.")
+@click.argument("run", type=PATH)
 @click.option("--pictures", is_flag=True, help="Write every figure as a PNG file beside the report, too.")
+@out_folder("Folder for report.html (default: RUN itself).")
+@output_options("where the page is and what stands on it")
 @bad_input
-def command(run: Path, out: Path | None, pictures: bool) -> None:
+def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None:
     """Write one self-contained HTML page with every figure of RUN and the paper's figures beside ours.
 
     RUN is the folder the other verbs wrote into; a stage that has not been run is named with its command.
     """
     from app.files.atomic import atomic_path, write_text
-    from app.progress import progress
-    from app.report.page import Picture, page
+    from app.report.page import Absent, Picture, page
     from app.report.sections import sections
     from app.report.style import drawing
 
-    with progress() as report, drawing():
+    with output.progress() as report, drawing():
         found = sections(run, report)
         folder = out or run
         write_text(folder / "report.html", page(f"Flexura: {found.title}", found.subtitle, found.sections))
+        drawn = [item for section in found.sections for item in section.items if isinstance(item, Picture)]
         if pictures:
-            drawn = [item for section in found.sections for item in section.items if isinstance(item, Picture)]
             for picture in drawn:
                 with atomic_path(folder / f"{picture.name}.png") as path:
                     picture.figure.savefig(path, format="png", dpi=100, metadata={"Software": None})
-    click.echo(f"report: {(folder / 'report.html').resolve()}", err=True)
+    target = (folder / "report.html").resolve()
+    size = target.stat().st_size
+    missing = [s.title for s in found.sections if any(isinstance(item, Absent) for item in s.items)]
+
+    def record() -> dict[str, Any]:
+        return {
+            "report": str(target),
+            "bytes": size,
+            "sections": [section.title for section in found.sections],
+            "not_run_yet": missing,
+            "figures": [picture.name for picture in drawn],
+        }
+
+    output.result(record)
+    absent = f", not run yet: {', '.join(missing)}" if missing else ""
+    output.summary(f"report of {len(drawn)} figures, {size / 1e6:.1f} MB{absent}: {target}")

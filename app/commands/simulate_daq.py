@@ -8,18 +8,26 @@ from pathlib import Path
 import click
 
 from app.commands.bad_input import bad_input
+from app.commands.options import PATH
+from app.commands.output import Output, output_options
+from app.files.shipped import shipped
 
-EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "simulated-rig.toml"
+EXAMPLE = shipped("simulated-rig.toml")
+EXAMPLES = """\b
+Examples:
+  flexura simulate-daq
+  flexura simulate-daq my-experiment.toml --port 0 --json
+"""
 
 
-@click.command(name="simulate-daq")
-@click.argument("experiment", type=click.Path(path_type=Path), required=False)
+@click.command(name="simulate-daq", epilog=EXAMPLES, short_help="Serve simulated NI cards to any nidaqmx program.")
+@click.argument("experiment", type=PATH, required=False)
 @click.option(
-    "--port", type=click.IntRange(0, 65_535), default=31_763, show_default=True, help="0 takes any free one."
+    "--port", type=click.IntRange(0, 65_535), default=31_763, show_default=True, help="Port; 0 takes any free one."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the address as JSON.")
+@output_options("address and terminals")
 @bad_input
-def command(experiment: Path | None, port: int, as_json: bool) -> None:
+def command(experiment: Path | None, port: int, output: Output) -> None:
     """Serve the simulated cards of EXPERIMENT (default: the shipped one) as an NI gRPC Device Server.
 
     Only this computer can reach it. Any program that uses nidaqmx can: nidaqmx.GrpcSessionOptions with a channel
@@ -27,13 +35,12 @@ def command(experiment: Path | None, port: int, as_json: bool) -> None:
     it passes when a program waits for samples. Ends with Ctrl-C.
     """
     from app.files.experiment_toml import read_acquired_experiment
-    from app.progress import progress
     from app.rig import simulated_rig
     from drivers.ni.simulated.loopback import serving
 
     file = experiment or EXAMPLE
     declared = read_acquired_experiment(file)
-    with progress() as report:
+    with output.progress() as report:
         parts = simulated_rig(declared, file, report)
     ended = threading.Event()
 
@@ -43,9 +50,10 @@ def command(experiment: Path | None, port: int, as_json: bool) -> None:
     before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         with serving(parts.server, port) as address:
-            channels = ", ".join(parts.server.chassis.surroundings.terminals())
-            click.echo(json.dumps({"address": address, "terminals": channels.split(", ")}) if as_json else address)
-            click.echo(f"serving {declared.title}: {channels}; Ctrl-C ends it", err=True)
+            terminals = list(parts.server.chassis.surroundings.terminals())
+            told = json.dumps({"address": address, "terminals": terminals}) if output.as_json else address
+            click.echo(told)  # in one line, however quiet the rest: a program waits for it
+            output.summary(f"serving {declared.title}: {', '.join(terminals)}; Ctrl-C ends it")
             while not ended.wait(0.5):  # in pieces: on Windows a waiting thread hears no Ctrl-C
                 pass
     except OSError as error:
@@ -54,4 +62,4 @@ def command(experiment: Path | None, port: int, as_json: bool) -> None:
         for number, handler in before.items():
             signal.signal(number, handler)
     if parts.server.lacking:
-        click.echo(f"asked for what is not simulated: {', '.join(sorted(parts.server.lacking))}", err=True)
+        output.note(f"asked for what is not simulated: {', '.join(sorted(parts.server.lacking))}")

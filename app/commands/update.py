@@ -1,6 +1,5 @@
 """``flexura update``: E, nu and eta of the plate at every temperature, and the laws through them."""
 
-import json
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,25 +7,31 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.progress import progress
+from app.commands.options import PATH, effects_of_twin, mains, own_effects, run_out
+from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.material import MaterialLaws
     from analysis.updating.update import Updated
 
 
-@click.command(name="update")
-@click.argument("campaign", type=click.Path(path_type=Path))
-@click.option("--twin", type=click.Path(path_type=Path), help="Twin file whose effects are on (see flexura gap).")
-@click.option("--effects", type=click.Path(path_type=Path), help="Folder with effects of your own (*.py).")
-@click.option("--out", type=click.Path(path_type=Path), help="Run folder (default: NAME-run beside CAMPAIGN).")
-@click.option(
-    "--mains", type=float, default=50.0, show_default=True, help="Mains frequency, Hz, for lines left out."
-)
-@click.option("--json", "as_json", is_flag=True, help="Print the estimates as JSON.")
+EXAMPLES = """\b
+Examples:
+  flexura update plate --out plate-run
+  flexura update plate --twin plate-run/twin.toml --out plate-run
+"""
+
+
+@click.command(name="update", epilog=EXAMPLES, short_help="Find E, nu and eta at every temperature.")
+@click.argument("campaign", type=PATH)
+@effects_of_twin
+@own_effects
+@run_out
+@mains
+@output_options("the estimates")
 @bad_input
 def command(
-    campaign: Path, twin: Path | None, effects: Path | None, out: Path | None, mains: float, as_json: bool
+    campaign: Path, twin: Path | None, effects: Path | None, out: Path | None, mains: float, output: Output
 ) -> None:
     """Update the twin of CAMPAIGN: E, nu and eta per temperature, one gain, and smooth laws.
 
@@ -46,7 +51,7 @@ def command(
     start = start_of(twin, loaded.experiment, effects)
     run = run_folder(campaign, out)
     settings: dict[str, Any] = {"mains": mains}
-    with progress() as report:
+    with output.progress() as report:
         if start is None:
             found = updated_twin(loaded, mains, report)
         else:
@@ -54,18 +59,13 @@ def command(
             settings |= {"twin": sha256(start.path), "effects": start.twin.effects}
     save_updating(run, loaded, found, settings)
     updated, seconds = found.updated, time.perf_counter() - started
-    if as_json:
-        click.echo(json.dumps(record(updated, seconds), indent=1, allow_nan=False))
-    else:
-        show(updated)
+    output.result(lambda: record(updated, seconds), lambda: show(updated))
     for note in found.frf.notes:
-        click.echo(f"note: {note}", err=True)
+        output.note(note)
     if start is not None:
         on = ", ".join(start.twin.effects) or "no effect"
-        click.echo(
-            f"note: {start.path}: {on} switched on; the laws in {run / 'laws.h5'} are those under it", err=True
-        )
-    click.echo(summary(updated, found.laws, run, seconds), err=True)
+        output.note(f"{start.path}: {on} switched on; the laws in {run / 'laws.h5'} are those under it")
+    output.summary(summary(updated, found.laws, run, seconds))
     if not updated.settled.all():
         raise click.exceptions.Exit(1)
 

@@ -8,6 +8,7 @@ Every file:
 ``events``              what happened, a line each
 ``folder_lock``         one writer at a time
 ``bad_file``            what is wrong with a file of results
+``shipped``             the examples that come with the project
 ======================  ==================================================================
 
 Campaigns:

@@ -10,8 +10,9 @@ from pydantic_core import ErrorDetails
 from analysis.focusing.panel import Panel
 from app.files.allowed_values import allowed_at, keys_at
 from app.files.bad_file import ResultFileError
+from app.files.shipped import shipped
 
-SECTION_2 = Path(__file__).resolve().parents[2] / "examples" / "section2-panel.toml"
+SECTION_2 = shipped("section2-panel.toml")
 """The paper's plate of section 2, which comes with the project."""
 
 

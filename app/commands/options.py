@@ -1,0 +1,35 @@
+"""Options that several verbs share: one name, one wording, one range."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import click
+
+Verb = TypeVar("Verb", bound=Callable[..., object])
+
+PATH = click.Path(path_type=Path)
+
+effects_of_twin = click.option("--twin", type=PATH, help="Twin file (of flexura gap) whose effects are on.")
+laws_of_twin = click.option("--twin", type=PATH, help="Twin file (of flexura gap) whose laws to take.")
+own_effects = click.option(
+    "--effects",
+    type=PATH,
+    metavar="FOLDER",
+    help="Effects of your own. Its *.py are run: name only folders you trust.",
+)
+mains = click.option(
+    "--mains",
+    type=click.FloatRange(10.0, 400.0),
+    default=50.0,
+    show_default=True,
+    help="Mains frequency, Hz, whose lines are left out.",
+)
+
+
+def out_folder(what: str) -> Callable[[Verb], Verb]:
+    """Return --out FOLDER; `what` says which folder and what it is if none is named."""
+    return click.option("--out", type=PATH, metavar="FOLDER", help=what)
+
+
+run_out = out_folder("Run folder (default: NAME-run beside CAMPAIGN).")

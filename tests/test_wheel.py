@@ -1,0 +1,73 @@
+"""What ``pip install`` of the wheel gives: every package, the examples, and a flexura that works."""
+
+import configparser
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("analysis", "app", "drivers", "simulation")
+
+
+def settings() -> configparser.ConfigParser:
+    found = configparser.ConfigParser(interpolation=None)
+    found.read(ROOT / "setup.cfg", encoding="utf-8")
+    return found
+
+
+def test_every_package_is_in_the_wheel() -> None:
+    made = [file.parent.relative_to(ROOT) for name in PACKAGES for file in (ROOT / name).rglob("__init__.py")]
+    there = {".".join(folder.parts) for folder in made}
+    assert set(settings()["options"]["packages"].split()) == there
+
+
+def test_every_example_a_verb_starts_from_is_in_the_wheel() -> None:
+    patterns = [pattern for listed in settings()["options.data_files"].values() for pattern in listed.split()]
+    shipped = {path for pattern in patterns for path in ROOT.glob(pattern)}
+    wanted = {*(ROOT / "examples").glob("*.toml"), *(p for p in (ROOT / "examples" / "pp-plate").rglob("*.*"))}
+    assert {path for path in wanted if path.is_file()} == shipped
+
+
+@pytest.mark.slow
+def test_the_wheel_gives_a_working_flexura(tmp_path: Path) -> None:
+    """Built from a copy, installed without its dependencies; those of this environment are lent by a path file."""
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+    source, wheels, environment = tmp_path / "source", tmp_path / "wheels", tmp_path / "environment"
+    shutil.copytree(
+        ROOT, source, ignore=shutil.ignore_patterns(".*", "*-campaign", "*-run", "runs", "flexura-demo")
+    )
+    subprocess.run(
+        [*pip, "wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", str(wheels), str(source)], check=True
+    )
+    (wheel,) = wheels.glob("flexura-*.whl")
+    venv.create(environment, with_pip=False)
+    scripts = environment / ("Scripts" if os.name == "nt" else "bin")
+    python = scripts / ("python.exe" if os.name == "nt" else "python")
+    subprocess.run([*pip, "--python", str(python), "install", "--no-deps", "--no-index", str(wheel)], check=True)
+    site = subprocess.run(
+        [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    (Path(site.stdout.strip()) / "lent.pth").write_text(sysconfig.get_path("purelib"), encoding="utf-8")
+
+    def flexura(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [scripts / "flexura", *words], cwd=tmp_path, capture_output=True, text=True, check=True
+        )
+
+    assert "acquire" in flexura("--help").stdout
+    where = "import app; from app.files.shipped import shipped; print(app.__file__); print(shipped('pp-plate'))"
+    told = subprocess.run([python, "-c", where], cwd=tmp_path, capture_output=True, text=True, check=True)
+    package, example = map(Path, told.stdout.split())
+    assert environment in package.parents
+    assert environment in example.parents
+    assert "16 sweeps, 0 to 60 °C, imported into" in flexura("import", str(example), "--out", "plate").stderr
+    assert (tmp_path / "plate" / "protocol.json").is_file()
