@@ -37,8 +37,12 @@ def named(effect: Record) -> str:
 
 def estimate(parameter: Record) -> str:
     """Value, standard deviation to two digits, and unit; the value to the same decimal."""
-    value, sigma = parameter["value"], parameter["sigma"]
-    unit = "" if parameter["unit"] == "1" else f" {parameter['unit']}"
+    return with_sigma(parameter["value"], parameter["sigma"], parameter["unit"])
+
+
+def with_sigma(value: float, sigma: float, unit: str = "1") -> str:
+    """Do the same for three words; the unit 1 is not written."""
+    unit = "" if unit == "1" else f" {unit}"
     if not sigma > 0.0:
         return f"{value:.4g}{unit}"
     decimals = 1 - math.floor(math.log10(sigma))

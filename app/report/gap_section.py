@@ -22,6 +22,7 @@ def gap_section(path: Path) -> list[Item]:
     items.append(
         Picture(
             "gap-map",
+            "Where do twin and data disagree?",
             gap.residual_maps(figures),
             "Residual of the twin with its material laws alone (left) and with what was found (right), in "
             "standard deviations of the noise: white is noise.",
@@ -29,12 +30,29 @@ def gap_section(path: Path) -> list[Item]:
     )
     if record["unexplained"]["share"] is not None:
         items.append(
-            Picture("gap-shares", gap.shares(figures), "Where the excess over the noise sits, before and after.")
+            Picture(
+                "gap-shares",
+                "At which frequencies, temperatures and channels does the gap sit?",
+                gap.shares(figures),
+                "Excess over the noise, before and after, in shares of that before.",
+            )
         )
-    items.append(Picture("gap-candidates", gap.candidates(record), "What each effect alone would explain."))
+    items.append(
+        Picture(
+            "gap-candidates",
+            "Which effects were considered, and what speaks for each?",
+            gap.candidates(record),
+            "What each effect alone would explain.",
+        )
+    )
     if record["effects"] and record["verdict"] != "unknown":
         items.append(
-            Picture("gap-laws", gap.laws(figures), "What the correction changes in the laws, two-sigma bands.")
+            Picture(
+                "gap-laws",
+                "What does the correction change in the material laws?",
+                gap.laws(figures),
+                "E, ν and η before and after, and what changed, two-sigma bands.",
+            )
         )
     unseen = [(o["name"], o["needs"]) for o in record["observability"] if not o["observable"]]
     if unseen:

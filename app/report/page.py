@@ -2,16 +2,24 @@
 
 import base64
 import io
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
 from matplotlib.figure import Figure
 
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+"""What browsers hold the page to: it can fetch nothing, nor run anything."""
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
 h1 { margin-bottom: 0 } h2 { margin-top: 2.5rem; border-bottom: 1px solid #ddd }
-figure { margin: 1.2rem 0 } figure img { width: 100% } figcaption { color: #555; font-size: 0.9rem }
+h2, figure { scroll-margin-top: 1rem }
+a { color: #00798c; text-decoration: none } a:hover { text-decoration: underline }
+nav { background: #f6f8f9; padding: 0.6rem 1rem; margin: 1rem 0 } nav ol { margin: 0; padding-left: 1.4rem }
+nav ul { margin: 0; padding-left: 1.1rem; font-size: 0.9rem; list-style: none }
+figure { margin: 1.6rem 0 } figure h3 { margin: 0 0 0.4rem; font-size: 1.05rem } figure img { width: 100% }
+figcaption { color: #555; font-size: 0.9rem }
 table { border-collapse: collapse; margin: 1rem 0; font-size: 0.92rem }
 th, td { border-bottom: 1px solid #e3e3e3; padding: 0.3rem 0.7rem; text-align: left; vertical-align: top }
 td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }
@@ -20,6 +28,17 @@ td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowra
 .verdict strong { display: block; font-size: 1.15rem; margin-bottom: 0.3rem }
 .absent { background: #fff6e5; border-left: 4px solid #e0a030; padding: 0.5rem 1rem }
 pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem }
+@media (min-width: 92rem) {
+  nav { position: fixed; top: 1rem; left: calc(50% - 46rem); width: 12.5rem; max-height: 94vh; overflow-y: auto;
+        box-sizing: border-box; font-size: 0.9rem }
+}
+@page { size: A4; margin: 15mm }
+@media print {
+  body { font-size: 10.5pt; max-width: none; margin: 0; padding: 0 } nav ul { display: none }
+  h2, h3 { break-after: avoid } figure, tr, .verdict { break-inside: avoid } thead { display: table-header-group }
+  figure img { max-height: 22cm; object-fit: contain } pre { white-space: pre-wrap; word-break: break-all }
+  .verdict, .absent, nav, pre { print-color-adjust: exact }
+}
 """
 
 
@@ -48,9 +67,10 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure, the name of its file, and the sentence under it."""
+    """A figure: the name of its file, the question it answers, and how it is to be read."""
 
     name: str
+    question: str
     figure: Figure
     caption: str
 
@@ -59,9 +79,10 @@ class Picture:
         stream = io.BytesIO()
         self.figure.savefig(stream, format="png", dpi=120, metadata={"Software": None})
         data = base64.b64encode(stream.getvalue()).decode("ascii")
-        caption = escape(self.caption)
-        image = f'<img src="data:image/png;base64,{data}" alt="{caption}">'
-        return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
+        question, caption = escape(self.question), escape(self.caption)
+        image = f'<img src="data:image/png;base64,{data}" alt="{question} {caption}">'
+        name = escape(self.name)
+        return f'<figure id="{name}"><h3>{question}</h3>{image}<figcaption>{caption}</figcaption></figure>'
 
 
 @dataclass(frozen=True)
@@ -122,16 +143,30 @@ class Section:
     title: str
     items: Sequence[Item]
 
+    @property
+    def anchor(self) -> str:
+        """What links to the section name."""
+        return re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-")
+
+    def contents(self) -> str:
+        """Return its line of the table of contents, with one for each figure's question, as HTML."""
+        pictures = [item for item in self.items if isinstance(item, Picture)]
+        lines = "".join(f'<li><a href="#{escape(p.name)}">{escape(p.question)}</a></li>' for p in pictures)
+        below = f"<ul>{lines}</ul>" if lines else ""
+        return f'<li><a href="#{self.anchor}">{escape(self.title)}</a>{below}</li>'
+
 
 def page(title: str, subtitle: str, sections: Sequence[Section]) -> str:
     """Return the whole page as HTML."""
     parts = [
         '<!doctype html><html lang="en"><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
         f"<title>{escape(title)}</title><style>{STYLE}</style>",
         f"<h1>{escape(title)}</h1><p>{escape(subtitle)}</p>",
+        f"<nav><ol>{''.join(section.contents() for section in sections)}</ol></nav>",
     ]
     for section in sections:
-        parts.append(f"<h2>{escape(section.title)}</h2>")
+        parts.append(f'<h2 id="{section.anchor}">{escape(section.title)}</h2>')
         parts.extend(item.html() for item in section.items)
     return "\n".join(parts) + "\n</html>\n"

@@ -9,6 +9,7 @@ from analysis.focusing.methods import Comparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
+from app.gap_words import with_sigma
 from app.report.page import Table
 
 
@@ -41,9 +42,9 @@ def material_rows(laws: MaterialLaws) -> list[Row]:
         for t, paper in published.items():
             if not low <= t <= high:
                 continue
-            ours = float(getattr(laws.at(t), name)[0]) / unit
+            ours, sigma = (float(getattr(found, name)[0]) / unit for found in (laws.at(t), laws.sigma(t)))
             why = CLOSE if abs(ours / paper - 1.0) < 0.03 else SPECIMEN
-            rows.append(Row(heading.format(t=t), form.format(v=paper), form.format(v=ours), why))
+            rows.append(Row(heading.format(t=t), form.format(v=paper), with_sigma(ours, sigma), why))
     fine = np.linspace(low, high, 601)
     eta = laws.at(fine).loss_factor
     peak = f"{100 * eta.max():.1f} at {fine[int(eta.argmax())]:.0f} °C"

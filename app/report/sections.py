@@ -10,6 +10,7 @@ import numpy as np
 
 from analysis.experiment import Experiment
 from analysis.frf import Frf
+from analysis.material import MaterialLaws
 from app.files.bad_file import ResultFileError
 from app.files.filter_files import load_compensation, load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
@@ -17,10 +18,12 @@ from app.files.laws_file import load_laws, load_updated
 from app.files.modes_file import load_modes
 from app.files.provenance import read_stamp
 from app.files.run_folder import MADE_BY
+from app.gap_words import with_sigma
 from app.progress import Report
 from app.report import focusing, identified, measured, paper, updated
 from app.report.gap_section import gap_section
 from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, Table
+from app.report.summary import summary
 from app.updating import GOOD_MISFIT
 
 OPTIONAL = ("gap.h5",)
@@ -51,7 +54,8 @@ def sections(run: Path, report: Report) -> Found:
         ("Focusing", "filters.h5", lambda: _focusing(run, rows)),
         ("Compensation", "compensation.h5", lambda: _compensation(run, rows)),
     ]
-    made = []
+    lines = [(verb, line) for verb, line in summary(run).items() if verb != "import"]
+    made = [Section("In short", [Table(("stage", "found"), lines)])] if lines else []
     for done, (title, name, build) in enumerate(parts):
         report("report", done / len(parts))
         if (run / name).is_file():
@@ -88,8 +92,18 @@ def _measurement(experiment: Experiment, frf: Frf) -> list[Item]:
     ]
     items: list[Item] = [
         Table(("", ""), facts),
-        Picture("waterfall", measured.waterfall(frf), "Measured H1 over temperature (paper Fig. 7)."),
-        Picture("noise", measured.noise(frf), "H1, its standard deviation from the repeats, and the coherence."),
+        Picture(
+            "waterfall",
+            "How does the plate's response change with temperature?",
+            measured.waterfall(frf),
+            "Measured H1 over temperature (paper Fig. 7).",
+        ),
+        Picture(
+            "noise",
+            "How good is the measurement?",
+            measured.noise(frf),
+            "H1, its standard deviation from the repeats, and the coherence.",
+        ),
     ]
     if frf.notes:
         items.append(Listing("\n".join(frf.notes)))
@@ -100,8 +114,18 @@ def _identification(run: Path, frf: Frf, rows: list[paper.Row]) -> list[Item]:
     tracked = load_modes(run / "modes.h5")
     rows.extend(paper.mode_rows(tracked))
     items: list[Item] = [
-        Picture("identified", identified.overlay(frf, tracked), "Poles and residues of a sweep (paper Fig. 9)."),
-        Picture("tracked", identified.over_temperature(tracked), "Modes over temperature (paper Fig. 10)."),
+        Picture(
+            "identified",
+            "Do the modes found explain the response?",
+            identified.overlay(frf, tracked),
+            "Poles and residues of a sweep, and what they add up to (paper Fig. 9).",
+        ),
+        Picture(
+            "tracked",
+            "Where do the modes go with temperature?",
+            identified.over_temperature(tracked),
+            "Modes over temperature (paper Fig. 10).",
+        ),
     ]
     if tracked.notes:
         items.append(Listing("\n".join(tracked.notes)))
@@ -125,12 +149,40 @@ def _updating(run: Path, frf: Frf, rows: list[paper.Row]) -> list[Item]:
         text += " It lacks something the plate has; what, may be found with: flexura gap CAMPAIGN."
     return [
         Paragraph(text),
-        Picture("overlays", updated.overlays(frf, twin, estimates), "Measured and updated FRFs (paper Fig. 11)."),
+        *([] if laws is None else [_constants(laws)]),
         Picture(
-            "laws", updated.laws(estimates, laws), "E, η and ν over temperature, two-sigma bands (paper Fig. 12)."
+            "overlays",
+            "Does the twin answer as the plate does?",
+            updated.overlays(frf, twin, estimates),
+            "Measured and updated FRFs (paper Fig. 11).",
         ),
-        Picture("misfit", updated.misfit(estimates), "What the twin misses, against the noise."),
+        Picture(
+            "laws",
+            "What is the plate made of, at each temperature?",
+            updated.laws(estimates, laws),
+            "E, η and ν over temperature, two-sigma bands (paper Fig. 12).",
+        ),
+        Picture(
+            "misfit",
+            "Does the twin miss more than noise?",
+            updated.misfit(estimates),
+            "What the twin misses, against the noise of the measurement.",
+        ),
     ]
+
+
+def _constants(laws: MaterialLaws) -> Table:
+    """E, ν and η with their standard deviations at round temperatures."""
+    low, high = laws.temperature_range
+    temperature = np.arange(10.0 * np.ceil(low / 10.0 - 0.05), high + 0.5, 10.0).clip(low, high)
+    value, sigma = laws.at(temperature), laws.sigma(temperature)
+    columns = (("youngs_modulus", 1e9), ("poisson_ratio", 1.0), ("loss_factor", 0.01))
+    cells = [
+        [with_sigma(v / unit, s / unit) for v, s in zip(getattr(value, name), getattr(sigma, name), strict=True)]
+        for name, unit in columns
+    ]
+    rows = [(f"{t:.0f}", *row) for t, row in zip(temperature, zip(*cells, strict=True), strict=True)]
+    return Table(("T [°C]", "E [GPa]", "ν", "η [%]"), rows, numbers=(0, 1, 2, 3))
 
 
 def _focusing(run: Path, rows: list[paper.Row]) -> list[Item]:
@@ -138,10 +190,21 @@ def _focusing(run: Path, rows: list[paper.Row]) -> list[Item]:
     rows.extend([*paper.method_rows(comparison), *paper.temperature_rows(found)])
     reference = f"{found.reference_temperature:g} °C"
     items: list[Item] = [
-        Picture("panel", focusing.layout(panel), "The panel: what the paper leaves open is stated in its file."),
-        Picture("methods", focusing.methods(comparison), "Four ways to drive it, complex filters (paper Fig. 4)."),
+        Picture(
+            "panel",
+            "What is to be moved, and by which actuators?",
+            focusing.layout(panel),
+            "The panel: what the paper leaves open is stated in its file.",
+        ),
+        Picture(
+            "methods",
+            "What does STIF gain over other ways to drive the panel?",
+            focusing.methods(comparison),
+            "Four ways to drive it, complex filters (paper Fig. 4).",
+        ),
         Picture(
             "before",
+            "What does temperature do to filters that do not follow it?",
             focusing.before(found),
             f"The filters of {reference} used at every temperature (paper Fig. 13).",
         ),
@@ -149,7 +212,8 @@ def _focusing(run: Path, rows: list[paper.Row]) -> list[Item]:
     uncorrected = load_uncorrected(run / "filters.h5")
     if uncorrected is not None:
         caption = "Filters designed with and without the effects found, on a plate that obeys the corrected laws."
-        items.append(Picture("correction", focusing.correction(found, uncorrected), caption))
+        question = "What is the corrected twin worth for the filters?"
+        items.append(Picture("correction", question, focusing.correction(found, uncorrected), caption))
     return items
 
 
@@ -158,14 +222,27 @@ def _compensation(run: Path, rows: list[paper.Row]) -> list[Item]:
     rows.extend(paper.compensation_rows(found))
     items: list[Item] = [
         Picture(
-            "relative-error", focusing.relative_errors(found), "Relative error of the filters (paper Fig. 15)."
+            "relative-error",
+            "How far are the networks' filters from those computed?",
+            focusing.relative_errors(found),
+            "Relative error of the filters (paper Fig. 15).",
         ),
-        Picture("after", focusing.after(found), "Contrast and spot error with compensation (paper Fig. 17)."),
+        Picture(
+            "after",
+            "Does compensation bring the aim back?",
+            focusing.after(found),
+            "Contrast and spot error with compensation (paper Fig. 17).",
+        ),
     ]
     if (run / "filters.h5").is_file():
         before = load_focusing(run / "filters.h5")[1]
         items.append(
-            Picture("regained", focusing.loss(before, found), "What temperature costs, and what is regained.")
+            Picture(
+                "regained",
+                "How much of what temperature costs is regained?",
+                focusing.loss(before, found),
+                "Mean contrast of the band over temperature.",
+            )
         )
     worst = found.relative_error.max(axis=(1, 2))
     cells = [
