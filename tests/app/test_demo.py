@@ -109,7 +109,7 @@ def test_the_whole_demo(tmp_path: Path) -> None:
     verdict = json.loads((out / "puzzle-run" / "gap.json").read_text(encoding="utf-8"))
     assert verdict["verdict"] == "explained"
     assert [effect["name"] for effect in verdict["effects"]] == ["point_mass"]
-    assert verdict["effects"][0]["parameters"][0]["value"] == pytest.approx(0.0008, rel=0.03)
+    assert verdict["effects"][0]["parameters"]["mass"]["value"] == pytest.approx(0.0008, rel=0.03)
     assert "gap explained" in result.stdout
     laws = printed_laws(result.stdout)
     assert list(laws) == [0, 10, 20, 30, 40, 50, 60]
