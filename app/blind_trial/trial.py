@@ -115,14 +115,15 @@ def begin(trial: Trial) -> dict[str, Any]:
 
 @contextmanager
 def worker_processes(count: int) -> Iterator[Executor]:
-    """Yield fresh processes; what waits is dropped where the block is left by an error or Ctrl-C."""
+    """Yield fresh processes; where the block is left by an error or Ctrl-C, what waits is dropped.
+
+    What is under way is waited for: a pool that nobody waits for is forgotten, and goes through all it was given.
+    """
     pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
     try:
         yield pool
-    except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
-        raise
-    pool.shutdown()
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def run_trial(trial: Trial, executor: Executor, report: Report, told: Callable[[str], None]) -> None:
