@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from app.main import flexura
 
 Cut = Callable[[Path, tuple[int, ...]], None]
 TEMPERATURES = (0, 16, 32, 48, 60)
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 def typed(*words: str) -> Result:
@@ -110,6 +112,39 @@ def test_the_report_is_one_page_that_fetches_nothing(run: Path) -> None:
     for wanted in ("paper Fig. 15", "paper Fig. 17", "why they differ"):
         assert wanted in page
     assert (run / "waterfall.png").stat().st_size > 10_000
+
+
+def test_the_report_can_be_found_about_in_and_sent(run: Path) -> None:
+    page = (run / "report.html").read_text(encoding="utf-8")
+    anchors = re.findall(r' id="([^"]+)"', page)
+    assert len(anchors) == len(set(anchors)) > 15
+    assert set(re.findall(r'href="#([^"]+)"', page)) == set(anchors)
+    assert page.count("<h3>") == page.count("<figure") == page.count("?</h3>")  # each figure answers a question
+    assert len(re.findall(r"\d ± \d", page)) >= 20
+    assert (run / "report.html").stat().st_size < 5_000_000
+
+
+def opened(page: Path, picture: Path) -> str:
+    """Open a page in headless Chromium and take a picture of it; what its console says."""
+    assert CHROMIUM is not None
+    profile = picture.with_suffix(".profile")
+    switches = ("--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-sync")
+    log = ("--enable-logging=stderr", "--disable-background-networking", f"--user-data-dir={profile}")
+    taken = (f"--screenshot={picture}", "--window-size=1200,2000", page.resolve().as_uri())
+    done = subprocess.run(
+        [CHROMIUM, *switches, *log, *taken], capture_output=True, text=True, check=True, timeout=600
+    )
+    return "\n".join(line for line in done.stderr.splitlines() if "CONSOLE" in line)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here")
+def test_a_browser_shows_the_report_and_has_nothing_to_complain_of(run: Path, tmp_path: Path) -> None:
+    assert opened(run / "report.html", tmp_path / "report.png") == ""
+    assert (tmp_path / "report.png").stat().st_size > 50_000
+    fetching = (run / "report.html").read_text(encoding="utf-8") + '<img src="http://127.0.0.1:9/x.png">'
+    (tmp_path / "fetching.html").write_text(fetching, encoding="utf-8")
+    assert "Content Security Policy" in opened(tmp_path / "fetching.html", tmp_path / "fetching.png")
 
 
 def test_the_same_page_comes_out_again(run: Path) -> None:

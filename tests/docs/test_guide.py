@@ -21,7 +21,7 @@ BASH = shutil.which("bash")
 GUIDE = ROOT / "docs" / "guide"
 STARTS = r"(?:flexura|python3 start\.py)"
 FENCED = re.compile(r"(<!-- not run: [^\n]*-->\n)?```sh\n(.*?)```", re.DOTALL)
-LONG = {"closing-a-gap.md", "five-minutes.md", "filters.md", "real-hardware.md"}
+LONG = {"closing-a-gap.md", "five-minutes.md", "filters.md", "real-hardware.md", "recorded-campaign.md"}
 """Pages whose commands take more than a quarter of a minute."""
 
 

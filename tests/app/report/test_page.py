@@ -1,0 +1,42 @@
+"""The page itself: contents that lead to every figure, text that stays text, nothing to be fetched."""
+
+import re
+
+import pytest
+from matplotlib.figure import Figure
+
+from app.report.page import POLICY, Listing, Paragraph, Picture, Section, Table, page
+
+
+@pytest.fixture
+def html() -> str:
+    picture = Picture("waterfall", "What <changes> with temperature?", Figure(figsize=(1, 1)), 'Levels, "dB".')
+    sections = [
+        Section("Updated twin, and laws", [Paragraph("a < b & c"), picture]),
+        Section("Provenance", [Listing("<script>alert(1)</script>"), Table(("a",), [("<b>",)])]),
+    ]
+    return page("Plate & panel", "two sweeps", sections)
+
+
+def test_the_contents_lead_to_every_section_and_figure(html: str) -> None:
+    anchors = re.findall(r'id="([^"]+)"', html)
+    assert anchors == ["updated-twin-and-laws", "waterfall", "provenance"]
+    assert re.findall(r'href="#([^"]+)"', html) == anchors
+
+
+def test_a_figure_stands_under_the_question_it_answers(html: str) -> None:
+    found = re.search(r"<figure[^>]*><h3>(.*?)</h3><img[^>]*><figcaption>(.*?)</figcaption>", html)
+    assert found is not None
+    assert found.groups() == ("What &lt;changes&gt; with temperature?", "Levels, &quot;dB&quot;.")
+
+
+def test_text_stays_text(html: str) -> None:
+    assert "<script" not in html
+    assert "a &lt; b &amp; c" in html
+    assert "<title>Plate &amp; panel</title>" in html
+
+
+def test_browsers_are_told_that_it_fetches_and_runs_nothing(html: str) -> None:
+    assert f'http-equiv="Content-Security-Policy" content="{POLICY}"' in html
+    assert "default-src 'none'" in POLICY
+    assert set(re.findall(r'(?:src|href)="(data:|#|[^"]*)', html)) == {"data:", "#"}
