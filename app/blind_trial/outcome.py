@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.gap.thresholds import CLASS_COSINE
+from app.blind_trial.assignments import Kind
 from app.blind_trial.judging import REFUSED
 from app.gap_result import GAP
 
@@ -72,7 +73,7 @@ class Outcome:
     """
 
     number: int
-    kind: str
+    kind: Kind
     effects: Mapping[str, Mapping[str, float]]
     scale: Mapping[str, Mapping[str, float]]
     size: Mapping[str, float]

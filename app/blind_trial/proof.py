@@ -105,7 +105,7 @@ def _strangers(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
     both, outside = _kind(outcomes, "outside", "ablated"), _kind(outcomes, "outside")
     yield share("outside or ablated: unknown, or a look-alike", both, lambda o: o.declared_unknown, 0.90)
     yield share("outside or ablated: unknown", both, lambda o: o.verdict == "unknown", 0.0)
-    yield share("outside: one wrong name accepted", outside, lambda o: len(o.named) == 1, most=0.05)
+    yield share("outside: any name accepted", outside, lambda o: bool(o.named), most=0.05)
 
 
 def _pairs(outcomes: Sequence[Outcome]) -> Iterator[Figure]:

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from app.blind_trial.assignments import KINDS
 from app.blind_trial.calibration import claims, reliability
 from app.blind_trial.outcome import Outcome
 from app.blind_trial.proof import closures
@@ -28,7 +29,8 @@ def proof_figure(outcomes: Sequence[Outcome]) -> Figure:
 def confusion(outcomes: Sequence[Outcome]) -> tuple[list[str], list[str], np.ndarray]:
     """Rows (what was hidden), columns (what was answered) and counts; pairs are left out, they have two names."""
     some = [o for o in outcomes if o.kind != "pair"]
-    rows = sorted({_hidden(o) for o in some}, key=lambda row: (row != "nothing", "without" in row, row))
+    kinds = {_hidden(o): KINDS.index(o.kind) for o in some}
+    rows = sorted(kinds, key=lambda row: (kinds[row], row))
     named = {o.named[0].name for o in some if len(o.named) == 1}
     columns = [
         *sorted(named | {row for row in rows if any(_hidden(o) == row and o.kind == "single" for o in some)})
