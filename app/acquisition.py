@@ -1,4 +1,4 @@
-"""An experiment run on a rig, into a campaign folder: begun, or taken up again."""
+"""An experiment run on a rig, into a campaign folder that windows may watch: begun, or taken up again."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,7 +9,8 @@ from app.files.campaign_folder import frozen_protocol
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.sweep_file import Source
 from app.rig import declared_by
-from drivers.rig.campaign import Observer, Outcome, run_campaign
+from app.watched_campaign import WatchedCampaign
+from drivers.rig.campaign import Moment, Observer, Outcome, run_campaign
 from drivers.rig.rig import Rig
 
 
@@ -50,4 +51,10 @@ def acquire_campaign(
     recorded = declared_by(experiment, rig)
     protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, dict(acquired))
     with open_campaign(folder, protocol, recorded, source) as store:
-        return run_campaign(rig, experiment.protocol, store, observer, again=again)
+        watched = WatchedCampaign(folder)
+
+        def look(moment: Moment) -> None:
+            observer(moment)
+            watched.observe(moment)
+
+        return run_campaign(rig, experiment.protocol, store, look, paused=watched.paused, again=again)

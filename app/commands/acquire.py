@@ -74,6 +74,7 @@ def command(experiment: Path, rig: "RigKind | None", again: bool, out: Path | No
     Sweeps are triggered by the temperature measured; each is checked, repeated within bounds, and written as one
     finished file. On Ctrl-C, on an error, when the oven or a card is lost or the disk is full, the drive is
     brought to 0 V and the oven to rest, and the same command goes on later: what is finished is never touched.
+    Meanwhile, flexura view on the campaign folder shows how it gets on, and can pause or stop it.
 
     Exit status 1 where sweeps are missing at the end, or the rig stopped the campaign.
     """

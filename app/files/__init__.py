@@ -6,6 +6,7 @@ Every file:
 ``atomic``              whole or not there
 ``provenance``          what a result was made from and with
 ``events``              what happened, a line each
+``tail``                what was added to a growing file
 ``folder_lock``         one writer at a time
 ``bad_file``            what is wrong with a file of results
 ``shipped``             the examples that come with the project
@@ -19,6 +20,9 @@ Campaigns:
 ``campaign_folder``     one in Flexura's own form: ``sweep_file``
 ``import_recording``    from the one to the other, surviving a kill
 ``acquired_campaign``   the same folder while a rig writes into it
+``readings``            every temperature read meanwhile
+``latest_repeat``       the repeat recorded last, to be looked at
+``control``             what a window wishes of the runner
 ``experiment_toml``     what a rig is to acquire
 ``settings_toml``       any settings, their faults in the words of the file
 ``campaign_error``      everything that is wrong with one, in ``allowed_values``' words

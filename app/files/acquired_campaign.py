@@ -1,11 +1,14 @@
 """The campaign folder a rig writes into: begun or taken up again, one finished file for every sweep."""
 
 import errno
+import logging
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from analysis.campaign import Sweep
 from analysis.experiment import Experiment
@@ -25,7 +28,9 @@ from app.files.campaign_folder import (
 )
 from app.files.coverage import Place
 from app.files.folder_lock import folder_lock
+from app.files.latest_repeat import LatestRepeat, save_latest
 from app.files.sweep_file import Source, file_name, read_sweep_file, write_sweep
+from drivers.ni.cards import Record
 
 REJECTED = "rejected"
 SPARE = 50_000_000
@@ -69,6 +74,23 @@ class AcquiredCampaign:
         while path.exists():
             path = path.with_name(f"{path.stem}x.h5")
         self._write(path, sweep, {"attempt": attempt, "faults": "\n".join(faults)})
+
+    def show(self, record: Record, set_point: SetPoint, repeat: int) -> None:
+        """Put a repeat where windows look; OSError is logged, for nothing hangs on it."""
+        latest = LatestRepeat(
+            step=set_point.step,
+            repeat=repeat,
+            place=str(set_point),
+            channels=("drive", *self._sensors),
+            signals=np.vstack([record.drive[None], record.responses]).astype(np.float32),
+            overloaded=record.overloaded,
+            sample_rate=record.sample_rate,
+            full_scale=record.full_scale,
+        )
+        try:
+            save_latest(self.folder, latest)
+        except (OSError, RuntimeError) as error:
+            logging.getLogger(__name__).warning("a repeat could not be shown: %s", error)
 
     def log(self, event: Mapping[str, Any]) -> None:
         """Append an event to ``events.jsonl``."""

@@ -4,6 +4,9 @@
 ``protocol.json``      the experiment and where it came from, frozen, with its own SHA-256
 ``sweeps/*.h5``        one closed file for every sweep, never opened for writing again
 ``events.jsonl``       what happened, appended and forced to the disk
+``readings.csv``       every temperature read while a rig wrote it, for people
+``latest.h5``          the repeat recorded last, for ``flexura view``; never analysed
+``control.json``       a pause or a stop that ``flexura view`` wishes; there only meanwhile
 ``index.h5``           links into the sweeps for people with an HDF5 viewer; made anew at will
 =====================  ===========================================================================
 

@@ -1,5 +1,6 @@
 """A campaign from its first leg to its end, begun or taken up again."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,6 +11,7 @@ from drivers.ovens.error import OvenError
 from drivers.rig.errors import RigStopped
 from drivers.rig.leg import LegRun
 from drivers.rig.progress import Progress
+from drivers.rig.readings import Reading
 from drivers.rig.rig import Rig
 from drivers.rig.station import Station
 from drivers.rig.store import Store
@@ -32,6 +34,10 @@ class Moment:
         Sweeps finished or given up, and all of them.
     seconds_left : float
         Estimate.
+    date : str
+        ISO 8601.
+    reading : Reading
+        Both temperatures.
     """
 
     stage: str
@@ -39,6 +45,8 @@ class Moment:
     done: int
     total: int
     seconds_left: float
+    date: str
+    reading: Reading
 
 
 class Observer(Protocol):
@@ -73,8 +81,19 @@ def unobserved(moment: Moment) -> None:
     """Look away."""
 
 
+def never() -> bool:
+    """Wish for no pause."""
+    return False
+
+
 def run_campaign(
-    rig: Rig, protocol: AcquisitionProtocol, store: Store, observer: Observer = unobserved, *, again: bool = False
+    rig: Rig,
+    protocol: AcquisitionProtocol,
+    store: Store,
+    observer: Observer = unobserved,
+    *,
+    paused: Callable[[], bool] = never,
+    again: bool = False,
 ) -> Outcome:
     """Run what is still to be done of a campaign.
 
@@ -89,6 +108,10 @@ def run_campaign(
     protocol : AcquisitionProtocol
     store : Store
     observer : callable
+        May raise `RigStopped` to end the campaign for now.
+    paused : callable
+        Whether somebody wishes the campaign to wait; asked at every reading. The oven holds its temperature
+        meanwhile, and the ramp is begun again before the next set-point afterwards.
     again : bool
         Try once more what was missed or failed: legs with such set-points are run from their start.
 
@@ -110,7 +133,7 @@ def run_campaign(
         if events:
             station.restore(events)
         station.note("resumed" if events else "begun", finished=len(progress.finished))
-        _run_legs(left, progress, station, protocol, store, observer)
+        _run_legs(left, progress, station, protocol, store, observer, paused)
     except BaseException as error:
         why = f"{type(error).__name__}: {error}"
         unsafe = station.make_safe(why)
@@ -158,6 +181,7 @@ def _run_legs(
     protocol: AcquisitionProtocol,
     store: Store,
     observer: Observer,
+    paused: Callable[[], bool],
 ) -> None:
     sweeping = Sweeping(station, protocol, store, dict(progress.attempts))
     total = protocol.count
@@ -167,9 +191,12 @@ def _run_legs(
         later = sum(len(_todo(other, progress)) for other in left if other.number > leg.number)
         run = LegRun(leg, todo, station, sweeping, protocol)
 
-        def watch(stage: str, temperature: float, ramping: bool, run: LegRun = run, later: int = later) -> None:
+        def watch(stage: str, reading: Reading, ramping: bool, run: LegRun = run, later: int = later) -> bool:
+            temperature = station.watched(reading)
             seconds = protocol.seconds(temperature, run.leg.number, ramping=ramping)
-            observer(Moment(stage, temperature, total - later - len(run.todo), total, seconds))
+            done = total - later - len(run.todo)
+            observer(Moment(stage, temperature, done, total, seconds, station.date(), reading))
+            return paused()
 
         run.run(watch, under_way=progress.ramping == leg.number, begun=leg.number in progress.begun)
         if leg is left[-1] and protocol.programme.soak_after:

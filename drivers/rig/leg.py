@@ -17,8 +17,8 @@ Result = TypeVar("Result")
 STALLED = 1800.0
 """The ramp counts as stalled when the temperature has not moved a quarter of what it should in this time, s."""
 
-Watcher = Callable[[str, float, bool], None]
-"""Told what is being done, the temperature, and whether the leg's ramp has begun."""
+Watcher = Callable[[str, Reading, bool], bool]
+"""Told what is being done, the temperatures, and whether the leg's ramp has begun; says whether to pause."""
 
 
 class LegRun:
@@ -56,7 +56,7 @@ class LegRun:
         self._failures: dict[int, int] = {}
         self._mark: tuple[float, float] | None = None
         self._begun_anew = False
-        self._lost = False
+        self._held = False
         self._ramp: tuple[float, float, Purpose] = (leg.end, protocol.programme.ramp_rate, "leg")
 
     def run(self, watch: Watcher, *, under_way: bool, begun: bool) -> None:
@@ -103,14 +103,16 @@ class LegRun:
         while True:
             reading = self._read()
             now = self._station.now
-            if self._were_lost():
+            if self._was_held():
                 self._station.ramp(*self._ramp)
             if reading is None:
                 continue
             here = self._station.watched(reading)
-            watch(stage, here, False)
             if deadline is None:
                 deadline = now + 60.0 * abs(target - here) / rate + settling.timeout
+            if watch(stage, reading, False):
+                deadline += self._pause(watch)
+                continue
             if abs(here - target) > settling.within:
                 inside_since = None
             elif inside_since is None:
@@ -128,15 +130,15 @@ class LegRun:
         tolerance = self._protocol.programme.tolerance
         while self.todo:
             reading = self._read()
-            if (
-                self._were_lost()
-            ):  # held, the plate has drifted on: back, and through what is left at a steady ramp
+            if self._was_held():  # held, the plate has drifted on: back, and through what is left at a steady ramp
                 self._begin(watch, self._before_next())
                 continue
             if reading is None:
                 continue
             here = self._station.watched(reading)
-            watch(f"{self.leg.direction} to {self.todo[0].temperature:g} °C", here, True)
+            if watch(f"{self.leg.direction} to {self.todo[0].temperature:g} °C", reading, True):
+                self._pause(watch)
+                continue
             # Where the middle of a sweep begun now would be, counted in the ramp's direction.
             middle = sign * here + 0.5 * travel
             while self.todo and middle > sign * self.todo[0].temperature + tolerance:
@@ -173,13 +175,26 @@ class LegRun:
             if error.action is not Action.LOST_DEVICE:
                 raise
         self._station.regain_cards()
-        self._lost, self._mark = True, None
+        self._held, self._mark = True, None
         return None
 
-    def _were_lost(self) -> bool:
-        """Whether the cards were lost since this was asked last."""
-        lost, self._lost = self._lost, False
-        return lost
+    def _pause(self, watch: Watcher) -> float:
+        """Hold the oven, and go on reading, until nobody wishes to pause any more; return how long that was, s."""
+        since = self._station.now
+        self._station.note("paused")
+        self._station.hold("paused")
+        while True:
+            reading = self._read()
+            if reading is not None and not watch("paused", reading, False):
+                break
+        self._station.note("continued")
+        self._held, self._mark = True, None
+        return self._station.now - since
+
+    def _was_held(self) -> bool:
+        """Whether the oven was held since this was asked last: for lost cards, or for a pause."""
+        held, self._held = self._held, False
+        return held
 
     def _require_progress(self, along: float) -> None:
         """Begin the ramp anew, once, if it has come to a halt, and stop if that does not help.

@@ -5,10 +5,11 @@ from typing import Any, Protocol
 
 from analysis.campaign import Sweep
 from analysis.protocol.set_points import SetPoint
+from drivers.ni.cards import Record
 
 
 class Store(Protocol):
-    """Keeps finished sweeps and the log. Every method may raise OSError: a full or failing disk."""
+    """Keeps finished sweeps and the log. All but `show` may raise OSError: a full or failing disk."""
 
     def finished(self) -> frozenset[int]:
         """Return the steps whose sweeps are kept, whole and verified."""
@@ -20,6 +21,10 @@ class Store(Protocol):
 
     def put_aside(self, sweep: Sweep, set_point: SetPoint, attempt: int, faults: Sequence[str]) -> None:
         """Keep a bad sweep where nobody takes it for a good one."""
+        ...
+
+    def show(self, record: Record, set_point: SetPoint, repeat: int) -> None:
+        """Let people look at a repeat, counted from 0, as soon as it is recorded; never raises, may be lost."""
         ...
 
     def log(self, event: Mapping[str, Any]) -> None:

@@ -98,6 +98,7 @@ class Sweeping:
             if repeat and station.reading() is None:  # the oven is not left alone for longer than one repeat
                 return Attempt(None, (f"no temperature before repeat {repeat + 1}",))
             record = station.cards.sweep(drive)
+            self._store.show(record, set_point, repeat)
             if record.drive.shape != drive.shape:
                 told = f"repeat {repeat + 1}: {record.drive.size} samples came, {drive.size} were played"
                 return Attempt(None, (told,))

@@ -17,6 +17,7 @@ from analysis.protocol.programme import Programme, Settling
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import SetPoint
 from analysis.protocol.sweep import SweepSettings
+from drivers.ni.cards import Record
 from drivers.ni.modules import NI_9234
 from drivers.ni.output_modules import NI_9260
 from drivers.ni.simulated.surroundings import Module
@@ -62,6 +63,7 @@ class MemoryStore:
 
     kept: dict[int, Sweep] = field(default_factory=dict)
     aside: list[tuple[int, int, tuple[str, ...]]] = field(default_factory=list)
+    shown: list[tuple[int, int, Record]] = field(default_factory=list)
     log_lines: list[dict[str, Any]] = field(default_factory=list)
     before_keeping: Callable[[SetPoint], None] = lambda point: None
 
@@ -76,6 +78,9 @@ class MemoryStore:
     def put_aside(self, sweep: Sweep, set_point: SetPoint, attempt: int, faults: Sequence[str]) -> None:
         assert (set_point.step, attempt) not in [(step, number) for step, number, _ in self.aside]
         self.aside.append((set_point.step, attempt, tuple(faults)))
+
+    def show(self, record: Record, set_point: SetPoint, repeat: int) -> None:
+        self.shown.append((set_point.step, repeat, record))
 
     def log(self, event: Mapping[str, Any]) -> None:
         self.log_lines.append(dict(event))

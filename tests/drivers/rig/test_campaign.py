@@ -99,3 +99,50 @@ def test_time_of_readings_lies_on_a_grid(world: Any) -> None:
     world.run(observer=lambda moment: seen.append(moment_of()))
     # the thermocouple module's own conversion, 1/14 s, and the oven's answer pass before anybody is told
     assert all(math.fmod(time, 3.0) < 0.5 for time in seen)
+
+
+def test_a_pause_holds_the_oven_and_costs_no_sweep(world_of: Callable[..., Any]) -> None:
+    world = world_of()
+    wished = {"calls": 0}
+
+    def paused() -> bool:
+        wished["calls"] += 1
+        return 40 <= wished["calls"] < 60 or 80 <= wished["calls"] < 90
+
+    outcome = world.run(paused=paused)
+    assert (outcome.finished, outcome.missing) == (3, 0)
+    assert len(world.store.told("paused")) == len(world.store.told("continued")) == 2
+    held = [e for e in world.store.told("oven") if e["command"] == "hold"]
+    assert [e["purpose"] for e in held] == ["paused", "paused"]
+    for begun, ended in zip(world.store.told("paused"), world.store.told("continued"), strict=True):
+        swept = [e["time"] for e in world.store.told("sweep begun")]
+        assert not any(begun["time"] < t < ended["time"] for t in swept)
+    assert world.worst_error() < 0.01
+    assert world.at_rest()
+
+
+def test_every_repeat_is_shown_as_soon_as_it_is_recorded(world_of: Callable[..., Any]) -> None:
+    world = world_of()
+    world.run()
+    assert [(step, repeat) for step, repeat, _ in world.store.shown] == [
+        (s, r) for s in range(3) for r in range(2)
+    ]
+    for step, repeat, record in world.store.shown:
+        assert (record.responses[0].astype("f4") == world.store.kept[step].responses[0, repeat]).all()
+
+
+def test_an_observer_may_stop_the_campaign(world_of: Callable[..., Any]) -> None:
+    world = world_of()
+    seen: list[Moment] = []
+
+    def observer(moment: Moment) -> None:
+        seen.append(moment)
+        if moment.done == 1:
+            raise RigStopped("enough", "go on later")
+
+    with pytest.raises(RigStopped, match="enough"):
+        world.run(observer=observer)
+    assert world.at_rest()
+    assert sorted(world.store.kept) == [0]
+    world.renew()
+    assert world.run().finished == 3
