@@ -46,7 +46,8 @@ def save_comparison(
     """
     record = gap_record(found.report, found.given, origin, seconds)
     save_frf(run / "frf.h5", campaign.experiment, found.frf, origin)
-    save_gap(run / FIGURES, GapFigures.of(found.report, found.corrected.nodes), record, origin)
+    figures = GapFigures.of(found.report, found.corrected.nodes)
+    save_gap(run / FIGURES, figures, found.report.signatures, record, origin)
     if not (run / "laws.h5").is_file():
         plain = found.plain
         save_laws(run / "laws.h5", plain.updated, plain.laws, plain.twin, origin)

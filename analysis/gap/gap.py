@@ -16,7 +16,7 @@ from analysis.gap.misfit import relative_misfit
 from analysis.gap.model import GapModel
 from analysis.gap.numerical_floor import NumericalFloor
 from analysis.gap.refit import Bench, Progress, explained
-from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
+from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect, Signature
 from analysis.gap.search import Found, search
 from analysis.gap.state import starting_state
 from analysis.gap.sweeps import GapSweeps, prepare, sharpest
@@ -117,6 +117,7 @@ def _report(
         noise=noise,
         notes=notes,
         seconds=seconds,
+        signatures=_signatures(bench, found),
     )
 
 
@@ -160,6 +161,18 @@ def _named(bench: Bench, found: Found, name: str) -> NamedEffect:
         against=others,
         log_evidence_gain=gain,
         parameters=tuple(estimates),
+    )
+
+
+def _signatures(bench: Bench, found: Found) -> tuple[Signature, ...]:
+    """Map what each effect that was fitted alone takes from the baseline's excess."""
+    if not found.steps:
+        return ()
+    before = residual_map(bench.sweeps, bench.noise, found.baseline).excess
+    return tuple(
+        Signature(trial.effects[0], before - residual_map(bench.sweeps, bench.noise, trial.fit).excess)
+        for trial in found.steps[0].refits
+        if len(trial.effects) == 1 and trial.fit is not None
     )
 
 

@@ -109,6 +109,21 @@ class CandidateRow:
 
 
 @dataclass(frozen=True)
+class Signature:
+    """What one effect, fitted alone, would take away.
+
+    Attributes
+    ----------
+    effect : str
+    explained : (T, K, B) ndarray
+        chi2 taken from each cell of `GapReport.before`.
+    """
+
+    effect: str
+    explained: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class FittedLaws:
     """Laws at the groups' temperatures.
 
@@ -157,6 +172,8 @@ class GapReport:
     notes : tuple of str
         For people.
     seconds : float
+    signatures : tuple of Signature
+        Of the effects that were worth a full fit, the best first.
     """
 
     verdict: Verdict
@@ -178,3 +195,4 @@ class GapReport:
     noise: NoiseCheck = field(repr=False)
     notes: tuple[str, ...]
     seconds: float
+    signatures: tuple[Signature, ...] = ()

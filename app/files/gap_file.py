@@ -1,7 +1,7 @@
 """``gap.h5``: what the figures of a comparison need, and its gap.json."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.report import FittedLaws, GapReport
+from analysis.gap.report import FittedLaws, GapReport, Signature
 from analysis.gap.where import ResidualMap
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
@@ -40,6 +40,13 @@ class GapMap:
     channels: tuple[str, ...]
     sigma: NDArray[np.float64]
     excess: NDArray[np.float64]
+
+    def by_temperature(self, channel: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Root mean square over the sweeps at each temperature: (G,) degrees Celsius and (G, B) sigma."""
+        groups = temperature_groups(self.temperature)
+        power = self.sigma[:, channel] ** 2
+        temperature = np.array([self.temperature[g].mean() for g in groups])
+        return temperature, np.sqrt(np.array([power[g].mean(0) for g in groups]))
 
     @classmethod
     def of(cls, found: ResidualMap) -> "GapMap":
@@ -78,11 +85,35 @@ class GapFigures:
         return cls(GapMap.of(report.before), GapMap.of(report.after), report.laws_before, issued)
 
 
-def save_gap(target: Path, figures: GapFigures, record: Mapping[str, Any], made_from: Mapping[str, Any]) -> None:
+@dataclass(frozen=True)
+class Signatures:
+    """What each effect that was fitted alone would explain, see `analysis.gap.report.Signature`.
+
+    Attributes
+    ----------
+    effects : tuple of str
+    explained : (S, T, K, B) ndarray
+        chi2 taken away from each cell of the map before.
+    """
+
+    effects: tuple[str, ...]
+    explained: NDArray[np.float64]
+
+
+def save_gap(
+    target: Path,
+    figures: GapFigures,
+    signatures: Sequence[Signature],
+    record: Mapping[str, Any],
+    made_from: Mapping[str, Any],
+) -> None:
     """Write the arrays and the record of gap.json."""
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
         write_value(file.create_group("figures"), figures)
+        if signatures:
+            held = Signatures(tuple(s.effect for s in signatures), np.array([s.explained for s in signatures]))
+            write_value(file.create_group("signatures"), held)
         file.create_dataset("record", data=json.dumps(record, allow_nan=False))
 
 
@@ -94,3 +125,19 @@ def load_gap(path: Path) -> tuple[GapFigures, dict[str, Any]]:
             return read_value(file["figures"], GapFigures), record
     except (OSError, KeyError, TypeError, json.JSONDecodeError) as error:
         raise ResultFileError(f"{path}: not a readable gap.h5; make it again: flexura gap") from error
+
+
+def load_signatures(path: Path) -> Signatures | None:
+    """Read the signatures; None where no effect was fitted, or by a version that kept none."""
+    try:
+        with h5py.File(path) as file:
+            return read_value(file["signatures"], Signatures) if "signatures" in file else None
+    except (OSError, KeyError, TypeError) as error:
+        raise ResultFileError(f"{path}: not a readable gap.h5; make it again: flexura gap") from error
+
+
+def temperature_groups(temperature: NDArray[np.float64]) -> list[NDArray[np.intp]]:
+    """Sweeps at one nominal temperature, ascending."""
+    order = np.argsort(temperature, kind="stable")
+    cuts = np.flatnonzero(np.diff(temperature[order]) > 0.5) + 1
+    return list(np.split(order, cuts))

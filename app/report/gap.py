@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from analysis.gap.report import FittedLaws
-from app.files.gap_file import GapFigures, GapMap
+from app.files.gap_file import GapFigures, temperature_groups
 from app.report.style import BAND, MODEL, frequency_axis, panels
 
 Record = Mapping[str, Any]
@@ -35,7 +35,7 @@ def residual_maps(figures: GapFigures) -> Figure:
     norm = LogNorm(1.0, top)
     for row, channel in enumerate(channels):
         for column, (title, seen) in enumerate((("before", figures.before), ("after", figures.after))):
-            temperature, sigma = by_temperature(seen, row)
+            temperature, sigma = seen.by_temperature(row)
             cells = (seen.edges, _edges(temperature))
             place = axes[row, column]
             image = place.pcolormesh(*cells, np.maximum(sigma, 1.0), cmap=colors, norm=norm, rasterized=True)
@@ -148,26 +148,11 @@ def _change(axes: Axes, before: FittedLaws, after: FittedLaws, law: int, relativ
     axes.fill_between(after.temperature, moved - 2 * sigma, moved + 2 * sigma, color=AFTER, alpha=0.25, lw=0)
 
 
-def by_temperature(seen: GapMap, channel: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Root mean square over the sweeps at each temperature: (G,) degrees Celsius and (G, B) sigma."""
-    groups = _groups(seen.temperature)
-    power = seen.sigma[:, channel] ** 2
-    temperature = np.array([seen.temperature[g].mean() for g in groups])
-    return temperature, np.sqrt(np.array([power[g].mean(0) for g in groups]))
-
-
 def _grouped(
     temperature: NDArray[np.float64], values: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    groups = _groups(temperature)
+    groups = temperature_groups(temperature)
     return np.array([temperature[g].mean() for g in groups]), np.array([values[g].sum() for g in groups])
-
-
-def _groups(temperature: NDArray[np.float64]) -> list[NDArray[np.intp]]:
-    """Sweeps at one nominal temperature, ascending."""
-    order = np.argsort(temperature, kind="stable")
-    cuts = np.flatnonzero(np.diff(temperature[order]) > 0.5) + 1
-    return list(np.split(order, cuts))
 
 
 def _edges(centers: NDArray[np.float64]) -> NDArray[np.float64]:

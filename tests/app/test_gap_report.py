@@ -19,7 +19,6 @@ from app.files.bad_file import ResultFileError
 from app.files.gap_file import GapFigures, load_gap, save_gap
 from app.files.gap_json import gap_record
 from app.gap_words import estimate, summary
-from app.report.gap import by_temperature
 from app.report.gap_section import gap_section, verdict
 from app.report.page import Picture, Table, Verdict
 from app.report.style import drawing
@@ -169,7 +168,7 @@ def test_an_unexplained_gap_closes_nothing_and_says_where_it_sits(explained: Gap
 
 def test_gap_h5_is_read_back(explained: GapReport, tmp_path: Path) -> None:
     record = gap_record(explained, {}, {}, 1.0)
-    save_gap(tmp_path / "gap.h5", GapFigures.of(explained, explained.laws_after), record, {"flexura": "0"})
+    save_gap(tmp_path / "gap.h5", GapFigures.of(explained, explained.laws_after), (), record, {"flexura": "0"})
     figures, again = load_gap(tmp_path / "gap.h5")
     assert again == record
     np.testing.assert_array_equal(figures.before.sigma, explained.before.sigma)
@@ -182,15 +181,15 @@ def test_gap_h5_is_read_back(explained: GapReport, tmp_path: Path) -> None:
 
 def test_sweeps_at_one_temperature_share_a_row_of_the_map(explained: GapReport) -> None:
     figures = GapFigures.of(explained, explained.laws_after)
-    temperature, sigma = by_temperature(figures.before, 0)
+    temperature, sigma = figures.before.by_temperature(0)
     np.testing.assert_allclose(temperature, [10.01, 30.025])
     np.testing.assert_allclose(sigma[1], [1, 1, 1, 1, 9, 1])
-    np.testing.assert_allclose(by_temperature(figures.before, 1)[1], 1.0)
+    np.testing.assert_allclose(figures.before.by_temperature(1)[1], 1.0)
 
 
 def test_the_report_shows_verdict_maps_evidence_and_laws(explained: GapReport, tmp_path: Path) -> None:
     record = gap_record(explained, {}, {}, 1.0)
-    save_gap(tmp_path / "gap.h5", GapFigures.of(explained, explained.laws_after), record, {})
+    save_gap(tmp_path / "gap.h5", GapFigures.of(explained, explained.laws_after), (), record, {})
     with drawing():
         items = gap_section(tmp_path / "gap.h5")
         names = [item.name for item in items if isinstance(item, Picture)]
@@ -204,7 +203,7 @@ def test_the_report_shows_verdict_maps_evidence_and_laws(explained: GapReport, t
 
 
 def test_no_gap_needs_no_table_of_effects(none: GapReport, tmp_path: Path) -> None:
-    save_gap(tmp_path / "gap.h5", GapFigures.of(none, none.laws_after), gap_record(none, {}, {}, 1.0), {})
+    save_gap(tmp_path / "gap.h5", GapFigures.of(none, none.laws_after), (), gap_record(none, {}, {}, 1.0), {})
     with drawing():
         items = gap_section(tmp_path / "gap.h5")
     assert [item.name for item in items if isinstance(item, Picture)] == ["gap-map", "gap-candidates"]
