@@ -5,5 +5,6 @@
 ``commands``    one file per verb
 ``files``       campaigns, results and recordings on disk
 ``report``      the figures and the self-contained HTML page
+``view``        the windows
 ==============  =================================================================
 """

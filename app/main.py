@@ -18,6 +18,7 @@ VERBS = {
     "focus": "focus",
     "compensate": "compensate",
     "report": "report",
+    "view": "view",
     "doctor": "doctor",
     "simulate-daq": "simulate_daq",
     "demo": "demo",

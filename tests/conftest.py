@@ -1,10 +1,22 @@
-"""One BLAS thread, as `flexura` itself runs, for matrices are small; Ctrl-C heard even in a shell's background."""
+"""One BLAS thread, as `flexura` itself runs, for matrices are small; Ctrl-C heard even in a shell's background.
+
+Windows are drawn into memory; where this system lacks what Qt needs, pytest-qt stays out and their tests skip.
+"""
 
 import os
 import signal
+from importlib import import_module
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
 # a shell starts background jobs with SIGINT ignored, and children inherit that: tests of Ctrl-C would wait in vain
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+os.environ.setdefault("PYQTGRAPH_QT_LIB", "PySide6")
+try:
+    import_module("PySide6.QtSvg")
+    pytest_plugins = ["pytestqt.plugin"]
+except ImportError:
+    pytest_plugins = []

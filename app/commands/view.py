@@ -1,0 +1,70 @@
+"""``flexura view``: a campaign while it runs, or what was found in it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from app.commands.bad_input import bad_input
+from app.commands.options import PATH
+
+if TYPE_CHECKING:
+    from app.view.opening import Kind
+
+
+EXAMPLES = """\b
+Examples:
+  flexura view plate
+  flexura view plate-run --theme dark
+  flexura view plate-run --screenshot pictures
+"""
+
+
+@click.command(name="view", epilog=EXAMPLES, short_help="Look at a campaign, running or recorded.")
+@click.argument("folder", type=PATH)
+@click.option(
+    "--window", "kind", type=click.Choice(["live", "recorded"]), help="Which window (default: the one that fits)."
+)
+@click.option("--theme", type=click.Choice(["dark", "light"]), help="Default: the desktop's.")
+@click.option(
+    "--screenshot",
+    type=PATH,
+    metavar="DIR",
+    help="Write every page as PNG into DIR instead of waiting for hands; needs no screen.",
+)
+@bad_input
+def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Path | None) -> None:
+    """Look at FOLDER, a campaign or a run folder.
+
+    A campaign that flexura acquire is writing is shown live: oven and plate against the programme, the last
+    repeat's signals, spectrum and levels, FRFs as they come, the log. The window only reads the folder; closing
+    it, or losing it, does nothing to the campaign, which it can pause or stop safely.
+
+    All else is shown as recorded, a page for every stage whose result is there: FRFs over temperature with linked
+    cursors, modes followed over temperature, laws, the gap with the signatures of its candidates, focusing, moving
+    fields. Every plot exports PNG, SVG and CSV; F1 shows the keys.
+    """
+    import os
+
+    from app.view.folder import viewed
+
+    found = viewed(folder)
+    if screenshot is not None:
+        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    from app.view.application import application
+
+    app = application()
+    from app.view.garbage import collected_here
+    from app.view.opening import window_of
+    from app.view.theme import THEMES, system_theme
+
+    with collected_here():
+        window = window_of(found, kind, THEMES[theme] if theme else system_theme())
+        if screenshot is not None:
+            from app.view.screenshots import screenshots
+
+            written = screenshots(window, screenshot)
+            click.echo(f"{len(written)} pictures in {screenshot}", err=True)
+            return
+        window.show()
+        app.exec()

@@ -1,0 +1,18 @@
+"""``flexura view``: what a campaign does while it runs, and what was found in it. The only package that knows Qt.
+
+==================  ===============================================================
+``application``     Qt begun, or the reason why it cannot be
+``garbage``         garbage collected in the thread of the windows alone
+``folder``          which campaign and which results a folder stands for
+``theme``           dark and light
+``chart``           a plot that can be read, followed and exported
+``export``          a plot as PNG, SVG and CSV
+``cursors``         the frequency and the temperature that all plots share
+``window``          keys, help, themes and export: what both windows have in common
+``surface``         a moving field, drawn in perspective
+``recorded``        the window on a recorded campaign
+``live``            the window on a campaign being acquired
+``opening``         which of the two a folder is shown in
+``screenshots``     pictures of both windows for the documentation
+==================  ===============================================================
+"""

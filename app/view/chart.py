@@ -1,0 +1,246 @@
+"""A plot that can be read, followed with a cursor, and exported."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import pyqtgraph
+from numpy.typing import ArrayLike, NDArray
+from PySide6.QtCore import Qt, SignalInstance
+from PySide6.QtWidgets import QSizePolicy
+
+from app.view.theme import Color, Theme
+
+Real = NDArray[np.float64]
+Style = Literal["line", "dash", "dot"]
+FINEST = 1024
+"""Rows of a map at most."""
+BAR = 78
+"""Dots that the colour bar of a map takes."""
+STYLES = {"line": Qt.PenStyle.SolidLine, "dash": Qt.PenStyle.DashLine, "dot": Qt.PenStyle.DotLine}
+
+
+@dataclass(frozen=True)
+class Map:
+    """What an image shows.
+
+    Attributes
+    ----------
+    x, y : (C,), (R,) ndarray
+        Centres of columns and rows.
+    value : (R, C) ndarray
+    """
+
+    x: Real
+    y: Real
+    value: Real
+
+
+class Chart(pyqtgraph.PlotWidget):
+    """One plot.
+
+    Parameters
+    ----------
+    name : str
+        Of its files when it is exported.
+    title : str
+        The question it answers.
+    x, y : str
+        Labels with units.
+    theme : Theme
+    """
+
+    def __init__(self, name: str, title: str, x: str, y: str, theme: Theme) -> None:
+        super().__init__(background=theme.plot)
+        self.name, self.theme = name, theme
+        self.labels = (x, y)
+        self.map: Map | None = None
+        self.setObjectName(name)
+        self.setTitle(title)
+        for side, label in (("bottom", x), ("left", y)):
+            axis = self.getAxis(side)
+            axis.setLabel(label, color=theme.text)
+            axis.setPen(theme.muted)
+            axis.setTextPen(theme.text)
+            axis.enableAutoSIPrefix(False)
+        self.showGrid(x=True, y=True, alpha=0.14)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumSize(180, 120)
+
+    def setTitle(self, title: str) -> None:
+        """Put a title over the plot, at its left."""
+        self.plotItem.setTitle(title, color=self.theme.text, size="10pt", bold=True, justify="left")
+
+    def legend(self, columns: int = 1, offset: tuple[int, int] = (-8, 8)) -> None:
+        """Name the curves that are drawn from now on."""
+        made = self.addLegend(
+            offset=offset, colCount=columns, labelTextColor=self.theme.text, labelTextSize="9pt", verSpacing=-4
+        )
+        made.setBrush(pyqtgraph.mkBrush((*pyqtgraph.mkColor(self.theme.plot).getRgb()[:3], 215)))
+
+    def curve(
+        self,
+        x: ArrayLike,
+        y: ArrayLike,
+        label: str,
+        color: Color,
+        *,
+        width: float = 1.2,
+        style: Style = "line",
+        named: bool = True,
+        points: bool = False,
+    ) -> Any:
+        """Draw a curve and return it; `label` heads its columns when exported, in the legend too if `named`."""
+        marks = {"symbol": "o", "symbolSize": 5, "symbolBrush": color, "symbolPen": None} if points else {}
+        x, y = np.asarray(x, float), np.asarray(y, float)
+        if points and not np.isfinite(y).any():  # of which pyqtgraph's bounds know nothing
+            x, y = np.empty(0), np.empty(0)
+        item = self.plot(
+            x,
+            y,
+            pen=pyqtgraph.mkPen(color, width=width, style=STYLES[style]),
+            name=label if named else None,
+            connect="finite",
+            **marks,
+        )
+        item.opts["label"] = label
+        return item
+
+    def band(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, color: Color, label: str) -> list[Any]:
+        """Fill between two curves; their columns are exported as ``label, low`` and ``label, high``."""
+        known = np.isfinite(np.asarray(low, float)) & np.isfinite(np.asarray(high, float))
+        x, low, high = (np.asarray(values, float)[known] for values in (x, low, high))
+        shade = pyqtgraph.mkColor(color)
+        shade.setAlpha(55)
+        edges = [self.plot(x, y, pen=None) for y in (low, high)]
+        for edge, side in zip(edges, ("low", "high"), strict=True):
+            edge.opts["label"] = f"{label}, {side}"
+        fill = pyqtgraph.FillBetweenItem(*edges, brush=shade)
+        fill.setZValue(-5)
+        self.addItem(fill)
+        return [*edges, fill]
+
+    def error_bars(self, x: ArrayLike, y: ArrayLike, reach: ArrayLike, color: Color) -> Any:
+        """Draw a bar of +- `reach` through every point."""
+        item = pyqtgraph.ErrorBarItem(
+            x=np.asarray(x, float),
+            y=np.asarray(y, float),
+            height=2.0 * np.asarray(reach, float),
+            beam=0.0,
+            pen=pyqtgraph.mkPen(color, width=1.2),
+        )
+        self.addItem(item)
+        return item
+
+    def image(
+        self,
+        shown: Map,
+        colors: pyqtgraph.ColorMap,
+        levels: tuple[float, float],
+        label: str,
+        ticks: Sequence[tuple[float, str]] | None = None,
+    ) -> Any:
+        """Draw a map with its colour bar; call `show_map` to change what it shows."""
+        item = pyqtgraph.ImageItem()
+        item.setZValue(-10)
+        self.addItem(item)
+        bar = pyqtgraph.ColorBarItem(
+            values=levels, colorMap=colors, interactive=False, width=12, pen=self.theme.muted
+        )
+        bar.setImageItem(item, insert_in=self.plotItem)
+        bar.axis.setTextPen(self.theme.text)
+        bar.axis.setPen(self.theme.muted)
+        bar.axis.setLabel(label, color=self.theme.text)
+        bar.axis.enableAutoSIPrefix(False)
+        bar.axis.setWidth(BAR - 30)
+        bar.setFixedWidth(BAR)
+        if ticks is not None:
+            bar.axis.setTicks([list(ticks)])
+        self.showGrid(x=False, y=False)
+        self._image, self._levels = item, levels
+        self.show_map(shown)
+        self.fit()
+        return item
+
+    def stand_under_map(self, link: "Chart") -> None:
+        """Keep the frequencies of a map above exactly above one's own: leave out what its colour bar takes."""
+        self.showAxis("right")
+        axis = self.getAxis("right")
+        axis.setWidth(BAR)
+        axis.setStyle(showValues=False, tickLength=0)
+        axis.setPen(None)
+        self.setXLink(link)
+
+    def fit(self) -> None:
+        """Show all of it; an axis that follows another plot's is left to that."""
+        if self.map is not None:
+            self.setXRange(*self._span(self.map.x), padding=0.0)
+            self.setYRange(*self._span(self.map.y), padding=0.0)
+            return
+        curves = self.curves
+        for axis, set_range in ((1, self.setXRange), (2, self.setYRange)):
+            if self.plotItem.vb.linkedView(axis - 1) is not None:
+                continue
+            values = np.concatenate([np.empty(0), *(curve[axis] for curve in curves)])
+            values = values[np.isfinite(values)]
+            if values.size:
+                set_range(float(values.min()), float(values.max()), padding=0.04)
+
+    def show_map(self, shown: Map) -> None:
+        """Show other values; rows may be unevenly spaced, each reaches half way to its neighbours."""
+        self.map = shown
+        (left, right), (low, high) = self._span(shown.x), self._span(shown.y)
+        rows = (
+            1 if len(shown.y) < 2 else min(1024, max(len(shown.y), round((high - low) / np.diff(shown.y).min())))
+        )
+        middle = low + (np.arange(rows) + 0.5) * (high - low) / rows
+        nearest = np.abs(middle[:, None] - shown.y).argmin(axis=1)
+        self._image.setImage(shown.value[nearest], levels=self._levels, autoLevels=False)
+        self._image.setRect(left, low, right - left, high - low)
+
+    def follow(
+        self, direction: Literal["x", "y"], value: float, moved: SignalInstance, move: Callable[[float], None]
+    ) -> Any:
+        """Show a cursor that follows the signal `moved`; dragging it, or a click on the plot, calls `move`."""
+        line = pyqtgraph.InfiniteLine(
+            value,
+            angle=90 if direction == "x" else 0,
+            movable=True,
+            pen=pyqtgraph.mkPen(self.theme.warning, width=1.0),
+            hoverPen=pyqtgraph.mkPen(self.theme.warning, width=2.5),
+        )
+        line.setZValue(20)
+        self.addItem(line, ignoreBounds=True)
+        line.sigDragged.connect(lambda: move(float(line.value())))
+
+        def clicked(event: Any) -> None:
+            if event.button() == Qt.MouseButton.LeftButton and self.plotItem.vb.sceneBoundingRect().contains(
+                event.scenePos()
+            ):
+                place = self.plotItem.vb.mapSceneToView(event.scenePos())
+                move(float(place.x() if direction == "x" else place.y()))
+
+        self.scene().sigMouseClicked.connect(clicked)
+        moved.connect(line.setValue)
+        return line
+
+    @property
+    def curves(self) -> list[tuple[str, Real, Real]]:
+        """Label and points of every curve that is shown now."""
+        found = []
+        for item in self.plotItem.listDataItems():
+            if not isinstance(item, pyqtgraph.PlotDataItem) or "label" not in item.opts or not item.isVisible():
+                continue
+            x, y = item.getOriginalDataset()
+            if x is not None:
+                found.append((str(item.opts["label"]), np.asarray(x, float), np.asarray(y, float)))
+        return found
+
+    @staticmethod
+    def _span(centres: Real) -> tuple[float, float]:
+        """Outer edges of cells around `centres`."""
+        if len(centres) < 2:
+            return float(centres[0]) - 0.5, float(centres[0]) + 0.5
+        first, last = 0.5 * (centres[1] - centres[0]), 0.5 * (centres[-1] - centres[-2])
+        return float(centres[0] - first), float(centres[-1] + last)

@@ -1,0 +1,214 @@
+"""A campaign's folder as it grows: read-only, and never stopped by what is damaged in it."""
+
+import json
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from analysis.h1 import h1
+from analysis.protocol.limits import Limits
+from analysis.protocol.programme import Programme
+from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.sweep import SweepSettings
+from app.files import events, latest_repeat, readings
+from app.files.campaign_error import CampaignFileError
+from app.files.campaign_folder import SWEEPS, read_protocol, sweep_paths
+from app.files.control import wished
+from app.files.latest_repeat import LatestRepeat, load_latest
+from app.files.readings import ReadingLine, parse_reading
+from app.files.sweep_file import read_sweep_file
+from app.files.tail import Tail
+
+KEPT = 24
+"""FRFs shown at once."""
+AT_A_TIME = 4
+"""Sweeps read in one look, so that the window never waits long."""
+SILENT = 60.0
+"""Seconds without a sign from the runner after which it counts as gone, the length of a sweep aside."""
+State = Literal["not begun", "running", "pausing", "paused", "silent", "stopped", "complete"]
+
+
+@dataclass(frozen=True)
+class MeasuredSweep:
+    """The FRFs of one finished sweep.
+
+    Attributes
+    ----------
+    step : int
+    direction : str
+    temperature : float
+        Degrees Celsius.
+    frequency : (F,) ndarray
+        Hz.
+    h : (K, F) complex ndarray
+        V/V.
+    coherence : (K, F) ndarray
+    """
+
+    step: int
+    direction: str
+    temperature: float
+    frequency: NDArray[np.float64]
+    h: NDArray[np.complex128]
+    coherence: NDArray[np.float64]
+
+
+class Watched:
+    """What is known of a campaign; `look` brings it up to date.
+
+    Parameters
+    ----------
+    folder : Path
+        A campaign folder.
+
+    Attributes
+    ----------
+    folder : Path
+    experiment : Experiment
+    protocol : AcquisitionProtocol or None
+        None for a campaign that was imported.
+    events : list of dict
+    readings : list of ReadingLine
+    sweeps : dict of int to MeasuredSweep
+        The last ones, by step.
+    latest : LatestRepeat or None
+    problems : dict of str to str
+        What cannot be read, by file.
+
+    Raises
+    ------
+    CampaignFileError
+        If the frozen protocol cannot be read.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        frozen, self.experiment = read_protocol(folder)
+        self.protocol = _protocol(folder, frozen.get("acquired"))
+        self.events: list[dict[str, Any]] = []
+        self.readings: list[ReadingLine] = []
+        self.sweeps: dict[int, MeasuredSweep] = {}
+        self.latest: LatestRepeat | None = None
+        self.problems: dict[str, str] = {}
+        self._tails = {name: Tail(folder / name) for name in (events.NAME, readings.NAME)}
+        self._seen: set[str] = set()
+        self._latest_time = 0.0
+
+    def look(self) -> bool:
+        """Read what is new; return whether anything is."""
+        before = len(self.events), len(self.readings), len(self._seen), self._latest_time, len(self.problems)
+        for number, line in enumerate(self._tails[events.NAME].lines()):
+            self._take_event(line, number)
+        found = (parse_reading(line) for line in self._tails[readings.NAME].lines())
+        self.readings += [reading for reading in found if reading is not None]
+        self._look_at_latest()
+        self._look_at_sweeps()
+        return before != (
+            len(self.events),
+            len(self.readings),
+            len(self._seen),
+            self._latest_time,
+            len(self.problems),
+        )
+
+    def state(self, now: float) -> State:
+        """Return where the campaign is; `now` is the time of day, s since 1970."""
+        if not self.events:
+            return "not begun"
+        last: dict[str, Any] = next((e for e in reversed(self.events) if e.get("event") == "oven"), {})
+        if last.get("command") == "safe":
+            return "complete" if last.get("purpose") == "the end" else "stopped"
+        longest = self.protocol.sweep_seconds if self.protocol is not None else 0.0
+        if now - self._sign() > SILENT + 2.0 * longest:
+            return "silent"
+        resting = next(
+            (e["event"] for e in reversed(self.events) if e.get("event") in ("paused", "continued")), ""
+        )
+        if resting == "paused":
+            return "paused"
+        return "pausing" if wished(self.folder) == "pause" else "running"
+
+    def told(self, kind: str) -> list[dict[str, Any]]:
+        """Return every event of a kind."""
+        return [event for event in self.events if event.get("event") == kind]
+
+    @property
+    def progress(self) -> tuple[int, int, float]:
+        """Sweeps done, all of them, and the seconds left."""
+        done = {event.get("step") for kind in ("finished", "missing") for event in self.told(kind)}
+        left = self.readings[-1].seconds_left if self.readings else float("nan")
+        return len(done), self.protocol.count if self.protocol is not None else len(done), left
+
+    def _take_event(self, line: str, number: int) -> None:
+        try:
+            event = json.loads(line)
+            seconds(event["date"])
+            self.events.append(event)
+        except (ValueError, KeyError, TypeError):
+            self.problems[events.NAME] = f"a line that is no event: {line[:60]!r}"
+
+    def _sign(self) -> float:
+        """When the runner was last heard of, s since 1970."""
+        names = (events.NAME, readings.NAME, latest_repeat.NAME)
+        return max((self._changed(self.folder / name) for name in names), default=0.0)
+
+    @staticmethod
+    def _changed(path: Path) -> float:
+        try:
+            return path.stat().st_mtime
+        except OSError:
+            return 0.0
+
+    def _look_at_latest(self) -> None:
+        changed = self._changed(self.folder / latest_repeat.NAME)
+        if changed > self._latest_time:
+            self._latest_time = changed
+            self.latest = load_latest(self.folder) or self.latest
+
+    def _look_at_sweeps(self) -> None:
+        """Read the newest sweeps not seen yet, a few at a time; those that would not be shown are left unread."""
+        new = [path for path in sweep_paths(self.folder)[-KEPT:] if path.name not in self._seen]
+        for path in new[: -AT_A_TIME - 1 : -1]:
+            self._seen.add(path.name)
+            sweep, wrong = read_sweep_file(path, f"{SWEEPS}/{path.name}")
+            if wrong is not None:
+                self.problems[wrong.file] = f"{wrong.key} {wrong.seen}".strip()
+            if sweep is not None:
+                rate = self.experiment.acquisition.sample_rate
+                frequency = np.fft.rfftfreq(sweep.drive.shape[1], 1.0 / rate).astype(np.float64)
+                low, high = self.experiment.protocol.band
+                band = (frequency >= low) & (frequency <= high)
+                h, _, coherence = zip(*(h1(sweep.drive, response) for response in sweep.responses), strict=True)
+                self.sweeps[sweep.step] = MeasuredSweep(
+                    sweep.step,
+                    sweep.direction,
+                    sweep.temperature,
+                    frequency[band],
+                    np.array(h)[:, band],
+                    np.array(coherence)[:, band],
+                )
+        for step in sorted(self.sweeps)[:-KEPT]:
+            del self.sweeps[step]
+
+
+def seconds(date: str) -> float:
+    """Seconds since 1970 of an ISO 8601 date."""
+    return datetime.fromisoformat(date).timestamp()
+
+
+def _protocol(folder: Path, acquired: dict[str, Any] | None) -> AcquisitionProtocol | None:
+    if acquired is None:
+        return None
+    try:
+        return AcquisitionProtocol(
+            SweepSettings.model_validate(acquired["sweep"]),
+            Programme.model_validate(acquired["programme"]),
+            Limits.model_validate(acquired["limits"]),
+        )
+    except (KeyError, ValidationError) as error:
+        raise CampaignFileError(folder, []) from error

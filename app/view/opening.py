@@ -1,0 +1,44 @@
+"""Which of the two windows a folder is shown in."""
+
+import time
+from typing import Literal
+
+from app.files.bad_file import ResultFileError
+from app.files.campaign_folder import is_campaign_folder
+from app.view.folder import Viewed
+from app.view.live.watched import Watched
+from app.view.live.window import UNDER_WAY, LiveWindow
+from app.view.recorded.window import RecordedWindow
+from app.view.theme import Theme
+from app.view.window import Window
+
+Kind = Literal["live", "recorded"]
+
+
+def window_of(viewed: Viewed, kind: Kind | None, theme: Theme) -> Window:
+    """Build the window asked for, or else the one that fits.
+
+    A campaign that is under way, or that was acquired and has no result yet, is shown live; all else recorded.
+
+    Raises
+    ------
+    ResultFileError
+        If a live window is asked for of something that no rig writes.
+    """
+    watched = _watched(viewed)
+    if kind == "live" and watched is None:
+        raise ResultFileError(
+            f"{viewed.campaign or viewed.run}: no campaign of flexura acquire, nothing is live in it"
+        )
+    if watched is not None and kind != "recorded":
+        watched.look()
+        if kind == "live" or viewed.run is None or watched.state(time.time()) in UNDER_WAY:
+            return LiveWindow(watched, theme)
+    return RecordedWindow(viewed, theme)
+
+
+def _watched(viewed: Viewed) -> Watched | None:
+    if viewed.campaign is None or not is_campaign_folder(viewed.campaign):
+        return None
+    found = Watched(viewed.campaign)
+    return found if found.protocol is not None else None

@@ -1,0 +1,200 @@
+"""Mode shapes and the focused field, moving."""
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QThread, QTimer, Signal
+from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
+
+from analysis.focusing.over_temperature import Focusing
+from analysis.focusing.panel import Panel
+from analysis.material import MaterialLaws
+from app.view.chart import Chart, Map
+from app.view.cursors import Cursors
+from app.view.recorded.fields import Fields
+from app.view.surface import SurfaceChart
+from app.view.theme import Theme, one_sided
+
+Real = NDArray[np.float64]
+FRAME = 33
+"""Milliseconds from one picture to the next."""
+TURN = 2.0 * np.pi / 45.0
+"""Phase between two pictures."""
+QUIET_DB = -40.0
+"""Least amplitude told apart on the map, dB re the largest."""
+
+
+class Maker(QThread):
+    """Gets the panel's twin without holding up the window.
+
+    Attributes
+    ----------
+    told : Signal(str)
+    made, failed : Signal(object)
+        `Fields`, or the words of an error.
+    """
+
+    told = Signal(str)
+    made = Signal(object)
+    failed = Signal(object)
+
+    def __init__(self, panel: Panel, focusing: Focusing, laws: MaterialLaws, parent: QObject) -> None:
+        super().__init__(parent)
+        self._parts = panel, focusing, laws
+
+    def run(self) -> None:
+        """Work in the thread."""
+        try:
+            self.made.emit(
+                Fields.of(*self._parts, lambda stage, share: self.told.emit(f"{stage}: {100 * share:.0f} %"))
+            )
+        except (OSError, ValueError) as error:
+            self.failed.emit(str(error))
+
+
+class FieldsPage(QWidget):
+    """A mode shape and the focused field as surfaces that move, and the field's amplitude from above.
+
+    Parameters
+    ----------
+    panel : Panel
+    focusing : Focusing
+    laws : MaterialLaws
+    cursors : Cursors
+    theme : Theme
+    """
+
+    def __init__(
+        self, panel: Panel, focusing: Focusing, laws: MaterialLaws, cursors: Cursors, theme: Theme
+    ) -> None:
+        super().__init__()
+        self._panel, self._cursors, self._theme = panel, cursors, theme
+        self.fields: Fields | None = None
+        self._grid = QGridLayout(self)
+        self._told = QLabel("the panel's twin is fetched …")
+        self._told.setObjectName("fields")
+        self._grid.addWidget(self._told, 0, 0, 1, 2)
+        self._timer = QTimer(self)
+        self._timer.setInterval(FRAME)
+        self._timer.timeout.connect(self.advance)
+        self._maker = Maker(panel, focusing, laws, self)
+        self._maker.told.connect(self._told.setText)
+        self._maker.failed.connect(self._told.setText)
+        self._maker.made.connect(self.show_fields)
+        self.destroyed.connect(self._maker.wait)
+        self._maker.start()
+
+    def show_fields(self, fields: Fields) -> None:
+        """Build the plots, once the twin is there."""
+        self.fields = fields
+        theme, outlines = self._theme, self._outlines()
+        self._mode_choice, self._filters = QComboBox(), QComboBox()
+        self._filters.addItems(
+            ["of each temperature", f"of {fields.focusing.reference_temperature:g} °C everywhere"]
+        )
+        self._play = QPushButton("Still")
+        self._play.clicked.connect(self.play_or_stop)
+        self.shape = SurfaceChart("mode-shape", "mode", fields.x, fields.y, outlines, theme)
+        self.field = SurfaceChart("focused-field", "field", fields.x, fields.y, outlines, theme)
+        self.amplitude = Chart("field-amplitude", "its amplitude", "x [m]", "y [m]", theme)
+        quiet = Map(fields.x, fields.y, np.full((len(fields.y), len(fields.x)), QUIET_DB))
+        self.amplitude.image(quiet, one_sided(), (QUIET_DB, 0.0), "dB re largest")
+        self.amplitude.setAspectLocked(lock=True)
+        for corners, color in outlines:
+            closed = np.vstack([corners, corners[:1]])
+            self.amplitude.curve(closed[:, 0], closed[:, 1], "outline", color, width=2.0)
+        self._tip = Chart("amplitude-along-x", "across the target, along x", "x [m]", "share of largest", theme)
+        self._section = self._tip.curve([], [], "amplitude", theme.measured, width=1.8)
+        top = QHBoxLayout()
+        for widget in (QLabel("mode"), self._mode_choice, QLabel("filters"), self._filters, self._play):
+            top.addWidget(widget)
+        top.addStretch()
+        self._told.hide()
+        self._grid.addLayout(top, 0, 0, 1, 2)
+        for chart, row, column in (
+            (self.shape, 1, 0),
+            (self.field, 1, 1),
+            (self.amplitude, 2, 1),
+            (self._tip, 2, 0),
+        ):
+            self._grid.addWidget(chart, row, column)
+        self._grid.setRowStretch(1, 3)
+        self._grid.setRowStretch(2, 2)
+        self._mode_choice.currentIndexChanged.connect(self._show_shape)
+        self._filters.currentIndexChanged.connect(self._show_field)
+        self._cursors.temperature_moved.connect(self._refresh)
+        self._cursors.frequency_moved.connect(self._show_field)
+        self._refresh()
+        self._timer.start()
+
+    def advance(self) -> None:
+        """Show the next picture."""
+        if self.isVisible():
+            self.shape.turn(TURN)
+            self.field.turn(TURN)
+
+    def play_or_stop(self) -> None:
+        """Let the fields move, or stand still."""
+        if self.fields is None:
+            return
+        if self._timer.isActive():
+            self._timer.stop()
+        else:
+            self._timer.start()
+        self._play.setText("Still" if self._timer.isActive() else "Move")
+
+    def step(self, modes: int) -> None:
+        """Show a mode further up or down."""
+        if self.fields is not None:
+            place = self._mode_choice.currentIndex() + modes
+            self._mode_choice.setCurrentIndex(int(np.clip(place, 0, self._mode_choice.count() - 1)))
+
+    def _outlines(self) -> list[tuple[Real, str]]:
+        plate, target = self._panel.plate, self._panel.target
+        sides = (plate.length_x, plate.length_y)
+        size = [target.size[axis] * sides[axis] for axis in (0, 1)]
+        boxes = [(self._panel.target_center, size, self._theme.warning)]
+        boxes += [(patch.center, list(patch.size), self._theme.muted) for patch in self._panel.patch]
+        corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+        return [(np.array(center) + corners * np.array(extent), color) for center, extent, color in boxes]
+
+    def _refresh(self) -> None:
+        """Fetch everything at another temperature."""
+        if self.fields is None:
+            return
+        self._modes = self.fields.shapes(self._cursors.temperature)
+        names = [f"{n + 1}: {f:.0f} Hz" for n, f in enumerate(self._modes[0])]
+        chosen = max(self._mode_choice.currentIndex(), 0)
+        self._mode_choice.blockSignals(True)
+        self._mode_choice.clear()
+        self._mode_choice.addItems(names)
+        self._mode_choice.setCurrentIndex(min(chosen, len(names) - 1))
+        self._mode_choice.blockSignals(False)
+        self._show_shape()
+        self._show_field()
+
+    def _show_shape(self) -> None:
+        f, eta, shapes = self._modes
+        chosen = self._mode_choice.currentIndex()
+        self.shape.show_field(shapes[chosen].astype(complex))
+        self.shape.setTitle(
+            f"mode {chosen + 1} of the panel at {self._cursors.temperature:.1f} °C: {f[chosen]:.1f} Hz, "
+            f"η {100 * eta[chosen]:.2f} %"
+        )
+
+    def _show_field(self) -> None:
+        if self.fields is None:
+            return
+        fixed = self._filters.currentIndex() == 1
+        temperature, frequency, field = self.fields.focused(
+            self._cursors.temperature, self._cursors.frequency, fixed=fixed
+        )
+        self.field.show_field(field)
+        self.field.setTitle(
+            f"field of the filters {self._filters.currentText()}, {temperature:g} °C, {frequency:.1f} Hz"
+        )
+        share = np.abs(field) / np.abs(field).max()
+        level = np.maximum(20.0 * np.log10(share + 1e-12), QUIET_DB)
+        self.amplitude.show_map(Map(self.fields.x, self.fields.y, level.T))
+        row = int(np.abs(self.fields.y - self._panel.target_center[1]).argmin())
+        self._section.setData(self.fields.x, share[:, row])
+        self._tip.fit()

@@ -1,0 +1,182 @@
+"""Where twin and data disagree, and what each candidate alone would explain of it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+
+from app.files.gap_file import GapFigures, GapMap, Signatures
+from app.gap_words import estimate, named, verdict_words
+from app.view.chart import Chart, Map
+from app.view.cursors import Cursors
+from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE
+from app.view.theme import Theme, beyond_noise, one_sided
+
+Real = NDArray[np.float64]
+Record = Mapping[str, Any]
+LOUDEST = 100.0
+"""Sigma at which the colours end at the latest."""
+TICKS = (1, 2, 3, 5, 10, 20, 50, 100)
+
+
+class GapPage(QWidget):
+    """Residual before and after, and the signatures of the candidates that are switched on.
+
+    Parameters
+    ----------
+    figures : GapFigures
+    signatures : Signatures or None
+        None in files of earlier versions.
+    record : mapping
+        As in gap.json.
+    cursors : Cursors
+    theme : Theme
+    """
+
+    def __init__(
+        self,
+        figures: GapFigures,
+        signatures: Signatures | None,
+        record: Record,
+        cursors: Cursors,
+        theme: Theme,
+    ) -> None:
+        super().__init__()
+        self._figures, self._signatures, self._cursors, self._theme = figures, signatures, cursors, theme
+        self._channel = QComboBox()
+        self._channel.addItems(list(figures.before.channels))
+        self._before = Chart("gap-before", "", FREQUENCY, TEMPERATURE, theme)
+        self._after = Chart("gap-after", "", FREQUENCY, TEMPERATURE, theme)
+        self._signature = Chart("gap-signatures", "", FREQUENCY, TEMPERATURE, theme)
+        self.candidates = QListWidget()
+        self._lay_out(record)
+        self._draw()
+        self._list(record)
+        self._channel.currentIndexChanged.connect(self._choose)
+        self.candidates.itemChanged.connect(self._show_signatures)
+        self._choose()
+
+    def switch(self, effect: str, *, on: bool) -> None:
+        """Switch the signature of a candidate on or off."""
+        for place in range(self.candidates.count()):
+            item = self.candidates.item(place)
+            if item.data(Qt.ItemDataRole.UserRole) == effect:
+                item.setCheckState(Qt.CheckState.Checked if on else Qt.CheckState.Unchecked)
+
+    def _lay_out(self, record: Record) -> None:
+        words = verdict_words(record["verdict"]).capitalize()
+        found = "".join(
+            f"<li><b>{named(effect)}</b>: "
+            + ", ".join(f"{name} = {estimate(p)}" for name, p in effect["parameters"].items())
+            + "</li>"
+            for effect in record["effects"]
+        )
+        gap = record["gap"]
+        told = QLabel(
+            f"<h3>{words}</h3>χ² per degree of freedom {gap['baseline']['chi2_per_dof']:.3g} before, "
+            f"{gap['final']['chi2_per_dof']:.3g} after<ul>{found}</ul>"
+        )
+        told.setWordWrap(True)
+        told.setObjectName("verdict")
+        side = QVBoxLayout()
+        side.addWidget(told)
+        side.addWidget(QLabel("sensor"))
+        side.addWidget(self._channel)
+        side.addWidget(QLabel("what each effect alone would explain; switch its signature on or off:"))
+        side.addWidget(self.candidates, stretch=1)
+        grid = QGridLayout(self)
+        grid.addWidget(self._before, 0, 0)
+        grid.addWidget(self._after, 0, 1)
+        grid.addWidget(self._signature, 1, 0)
+        grid.addLayout(side, 1, 1)
+
+    def _draw(self) -> None:
+        top = float(np.clip(self._figures.before.sigma.max(), 3.0, LOUDEST))
+        ticks = [(float(np.log10(t)), f"{t}") for t in TICKS if t <= top]
+        for chart, seen in ((self._before, self._figures.before), (self._after, self._figures.after)):
+            label = "rms residual [σ of the noise]"
+            chart.image(self._residual(seen, 0), beyond_noise(self._theme), (0.0, np.log10(top)), label, ticks)
+        self._signature.image(
+            self._shares([], 0), one_sided("cividis"), (0.0, 1.0), "share of the excess explained"
+        )
+        cursors = self._cursors
+
+        def to_temperature(value: float) -> None:
+            cursors.temperature = value
+
+        def to_frequency(value: float) -> None:
+            cursors.frequency = value
+
+        for chart in (self._before, self._after, self._signature):
+            chart.follow("x", cursors.frequency, cursors.frequency_moved, to_frequency)
+            chart.follow("y", cursors.temperature, cursors.temperature_moved, to_temperature)
+            if chart is not self._before:
+                chart.setXLink(self._before)
+                chart.setYLink(self._before)
+
+    def _list(self, record: Record) -> None:
+        taken = {effect["name"] for effect in record["effects"]}
+        known = () if self._signatures is None else self._signatures.effects
+        for row in sorted(record["candidates"], key=_evidence, reverse=True):
+            share = "" if row["share"] is None else f", explains {100 * row['share']:.1f} %"
+            item = QListWidgetItem(f"{row['name']}: {_evidence(row):,.0f} nats{share}")
+            item.setData(Qt.ItemDataRole.UserRole, row["name"])
+            if row["name"] in known:
+                item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
+                item.setCheckState(Qt.CheckState.Checked if row["name"] in taken else Qt.CheckState.Unchecked)
+            else:
+                item.setFlags(Qt.ItemFlag.NoItemFlags)
+                item.setToolTip("screened to first order only: no signature was computed")
+            self.candidates.addItem(item)
+
+    @property
+    def switched_on(self) -> list[str]:
+        """Effects whose signatures are shown."""
+        items = [self.candidates.item(place) for place in range(self.candidates.count())]
+        return [
+            str(item.data(Qt.ItemDataRole.UserRole))
+            for item in items
+            if item.flags() & Qt.ItemFlag.ItemIsUserCheckable and item.checkState() == Qt.CheckState.Checked
+        ]
+
+    def _choose(self) -> None:
+        channel = self._channel.currentIndex()
+        parts = (("before", self._before, self._figures.before), ("after", self._after, self._figures.after))
+        for words, chart, seen in parts:
+            chart.show_map(self._residual(seen, channel))
+            chart.setTitle(f"{self._channel.currentText()}: what the twin misses, {words}")
+        self._show_signatures()
+
+    def _show_signatures(self) -> None:
+        on = self.switched_on
+        self._signature.show_map(self._shares(on, self._channel.currentIndex()))
+        none = "no signatures in this file" if self._signatures is None else "no signature is switched on"
+        self._signature.setTitle(f"explained by {' or '.join(on)}" if on else none)
+
+    @staticmethod
+    def _residual(seen: GapMap, channel: int) -> Map:
+        temperature, sigma = seen.by_temperature(channel)
+        middle = 0.5 * (seen.edges[1:] + seen.edges[:-1])
+        return Map(middle, temperature, np.log10(np.maximum(sigma, 1.0)))
+
+    def _shares(self, effects: list[str], channel: int) -> Map:
+        """Share of each cell's excess that the best of `effects` takes away alone."""
+        before = self._figures.before
+        shown = self._residual(before, channel)
+        if self._signatures is None or not effects:
+            return Map(shown.x, shown.y, np.zeros_like(shown.value))
+        places = [self._signatures.effects.index(name) for name in effects]
+        rows = [np.abs(before.temperature - t).argmin() for t in shown.y]
+        excess = np.maximum(before.excess[rows, channel], 0.0)
+        taken = np.max(self._signatures.explained[places][:, rows, channel], axis=0)
+        loud = excess > 0.02 * excess.max()
+        share = np.divide(taken, excess, out=np.zeros_like(taken), where=loud)
+        return Map(shown.x, shown.y, np.clip(share, 0.0, 1.0))
+
+
+def _evidence(row: Record) -> float:
+    fitted = row["log_evidence_fitted"]
+    return float(row["log_evidence_screened"] if fitted is None else fitted)

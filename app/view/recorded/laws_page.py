@@ -1,0 +1,122 @@
+"""E, nu and eta over temperature, and what the twin misses."""
+
+import numpy as np
+from PySide6.QtWidgets import QGridLayout, QWidget
+
+from analysis.material import MaterialLaws
+from analysis.updating.update import Updated
+from app.view.chart import Chart
+from app.view.cursors import Cursors
+from app.view.recorded.frf_page import TEMPERATURE
+from app.view.theme import Theme
+
+LAWS = (
+    ("youngs_modulus", 1e9, "E [GPa]", "Young's modulus"),
+    ("loss_factor", 0.01, "η [%]", "loss factor"),
+    ("poisson_ratio", 1.0, "ν", "Poisson's ratio"),
+)
+
+
+class LawsPage(QWidget):
+    """Estimates with error bars, laws with two-sigma bands; those of the corrected twin where there is one.
+
+    Parameters
+    ----------
+    found : Updated
+    laws : MaterialLaws or None
+    corrected : Updated or None
+    corrected_laws : MaterialLaws or None
+    cursors : Cursors
+    theme : Theme
+    """
+
+    def __init__(
+        self,
+        found: Updated,
+        laws: MaterialLaws | None,
+        corrected: Updated | None,
+        corrected_laws: MaterialLaws | None,
+        cursors: Cursors,
+        theme: Theme,
+    ) -> None:
+        super().__init__()
+        self._cursors, self._theme, self._laws = cursors, theme, corrected_laws or laws
+        self._parts = [("updated twin", found, laws, theme.twin)]
+        if corrected is not None:
+            self._parts.append(("corrected twin", corrected, corrected_laws, theme.corrected))
+        grid = QGridLayout(self)
+        self._charts = []
+        for place, (name, unit, label, title) in enumerate(LAWS):
+            chart = Chart(f"law-{name.replace('_', '-')}", title, TEMPERATURE, label, theme)
+            chart.legend(offset=(8, 8) if name == "poisson_ratio" else (-8, 8))
+            for of, estimates, law, color in self._parts:
+                self._draw(chart, name, unit, of, estimates, law, color)
+            chart.fit()
+            grid.addWidget(chart, *divmod(place, 2))
+            self._charts.append(chart)
+        grid.addWidget(self._misfit(), 1, 1)
+        for chart in (*self._charts, self._last):
+            chart.follow("x", cursors.temperature, cursors.temperature_moved, self._to)
+        cursors.temperature_moved.connect(self._tell)
+        self._tell()
+
+    def _to(self, value: float) -> None:
+        self._cursors.temperature = value
+
+    def _draw(
+        self,
+        chart: Chart,
+        name: str,
+        unit: float,
+        of: str,
+        found: Updated,
+        law: MaterialLaws | None,
+        color: str,
+    ) -> None:
+        value, sigma = getattr(found.material, name) / unit, getattr(found.sigma, name) / unit
+        good = found.settled
+        chart.error_bars(found.temperature[good], value[good], 2 * sigma[good], color)
+        marks = chart.curve(
+            found.temperature[good], value[good], f"{of}, estimates", color, points=True, named=False
+        )
+        marks.setPen(None)
+        if not good.all():
+            bad = chart.curve(
+                found.temperature[~good], value[~good], "not settled", self._theme.warning, points=True
+            )
+            bad.setPen(None)
+            bad.setSymbol("x")
+        if law is not None:
+            fine = np.linspace(*law.temperature_range, 241)
+            curve, band = getattr(law.at(fine), name) / unit, getattr(law.sigma(fine), name) / unit
+            chart.band(fine, curve - 2 * band, curve + 2 * band, color, of)
+            chart.curve(fine, curve, of, color, width=1.8)
+
+    def _misfit(self) -> Chart:
+        self._last = Chart(
+            "misfit", "what the twin misses", TEMPERATURE, "rms|H - twin| / rms|H| [%]", self._theme
+        )
+        self._last.legend(offset=(8, 8))
+        for of, found, _, color in self._parts:
+            order = np.argsort(found.temperature, kind="stable")
+            misfit = self._last.curve(found.temperature[order], 100 * found.misfit[order], of, color, points=True)
+            misfit.setPen(None)
+        found = self._parts[0][1]
+        order = np.argsort(found.temperature, kind="stable")
+        floor = 100 * found.noise_floor[order]
+        self._last.curve(found.temperature[order], floor, "noise of the measurement", self._theme.measured)
+        self._last.fit()
+        self._last.setYRange(0.0, 1.25 * float(100 * found.misfit.max()), padding=0.0)
+        return self._last
+
+    def _tell(self) -> None:
+        """Put the law's value at the cursor into each title."""
+        for chart, (name, unit, label, title) in zip(self._charts, LAWS, strict=True):
+            if self._laws is None:
+                continue
+            low, high = self._laws.temperature_range
+            here = np.array([min(max(self._cursors.temperature, low), high)])
+            value = float(getattr(self._laws.at(here), name)[0]) / unit
+            sigma = float(getattr(self._laws.sigma(here), name)[0]) / unit
+            symbol, _, rest = label.partition(" [")
+            chart.setTitle(f"{title}: {symbol} = {value:.4g} ± {sigma:.2g} {rest.rstrip(']')} at {here[0]:.1f} °C")

@@ -1,0 +1,152 @@
+"""Poles followed over temperature."""
+
+import numpy as np
+from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidget
+
+from analysis.identification.tracked_modes import TrackedModes
+from app.view.chart import Chart
+from app.view.cursors import Cursors
+from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE
+from app.view.theme import Theme
+
+KNOWN = 0.3
+"""Loss factors with a two-sigma band wider than this share are left out: they would hide what is known."""
+
+
+class ModesPage(QWidget):
+    """Frequency, its change, and loss factor of every mode, with two-sigma bands.
+
+    Parameters
+    ----------
+    tracked : TrackedModes
+    cursors : Cursors
+    theme : Theme
+    """
+
+    def __init__(self, tracked: TrackedModes, cursors: Cursors, theme: Theme) -> None:
+        super().__init__()
+        self._tracked, self._cursors, self._theme = tracked, cursors, theme
+        runs = np.array(
+            [f"{way}, {level:g} V" for way, level in zip(tracked.direction, tracked.level, strict=True)]
+        )
+        first = np.flatnonzero(runs == runs[0])
+        self._rows = first[np.argsort(tracked.temperature[first], kind="stable")]
+        self._reading = tracked.reading()
+        self._selected = 0
+        self._lines: list[list[tuple[object, str]]] = []
+        self._charts = (
+            Chart("tracks-frequency", "where the modes are", TEMPERATURE, FREQUENCY, theme),
+            Chart("tracks-change", "how far they move", TEMPERATURE, "frequency against the cursor's [%]", theme),
+            Chart("tracks-damping", "how they are damped", TEMPERATURE, "loss factor [%]", theme),
+        )
+        self._choice = QComboBox()
+        self._choice.addItems([self._named(j) for j in range(tracked.track.shape[1])])
+        self._told = QLabel()
+        self._told.setObjectName("mode")
+        self._lay_out()
+        self._draw()
+        self._choice.currentIndexChanged.connect(self.select)
+        cursors.temperature_moved.connect(self._tell)
+        cursors.temperature_moved.connect(self._change)
+        self.select(0)
+
+    @property
+    def selected(self) -> int:
+        """Mode that stands out, from 0."""
+        return self._selected
+
+    def select(self, mode: int) -> None:
+        """Let one mode stand out, and take the frequency cursor there."""
+        self._selected = int(np.clip(mode, 0, self._tracked.track.shape[1] - 1))
+        if self._choice.currentIndex() != self._selected:
+            self._choice.setCurrentIndex(self._selected)
+        for j, items in enumerate(self._lines):
+            for item, color in items:
+                item.setPen(color, width=3.2 if j == self._selected else 1.1)  # type: ignore[attr-defined]
+        here = self._reading.frequency_hz[self._row, self._selected]
+        if np.isfinite(here):
+            self._cursors.frequency = float(here)
+        self._tell()
+
+    def step(self, modes: int) -> None:
+        """Select a mode further up or down."""
+        self.select(self._selected + modes)
+
+    @property
+    def _row(self) -> int:
+        known = self._tracked.temperature[self._rows]
+        return int(self._rows[np.abs(known - self._cursors.temperature).argmin()])
+
+    def _named(self, j: int) -> str:
+        f = self._reading.frequency_hz[self._rows, j]
+        return (
+            f"mode {j + 1}: {np.nanmin(f):.0f} to {np.nanmax(f):.0f} Hz"
+            if np.isfinite(f).any()
+            else f"mode {j + 1}"
+        )
+
+    def _lay_out(self) -> None:
+        top = QHBoxLayout()
+        top.addWidget(self._choice)
+        top.addWidget(self._told)
+        top.addStretch()
+        grid = QGridLayout(self)
+        grid.addLayout(top, 0, 0, 1, 2)
+        grid.addWidget(self._charts[0], 1, 0, 2, 1)
+        grid.addWidget(self._charts[1], 1, 1)
+        grid.addWidget(self._charts[2], 2, 1)
+        cursors, known = self._cursors, self._tracked.temperature[self._rows]
+
+        def to_temperature(value: float) -> None:
+            cursors.temperature = float(known[np.abs(known - value).argmin()])
+
+        def to_frequency(value: float) -> None:
+            cursors.frequency = value
+
+        for chart in self._charts:
+            chart.follow("x", cursors.temperature, cursors.temperature_moved, to_temperature)
+        self._charts[0].follow("y", cursors.frequency, cursors.frequency_moved, to_frequency)
+
+    def _draw(self) -> None:
+        rows, reading = self._rows, self._reading
+        temperature = self._tracked.temperature[rows]
+        count = self._tracked.track.shape[1]
+        for j in range(count):
+            color, name = self._theme.series(j), f"mode {j + 1}"
+            f, sigma_f = reading.frequency_hz[rows, j], reading.sigma_frequency_hz[rows, j]
+            eta, sigma_eta = 100 * reading.loss_factor[rows, j], 100 * reading.sigma_loss_factor[rows, j]
+            known = 2 * sigma_eta < KNOWN * eta
+            eta = np.where(known, eta, np.nan)
+            self._charts[0].band(temperature, f - 2 * sigma_f, f + 2 * sigma_f, color, name)
+            self._charts[2].band(
+                temperature[known], (eta - 2 * sigma_eta)[known], (eta + 2 * sigma_eta)[known], color, name
+            )
+            items = [
+                (self._charts[0].curve(temperature, f, name, color, points=True), color),
+                (self._charts[1].curve(temperature, f, name, color), color),
+                (self._charts[2].curve(temperature, eta, name, color, points=True), color),
+            ]
+            self._lines.append(items)  # type: ignore[arg-type]
+        self._change()
+        for chart in self._charts:
+            chart.fit()
+        known = [y for _, _, y in self._charts[2].curves]
+        self._charts[2].setYRange(0.0, 1.15 * float(np.nanpercentile(np.concatenate(known), 98.0)), padding=0.0)
+
+    def _change(self) -> None:
+        rows = self._rows
+        for j, items in enumerate(self._lines):
+            f = self._reading.frequency_hz[:, j]
+            items[1][0].setData(self._tracked.temperature[rows], 100 * (f[rows] / f[self._row] - 1))  # type: ignore[attr-defined]
+
+    def _tell(self) -> None:
+        r, row, j = self._reading, self._row, self._selected
+        status = self._tracked.status[row][j]
+        place = f"at {self._tracked.temperature[row]:.2f} °C"
+        if not np.isfinite(r.frequency_hz[row, j]):
+            self._told.setText(f"{place}: {status}")
+            return
+        self._told.setText(
+            f"{place}: {r.frequency_hz[row, j]:.2f} ± {r.sigma_frequency_hz[row, j]:.2f} Hz, "
+            f"η {100 * r.loss_factor[row, j]:.2f} ± {100 * r.sigma_loss_factor[row, j]:.2f} %, {status}"
+        )

@@ -1,0 +1,135 @@
+"""What a run holds, each file read when it is first looked at."""
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, TypeVar
+
+from analysis.compensation.study import Compensation
+from analysis.experiment import Experiment
+from analysis.focusing.methods import Comparison
+from analysis.focusing.over_temperature import Focusing
+from analysis.focusing.panel import Panel
+from analysis.frf import Frf, campaign_frf
+from analysis.identification.tracked_modes import TrackedModes
+from analysis.material import MaterialLaws
+from analysis.updating.update import Updated
+from app.files.bad_file import ResultFileError
+from app.files.campaign import load_campaign
+from app.files.campaign_error import CampaignFileError
+from app.files.filter_files import load_compensation, load_focusing
+from app.files.frf_file import load_frf
+from app.files.gap_file import GapFigures, Signatures, load_gap, load_signatures
+from app.files.laws_file import TwinFrf, load_laws, load_updated
+from app.files.modes_file import load_modes
+from app.view.folder import Viewed
+from app.view.recorded.fields import made_with_corrected_laws
+
+Value = TypeVar("Value")
+CORRECTED = "laws-corrected.h5"
+"""Written by flexura gap where effects are on."""
+
+
+class Results:
+    """Everything that may be looked at; what is not there, or cannot be read, is None.
+
+    Parameters
+    ----------
+    viewed : Viewed
+
+    Attributes
+    ----------
+    viewed : Viewed
+    problems : dict of str to str
+        What is wrong with a file, by its name; filled as files are read.
+    """
+
+    def __init__(self, viewed: Viewed) -> None:
+        self.viewed = viewed
+        self.problems: dict[str, str] = {}
+
+    def has(self, name: str) -> bool:
+        """Whether a file of results is there, readable or not."""
+        return self.viewed.run is not None and (self.viewed.run / name).is_file()
+
+    @cached_property
+    def measured(self) -> tuple[Experiment, Frf] | None:
+        """FRFs of the run, or estimated here and now where no verb has done so yet."""
+        if self.has("frf.h5"):
+            return self._read("frf.h5", load_frf)
+        if self.viewed.campaign is None:
+            return None
+        try:
+            campaign = load_campaign(self.viewed.campaign)
+            return campaign.experiment, campaign_frf(campaign)
+        except (CampaignFileError, ValueError) as error:
+            self.problems[self.viewed.campaign.name] = str(error)
+            return None
+
+    @cached_property
+    def modes(self) -> TrackedModes | None:
+        """What was identified."""
+        return self._read("modes.h5", load_modes)
+
+    @cached_property
+    def updated(self) -> tuple[Updated, TwinFrf] | None:
+        """Estimates per sweep, and what the updated twin answers."""
+        return self._read("laws.h5", load_updated)
+
+    @cached_property
+    def laws(self) -> MaterialLaws | None:
+        """Laws through them; None for too few temperatures."""
+        return None if self.updated is None else self._laws("laws.h5")
+
+    @cached_property
+    def corrected(self) -> tuple[Updated, TwinFrf] | None:
+        """The same under the effects that were found."""
+        return self._read(CORRECTED, load_updated)
+
+    @cached_property
+    def corrected_laws(self) -> MaterialLaws | None:
+        """Laws under the effects that were found."""
+        return None if self.corrected is None else self._laws(CORRECTED)
+
+    @cached_property
+    def focusing(self) -> tuple[Panel, Focusing, Comparison] | None:
+        """Filters and what they reach."""
+        return self._read("filters.h5", load_focusing)
+
+    @cached_property
+    def compensation(self) -> Compensation | None:
+        """Networks and what they reach."""
+        found = self._read("compensation.h5", load_compensation)
+        return None if found is None else found[1]
+
+    @cached_property
+    def gap(self) -> tuple[GapFigures, dict[str, Any]] | None:
+        """Where twin and data disagree."""
+        return self._read("gap.h5", load_gap)
+
+    @cached_property
+    def signatures(self) -> Signatures | None:
+        """What each effect alone would explain of it."""
+        return self._read("gap.h5", load_signatures)
+
+    @property
+    def panel_laws(self) -> MaterialLaws | None:
+        """Laws the filters were designed with."""
+        if self.focusing is None or self.viewed.run is None:
+            return None
+        return self.corrected_laws if made_with_corrected_laws(self.viewed.run / "filters.h5") else self.laws
+
+    def _laws(self, name: str) -> MaterialLaws | None:
+        assert self.viewed.run is not None  # noqa: S101 (it was read from)
+        try:
+            return load_laws(self.viewed.run / name)
+        except ResultFileError:  # fewer than three temperatures make none
+            return None
+
+    def _read(self, name: str, load: Callable[..., Value]) -> Value | None:
+        if self.viewed.run is None or not self.has(name):
+            return None
+        try:
+            return load(self.viewed.run / name)
+        except (OSError, KeyError, TypeError, ValueError) as error:  # whatever a damaged file may lead to
+            self.problems[name] = str(error)
+            return None

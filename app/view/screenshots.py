@@ -1,0 +1,40 @@
+"""Pictures of both windows for the documentation."""
+
+import re
+import time
+from pathlib import Path
+
+from PySide6.QtWidgets import QApplication
+
+from app.view.export import picture
+from app.view.recorded.fields_page import FieldsPage
+from app.view.recorded.window import RecordedWindow
+from app.view.window import Window
+
+PATIENCE = 600.0
+"""Seconds that a twin may take to be reduced."""
+SHARP = 1.25
+
+
+def screenshots(window: Window, folder: Path) -> list[Path]:
+    """Write every page of a window as PNG into a folder; return the files."""
+    window.show()
+    if not isinstance(window, RecordedWindow):
+        return [_shot(window, folder / f"view-live-{window.theme.name}.png")]
+    written = []
+    for number in range(window.tabs.count()):
+        page = window.page(number)
+        begun = time.monotonic()
+        while isinstance(page, FieldsPage) and page.fields is None and time.monotonic() - begun < PATIENCE:
+            QApplication.processEvents()
+            time.sleep(0.02)
+        name = re.sub(r"\W+", "-", window.tabs.tabText(number).lower())
+        written.append(_shot(window, folder / f"view-{name}-{window.theme.name}.png"))
+    return written
+
+
+def _shot(window: Window, target: Path) -> Path:
+    for _ in range(5):  # layouts settle over a few rounds
+        QApplication.processEvents()
+    picture(window, SHARP, target)
+    return target

@@ -1,0 +1,157 @@
+"""A moving field, drawn in perspective from behind to the front."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyqtgraph
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QPolygonF
+
+from app.view.chart import Chart, Map
+from app.view.theme import Theme, two_sided
+
+Real = NDArray[np.float64]
+AZIMUTH, ELEVATION = np.radians(-32.0), np.radians(38.0)
+RELIEF = 0.16
+"""Height of the largest deflection, share of the plate's diagonal."""
+
+
+class SurfaceItem(pyqtgraph.GraphicsObject):
+    """Quadrilaterals between the points of a rectangular grid, coloured by deflection.
+
+    Parameters
+    ----------
+    x, y : (X,), (Y,) ndarray
+        m.
+    outlines : sequence of (ndarray, color)
+        Corners (C, 2), m, of rectangles drawn on the surface, closed.
+    theme : Theme
+    """
+
+    def __init__(self, x: Real, y: Real, outlines: Sequence[tuple[Real, str]], theme: Theme) -> None:
+        super().__init__()
+        self._x, self._y, self._theme = x, y, theme
+        self._plane = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+        self._center = np.array([x.mean(), y.mean()])
+        self._relief = RELIEF * float(np.hypot(np.ptp(x), np.ptp(y)))
+        self._height = np.zeros(self._plane.shape[:2])
+        self._outlines = [(_densely(corners), QPen(QColor(color), 0.0)) for corners, color in outlines]
+        for _, pen in self._outlines:
+            pen.setCosmetic(True)
+            pen.setWidthF(2.0)
+        depth = self._depth(0.25 * sum(self._corners(self._plane), np.zeros(2)))
+        self._order = np.argsort(-depth, axis=None)
+        table = two_sided().getLookupTable(nPts=256)
+        self._brushes = [QBrush(QColor(*(int(c) for c in row[:3]))) for row in table]
+        reach = 0.62 * float(np.hypot(np.ptp(x), np.ptp(y)))
+        self._bounds = QRectF(-reach, -0.62 * reach, 2.0 * reach, 1.24 * reach)
+
+    def show_height(self, height: Real) -> None:
+        """Show deflections (X, Y), from -1 to 1."""
+        self._height = height
+        self.update()
+
+    def boundingRect(self) -> QRectF:
+        """Return all that may ever be drawn on."""
+        return self._bounds
+
+    def paint(self, painter: QPainter, *_: Any) -> None:
+        """Draw the farthest quadrilaterals first."""
+        u, v = self._projected(self._plane, self._height)
+        points = [
+            [QPointF(a, b) for a, b in zip(*row, strict=True)] for row in zip(u.tolist(), v.tolist(), strict=True)
+        ]
+        shade = np.clip(127.5 * (1.0 + 0.25 * sum(self._corners(self._height), np.zeros(1))), 0, 255).astype(int)
+        columns = shade.shape[1]
+        colors = shade.ravel()[self._order].tolist()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, on=False)
+        painter.setPen(Qt.PenStyle.NoPen)
+        for place, color in zip(self._order.tolist(), colors, strict=True):
+            i, j = divmod(place, columns)
+            painter.setBrush(self._brushes[color])
+            near, far = points[i], points[i + 1]
+            painter.drawConvexPolygon(QPolygonF([near[j], far[j], far[j + 1], near[j + 1]]))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, on=True)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for corners, pen in self._outlines:
+            rows = np.abs(corners[:, 0, None] - self._x).argmin(axis=1)
+            columns_ = np.abs(corners[:, 1, None] - self._y).argmin(axis=1)
+            a, b = self._projected(corners, self._height[rows, columns_])
+            painter.setPen(pen)
+            painter.drawPolyline(QPolygonF([QPointF(p, q) for p, q in zip(a.tolist(), b.tolist(), strict=True)]))
+
+    def _projected(self, plane: Real, height: Real) -> tuple[Real, Real]:
+        across, depth = self._turned(plane)
+        return across, depth * np.sin(ELEVATION) + self._relief * height * np.cos(ELEVATION)
+
+    def _depth(self, plane: Real) -> Real:
+        return self._turned(plane)[1]
+
+    def _turned(self, plane: Real) -> tuple[Real, Real]:
+        x, y = (plane - self._center)[..., 0], (plane - self._center)[..., 1]
+        return x * np.cos(AZIMUTH) - y * np.sin(AZIMUTH), x * np.sin(AZIMUTH) + y * np.cos(AZIMUTH)
+
+    @staticmethod
+    def _corners(values: Real) -> list[Real]:
+        """Values at the four corners of every quadrilateral."""
+        return [values[:-1, :-1], values[1:, :-1], values[1:, 1:], values[:-1, 1:]]
+
+
+class SurfaceChart(Chart):
+    """A field over a plate that can be set moving.
+
+    Parameters
+    ----------
+    name, title : str
+    x, y : (X,), (Y,) ndarray
+        Points, m.
+    outlines : sequence of (ndarray, color)
+        See `SurfaceItem`.
+    theme : Theme
+    """
+
+    def __init__(
+        self, name: str, title: str, x: Real, y: Real, outlines: Sequence[tuple[Real, str]], theme: Theme
+    ) -> None:
+        super().__init__(name, title, "x [m]", "y [m]", theme)
+        self._at = x, y
+        self._field = np.zeros((len(x), len(y)), complex)
+        self._phase = 0.0
+        self._item = SurfaceItem(x, y, outlines, theme)
+        self.addItem(self._item)
+        self.hideAxis("bottom")
+        self.hideAxis("left")
+        self.showGrid(x=False, y=False)
+        self.setAspectLocked(lock=True)
+        self.setMouseEnabled(x=False, y=False)
+        self.fit()
+
+    @property
+    def deflection(self) -> Real:
+        """Deflection (X, Y) shown now, share of the largest."""
+        return np.real(self._field * np.exp(1j * self._phase))
+
+    def show_field(self, field: NDArray[np.complex128]) -> None:
+        """Show a field (X, Y) of any unit; it is scaled to its largest amplitude."""
+        self._field = field / (np.abs(field).max() or 1.0)
+        self.turn(0.0)
+
+    def turn(self, by: float) -> None:
+        """Let the phase go on by so many radians."""
+        self._phase = (self._phase + by) % (2.0 * np.pi)
+        self._item.show_height(self.deflection)
+        self.map = Map(*self._at, self.deflection.T)
+
+    def fit(self) -> None:
+        """Show the whole plate."""
+        self.plotItem.vb.setRange(self._item.boundingRect(), padding=0.0)
+
+
+def _densely(corners: Real, steps: int = 12) -> Real:
+    """Points along the closed line through `corners`."""
+    ends = np.roll(corners, -1, axis=0)
+    share = np.linspace(0.0, 1.0, steps, endpoint=False)[:, None]
+    sides = [start + share * (end - start) for start, end in zip(corners, ends, strict=True)]
+    return np.vstack([*sides, corners[:1]])

@@ -1,0 +1,132 @@
+"""What both windows have in common: keys, help, themes and export."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QFileDialog, QLabel, QMainWindow, QMenu, QWidget
+
+from app.view import theme as themes
+from app.view.chart import Chart
+from app.view.export import EXPORTERS
+from app.view.theme import DARK, LIGHT, Theme
+
+
+class Window(QMainWindow):
+    """A window whose contents can be built anew in another theme.
+
+    Parameters
+    ----------
+    title : str
+    theme : Theme
+    """
+
+    def __init__(self, title: str, theme: Theme) -> None:
+        super().__init__()
+        self.theme = theme
+        self.setWindowTitle(title)
+        self.resize(1440, 900)
+        self._bound: list[QAction] = []
+        self._file, self._look = self.menuBar().addMenu("&File"), self.menuBar().addMenu("&View")
+        self._help = QLabel(self)
+        self._help.setObjectName("help")
+        self._help.hide()
+        self.bind("Export the plots in sight …", "Ctrl+E", self._ask_and_export, self._file)
+        self.bind("Close", "Ctrl+Q", self.close, self._file)
+        self.bind("Dark or light", "D", self.change_theme, self._look)
+        self.bind("Whole plots again", "Home", self.reset, self._look)
+        self.bind("Full screen", "F11", self._full_screen, self._look)
+        self.bind("Keys", "F1", self.toggle_help, self._look)
+
+    def content(self) -> QWidget:
+        """Build what the window shows, in the window's theme."""
+        raise NotImplementedError
+
+    def build(self) -> None:
+        """Build the contents (anew)."""
+        themes.apply(self.theme)
+        self.setCentralWidget(self.content())
+        self._help.setStyleSheet(
+            f"QLabel {{ background: {self.theme.plot}; color: {self.theme.text}; border: 1px solid "
+            f"{self.theme.muted}; border-radius: 8px; padding: 18px; }}"
+        )
+
+    def adopt(self, page: QWidget) -> None:
+        """Offer the export of every plot on a page that was just built."""
+        for chart in page.findChildren(Chart):
+            self._offer_export(chart)
+
+    def bind(self, text: str, keys: str, slot: Callable[[], object], menu: QMenu | None = None) -> QAction:
+        """Bind keys to something the window does; it stands in the help, and in a menu if one is named."""
+        action = QAction(text, self)
+        action.setShortcut(QKeySequence(keys))
+        action.triggered.connect(lambda: slot())
+        self._bound.append(action)
+        (menu or self).addAction(action)
+        return action
+
+    @property
+    def charts(self) -> list[Chart]:
+        """Plots in sight."""
+        return [chart for chart in self.findChildren(Chart) if chart.isVisible()]
+
+    def change_theme(self) -> None:
+        """Go from dark to light, or back."""
+        self.theme = LIGHT if self.theme is DARK else DARK
+        self.build()
+
+    def reset(self) -> None:
+        """Show all of every plot in sight."""
+        for chart in self.charts:
+            chart.fit()
+
+    def toggle_help(self) -> None:
+        """Show or hide every key."""
+        rows = "".join(
+            f"<tr><td style='padding-right:24px'><b>{keys}</b></td><td>{action.text().replace('&', '')}</td></tr>"
+            for action in self._bound
+            if (keys := action.shortcut().toString(QKeySequence.SequenceFormat.NativeText))
+        )
+        self._help.setText(
+            f"<h3>Keys</h3><table>{rows}</table><p>Wheel: zoom; drag: move; drag with the right button: stretch; "
+            "click: cursor there.<br>Right click on a plot: export it.</p>"
+        )
+        self._help.adjustSize()
+        self._help.move((self.width() - self._help.width()) // 2, (self.height() - self._help.height()) // 2)
+        self._help.setVisible(not self._help.isVisible())
+        self._help.raise_()
+
+    def export(self, folder: Path) -> list[Path]:
+        """Write every plot in sight as PNG, SVG and CSV; return the files."""
+        written = []
+        for chart in self.charts:
+            for ending, exporter in EXPORTERS.items():
+                written.append(folder / f"{chart.name}.{ending}")
+                exporter(chart, written[-1])
+        return written
+
+    def _ask_and_export(self) -> None:
+        folder = QFileDialog.getExistingDirectory(self, "Folder for PNG, SVG and CSV of the plots in sight")
+        if folder:
+            written = self.export(Path(folder))
+            self.statusBar().showMessage(f"{len(written)} files in {folder}")
+
+    def _offer_export(self, chart: Chart) -> None:
+        """Put the three formats first in a plot's own menu, instead of pyqtgraph's exporter."""
+        chart.plotItem.setContextMenuActionVisible("Transforms", False)
+        chart.plotItem.setContextMenuActionVisible("Downsample", False)
+        chart.scene().contextMenu.clear()
+        for ending, exporter in EXPORTERS.items():
+            action = QAction(f"Export as {ending.upper()} …", chart)
+            action.triggered.connect(
+                lambda _=False, ending=ending, exporter=exporter: self._ask_one(chart, ending, exporter)
+            )
+            chart.scene().contextMenu.append(action)
+
+    def _ask_one(self, chart: Chart, ending: str, exporter: Callable[[Chart, Path], None]) -> None:
+        name, _ = QFileDialog.getSaveFileName(self, "Export", f"{chart.name}.{ending}", f"*.{ending}")
+        if name:
+            exporter(chart, Path(name))
+
+    def _full_screen(self) -> None:
+        self.showNormal() if self.isFullScreen() else self.showFullScreen()

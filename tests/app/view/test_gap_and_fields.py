@@ -1,0 +1,280 @@
+"""Pages on the gap, on focusing and on moving fields; the panel is a plate of sines, known in closed form."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
+
+from PySide6.QtCore import Qt
+
+from analysis.focusing.energy import FieldSpace
+from analysis.focusing.grid import Grid
+from analysis.focusing.methods import Modes, compare
+from analysis.focusing.over_temperature import focus
+from analysis.focusing.panel import Panel
+from analysis.gap.report import FittedLaws, Signature
+from app.files.filter_files import save_focusing
+from app.files.gap_file import GapFigures, GapMap, save_gap
+from app.files.laws_file import load_laws
+from app.files.provenance import provenance
+from app.view.application import application
+from app.view.folder import viewed
+from app.view.recorded import fields
+from app.view.recorded.fields_page import FieldsPage
+from app.view.recorded.focusing_page import FocusingPage
+from app.view.recorded.gap_page import GapPage
+from app.view.recorded.window import RecordedWindow
+from app.view.surface import SurfaceChart
+from app.view.theme import LIGHT
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+ORDERS = [(m, n) for m in range(1, 5) for n in range(1, 5)]
+PANEL = Panel.model_validate(
+    {
+        "title": "sines",
+        "plate": {"length_x": 0.4, "length_y": 0.3, "thickness": 0.003, "mass": 0.35},
+        "patch": [
+            {"id": f"A{n}", "role": "actuator", "center": place, "size": (0.02, 0.02), "thickness": 5e-4}
+            for n, place in enumerate([(0.09, 0.07), (0.31, 0.08), (0.12, 0.22), (0.3, 0.21)])
+        ],
+        "target": {"center": (0.3, 0.6), "size": (0.25, 0.3)},
+        "grid": (20, 16),
+        "filters": {
+            "taps": 64,
+            "sample_rate": 4000.0,
+            "band": (100.0, 300.0),
+            "edges": (60.0, 360.0),
+            "transform_length": 512,
+            "delay": 32,
+            "operating_range": (0.0, 40.0),
+        },
+    }
+)
+
+
+class SinePanel:
+    """A simply supported Kirchhoff plate driven by point forces."""
+
+    def __init__(self) -> None:
+        grid = Grid.of(PANEL)
+        self.space = FieldSpace.of(self._shapes(grid.points), grid)
+        self._driven = self._shapes(np.array([patch.center for patch in PANEL.patch]))
+
+    @staticmethod
+    def _shapes(points: Real) -> Real:
+        lengths = np.array([PANEL.plate.length_x, PANEL.plate.length_y])
+        waves = [np.prod(np.sin(np.pi * np.array(o) * points / lengths), axis=1) for o in ORDERS]
+        return 2.0 / np.sqrt(PANEL.plate.mass) * np.array(waves).T
+
+    @staticmethod
+    def squared(e: float, nu: float, eta: float) -> Complex:
+        plate = PANEL.plate
+        rigidity = e * plate.thickness**3 / 12.0 / (1.0 - nu**2)
+        area_mass = plate.mass / plate.length_x / plate.length_y
+        waves = np.array([(m / plate.length_x) ** 2 + (n / plate.length_y) ** 2 for m, n in ORDERS])
+        return np.asarray(rigidity / area_mass * (np.pi**2 * waves) ** 2 * (1.0 + 1j * eta))
+
+    def amplitudes(self, e: float, nu: float, eta: float, frequency: Real) -> Complex:
+        w = 2.0 * np.pi * frequency
+        return np.asarray(self._driven[:, None, :] / (self.squared(e, nu, eta) - w[None, :, None] ** 2))
+
+    def modes(self, e: float, nu: float, eta: float, count: int) -> Modes:
+        values = self.squared(e, nu, eta)
+        order = np.argsort(values.real)[:count]
+        return Modes(values[order], np.eye(len(values))[:, order], self._driven.T[order])
+
+
+@pytest.fixture
+def focused_run(run: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Write what `focus` leaves, with the sines for a twin."""
+    model, laws = SinePanel(), load_laws(run / "laws.h5")
+    found = focus(model, PANEL, laws, np.array([0.0, 20.0, 40.0]))
+    comparison = compare(model, PANEL, (1.1e9, 0.33, 0.06))
+    save_focusing(run / "filters.h5", PANEL, found, comparison, provenance({"laws.h5": "00ff"}))
+    monkeypatch.setattr(fields, "panel_twin", lambda *_: model)
+    return run
+
+
+@pytest.fixture
+def opened(qtbot: Any) -> Callable[[Path], RecordedWindow]:
+    def show(folder: Path) -> RecordedWindow:
+        application()
+        window = RecordedWindow(viewed(folder), LIGHT)
+        qtbot.addWidget(window)
+        window.show()
+        window.activateWindow()
+        qtbot.waitUntil(window.isActiveWindow)
+        return window
+
+    return show
+
+
+def page_named(window: RecordedWindow, title: str) -> Any:
+    titles = [window.tabs.tabText(number) for number in range(window.tabs.count())]
+    return window.page(titles.index(title))
+
+
+def fields_page(window: RecordedWindow, qtbot: Any) -> FieldsPage:
+    page = page_named(window, "Fields")
+    assert isinstance(page, FieldsPage)
+    qtbot.waitUntil(lambda: page.fields is not None, timeout=60_000)
+    return page
+
+
+def test_maps_and_cuts_of_contrast_follow_choice_and_cursor(
+    opened: Callable[[Path], RecordedWindow], focused_run: Path
+) -> None:
+    window = opened(focused_run)
+    page = page_named(window, "Focusing")
+    assert isinstance(page, FocusingPage)
+    assert window.results.focusing is not None
+    found = window.results.focusing[1]
+    page._choice.setCurrentIndex(0)
+    window.cursors.temperature = 39.0
+    shown = page._maps[0].map
+    assert shown is not None
+    np.testing.assert_array_equal(shown.value, found.direct.contrast)
+    cuts = {label: y for label, _, y in page._cuts[1].curves}
+    np.testing.assert_allclose(cuts["of 20 °C everywhere"], 100 * found.fixed.spot_error[2])
+
+
+def test_the_field_shown_has_the_contrast_its_filters_were_judged_by(
+    opened: Callable[[Path], RecordedWindow], focused_run: Path, qtbot: Any
+) -> None:
+    window = opened(focused_run)
+    page = fields_page(window, qtbot)
+    assert page.fields is not None
+    found, grid = page.fields.focusing, Grid.of(PANEL)
+    for row, line in ((0, 3), (2, 20)):
+        t, f, field = page.fields.focused(float(found.temperature[row]), float(found.frequency[line]), fixed=False)
+        assert (t, f) == (found.temperature[row], found.frequency[line])
+        energy = grid.area * np.abs(field.ravel()) ** 2
+        assert energy @ grid.target / energy.sum() == pytest.approx(found.uncut.contrast[row, line], rel=1e-9)
+
+
+def test_mode_shapes_are_those_of_the_plate(
+    opened: Callable[[Path], RecordedWindow], focused_run: Path, qtbot: Any
+) -> None:
+    page = fields_page(opened(focused_run), qtbot)
+    assert page.fields is not None
+    f, eta, shapes = page.fields.shapes(20.0)
+    law = page.fields.laws.at(np.array([20.0]))
+    e, nu, loss = (float(x[0]) for x in (law.youngs_modulus, law.poisson_ratio, law.loss_factor))
+    expected = np.sort(np.sqrt(SinePanel.squared(e, nu, loss).real)) / 2.0 / np.pi
+    np.testing.assert_allclose(f, expected, rtol=1e-12)
+    np.testing.assert_allclose(eta, loss)
+    x, y = page.fields.x, page.fields.y
+    first = np.outer(np.sin(np.pi * x / 0.4), np.sin(np.pi * y / 0.3))
+    np.testing.assert_allclose(shapes[0] / shapes[0].max(), first / first.max(), atol=1e-12)
+
+
+def test_fields_turn_stand_still_and_are_exported_as_seen(
+    opened: Callable[[Path], RecordedWindow], focused_run: Path, qtbot: Any, tmp_path: Path
+) -> None:
+    window = opened(focused_run)
+    page = fields_page(window, qtbot)
+    before = page.field.deflection
+    qtbot.waitUntil(lambda: bool(np.abs(page.field.deflection - before).max() > 0.05), timeout=60_000)
+    qtbot.keyClick(window, Qt.Key.Key_Space)
+    still = page.field.deflection
+    qtbot.wait(200)
+    np.testing.assert_array_equal(page.field.deflection, still)
+    written = window.export(tmp_path)
+    assert {"focused-field.csv", "mode-shape.svg", "field-amplitude.png"} <= {path.name for path in written}
+    table = np.genfromtxt(tmp_path / "focused-field.csv", delimiter=",", skip_header=1)
+    np.testing.assert_allclose(table[:, 1:], still.T, atol=1e-8)
+    page.step(2)
+    assert page.shape.plotItem.titleLabel.text.startswith("mode 3 of the panel")
+
+
+def test_a_surface_shows_the_real_part_of_a_turning_field(qtbot: Any) -> None:
+    application()
+    x, y = np.linspace(0.0, 0.4, 9), np.linspace(0.0, 0.3, 7)
+    chart = SurfaceChart("surface", "", x, y, [(np.array([[0.1, 0.1], [0.2, 0.1], [0.2, 0.2]]), "#ff0000")], LIGHT)
+    qtbot.addWidget(chart)
+    chart.show()
+    field = 3.0 * np.exp(1j * np.add.outer(x, y) * 9.0)
+    chart.show_field(field)
+    blank = chart.grab().toImage()
+    chart.turn(0.7)
+    np.testing.assert_allclose(chart.deflection, np.real(field / 3.0 * np.exp(0.7j)), atol=1e-12)
+    assert chart.grab().toImage() != blank
+
+
+def gap_map(size: float) -> GapMap:
+    sigma = np.ones((4, 2, 6))
+    sigma[1:3, 0, 4] = size
+    return GapMap(
+        edges=np.linspace(100.0, 700.0, 7),
+        temperature=np.array([0.0, 20.0, 20.05, 40.0]),
+        level=np.ones(4),
+        direction=("up",) * 4,
+        channels=("S1", "S2"),
+        sigma=sigma,
+        excess=50.0 * (sigma**2 - 1.0),
+    )
+
+
+@pytest.fixture
+def gap_run(run: Path) -> Path:
+    laws = FittedLaws(np.array([0.0, 20.0]), np.array([[21.8, 0.35, -2.6]] * 2), np.full((2, 3), 1e-3))
+    figures = GapFigures(gap_map(9.0), gap_map(1.0), laws, laws)
+    row = {"log_evidence_screened": 480.0, "log_evidence_fitted": 512.0, "share": 0.99}
+    record = {
+        "verdict": "explained",
+        "effects": [
+            {
+                "name": "point_mass",
+                "equivalent": [],
+                "parameters": {"mass": {"value": 7.9e-4, "sigma": 1e-5, "unit": "kg"}},
+            }
+        ],
+        "gap": {"baseline": {"chi2_per_dof": 8.0}, "final": {"chi2_per_dof": 1.01}},
+        "candidates": [
+            {"name": "point_mass", **row},
+            {"name": "suspension", **row, "share": 0.5},
+            {"name": "orthotropy", "log_evidence_screened": 1.0, "log_evidence_fitted": None, "share": None},
+        ],
+    }
+    excess = figures.before.excess
+    signatures = (Signature("point_mass", 0.99 * excess), Signature("suspension", 0.5 * excess))
+    save_gap(run / "gap.h5", figures, signatures, record, provenance({"a": "0"}))
+    return run
+
+
+def test_signatures_are_switched_on_and_off(opened: Callable[[Path], RecordedWindow], gap_run: Path) -> None:
+    window = opened(gap_run)
+    page = page_named(window, "Gap")
+    assert isinstance(page, GapPage)
+    assert page.switched_on == ["point_mass"]
+
+    def loudest() -> float:
+        shown = page._signature.map
+        assert shown is not None
+        return float(shown.value.max())
+
+    assert loudest() == pytest.approx(0.99)
+    page.switch("suspension", on=True)
+    page.switch("point_mass", on=False)
+    assert page.switched_on == ["suspension"]
+    assert loudest() == pytest.approx(0.5)
+    page.switch("suspension", on=False)
+    assert loudest() == 0.0
+    page.switch("orthotropy", on=True)
+    assert page.switched_on == []
+
+
+def test_the_gap_map_is_that_of_the_sensor_chosen(opened: Callable[[Path], RecordedWindow], gap_run: Path) -> None:
+    page = page_named(opened(gap_run), "Gap")
+    before, after = page._before.map, page._after.map
+    assert 10 ** before.value.max() == pytest.approx(9.0)
+    assert after.value.max() == 0.0
+    assert before.y.tolist() == pytest.approx([0.0, 20.025, 40.0])
+    page._channel.setCurrentIndex(1)
+    assert page._before.map.value.max() == 0.0

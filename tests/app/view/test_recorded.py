@@ -1,0 +1,199 @@
+"""The window on a recorded campaign, driven as a hand would."""
+
+import csv
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
+
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QImage
+
+from app.view.application import application
+from app.view.chart import Chart
+from app.view.folder import viewed
+from app.view.recorded.frf_page import FrfPage, decibels
+from app.view.recorded.laws_page import LawsPage
+from app.view.recorded.modes_page import ModesPage
+from app.view.recorded.window import RecordedWindow
+from app.view.theme import DARK, LIGHT
+
+Open = Callable[[Path], RecordedWindow]
+
+
+@pytest.fixture
+def opened(qtbot: Any) -> Open:
+    def show(folder: Path) -> RecordedWindow:
+        application()
+        window = RecordedWindow(viewed(folder), LIGHT)
+        qtbot.addWidget(window)
+        window.show()
+        window.activateWindow()
+        qtbot.waitUntil(window.isActiveWindow)
+        return window
+
+    return show
+
+
+def chart(window: RecordedWindow, name: str) -> Chart:
+    found = window.centralWidget().findChild(Chart, name)
+    assert isinstance(found, Chart)
+    return found
+
+
+def titles(window: RecordedWindow) -> list[str]:
+    return [window.tabs.tabText(number) for number in range(window.tabs.count())]
+
+
+def test_a_page_for_every_result_and_no_other(opened: Open, run: Path) -> None:
+    assert titles(opened(run)) == ["FRFs", "Modes", "Laws"]
+    (run / "modes.h5").unlink()
+    assert titles(opened(run)) == ["FRFs", "Laws"]
+
+
+def test_the_cursors_choose_both_cuts(opened: Open, run: Path, qtbot: Any) -> None:
+    window = opened(run)
+    page = window.page(0)
+    assert isinstance(page, FrfPage)
+    window.cursors.temperature, window.cursors.frequency = 30.0, 240.0
+    h = page._frf.h
+    along_f = {label: y for label, _, y in chart(window, "frf-at-temperature").curves}
+    along_t = {label: (x, y) for label, x, y in chart(window, "frf-at-frequency").curves}
+    np.testing.assert_allclose(along_f["measured"], decibels(h[3, 0]))
+    np.testing.assert_allclose(along_t["measured"][0], decibels(h[:, 0, 70]))
+    np.testing.assert_allclose(along_f["updated twin"] - along_f["measured"], 20 * np.log10(1.01), atol=1e-9)
+    np.testing.assert_allclose(along_f["from poles and residues"], along_f["measured"], atol=1e-9)
+
+
+def test_keys_move_the_cursors_by_lines_and_sweeps(opened: Open, run: Path, qtbot: Any) -> None:
+    window = opened(run)
+    window.cursors.temperature, window.cursors.frequency = 20.0, 300.0
+    for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Up):
+        qtbot.keyClick(window, key)
+    qtbot.keyClick(window, Qt.Key.Key_Left, Qt.KeyboardModifier.ShiftModifier)
+    assert (window.cursors.frequency, window.cursors.temperature) == (284.0, 30.0)
+    for _ in range(9):
+        qtbot.keyClick(window, Qt.Key.Key_Up)
+    assert window.cursors.temperature == 40.0
+
+
+def test_a_click_on_the_waterfall_takes_both_cursors_there(opened: Open, run: Path, qtbot: Any) -> None:
+    window = opened(run)
+    waterfall = chart(window, "waterfall")
+    box = waterfall.plotItem.vb
+    place = waterfall.mapFromScene(box.mapViewToScene(box.viewRect().center()))
+    qtbot.mouseClick(waterfall.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(place.x(), place.y()))
+    assert window.cursors.temperature == 20.0
+    assert abs(window.cursors.frequency - 499.0) < 8.0
+
+
+def test_another_sensor_and_switched_off_overlays_change_what_is_drawn(opened: Open, run: Path) -> None:
+    window = opened(run)
+    page = window.page(0)
+    assert isinstance(page, FrfPage)
+    page._channel.setCurrentIndex(1)
+    for switch in page._overlays.values():
+        switch.setChecked(False)
+    shown = chart(window, "waterfall").map
+    assert shown is not None
+    np.testing.assert_allclose(shown.value, decibels(page._frf.h[:, 1]))
+    assert [label for label, _, _ in chart(window, "frf-at-temperature").curves] == ["measured"]
+
+
+def test_a_mode_is_selected_with_keys_and_takes_the_frequency_cursor_along(
+    opened: Open, run: Path, qtbot: Any
+) -> None:
+    window = opened(run)
+    page = window.page(1)
+    assert isinstance(page, ModesPage)
+    window.cursors.temperature = 0.0
+    qtbot.keyClick(window, Qt.Key.Key_BracketRight)
+    assert page.selected == 1
+    assert window.cursors.frequency == pytest.approx(320.0, rel=2e-3)
+    window.cursors.temperature = 40.0
+    page.select(2)
+    assert page._told.text().endswith("absent")
+
+
+def test_a_law_is_read_at_the_cursor_and_estimates_that_did_not_settle_are_marked(opened: Open, run: Path) -> None:
+    window = opened(run)
+    assert isinstance(window.page(2), LawsPage)
+    window.cursors.temperature = 20.0
+    law = chart(window, "law-youngs-modulus")
+    assert "E = 2.4 ±" in law.plotItem.titleLabel.text
+    curves = {label: (x, y) for label, x, y in law.curves}
+    assert curves["not settled"][0].tolist() == [40.0]
+    assert (curves["updated twin, high"][1] > curves["updated twin, low"][1]).all()
+
+
+@pytest.mark.parametrize("name", ["frf.h5", "modes.h5", "laws.h5"])
+def test_a_damaged_file_is_named_and_the_others_are_shown(opened: Open, run: Path, name: str) -> None:
+    content = (run / name).read_bytes()
+    (run / name).write_bytes(content[: len(content) // 2])
+    window = opened(run)
+    pages = [window.page(number) for number in range(3)]
+    assert sum(page is None for page in pages) == 1
+    assert pages[["frf.h5", "modes.h5", "laws.h5"].index(name)] is None
+    assert window._trouble.isVisible()
+    assert name in window._trouble.text()
+
+
+def test_every_plot_in_sight_is_exported_and_the_numbers_are_those_drawn(
+    opened: Open, run: Path, tmp_path: Path
+) -> None:
+    window = opened(run)
+    window.cursors.temperature = 10.0
+    written = window.export(tmp_path / "plots")
+    assert {path.suffix for path in written} == {".png", ".svg", ".csv"}
+    assert len(written) == 3 * len(window.charts) >= 12
+    for path in written:
+        if path.suffix == ".png":
+            assert QImage(str(path)).width() > 300
+        elif path.suffix == ".svg":
+            assert ElementTree.parse(path).getroot().tag.endswith("svg")  # noqa: S314 (our own)
+    with (tmp_path / "plots" / "frf-at-temperature.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    page = window.page(0)
+    assert isinstance(page, FrfPage)
+    seen = [float(row["measured: |H| [dB re 1 V/V]"]) for row in rows]
+    np.testing.assert_allclose(seen, decibels(page._frf.h[1, 0]), rtol=1e-7)
+    with (tmp_path / "plots" / "waterfall.csv").open(encoding="utf-8") as file:
+        table = list(csv.reader(file))
+    assert table[0][:2] == ["temperature [°C] \\ frequency [Hz]", "100"]
+    np.testing.assert_allclose(np.array(table[1:], float)[:, 1:], decibels(page._frf.h[:, 0]), rtol=1e-7)
+
+
+def test_the_theme_changes_and_page_and_cursors_stay(opened: Open, run: Path, qtbot: Any) -> None:
+    window = opened(run)
+    window.page(1)
+    window.cursors.temperature = 30.0
+    qtbot.keyClick(window, Qt.Key.Key_D)
+    assert window.theme is DARK
+    assert window.tabs.currentIndex() == 1
+    assert window.cursors.temperature == 30.0
+    corner = chart(window, "tracks-frequency").grab().toImage().pixelColor(2, 2)
+    assert corner.name() == DARK.plot
+
+
+def test_the_help_lists_every_key(opened: Open, run: Path, qtbot: Any) -> None:
+    window = opened(run)
+    qtbot.keyClick(window, Qt.Key.Key_F1)
+    assert window._help.isVisible()
+    for words in ("Ctrl+E", "Mode after", "Temperature cursor up", "Dark or light"):
+        assert words in window._help.text()
+    qtbot.keyClick(window, Qt.Key.Key_F1)
+    assert not window._help.isVisible()
+
+
+def test_a_zoomed_plot_is_whole_again_after_home(opened: Open, run: Path, qtbot: Any) -> None:
+    window = opened(run)
+    waterfall = chart(window, "waterfall")
+    whole = waterfall.viewRange()
+    waterfall.setXRange(300.0, 310.0)
+    qtbot.keyClick(window, Qt.Key.Key_Home)
+    np.testing.assert_allclose(waterfall.viewRange()[0], whole[0], rtol=1e-3)
