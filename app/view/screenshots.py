@@ -7,6 +7,8 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 
 from app.view.export import picture
+from app.view.live.watched import AT_A_TIME, KEPT
+from app.view.live.window import LiveWindow
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.window import RecordedWindow
 from app.view.window import Window
@@ -19,6 +21,9 @@ SHARP = 1.25
 def screenshots(window: Window, folder: Path) -> list[Path]:
     """Write every page of a window as PNG into a folder; return the files."""
     window.show()
+    if isinstance(window, LiveWindow):
+        for _ in range(KEPT // AT_A_TIME):
+            window.look()
     if not isinstance(window, RecordedWindow):
         return [_shot(window, folder / f"view-live-{window.theme.name}.png")]
     written = []

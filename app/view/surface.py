@@ -8,6 +8,7 @@ import pyqtgraph
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QPolygonF
+from scipy.ndimage import map_coordinates
 
 from app.view.chart import Chart, Map
 from app.view.theme import Theme, two_sided
@@ -45,8 +46,9 @@ class SurfaceItem(pyqtgraph.GraphicsObject):
         self._order = np.argsort(-depth, axis=None)
         table = two_sided().getLookupTable(nPts=256)
         self._brushes = [QBrush(QColor(*(int(c) for c in row[:3]))) for row in table]
-        reach = 0.62 * float(np.hypot(np.ptp(x), np.ptp(y)))
-        self._bounds = QRectF(-reach, -0.62 * reach, 2.0 * reach, 1.24 * reach)
+        u, v = self._projected(self._plane, np.ones(self._plane.shape[:2]))
+        width, height = 1.04 * np.abs(u).max(), 1.02 * np.abs(v).max()
+        self._bounds = QRectF(-width, -height, 2.0 * width, 2.0 * height)
 
     def show_height(self, height: Real) -> None:
         """Show deflections (X, Y), from -1 to 1."""
@@ -76,9 +78,8 @@ class SurfaceItem(pyqtgraph.GraphicsObject):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, on=True)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for corners, pen in self._outlines:
-            rows = np.abs(corners[:, 0, None] - self._x).argmin(axis=1)
-            columns_ = np.abs(corners[:, 1, None] - self._y).argmin(axis=1)
-            a, b = self._projected(corners, self._height[rows, columns_])
+            places = [np.interp(corners[:, k], at, np.arange(len(at))) for k, at in enumerate((self._x, self._y))]
+            a, b = self._projected(corners, map_coordinates(self._height, places, order=1))
             painter.setPen(pen)
             painter.drawPolyline(QPolygonF([QPointF(p, q) for p, q in zip(a.tolist(), b.tolist(), strict=True)]))
 

@@ -156,7 +156,9 @@ class LiveWindow(Window):
             for chart in (self.signals, self.spectrum, self.levels):
                 chart.show_repeat(watched.latest)
         for event in watched.events[self._logged :]:
-            rest = ", ".join(f"{key} {_words(value)}" for key, value in event.items() if key not in QUIET)
+            rest = ", ".join(
+                f"{key} {_words(value)}" for key, value in event.items() if key not in QUIET and value != []
+            )
             self.log.appendPlainText(f"{event['date'][11:19]}  {event['event']}: {rest}")
         self._logged = len(watched.events)
         done, total, left = watched.progress

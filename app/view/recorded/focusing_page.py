@@ -91,7 +91,7 @@ class FocusingPage(QWidget):
         for chart in (*self._maps, *self._cuts):
             chart.follow("x", cursors.frequency, cursors.frequency_moved, to_frequency)
             chart.getAxis("left").setWidth(58)
-        self._cuts[0].legend(columns=3)
+        self._cuts[0].legend(columns=3, offset=(8, -8))
         self._cuts[0].setYRange(0.0, 1.0)
         self._cuts[1].setYRange(0.0, worst)
         self._curves = {}

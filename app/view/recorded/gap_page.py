@@ -55,6 +55,7 @@ class GapPage(QWidget):
         self._lay_out(record)
         self._draw()
         self._list(record)
+        self._signature.setVisible(signatures is not None)
         self._channel.currentIndexChanged.connect(self._choose)
         self.candidates.itemChanged.connect(self._show_signatures)
         self._choose()
@@ -122,7 +123,7 @@ class GapPage(QWidget):
         known = () if self._signatures is None else self._signatures.effects
         for row in sorted(record["candidates"], key=_evidence, reverse=True):
             share = "" if row["share"] is None else f", explains {100 * row['share']:.1f} %"
-            item = QListWidgetItem(f"{row['name']}: {_evidence(row):,.0f} nats{share}")
+            item = QListWidgetItem(f"{row['name']}: {max(_evidence(row), 0.0):,.0f} nats{share}")
             item.setData(Qt.ItemDataRole.UserRole, row["name"])
             if row["name"] in known:
                 item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
