@@ -20,6 +20,7 @@ from analysis.gap.thresholds import (
     REFIT_SHARE,
     WHITENESS,
     Z_FLOOR,
+    Z_NAMED,
 )
 from analysis.gap.whiteness import whiteness
 
@@ -89,7 +90,7 @@ class Bench:
 
     def agrees(self, fit: GapFit) -> bool:
         """Whether a fit leaves nothing but noise and the twin's own error, which need not be white."""
-        if self.z(fit) > Z_FLOOR:
+        if self.z(fit) > (Z_NAMED if fit.state.effects else Z_FLOOR):
             return False
         return self.excess(fit) <= self.allowed or max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
 

@@ -40,6 +40,10 @@ READING_SIGMA = 0.05
 Z_FLOOR = 3.0
 """Excess of chi2 in its standard deviations below which twin and data agree."""
 
+Z_NAMED = 2.0
+"""The same with effects named: they were chosen to leave little, and bystanders that imitate what is missing come
+down to just under three; the right ones leave what noise leaves."""
+
 WHITENESS = 4.0
 """Correlation of neighbouring whitened residuals, in its standard deviations, above which they are no noise. Four
 is one in 30000; a fit's own parameters only push it down."""

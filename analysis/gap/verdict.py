@@ -39,6 +39,8 @@ def judge(bench: Bench, found: Found, tried: HeldOut | None) -> Judgement:
     nameless = unknown_evidence(bench.sweeps, found.baseline.residual, found.baseline.state)
     if share < EXPLAINED:
         return Judgement("unknown", False, f"the best effects explain {100 * share:.0f} % of the gap only")
+    if len(found.effects) > 1:
+        return Judgement("unknown", False, "it takes several effects to explain most of it, and a rest remains")
     if nameless > named:
         return Judgement("unknown", False, "a smooth discrepancy without a name explains the gap better")
     return Judgement(
