@@ -86,7 +86,7 @@ class Chart(pyqtgraph.PlotWidget):
         label: str,
         color: Color,
         *,
-        width: float = 1.2,
+        width: float = 1.0,
         style: Style = "line",
         named: bool = True,
         points: bool = False,

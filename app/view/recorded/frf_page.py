@@ -1,5 +1,6 @@
 """Measured FRFs over temperature, cut along both, with what was identified and updated laid over."""
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -8,6 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from analysis.frf import Frf
+from analysis.identification.tracked_modes import TrackedModes
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
 from app.view.recorded.results import Results
@@ -23,6 +25,46 @@ FREQUENCY, TEMPERATURE, LEVEL = "frequency [Hz]", "temperature [°C]", "|H| [dB 
 def decibels(h: Complex) -> Real:
     """20 log10 |h|, with a floor far below any measurement."""
     return np.asarray(20.0 * np.log10(np.abs(h) + 1e-12))
+
+
+@dataclass(frozen=True)
+class Computed:
+    """FRFs that are there: `h` (T, K, F) at `frequency` (F,), Hz."""
+
+    frequency: Real
+    h: Complex
+
+    def __len__(self) -> int:
+        """Sweeps."""
+        return len(self.h)
+
+    def sweep(self, row: int) -> Complex:
+        """One sweep, (K, F)."""
+        return np.asarray(self.h[row])
+
+    def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
+        """Several sweeps at the nearest line, (R, K)."""
+        return np.asarray(self.h[rows, :, int(np.abs(self.frequency - frequency).argmin())])
+
+
+@dataclass(frozen=True)
+class Identified:
+    """FRFs rebuilt from poles and residues where they are looked at: all of a long campaign would take seconds."""
+
+    frequency: Real
+    modes: TrackedModes
+
+    def __len__(self) -> int:
+        """Sweeps."""
+        return len(self.modes.modes)
+
+    def sweep(self, row: int) -> Complex:
+        """One sweep, (K, F)."""
+        return self.modes.modes[row].synthesis(self.frequency)
+
+    def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
+        """Several sweeps at one frequency, (R, K)."""
+        return np.array([self.modes.modes[row].synthesis(np.array([frequency]))[:, 0] for row in rows])
 
 
 class FrfPage(QWidget):
@@ -87,18 +129,15 @@ class FrfPage(QWidget):
             self._cursors.temperature = float(self._frf.temperature[rows[place]])
 
     @cached_property
-    def _answers(self) -> dict[str, tuple[Real, Complex]]:
-        """Frequencies and FRFs (T, K, F) of everything that may be laid over, by name."""
-        found: dict[str, tuple[Real, Complex]] = {}
+    def _answers(self) -> dict[str, "Identified | Computed"]:
+        """All that may be laid over, by name."""
+        found: dict[str, Identified | Computed] = {}
         if self._results.modes is not None:
-            found["from poles and residues"] = (
-                self._frf.frequency,
-                self._results.modes.synthesis(self._frf.frequency),
-            )
+            found["from poles and residues"] = Identified(self._frf.frequency, self._results.modes)
         for name, held in (("updated twin", self._results.updated), ("corrected twin", self._results.corrected)):
             if held is not None:
-                found[name] = held[1].frequency, held[1].h
-        return {name: answer for name, answer in found.items() if len(answer[1]) == len(self._frf.h)}
+                found[name] = Computed(held[1].frequency, held[1].h)
+        return {name: answer for name, answer in found.items() if len(answer) == len(self._frf.h)}
 
     def _offered(self) -> dict[str, str]:
         theme = self._theme
@@ -177,7 +216,7 @@ class FrfPage(QWidget):
         self._cuts = {
             "measured": (
                 self._along_f.curve([], [], "measured", theme.measured, width=1.6),
-                self._phase.curve([], [], "measured", theme.measured, width=1.6),
+                self._phase.curve([], [], "measured", theme.measured),
                 self._along_t.curve([], [], "measured", theme.measured, points=True),
             )
         }
@@ -215,10 +254,10 @@ class FrfPage(QWidget):
         self._cut_frequency()
         self._cut_temperature()
 
-    def _shown(self) -> dict[str, tuple[Real, Complex]]:
-        """Frequencies and FRFs of all that is switched on."""
+    def _shown(self) -> dict[str, "Identified | Computed"]:
+        """All that is switched on."""
         on = {name: answer for name, answer in self._answers.items() if self._overlays[name].isChecked()}
-        return {"measured": (self._frf.frequency, self._frf.h)} | on
+        return {"measured": Computed(self._frf.frequency, self._frf.h), **on}
 
     def _cut_frequency(self) -> None:
         """Draw the sweep at the temperature cursor."""
@@ -227,9 +266,10 @@ class FrfPage(QWidget):
         for name, curves in self._cuts.items():
             for curve in curves[:2]:
                 curve.setVisible(name in shown)
-        for name, (frequency, h) in shown.items():
-            self._cuts[name][0].setData(frequency, decibels(h[row, channel]))
-            self._cuts[name][1].setData(frequency, np.degrees(np.angle(h[row, channel])))
+        for name, answer in shown.items():
+            h = answer.sweep(row)[channel]
+            self._cuts[name][0].setData(answer.frequency, decibels(h))
+            self._cuts[name][1].setData(answer.frequency, np.degrees(np.angle(h)))
         spread = self._cuts["standard deviation"][0]
         spread.setVisible(self._overlays["standard deviation"].isChecked())
         spread.setData(frf.frequency, 10.0 * np.log10(frf.variance[row, channel] + 1e-24))
@@ -246,9 +286,8 @@ class FrfPage(QWidget):
             for curve in curves[2:]:
                 curve.setVisible(name in shown)
             if name in shown:
-                frequency, h = shown[name]
-                at = int(np.abs(frequency - self._frf.frequency[line]).argmin())
-                curves[-1].setData(decibels(h[rows, channel, at]), self._frf.temperature[rows])
+                h = shown[name].line(rows, float(self._frf.frequency[line]))[:, channel]
+                curves[-1].setData(decibels(h), self._frf.temperature[rows])
         self._along_t.setTitle(f"at {self._frf.frequency[line]:.2f} Hz")
         self._read_out()
 
