@@ -26,7 +26,7 @@ from analysis.gap.fit import fit_gap
 from analysis.gap.gap import find_gap
 from analysis.gap.model import SweepPoint
 from analysis.gap.refit import Bench, absent
-from analysis.gap.state import starting_state
+from analysis.gap.state import GapState, starting_state
 from analysis.gap.sweeps import GapSweeps, prepare
 from analysis.local_laws import LocalLaws
 from analysis.updating.update import Updated, update
@@ -99,9 +99,9 @@ def workflow(frf: Frf, updated: Updated, twin: EffectTwin, executor: Executor) -
     }
 
 
-def rankings(bench: Bench, sweeps: GapSweeps, updated: Updated) -> dict[str, Any]:
+def rankings(bench: Bench, sweeps: GapSweeps, start: GapState) -> dict[str, Any]:
     """Screen every effect and fit every effect, on the same sweeps."""
-    baseline = bench.fit(starting_state(updated, sweeps.groups), ())
+    baseline = bench.fit(start, ())
     started = time.process_time()
     screening = bench.screen(baseline)
     candidates = screening.candidates()
@@ -109,8 +109,8 @@ def rankings(bench: Bench, sweeps: GapSweeps, updated: Updated) -> dict[str, Any
     started = time.process_time()
     gains = {}
     for candidate in candidates:
-        start = replace(baseline.state, effects=absent(bench, screening, candidate))
-        fit = fit_gap(bench.model, sweeps, start, candidate.effects, bench.executor)
+        without = replace(baseline.state, effects=absent(bench, screening, candidate))
+        fit = fit_gap(bench.model, sweeps, without, candidate.effects, bench.executor)
         gains[candidate.effects[0]] = fit.log_evidence - baseline.log_evidence
     refitted = time.process_time() - started
     by_screen = [c.effects[0] for c in candidates]
@@ -149,8 +149,10 @@ def main() -> int:
         result = workflow(frf, updated, smaller, executor)
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
         sweeps, noise = prepare(frf, experiment.protocol, updated)
-        few = sweeps.only_groups(Bench(smaller, sweeps, noise, executor).coarse_groups)
-        compared = rankings(Bench(smaller, few, noise, executor), few, updated)
+        groups = Bench(smaller, sweeps, noise, executor).coarse_groups
+        few = sweeps.only_groups(groups)
+        start = starting_state(updated, sweeps.groups).restricted(groups, few.original_places(sweeps))
+        compared = rankings(Bench(smaller, few, noise, executor), few, start)
     result |= {
         "sweeps": len(frf.temperature),
         "channels": len(frf.channels),
