@@ -38,10 +38,10 @@ def panels(
 
 
 def temperature_color(temperature: float, span: Sequence[float]) -> tuple[float, ...]:
-    """Blue for the coldest, red for the hottest of `span` (low, high)."""
+    """Blue for the coldest, yellow for the hottest of `span` (low, high), evenly to the eye."""
     low, high = span
     share = 0.5 if high <= low else (temperature - low) / (high - low)
-    color: tuple[float, ...] = mpl.colormaps["turbo"](0.08 + 0.84 * share)
+    color: tuple[float, ...] = mpl.colormaps["plasma"](0.88 * share)
     return color
 
 
