@@ -2,6 +2,7 @@
 
 ====================  ============================================================
 ``results``           what a run holds, each file read when it is first looked at
+``overlays``          FRFs that can be laid over those measured
 ``frf_page``          waterfall, cut along frequency, cut along temperature
 ``modes_page``        poles followed over temperature
 ``laws_page``         E, ν and η, and what the twin misses

@@ -1,6 +1,5 @@
 """Measured FRFs over temperature, cut along both, with what was identified and updated laid over."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -9,62 +8,15 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from analysis.frf import Frf
-from analysis.identification.tracked_modes import TrackedModes
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
+from app.view.recorded.overlays import Computed, Identified, decibels
 from app.view.recorded.results import Results
 from app.view.theme import Theme, one_sided
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 OVER_MAP = (255, 255, 255, 170)
 """Colour of lines on a map."""
 FREQUENCY, TEMPERATURE, LEVEL = "frequency [Hz]", "temperature [°C]", "|H| [dB re 1 V/V]"
-
-
-def decibels(h: Complex) -> Real:
-    """20 log10 |h|, with a floor far below any measurement."""
-    return np.asarray(20.0 * np.log10(np.abs(h) + 1e-12))
-
-
-@dataclass(frozen=True)
-class Computed:
-    """FRFs that are there: `h` (T, K, F) at `frequency` (F,), Hz."""
-
-    frequency: Real
-    h: Complex
-
-    def __len__(self) -> int:
-        """Sweeps."""
-        return len(self.h)
-
-    def sweep(self, row: int) -> Complex:
-        """One sweep, (K, F)."""
-        return np.asarray(self.h[row])
-
-    def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
-        """Several sweeps at the nearest line, (R, K)."""
-        return np.asarray(self.h[rows, :, int(np.abs(self.frequency - frequency).argmin())])
-
-
-@dataclass(frozen=True)
-class Identified:
-    """FRFs rebuilt from poles and residues where they are looked at: all of a long campaign would take seconds."""
-
-    frequency: Real
-    modes: TrackedModes
-
-    def __len__(self) -> int:
-        """Sweeps."""
-        return len(self.modes.modes)
-
-    def sweep(self, row: int) -> Complex:
-        """One sweep, (K, F)."""
-        return self.modes.modes[row].synthesis(self.frequency)
-
-    def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
-        """Several sweeps at one frequency, (R, K)."""
-        return np.array([self.modes.modes[row].synthesis(np.array([frequency]))[:, 0] for row in rows])
 
 
 class FrfPage(QWidget):
@@ -129,7 +81,7 @@ class FrfPage(QWidget):
             self._cursors.temperature = float(self._frf.temperature[rows[place]])
 
     @cached_property
-    def _answers(self) -> dict[str, "Identified | Computed"]:
+    def _answers(self) -> dict[str, Identified | Computed]:
         """All that may be laid over, by name."""
         found: dict[str, Identified | Computed] = {}
         if self._results.modes is not None:
@@ -254,7 +206,7 @@ class FrfPage(QWidget):
         self._cut_frequency()
         self._cut_temperature()
 
-    def _shown(self) -> dict[str, "Identified | Computed"]:
+    def _shown(self) -> dict[str, Identified | Computed]:
         """All that is switched on."""
         on = {name: answer for name, answer in self._answers.items() if self._overlays[name].isChecked()}
         return {"measured": Computed(self._frf.frequency, self._frf.h), **on}

@@ -1,8 +1,9 @@
 """A run folder of a plate whose poles are known, small enough to be written for every test."""
 
 import gc
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -106,6 +107,20 @@ def updated() -> Updated:
         chi2_per_dof=np.full(5, 4.0),
         settled=np.array([True, True, True, True, False]),
     )
+
+
+@pytest.fixture
+def shown(qtbot: Any) -> Callable[[Any], Any]:
+    """Show a window and wait until keys go to it."""
+
+    def show(window: Any) -> Any:
+        qtbot.addWidget(window)
+        window.show()
+        window.activateWindow()
+        qtbot.waitUntil(window.isActiveWindow)
+        return window
+
+    return show
 
 
 @pytest.fixture

@@ -102,14 +102,10 @@ def focused_run(run: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def opened(qtbot: Any) -> Callable[[Path], RecordedWindow]:
+def opened(shown: Callable[[Any], Any]) -> Callable[[Path], RecordedWindow]:
     def show(folder: Path) -> RecordedWindow:
         application()
-        window = RecordedWindow(viewed(folder), LIGHT)
-        qtbot.addWidget(window)
-        window.show()
-        window.activateWindow()
-        qtbot.waitUntil(window.isActiveWindow)
+        window: RecordedWindow = shown(RecordedWindow(viewed(folder), LIGHT))
         return window
 
     return show

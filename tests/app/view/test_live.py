@@ -109,14 +109,10 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def opened(qtbot: Any) -> Callable[[Path], LiveWindow]:
+def opened(shown: Callable[[Any], Any]) -> Callable[[Path], LiveWindow]:
     def show(folder: Path) -> LiveWindow:
         application()
-        window = LiveWindow(Watched(folder), LIGHT)
-        qtbot.addWidget(window)
-        window.show()
-        window.activateWindow()
-        qtbot.waitUntil(window.isActiveWindow)
+        window: LiveWindow = shown(LiveWindow(Watched(folder), LIGHT))
         return window
 
     return show

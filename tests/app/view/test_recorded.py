@@ -17,9 +17,10 @@ from PySide6.QtGui import QImage
 from app.view.application import application
 from app.view.chart import Chart
 from app.view.folder import viewed
-from app.view.recorded.frf_page import FrfPage, decibels
+from app.view.recorded.frf_page import FrfPage
 from app.view.recorded.laws_page import LawsPage
 from app.view.recorded.modes_page import ModesPage
+from app.view.recorded.overlays import decibels
 from app.view.recorded.window import RecordedWindow
 from app.view.theme import DARK, LIGHT
 
@@ -27,14 +28,10 @@ Open = Callable[[Path], RecordedWindow]
 
 
 @pytest.fixture
-def opened(qtbot: Any) -> Open:
+def opened(shown: Callable[[Any], Any]) -> Open:
     def show(folder: Path) -> RecordedWindow:
         application()
-        window = RecordedWindow(viewed(folder), LIGHT)
-        qtbot.addWidget(window)
-        window.show()
-        window.activateWindow()
-        qtbot.waitUntil(window.isActiveWindow)
+        window: RecordedWindow = shown(RecordedWindow(viewed(folder), LIGHT))
         return window
 
     return show
