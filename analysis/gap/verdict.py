@@ -35,12 +35,12 @@ def judge(bench: Bench, found: Found, tried: HeldOut | None) -> Judgement:
     if bench.agrees(found.fit):
         return Judgement("explained", True, "with the effects named, twin and data agree to the noise")
     share = explained(bench, found.baseline, found.fit)
-    named = found.fit.log_evidence - found.baseline.log_evidence
-    nameless = unknown_evidence(bench.sweeps, found.baseline.residual, found.baseline.state)
     if share < EXPLAINED:
         return Judgement("unknown", False, f"the best effects explain {100 * share:.0f} % of the gap only")
     if len(found.effects) > 1:
         return Judgement("unknown", False, "it takes several effects to explain most of it, and a rest remains")
+    named = found.fit.log_evidence - found.baseline.log_evidence
+    nameless = unknown_evidence(bench.sweeps, found.baseline.residual, found.baseline.state)
     if nameless > named:
         return Judgement("unknown", False, "a smooth discrepancy without a name explains the gap better")
     return Judgement(

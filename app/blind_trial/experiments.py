@@ -52,18 +52,7 @@ def draw_experiment(
                 "room_temperature": round(float(rng.uniform(18.0, 26.0)), 1),
             },
             "sweep": {**sweep, "repeats": REPEATS, "levels": levels},
-            "programme": {
-                "lowest": lowest,
-                "highest": lowest + every * (count - 1),
-                "every": every,
-                "legs": legs,
-                "ramp_rate": float(rng.choice([0.8, 1.0, 1.2])),
-                "approach_rate": 3.0,
-                "lead": 4.0,
-                "soak_before": 300.0,
-                "tolerance": 0.4,
-                "poll_interval": 10.0,
-            },
+            "programme": _programme(rng, lowest, every, count, legs),
             "limits": {
                 "coldest": -20.0,
                 "hottest": 90.0,
@@ -74,6 +63,23 @@ def draw_experiment(
             "simulation": {"seed": int(rng.integers(2**31)), "gain": gain, "laws": draw_laws(rng)},
         }
     )
+
+
+def _programme(
+    rng: np.random.Generator, lowest: float, every: float, count: int, legs: tuple[str, ...]
+) -> dict[str, object]:
+    return {
+        "lowest": lowest,
+        "highest": lowest + every * (count - 1),
+        "every": every,
+        "legs": legs,
+        "ramp_rate": float(rng.choice([0.8, 1.0, 1.2])),
+        "approach_rate": 3.0,
+        "lead": 4.0,
+        "soak_before": 300.0,
+        "tolerance": 0.4,
+        "poll_interval": 10.0,
+    }
 
 
 def draw_laws(rng: np.random.Generator) -> Laws:

@@ -58,44 +58,53 @@ def _sprung(state: PlateState, circumstances: Circumstances, values: Values) -> 
     return state.with_(point_loads=(*state.point_loads, load))
 
 
-def _cavity_card(experiment: Experiment) -> EffectCard:
+def _resonance(name: str, experiment: Experiment) -> Parameter:
+    """Frequency somewhere in the band."""
     low, high = experiment.protocol.band
+    return Parameter(name, "Hz", low, high, 100.0, shape=True, typical=0.5 * (low + high))
+
+
+def _oscillator(ratio: Real, quality: float) -> tuple[Real, Real]:
+    """Real part of 1/(1 - s**2 + j s/Q), and minus its imaginary part."""
+    below, lost = 1.0 - ratio**2, ratio / quality
+    size = below**2 + lost**2
+    return below / size, lost / size
+
+
+def _cavity_card(experiment: Experiment) -> EffectCard:
     return _card(
         "cavity",
         "the air between plate and table resonates",
         Parameter("mass", "kg/m2", 0.0, 0.5, 0.02),
-        Parameter("resonance", "Hz", low, high, 100.0, shape=True, typical=0.5 * (low + high)),
+        _resonance("resonance", experiment),
     )
 
 
 def _above_cavity(state: PlateState, circumstances: Circumstances, values: Values) -> PlateState:
     """Impedance per area of a mass that follows through a spring: j w m / (1 - s**2 + j s/Q), Q = 12."""
-    s = circumstances.frequency / values["resonance"]
-    below, lost = 1.0 - s**2, s / 12.0
-    size = below**2 + lost**2
+    real, lost = _oscillator(circumstances.frequency / values["resonance"], 12.0)
     omega = 2.0 * np.pi * circumstances.frequency
     return state.with_(
-        area_mass=state.area_mass + values["mass"] * below / size,
-        area_resistance=state.area_resistance + values["mass"] * omega * lost / size,
+        area_mass=state.area_mass + values["mass"] * real,
+        area_resistance=state.area_resistance + values["mass"] * omega * lost,
     )
 
 
 def _filter_card(experiment: Experiment) -> EffectCard:
-    low, high = experiment.protocol.band
     return _card(
         "filter_ripple",
         "a conditioner's second-order filter rings inside the band",
         Parameter("height", "1", 0.0, 0.5, 0.02),
-        Parameter("corner", "Hz", low, high, 100.0, shape=True, typical=0.5 * (low + high)),
+        _resonance("corner", experiment),
     )
 
 
 def _filtered(state: PlateState, circumstances: Circumstances, values: Values) -> PlateState:
     """Multiply responses by 1 + height s j/Q / (1 - s**2 + j s/Q), Q = 4."""
     s = circumstances.frequency / values["corner"]
-    below, lost = 1.0 - s**2, s / 4.0
-    size = below**2 + lost**2
-    real, imaginary = 1.0 + values["height"] * lost**2 / size, values["height"] * lost * below / size
+    through, lost = _oscillator(s, 4.0)
+    height = values["height"] * s / 4.0
+    real, imaginary = 1.0 + height * lost, height * through
     return state.with_(
         log_gain=state.log_gain + 0.5 * np.log(real**2 + imaginary**2),
         phase=state.phase + np.arctan(imaginary / real),
@@ -113,12 +122,11 @@ STRANGERS: Mapping[str, Effect] = {
 
 
 def _resonator_card(experiment: Experiment) -> EffectCard:
-    low, high = experiment.protocol.band
     return _card(
         "resonator",
         "a mass on a spring sits at a point that nobody declared",
         Parameter("mass", "kg", 0.0, 0.02, 1e-4),
-        Parameter("resonance", "Hz", low, high, 100.0, shape=True, typical=0.5 * (low + high)),
+        _resonance("resonance", experiment),
     )
 
 

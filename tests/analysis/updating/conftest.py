@@ -1,9 +1,12 @@
 """A twin small enough to be written down: modes whose stiffness is affine in C1 = E/(1-nu^2) and C2 = nu C1."""
 
+from collections.abc import Iterable
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from analysis.frf import Frf
 from analysis.material import MaterialBox
 
 
@@ -35,6 +38,31 @@ class AffineModes:
 
     def frf(self, e: float, nu: float, eta: float, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
         return self.sensitivities(e, nu, eta, frequency)[0]
+
+    def measured(
+        self,
+        temperature: NDArray[np.float64],
+        constants: Iterable[tuple[float, float, float]],
+        gain: float,
+        rng: np.random.Generator,
+        noise: float = 0.01,
+    ) -> Frf:
+        """One sweep at each temperature, with white noise of a share of its rms."""
+        frequency = np.arange(100.0, 1500.0, 1.0)
+        clean = gain * np.array([self.frf(*row, frequency) for row in constants])
+        variance = np.full(clean.shape, noise**2) * (np.abs(clean) ** 2).mean((1, 2), keepdims=True)
+        error = rng.standard_normal((2, *clean.shape)) * np.sqrt(variance / 2)
+        return Frf(
+            temperature=temperature,
+            direction=("up",) * len(temperature),
+            level=np.ones(len(temperature)),
+            frequency=frequency,
+            h=clean + error[0] + 1j * error[1],
+            variance=variance,
+            coherence=np.ones(clean.shape),
+            excluded=np.zeros(len(frequency), dtype=bool),
+            channels=tuple(f"S{k + 1}" for k in range(len(self.residues))),
+        )
 
 
 @pytest.fixture

@@ -12,24 +12,9 @@ from analysis.updating.update import update
 TEMPERATURE = np.linspace(5.0, 55.0, 5)
 
 
-def measured(twin, sensors: int, seed: int) -> Frf:
-    rng = np.random.default_rng(seed)
-    frequency = np.arange(100.0, 1500.0, 1.0)
+def measured(twin, seed: int) -> Frf:
     laws = zip(2.8e9 * np.exp(-0.02 * TEMPERATURE), 0.34 + 0.002 * TEMPERATURE, 5 * [0.05], strict=True)
-    clean = 12.0 * np.array([twin.frf(*law, frequency) for law in laws])
-    variance = np.full(clean.shape, 1e-4) * (np.abs(clean) ** 2).mean((1, 2), keepdims=True)
-    error = rng.standard_normal((2, *clean.shape)) * np.sqrt(variance / 2)
-    return Frf(
-        temperature=TEMPERATURE,
-        direction=("up",) * len(TEMPERATURE),
-        level=np.ones(len(TEMPERATURE)),
-        frequency=frequency,
-        h=clean + error[0] + 1j * error[1],
-        variance=variance,
-        coherence=np.ones(clean.shape),
-        excluded=np.zeros(len(frequency), dtype=bool),
-        channels=tuple(f"S{k + 1}" for k in range(sensors)),
-    )
+    return twin.measured(TEMPERATURE, laws, 12.0, np.random.default_rng(seed))
 
 
 @pytest.mark.parametrize(
@@ -38,7 +23,7 @@ def measured(twin, sensors: int, seed: int) -> Frf:
 )
 def test_inverted_channels_are_found(affine_modes, sensors: int, inverted: tuple[str, ...]) -> None:
     twin = affine_modes(np.random.default_rng(7), sensors=sensors)
-    right = measured(twin, sensors, 1)
+    right = measured(twin, 1)
     wrong = replace(right.turned(inverted), notes=())
     found, begin = upright(wrong, twin)
     np.testing.assert_array_equal(found.h, right.h)
@@ -49,5 +34,5 @@ def test_inverted_channels_are_found(affine_modes, sensors: int, inverted: tuple
 
 def test_another_plate_is_not_taken_for_an_inverted_channel(affine_modes) -> None:
     twin = affine_modes(np.random.default_rng(7), sensors=2)
-    frf = measured(affine_modes(np.random.default_rng(8), sensors=2), 2, 2)
+    frf = measured(affine_modes(np.random.default_rng(8), sensors=2), 2)
     assert upright(frf, twin)[0] is frf

@@ -19,21 +19,7 @@ ETA_TRUE = 0.035 + 0.05 * np.exp(-(((TEMPERATURE - 15.0) / 15.0) ** 2))
 
 
 def measured(twin, rng: np.random.Generator, noise: float = 0.01) -> Frf:
-    frequency = np.arange(100.0, 1500.0, 1.0)
-    clean = GAIN * np.array([twin.frf(*truth, frequency) for truth in zip(E_TRUE, NU_TRUE, ETA_TRUE, strict=True)])
-    variance = np.full(clean.shape, noise**2) * (np.abs(clean) ** 2).mean((1, 2), keepdims=True)
-    error = rng.standard_normal((2, *clean.shape)) * np.sqrt(variance / 2)
-    return Frf(
-        temperature=TEMPERATURE,
-        direction=("up",) * len(TEMPERATURE),
-        level=np.ones(len(TEMPERATURE)),
-        frequency=frequency,
-        h=clean + error[0] + 1j * error[1],
-        variance=variance,
-        coherence=np.ones(clean.shape),
-        excluded=np.zeros(len(frequency), dtype=bool),
-        channels=("S1",),
-    )
+    return twin.measured(TEMPERATURE, zip(E_TRUE, NU_TRUE, ETA_TRUE, strict=True), GAIN, rng, noise)
 
 
 def errors_in_sigma(result: Updated) -> NDArray[np.float64]:
