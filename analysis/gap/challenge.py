@@ -80,7 +80,7 @@ def _swapped(
         for trial in refits:
             if trial.fit is None or not trial.plausible:
                 continue
-            least = fit.log_evidence + CLASS_NATS * bench.overstated if best is None else best.log_evidence
+            least = fit.log_evidence + CLASS_NATS * bench.sweeps.overstated if best is None else best.log_evidence
             if trial.fit.log_evidence > least:
                 best = trial.fit
     return best

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from analysis.gap.thresholds import CLASS_COSINE, CLASS_NATS, TEMPERATURE_OF_CONFIDENCE
+from analysis.gap.thresholds import CLASS_COSINE, CLASS_NATS, TEMPERATURE_OF_CONFIDENCE, UNLISTED
 
 
 def equivalents(rivals: Mapping[str, float], mimicry: Mapping[str, float]) -> tuple[str, ...]:
@@ -40,7 +40,10 @@ def against(gain: float, rivals: Mapping[str, float], unknown: float, chi2_per_d
 
 
 def probability(
-    others: Mapping[str, float], alike: Sequence[str], temperature: float = TEMPERATURE_OF_CONFIDENCE
+    others: Mapping[str, float],
+    alike: Sequence[str],
+    temperature: float = TEMPERATURE_OF_CONFIDENCE,
+    unlisted: float = UNLISTED,
 ) -> float:
     """Probability that an effect, or one of its equivalents, is present.
 
@@ -52,8 +55,10 @@ def probability(
         Its equivalents.
     temperature : float
         By which differences of evidence are divided.
+    unlisted : float
+        Probability that a cause of which no library knows acts as the effect does: no evidence speaks against it.
     """
     mine = [0.0, *(others[name] for name in alike)]
     scaled = np.array(mine + [value for name, value in others.items() if name not in alike]) / temperature
     weight = np.exp(scaled - scaled.max())
-    return float(weight[: len(mine)].sum() / weight.sum())
+    return float((1.0 - unlisted) * weight[: len(mine)].sum() / weight.sum())

@@ -141,12 +141,12 @@ def _laws(sweeps: GapSweeps, fit: GapFit) -> FittedLaws:
 
 def _named(bench: Bench, found: Found, name: str) -> NamedEffect:
     card, fit, without = bench.model.cards[name], found.fit, found.without[name]
-    rivals = {other: gain / bench.overstated for other, gain in found.rivals[name].items()}
+    rivals = {other: gain / bench.sweeps.overstated for other, gain in found.rivals[name].items()}
     alike = equivalents(rivals, {other: mimicry(found.last, name, other) for other in rivals})
-    gain = (fit.log_evidence - without.log_evidence) / bench.overstated
-    unknown = unknown_evidence(bench.sweeps, without.residual, without.state) / bench.overstated
+    gain = (fit.log_evidence - without.log_evidence) / bench.sweeps.overstated
+    unknown = unknown_evidence(bench.sweeps, without.residual, without.state) / bench.sweeps.overstated
     others = against(gain, rivals, unknown, fit.total / fit.dof)
-    spread = _inflation(fit) * float(np.sqrt(bench.overstated))
+    spread = _inflation(fit) * float(np.sqrt(bench.sweeps.overstated))
     estimates = [
         Estimate(parameter, fit.state.effects[name][parameter], float(sigma) * spread, p.unit)
         for (effect, parameter), p, sigma in zip(fit.free.names, fit.free.cards, fit.sigma, strict=True)
@@ -192,8 +192,8 @@ def _candidates(bench: Bench, found: Found) -> tuple[CandidateRow, ...]:
         rows.append(
             CandidateRow(
                 effect=c.effects[0],
-                screened=c.gain / bench.overstated,
-                fitted=trial.gain / bench.overstated if trial else None,
+                screened=c.gain / bench.sweeps.overstated,
+                fitted=trial.gain / bench.sweeps.overstated if trial else None,
                 share=explained(bench, found.baseline, full) if full else None,
                 kept=kept[c.effects[0]],
                 cosine=float(table[place, winner]) if winner is not None else 0.0,

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 from analysis.gap.effect_card import Values
 from analysis.gap.fit import fit_gap
@@ -16,7 +15,6 @@ from analysis.gap.sweeps import GapSweeps
 from analysis.gap.thresholds import (
     COARSE_TEMPERATURES,
     LEAST_GAIN,
-    MODEL_ERROR_ALONG,
     REFIT_SHARE,
     WHITENESS,
     Z_FLOOR,
@@ -61,28 +59,14 @@ class Bench:
         """Score test of all candidates at `fit`."""
         return screen(self.model, self.sweeps, fit, self.executor)
 
-    @cached_property
-    def allowed(self) -> float:
-        """Chi2 that the twin's own error may leave."""
-        return self.sweeps.twin_error**2 * self.sweeps.power
-
-    @cached_property
-    def overstated(self) -> float:
-        """How many times evidence overstates itself, the twin's own error being common to all lines.
-
-        Along a tangent the residual has the noise's variance 1 and that of the error: a log evidence of g counts
-        as g over their sum.
-        """
-        return 1.0 + MODEL_ERROR_ALONG**2 * self.allowed
-
     @property
     def least_gain(self) -> float:
         """Log evidence that an effect must bring, nats, as the likelihood counts them."""
-        return LEAST_GAIN * self.overstated
+        return LEAST_GAIN * self.sweeps.overstated
 
     def z(self, fit: GapFit) -> float:
         """Excess of a fit's chi2 over noise and the twin's own error, in its standard deviations."""
-        return self.noise.z(fit.total - min(self.allowed, max(self.excess(fit), 0.0)), fit.dof)
+        return self.noise.z(fit.total - min(self.sweeps.allowed, max(self.excess(fit), 0.0)), fit.dof)
 
     def excess(self, fit: GapFit) -> float:
         """Chi2 beyond what noise leaves."""
@@ -92,7 +76,7 @@ class Bench:
         """Whether a fit leaves nothing but noise and the twin's own error, which need not be white."""
         if self.z(fit) > (Z_NAMED if fit.state.effects else Z_FLOOR):
             return False
-        return self.excess(fit) <= self.allowed or max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
+        return self.excess(fit) <= self.sweeps.allowed or max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
 
     @property
     def coarse_groups(self) -> list[int]:

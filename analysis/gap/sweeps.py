@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from analysis.gap.groups import TemperatureGroups, mean_laws
 from analysis.gap.model import SweepPoint
 from analysis.gap.noise import NoiseCheck, check_noise
 from analysis.gap.numerical_floor import NumericalFloor
-from analysis.gap.thresholds import MODEL_ERROR, READING_SIGMA, SHARPEST
+from analysis.gap.thresholds import MODEL_ERROR, MODEL_ERROR_ALONG, READING_SIGMA, SHARPEST
 from analysis.updating.update import Updated
 
 
@@ -76,6 +77,20 @@ class GapSweeps:
         """Sum of |h|^2 in units of the noise: a residual of a share e of |h| has a chi2 of e**2 times this."""
         white = np.array([s.whitened(s.coefficients) for s in self.compressed])
         return float((np.abs(white[self.rows]) ** 2).sum())
+
+    @cached_property
+    def allowed(self) -> float:
+        """Chi2 that the twin's own error may leave."""
+        return self.twin_error**2 * self.power
+
+    @cached_property
+    def overstated(self) -> float:
+        """How many times evidence overstates itself, the twin's own error being common to all lines.
+
+        Along a tangent the residual has the noise's variance 1 and that of the error: a log evidence of g counts
+        as g over their sum.
+        """
+        return 1.0 + MODEL_ERROR_ALONG**2 * self.allowed
 
     @property
     def between(self) -> tuple[float, float]:

@@ -51,6 +51,9 @@ is one in 30000; a fit's own parameters only push it down."""
 LEAST_GAIN = 10.0
 """Nats of evidence an effect must bring: with some twenty candidates on a null, one false name in a thousand."""
 
+LEAST_REST = 10.0
+"""Nats of evidence for a nameless discrepancy in what named effects leave: what would make a name makes a rest."""
+
 REFITTED = 5
 """Candidates of a screen that are fitted in full: the right one was among the first three wherever tried."""
 
@@ -99,6 +102,9 @@ LEAST_SIZE = 1.5
 
 TEMPERATURE_OF_CONFIDENCE = 3.0
 """Divides differences of log evidence before the softmax: a likelihood overstates itself where models err."""
+
+UNLISTED = 0.03
+"""Share of names that stand in for a cause which is in no library: no evidence tells it, calibration trials do."""
 
 HELD_OUT_SHARE = 0.5
 """Closure on held-out data below which named effects are a fit and no explanation."""

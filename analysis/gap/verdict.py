@@ -6,7 +6,7 @@ from analysis.gap.held_out import HeldOut
 from analysis.gap.refit import Bench, explained
 from analysis.gap.report import Verdict
 from analysis.gap.search import Found
-from analysis.gap.thresholds import EXPLAINED
+from analysis.gap.thresholds import EXPLAINED, LEAST_REST
 from analysis.gap.unknown import unknown_evidence
 
 
@@ -32,7 +32,8 @@ def judge(bench: Bench, found: Found, tried: HeldOut | None) -> Judgement:
     if not tried.holds:
         verdict: Verdict = "none" if silent else "unknown"
         return Judgement(verdict, False, f"what was found does not hold on data left out ({tried.what})")
-    if bench.agrees(found.fit):
+    rest = unknown_evidence(bench.sweeps, found.fit.residual, found.fit.state) / bench.sweeps.overstated
+    if bench.agrees(found.fit) and rest < LEAST_REST:
         return Judgement("explained", True, "with the effects named, twin and data agree to the noise")
     share = explained(bench, found.baseline, found.fit)
     if share < EXPLAINED:

@@ -1,4 +1,4 @@
-"""Whether a stated probability comes true as often as it says, and the temperature with which it would."""
+"""Whether a stated probability comes true as often as it says, and the settings with which it would."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,8 @@ from app.blind_trial.outcome import Named, Outcome
 
 BINS = 5
 """Of equally many claims each: a trial has some dozens of them."""
-TEMPERATURES = np.geomspace(0.5, 100.0, 81)
+TEMPERATURES = np.geomspace(0.5, 20.0, 41)
+UNLISTED = np.linspace(0.0, 0.5, 101)
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Reliability:
 
 
 def claims(outcomes: Sequence[Outcome]) -> list[tuple[Named, bool]]:
-    """Every effect claimed, and whether it, or an equivalent, is there."""
+    """Every effect claimed, and whether it, an equivalent, or what it is a look-alike of, is there."""
     return [(named, o.is_there(named)) for o in outcomes for named in o.named]
 
 
@@ -51,17 +52,17 @@ def reliability(stated: NDArray[np.float64], right: NDArray[np.bool_], bins: int
     )
 
 
-def best_temperature(found: Sequence[tuple[Named, bool]]) -> float | None:
-    """Return the temperature of confidence under which the claims were likeliest; None without a wrong claim.
-
-    Without one every temperature is too high, and none is best.
-    """
-    right = np.array([true for _, true in found], dtype=bool)
-    if not found or right.all():
+def likeliest_confidence(found: Sequence[tuple[Named, bool]]) -> dict[str, float] | None:
+    """Return TEMPERATURE_OF_CONFIDENCE and UNLISTED under which the claims were likeliest; None without any."""
+    if not found:
         return None
-    losses = []
+    right = np.array([true for _, true in found], dtype=bool)
+    best, least = None, np.inf
     for temperature in TEMPERATURES:
-        p = np.array([probability(n.against, n.equivalent, temperature=float(temperature)) for n, _ in found])
-        p = np.clip(p, 1e-9, 1.0 - 1e-9)
-        losses.append(-float(np.log(np.where(right, p, 1.0 - p)).sum()))
-    return float(TEMPERATURES[int(np.argmin(losses))])
+        p = [probability(n.against, n.equivalent, temperature=float(temperature), unlisted=0.0) for n, _ in found]
+        stated = np.clip((1.0 - UNLISTED[:, None]) * p, 1e-9, 1.0 - 1e-9)
+        losses = -np.log(np.where(right, stated, 1.0 - stated)).sum(1)
+        if losses.min() < least:
+            least = losses.min()
+            best = {"temperature": float(temperature), "unlisted": float(UNLISTED[losses.argmin()])}
+    return best

@@ -37,7 +37,7 @@ class Hidden:
     effects : mapping
         Parameters by effect.
     size : dict
-        In sigma, by effect, each by itself.
+        In sigma of noise and the twin's own error, by effect, each by itself.
     cosine : float or None
         Between the signals of two.
     imitations : dict

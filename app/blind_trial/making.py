@@ -74,6 +74,7 @@ def record(
             name: {p.name: p.sigma for p in specimen.cards[name].amplitudes} for name in hidden.effects
         },
         "size_sigma": hidden.size,
+        "sigma": yard.sigma,
         "cosine": hidden.cosine,
         "imitations": hidden.imitations,
         "legs": sorted(set(shown.direction), reverse=True),

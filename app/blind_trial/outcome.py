@@ -56,7 +56,7 @@ class Outcome:
     scale : mapping
         Prior standard deviations of the amplitudes, by effect: shapes (a place, a rate) have none here.
     size : mapping
-        Of each effect, in sigma.
+        Of each effect, in sigma of noise and the twin's own error.
     cosine : float or None
         Between two of them.
     imitations : mapping
@@ -104,11 +104,7 @@ class Outcome:
     @property
     def declared_unknown(self) -> bool:
         """Unknown, or a name that does the same in this campaign: a look-alike of what is hidden."""
-        if self.verdict == "unknown":
-            return True
-        return bool(self.named) and all(
-            any(self.imitations.get(member, 0.0) > CLASS_COSINE for member in n.members) for n in self.named
-        )
+        return self.verdict == "unknown" or (bool(self.named) and all(self._acts_alike(n) for n in self.named))
 
     def record(self) -> dict[str, Any]:
         """Return it for a file."""
@@ -130,8 +126,12 @@ class Outcome:
         }
 
     def is_there(self, named: Named) -> bool:
-        """Whether a claimed class holds an effect that is there."""
-        return bool(named.members & set(self.effects))
+        """Whether a claimed class holds an effect that is there, or a look-alike of what the library lacks."""
+        lacking = self.kind in ("outside", "ablated")
+        return self._acts_alike(named) if lacking else bool(named.members & set(self.effects))
+
+    def _acts_alike(self, named: Named) -> bool:
+        return any(self.imitations.get(member, 0.0) > CLASS_COSINE for member in named.members)
 
 
 def outcome(truth: Record, verdict: Record | None) -> Outcome:

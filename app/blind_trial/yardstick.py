@@ -1,4 +1,7 @@
-"""How large a hidden effect is in a campaign: in sigma, after everything else has absorbed what it can."""
+"""How large a hidden effect is in a campaign: in sigma, after everything else has absorbed what it can.
+
+A sigma is what the comparison goes by: that of the noise and of the twin's own error, common to all lines.
+"""
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
@@ -65,6 +68,11 @@ class Yardstick:
         sweeps = prepare(frf, specimen.twin.experiment.protocol, updated)[0]
         return cls(specimen, sweeps, starting_state(updated, sweeps.groups), noise, executor)
 
+    @property
+    def sigma(self) -> float:
+        """Of noise and the twin's own error along any one effect, in sigma of the noise."""
+        return float(np.sqrt(self.sweeps.overstated))
+
     def signal(self, effects: Mapping[str, Values]) -> Complex:
         """Return what `effects` add to the recorded FRFs, as spline coefficients (T, K, n), V/V."""
         plain, other = self.specimen.transfer({}), self.specimen.transfer(effects)
@@ -78,11 +86,11 @@ class Yardstick:
         equations = linearise_all(self.specimen.twin, seen, self.state, (), self.executor)
         head = arrow(seen, equations, self.state)
         chi2 = sum(e.chi2 for e in equations) - head.promised - float(head.gradient[0] ** 2 / head.matrix[0, 0])
-        return float(np.sqrt(max(chi2, 0.0)))
+        return float(np.sqrt(max(chi2, 0.0))) / self.sigma
 
     def left(self, signal: Complex) -> float:
         """Return the size of a signal once laws, readings and gain are fitted to it, however far they move."""
-        return float(np.sqrt(self._fitted(self._with(signal)).total))
+        return float(np.sqrt(self._fitted(self._with(signal)).total)) / self.sigma
 
     def _fitted(self, seen: GapSweeps) -> GapFit:
         return fit_gap(self.specimen.twin, seen, self.state, (), self.executor)

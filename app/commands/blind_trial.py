@@ -65,8 +65,10 @@ def command(
     record = _proven(trial)
     output.result(lambda: record, lambda: _show(record))
     missed = [row["name"] for row in record["figures"] if row["met"] is False]
-    if calibrate:
-        output.summary(f"likeliest TEMPERATURE_OF_CONFIDENCE: {record['best_temperature']}")
+    likeliest = record["likeliest_confidence"]
+    if calibrate and likeliest:
+        settings = ", ".join(f"{name} {value:.2g}" for name, value in likeliest.items())
+        output.summary(f"likeliest confidence: {settings} (TEMPERATURE_OF_CONFIDENCE and UNLISTED)")
     output.summary(f"{count} campaigns, {len(missed)} figures miss their targets; results in {folder}")
     if missed:
         raise click.exceptions.Exit(1)
@@ -74,7 +76,7 @@ def command(
 
 def _proven(trial: "Trial") -> dict[str, Any]:
     """Score a trial, and write proof.json and proof.png."""
-    from app.blind_trial.calibration import best_temperature, claims
+    from app.blind_trial.calibration import claims, likeliest_confidence
     from app.blind_trial.outcome import read_outcome
     from app.blind_trial.proof import figures
     from app.blind_trial.proof_figure import proof_figure
@@ -86,7 +88,7 @@ def _proven(trial: "Trial") -> dict[str, Any]:
     record = {
         "trial": trial.record(),
         "figures": [figure.record() for figure in figures(outcomes)],
-        "best_temperature": best_temperature(claims(outcomes)),
+        "likeliest_confidence": likeliest_confidence(claims(outcomes)),
         "campaigns": [o.record() for o in outcomes],
     }
     write_json(trial.folder / "proof.json", record)

@@ -10,8 +10,8 @@ def test_near_rivals_and_look_alikes_make_a_class():
     assert equivalents(rivals, {"twin": 0.97, "far": 0.5}) == ("near", "twin")
 
 
-def stated(gain, rivals, alike, unknown, chi2_per_dof, **settings):
-    return probability(against(gain, rivals, unknown, chi2_per_dof), alike, **settings)
+def stated(gain, rivals, alike, unknown, chi2_per_dof, unlisted=0.0, **settings):
+    return probability(against(gain, rivals, unknown, chi2_per_dof), alike, unlisted=unlisted, **settings)
 
 
 def test_a_clear_winner_is_sure_and_a_tie_is_not():
@@ -27,6 +27,10 @@ def test_what_an_unknown_explains_better_is_no_name():
 def test_a_residual_takes_confidence_away():
     sure = stated(60.0, {"other": -12.0}, (), 0.0, 1.0)
     assert stated(60.0, {"other": -12.0}, (), 0.0, 30.0) < sure - 0.1
+
+
+def test_no_evidence_speaks_against_a_cause_that_is_in_no_library():
+    assert stated(5000.0, {}, (), 0.0, 1.0, unlisted=0.04) == pytest.approx(0.96, abs=1e-6)
 
 
 def test_a_higher_temperature_is_less_sure():

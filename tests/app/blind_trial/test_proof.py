@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.blind_trial.calibration import best_temperature, claims, reliability
+from app.blind_trial.calibration import claims, likeliest_confidence, reliability
 from app.blind_trial.outcome import Named, Outcome, outcome
 from app.blind_trial.proof import figures
 from app.blind_trial.proof_figure import confusion, proof_figure
@@ -124,10 +124,27 @@ def test_the_temperature_makes_claims_as_sure_as_they_are_true():
     found = [
         campaign("single", ("x",), named=(Named("x" if k % 4 else "y", (), 1.0, against, {}),)) for k in range(100)
     ]
-    best = best_temperature(claims(found))
+    best = likeliest_confidence(claims(found))
     assert best is not None
-    assert 4.0 / best == pytest.approx(np.log(3.0), rel=0.05)
-    assert best_temperature(claims(found[1:4])) is None
+    odds = np.exp(4.0 / best["temperature"])
+    assert (1.0 - best["unlisted"]) * odds / (1.0 + odds) == pytest.approx(0.75, rel=0.02)
+    assert likeliest_confidence([]) is None
+
+
+def test_names_of_all_evidence_that_are_wrong_are_unlisted_causes():
+    """Nine of ten come true, none of them in doubt: no temperature tells which."""
+    found = [
+        campaign("single", ("x",), named=(Named("x" if k % 10 else "y", (), 1.0, {"nothing": -900.0}, {}),))
+        for k in range(100)
+    ]
+    best = likeliest_confidence(claims(found))
+    assert best is not None
+    assert best["unlisted"] == pytest.approx(0.1, abs=0.01)
+
+
+def test_a_look_alike_of_what_the_library_lacks_is_no_wrong_name():
+    found = [campaign("ablated", ("x",), named=(named("y"),), imitations={"y": cosine}) for cosine in (0.97, 0.9)]
+    assert [true for _, true in claims(found)] == [True, False]
 
 
 def test_an_outcome_is_read_from_truth_and_verdict():

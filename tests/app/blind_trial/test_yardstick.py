@@ -36,7 +36,7 @@ def test_another_gain_is_no_signal_at_all(yard: Yardstick):
 
 def test_a_feedthrough_keeps_nearly_all_of_its_size(yard: Yardstick):
     signal = yard.signal({"feedthrough": {"gain": 2e-4}})
-    kept = yard.size(signal) / white(yard, signal)
+    kept = yard.size(signal) * yard.sigma / white(yard, signal)
     assert 0.5 < kept <= 1.0
 
 

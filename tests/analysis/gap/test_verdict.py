@@ -1,0 +1,80 @@
+"""Which verdict follows from what a search leaves, rule by rule."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from analysis.gap import verdict
+from analysis.gap.held_out import HeldOut
+from analysis.gap.thresholds import LEAST_REST
+from analysis.gap.verdict import judge
+
+GAP, NOISE = 1000.0, 10.0
+"""Excess chi2 of the plain twin, and up to which a twin agrees with the data."""
+
+
+def fit(excess: float, evidence: float) -> Any:
+    return SimpleNamespace(total=excess, log_evidence=evidence, residual=None, state=None)
+
+
+@pytest.fixture
+def judged(monkeypatch: pytest.MonkeyPatch):
+    """Judge effects that leave an excess, and a nameless discrepancy behind the gap and behind the rest, nats."""
+
+    def answer(
+        effects: int,
+        left: float,
+        *,
+        gap: float = GAP,
+        holds: bool = True,
+        nameless: float = 0.0,
+        rest: float = 0.0,
+    ) -> str:
+        before, after = fit(gap, 0.0), fit(left, 0.5 * (gap - left))
+        monkeypatch.setattr(
+            verdict, "unknown_evidence", lambda sweeps, residual, state: rest if residual == "rest" else nameless
+        )
+        after.residual = "rest"
+        bench: Any = SimpleNamespace(
+            sweeps=SimpleNamespace(overstated=2.0), excess=lambda f: f.total, agrees=lambda f: f.total <= NOISE
+        )
+        found: Any = SimpleNamespace(
+            baseline=before, fit=after if effects else before, effects=tuple("abc"[:effects])
+        )
+        tried = HeldOut("every second temperature", 2.0, 1.0 if holds else 3.0, 1.0, 0.1, 0.01, 1.0)
+        return judge(bench, found, tried if effects else None).verdict
+
+    return answer
+
+
+def test_without_effects_it_is_none_or_unknown(judged):
+    assert judged(0, 0.0, gap=NOISE) == "none"
+    assert judged(0, 0.0) == "unknown"
+
+
+def test_names_that_leave_noise_explain(judged):
+    assert judged(1, 5.0) == judged(3, 5.0) == "explained"
+
+
+def test_what_does_not_hold_on_other_data_is_not_claimed(judged):
+    assert judged(1, 5.0, holds=False) == "unknown"
+    assert judged(1, 5.0, gap=NOISE, holds=False) == "none"
+
+
+def test_one_effect_may_leave_a_rest_several_may_not(judged):
+    assert judged(1, 50.0) == "partly_explained"
+    assert judged(2, 50.0) == "unknown"
+    assert judged(1, 150.0) == "unknown"
+
+
+def test_a_nameless_discrepancy_that_explains_the_gap_better_is_unknown(judged):
+    assert judged(1, 50.0, nameless=400.0) == "partly_explained"
+    assert judged(1, 50.0, nameless=500.0) == "unknown"
+
+
+def test_a_rest_with_a_shape_is_not_noise_however_small(judged):
+    at_the_limit = 2.0 * LEAST_REST
+    assert judged(2, 5.0, rest=0.9 * at_the_limit) == "explained"
+    assert judged(2, 5.0, rest=at_the_limit) == "unknown"
+    assert judged(1, 5.0, rest=at_the_limit) == "partly_explained"
