@@ -10,6 +10,9 @@ from scipy.sparse import coo_matrix, csr_matrix
 
 from simulation.mesh import MeshLines, MeshRecipe
 
+REACH = 0.010
+"""How far around a block that is moved elements stretch at least, where there is room, m: four times the way that a
+sensor can be off its place."""
 Rectangle = tuple[tuple[float, float], tuple[float, float]]
 
 
@@ -118,21 +121,25 @@ class ShapeSpace:
         axis = "xy".index(derivative)
         return np.stack([np.asarray(function[0].grad)[axis, chosen] for function in self.basis.basis], axis=1)
 
-    def shifted(self, elements: NDArray[np.bool_], dx: float, dy: float) -> "ShapeSpace":
-        """Move a block of elements, with the strips around it, by (dx, dy) m.
+    def shifted(
+        self, elements: NDArray[np.bool_], dx: float, dy: float, others: Sequence[NDArray[np.bool_]] = ()
+    ) -> "ShapeSpace":
+        """Move a block of elements by (dx, dy) m; `others` are blocks that stay as they are.
 
-        The elements beside them stretch: functions and their numbers stay, and what is integrated over
-        the block depends smoothly on its place. ValueError if the block would not fit.
+        The elements around it stretch alike, up to `REACH` or as far as there is room: functions and their numbers
+        stay, and what is integrated depends smoothly on the block's place. ValueError if it would not fit.
         """
         mesh = self.basis.mesh
-        corners = mesh.p[:, np.unique(mesh.t[:, elements])]
-        margin = self.recipe.strip * (1.0 + 1e-6)
-        low, high = corners.min(axis=1) - margin, corners.max(axis=1) + margin
-        inside = ((mesh.p > low[:, None]) & (mesh.p < high[:, None])).all(axis=0)
-        moved = mesh.p + np.where(inside, np.array([[dx], [dy]]), 0.0)
-        if not (low > mesh.p.min(axis=1)).all() or not (high < mesh.p.max(axis=1)).all():
-            raise ValueError("the block lies at the plate's edge and cannot move")
-        shifted = skfem.MeshQuad(moved, mesh.t)
+        share = np.ones(mesh.p.shape[1])
+        for place, lines in zip(mesh.p, (self.x.position, self.y.position), strict=True):
+            low, high = _ends(place[mesh.t[:, elements]])
+            walls = np.array([_ends(lines), *(_ends(place[mesh.t[:, other]]) for other in others)]).ravel()
+            walls = np.concatenate([walls, lines[(lines <= low - REACH) | (lines >= high + REACH)]])
+            if low <= lines[0] or high >= lines[-1]:
+                raise ValueError("the block lies at the plate's edge and cannot move")
+            ramp = [walls[walls <= low].max(), low, high, walls[walls >= high].min()]
+            share = share * np.interp(place, ramp, [0.0, 1.0, 1.0, 0.0])
+        shifted = skfem.MeshQuad(mesh.p + share * np.array([[dx], [dy]]), mesh.t)
         basis = skfem.CellBasis(
             shifted, skfem.ElementQuadP(self.recipe.degree), intorder=self.recipe.quadrature_order
         )
@@ -216,6 +223,10 @@ class ShapeSpace:
         kept = np.zeros(self.size, bool)
         kept[self.basis.element_dofs[admitted]] = True
         return kept
+
+
+def _ends(values: NDArray[np.float64]) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
 
 
 def _scatter(blocks: NDArray[np.float64], index: NDArray[np.int_], size: int) -> csr_matrix:

@@ -85,7 +85,8 @@ class FullPlate:
 
     def moved_by(self, dx: float, dy: float) -> "FullPlate":
         """Return the plate with its first sensor (dx, dy) m off its place; ValueError where it has no room."""
-        return replace(self, space=self.space.shifted(self.under[self.moved], dx, dy))
+        others = [under for k, under in enumerate(self.under) if k != self.moved]
+        return replace(self, space=self.space.shifted(self.under[self.moved], dx, dy, others))
 
     def matrices(self, state: PlateState) -> StateMatrices:
         """Assemble `state`; discs and point loads are not in it.

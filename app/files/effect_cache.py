@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from simulation.mesh import MeshRecipe
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 4
+METHOD = 5
 """Raised whenever the same declaration would give other operators."""
 SCALARS = ("offset_range", "cell", "thickness", "error")
 PLAIN = ("capacitance", "coupling", "points", "deflection", "zone", "zone_fit", "strain", "strain_points")
