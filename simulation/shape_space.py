@@ -11,8 +11,10 @@ from scipy.sparse import coo_matrix, csr_matrix
 from simulation.mesh import MeshLines, MeshRecipe
 
 REACH = 0.010
-"""How far around a block that is moved elements stretch at least, where there is room, m: four times the way that a
+"""How far around a block that is moved elements stretch at least, where there is room, m: four times as far as a
 sensor can be off its place."""
+MOST_STRETCH = 0.75
+"""How much of their width elements around such a block may lose, at most."""
 Rectangle = tuple[tuple[float, float], tuple[float, float]]
 
 
@@ -130,22 +132,22 @@ class ShapeSpace:
         stay, and what is integrated depends smoothly on the block's place. ValueError if it would not fit.
         """
         mesh = self.basis.mesh
-        share = np.ones(mesh.p.shape[1])
-        for place, lines in zip(mesh.p, (self.x.position, self.y.position), strict=True):
+        share, stretch = np.ones(mesh.p.shape[1]), 0.0
+        for place, lines, way in zip(mesh.p, (self.x.position, self.y.position), (dx, dy), strict=True):
             low, high = _ends(place[mesh.t[:, elements]])
-            walls = np.array([_ends(lines), *(_ends(place[mesh.t[:, other]]) for other in others)]).ravel()
-            walls = np.concatenate([walls, lines[(lines <= low - REACH) | (lines >= high + REACH)]])
-            if low <= lines[0] or high >= lines[-1]:
-                raise ValueError("the block lies at the plate's edge and cannot move")
-            ramp = [walls[walls <= low].max(), low, high, walls[walls >= high].min()]
-            share = share * np.interp(place, ramp, [0.0, 1.0, 1.0, 0.0])
-        shifted = skfem.MeshQuad(mesh.p + share * np.array([[dx], [dy]]), mesh.t)
+            ends = [_ends(place[mesh.t[:, other]]) for other in others]
+            below = [lines[0], *lines[lines <= low - REACH], *(top for _, top in ends if top <= low)]
+            above = [lines[-1], *lines[lines >= high + REACH], *(bottom for bottom, _ in ends if bottom >= high)]
+            first, last = max(below), min(above)
+            stretch += abs(way) / max(min(low - first, last - high), 1e-12)
+            share = share * np.interp(place, [first, low, high, last], [0.0, 1.0, 1.0, 0.0])
+        if stretch > MOST_STRETCH:
+            raise ValueError(f"a block moved by ({dx:g}, {dy:g}) m has not the room around it")
         basis = skfem.CellBasis(
-            shifted, skfem.ElementQuadP(self.recipe.degree), intorder=self.recipe.quadrature_order
+            skfem.MeshQuad(mesh.p + share * np.array([[dx], [dy]]), mesh.t),
+            skfem.ElementQuadP(self.recipe.degree),
+            intorder=self.recipe.quadrature_order,
         )
-        turned = np.asarray(basis.mapping.detDF(basis.X)) * np.asarray(self.basis.mapping.detDF(basis.X)) <= 0.0
-        if turned.any():
-            raise ValueError(f"a block moved by ({dx:g}, {dy:g}) m runs into its neighbours")
         return replace(self, basis=basis)
 
     @property

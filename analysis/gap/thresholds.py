@@ -52,7 +52,7 @@ LEAST_GAIN = 10.0
 """Nats of evidence an effect must bring: with some twenty candidates on a null, one false name in a thousand."""
 
 LEAST_REST = 6.0
-"""Nats of evidence for a nameless discrepancy in what named effects leave, from which it is a rest and no noise: the
+"""Nats of evidence for a nameless discrepancy in what named effects leave, from which it is a rest and no noise:
 right names left 4 at most, wrong ones that fitted well 7 and more."""
 
 REFITTED = 5
