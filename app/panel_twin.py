@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 from analysis.focusing.energy import FieldSpace
@@ -50,11 +49,8 @@ class PanelTwin:
 
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> Modes:
         """Lowest `count` undamped modes, each with the damping the plate gives it (patches add none)."""
-        self.reduced.require(youngs_modulus, poisson_ratio, loss_factor)
-        stiffness = self.reduced.stiffness(youngs_modulus, poisson_ratio, loss_factor)
-        values, shapes = scipy.linalg.eigh(stiffness.real, subset_by_index=(0, count - 1))
-        damping = np.einsum("rm,rs,sm->m", shapes, stiffness.imag, shapes)
-        return Modes(values + 1j * damping, shapes, -shapes.T @ self.reduced.coupling)
+        values, shapes = self.reduced.modes(youngs_modulus, poisson_ratio, loss_factor, count)
+        return Modes(values, shapes, -shapes.T @ self.reduced.coupling)
 
 
 def panel_twin(panel: Panel, laws: MaterialLaws, report: Report) -> PanelTwin:

@@ -1,6 +1,9 @@
 """The twin of a declared experiment, its reduced basis taken from the cache where it is there."""
 
-from analysis.experiment import Experiment
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.experiment import Experiment, Plate
 from analysis.material import MaterialBox
 from app.files.basis_cache import cached_reduction
 from app.progress import Report
@@ -10,11 +13,28 @@ UPDATING_BOX = MaterialBox((0.8e9, 4.0e9), (0.30, 0.49), (0.005, 0.15))
 """What thermoplastics from a cold to a warm car interior can be, with room for a fit to walk in."""
 
 
+SHAPE_POINTS = 32
+"""Points along the longer edge of a plate on which its mode shapes are known."""
+
+
 def campaign_twin(experiment: Experiment, report: Report) -> Twin:
-    """Twin of a campaign's plate over its band, certified over `UPDATING_BOX`."""
+    """Twin of a campaign's plate over its band, certified over `UPDATING_BOX`; its shapes known on a grid."""
     return Twin.of(
         experiment,
         cached_reduction(
-            experiment.plate, experiment.patch, UPDATING_BOX, experiment.protocol.band, progress=report
+            experiment.plate,
+            experiment.patch,
+            UPDATING_BOX,
+            experiment.protocol.band,
+            points=shape_points(experiment.plate),
+            progress=report,
         ),
     )
+
+
+def shape_points(plate: Plate) -> NDArray[np.float64]:
+    """Even grid over a plate, edges included, x slowest, (K, 2), m."""
+    sides = np.array([plate.length_x, plate.length_y])
+    counts = np.maximum(np.round(SHAPE_POINTS * sides / sides.max()), 8).astype(int)
+    axes = [np.linspace(0.0, side, count) for side, count in zip(sides, counts, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from analysis.material import MaterialBox
@@ -70,6 +71,19 @@ class ReducedModel:
     def size(self) -> int:
         """Number of coordinates r."""
         return len(self.coupling)
+
+    def modes(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int
+    ) -> tuple[Complex, Real]:
+        """Lowest `count` undamped modes, each with the damping the plate gives it (patches add none).
+
+        Squares of the angular frequency (count,), rad2/s2, the damping as their imaginary part, and shapes
+        (r, count).
+        """
+        self.require(youngs_modulus, poisson_ratio, loss_factor)
+        stiffness = self.stiffness(youngs_modulus, poisson_ratio, loss_factor)
+        values, shapes = scipy.linalg.eigh(stiffness.real, subset_by_index=(0, min(count, self.size) - 1))
+        return values + 1j * np.einsum("rm,rs,sm->m", shapes, stiffness.imag, shapes), shapes
 
     def require(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike = ()

@@ -10,6 +10,7 @@ from app.view.export import picture
 from app.view.live.watched import AT_A_TIME, KEPT
 from app.view.live.window import LiveWindow
 from app.view.recorded.fields_page import FieldsPage
+from app.view.recorded.modes_page import ModesPage
 from app.view.recorded.window import RecordedWindow
 from app.view.window import Window
 
@@ -30,7 +31,7 @@ def screenshots(window: Window, folder: Path) -> list[Path]:
     for number in range(window.tabs.count()):
         page = window.page(number)
         begun = time.monotonic()
-        while isinstance(page, FieldsPage) and page.fields is None and time.monotonic() - begun < PATIENCE:
+        while isinstance(page, ModesPage | FieldsPage) and not page.ready and time.monotonic() - begun < PATIENCE:
             QApplication.processEvents()
             time.sleep(0.02)
         name = re.sub(r"\W+", "-", window.tabs.tabText(number).lower())

@@ -15,6 +15,10 @@ from app.view.theme import Theme, two_sided
 
 Real = NDArray[np.float64]
 AZIMUTH, ELEVATION = np.radians(-32.0), np.radians(38.0)
+FRAME = 33
+"""Milliseconds from one picture to the next."""
+TURN = 2.0 * np.pi / 45.0
+"""Phase between two pictures."""
 RELIEF = 0.16
 """Height of the largest deflection, share of the plate's diagonal."""
 
@@ -148,6 +152,12 @@ class SurfaceChart(Chart):
     def fit(self) -> None:
         """Show the whole plate."""
         self.plotItem.vb.setRange(self._item.boundingRect(), padding=0.0)
+
+
+def rectangle(center: Sequence[float], size: Sequence[float]) -> Real:
+    """Corners (4, 2) of a rectangle, m."""
+    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    return np.asarray(np.array(center) + corners * np.array(size))
 
 
 def _densely(corners: Real, steps: int = 12) -> Real:

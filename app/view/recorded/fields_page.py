@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QThread, QTimer, Signal
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from analysis.focusing.over_temperature import Focusing
@@ -10,45 +10,14 @@ from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
-from app.view.recorded.fields import Fields
-from app.view.surface import SurfaceChart
+from app.view.recorded.fields import MODES, Fields
+from app.view.recorded.maker import Maker
+from app.view.surface import FRAME, TURN, SurfaceChart, rectangle
 from app.view.theme import Theme, one_sided
 
 Real = NDArray[np.float64]
-FRAME = 33
-"""Milliseconds from one picture to the next."""
-TURN = 2.0 * np.pi / 45.0
-"""Phase between two pictures."""
 QUIET_DB = -40.0
 """Least amplitude told apart on the map, dB re the largest."""
-
-
-class Maker(QThread):
-    """Gets the panel's twin without holding up the window.
-
-    Attributes
-    ----------
-    told : Signal(str)
-    made, failed : Signal(object)
-        `Fields`, or the words of an error.
-    """
-
-    told = Signal(str)
-    made = Signal(object)
-    failed = Signal(object)
-
-    def __init__(self, panel: Panel, focusing: Focusing, laws: MaterialLaws, parent: QObject) -> None:
-        super().__init__(parent)
-        self._parts = panel, focusing, laws
-
-    def run(self) -> None:
-        """Work in the thread."""
-        try:
-            self.made.emit(
-                Fields.of(*self._parts, lambda stage, share: self.told.emit(f"{stage}: {100 * share:.0f} %"))
-            )
-        except (OSError, ValueError) as error:
-            self.failed.emit(str(error))
 
 
 class FieldsPage(QWidget):
@@ -76,7 +45,7 @@ class FieldsPage(QWidget):
         self._timer = QTimer(self)
         self._timer.setInterval(FRAME)
         self._timer.timeout.connect(self.advance)
-        self._maker = Maker(panel, focusing, laws, self)
+        self._maker = Maker(lambda report: Fields.of(panel, focusing, laws, report), self)
         self._maker.told.connect(self._told.setText)
         self._maker.failed.connect(self._told.setText)
         self._maker.made.connect(self.show_fields)
@@ -93,10 +62,10 @@ class FieldsPage(QWidget):
         )
         self._play = QPushButton("Still")
         self._play.clicked.connect(self.play_or_stop)
-        self.shape = SurfaceChart("mode-shape", "mode", fields.x, fields.y, outlines, theme)
-        self.field = SurfaceChart("focused-field", "field", fields.x, fields.y, outlines, theme)
+        self.shape = SurfaceChart("mode-shape", "mode", fields.plate.x, fields.plate.y, outlines, theme)
+        self.field = SurfaceChart("focused-field", "field", fields.plate.x, fields.plate.y, outlines, theme)
         self.amplitude = Chart("field-amplitude", "its amplitude", "x [m]", "y [m]", theme)
-        quiet = Map(fields.x, fields.y, np.full((len(fields.y), len(fields.x)), QUIET_DB))
+        quiet = Map(fields.plate.x, fields.plate.y, np.full((len(fields.plate.y), len(fields.plate.x)), QUIET_DB))
         self.amplitude.image(quiet, one_sided(), (QUIET_DB, 0.0), "dB re largest")
         self.amplitude.setAspectLocked(lock=True)
         for corners, color in outlines:
@@ -126,6 +95,11 @@ class FieldsPage(QWidget):
         self._refresh()
         self._timer.start()
 
+    @property
+    def ready(self) -> bool:
+        """Whether the twin is there."""
+        return self.fields is not None
+
     def advance(self) -> None:
         """Show the next picture."""
         if self.isVisible():
@@ -154,14 +128,13 @@ class FieldsPage(QWidget):
         size = [target.size[axis] * sides[axis] for axis in (0, 1)]
         boxes = [(self._panel.target_center, size, self._theme.warning)]
         boxes += [(patch.center, list(patch.size), self._theme.muted) for patch in self._panel.patch]
-        corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
-        return [(np.array(center) + corners * np.array(extent), color) for center, extent, color in boxes]
+        return [(rectangle(center, extent), color) for center, extent, color in boxes]
 
     def _refresh(self) -> None:
         """Fetch everything at another temperature."""
         if self.fields is None:
             return
-        self._modes = self.fields.shapes(self._cursors.temperature)
+        self._modes = self.fields.plate.lowest(self._cursors.temperature, MODES)
         names = [f"{n + 1}: {f:.0f} Hz" for n, f in enumerate(self._modes[0])]
         chosen = max(self._mode_choice.currentIndex(), 0)
         self._mode_choice.blockSignals(True)
@@ -194,7 +167,7 @@ class FieldsPage(QWidget):
         )
         share = np.abs(field) / np.abs(field).max()
         level = np.maximum(20.0 * np.log10(share + 1e-12), QUIET_DB)
-        self.amplitude.show_map(Map(self.fields.x, self.fields.y, level.T))
-        row = int(np.abs(self.fields.y - self._panel.target_center[1]).argmin())
-        self._section.setData(self.fields.x, share[:, row])
+        self.amplitude.show_map(Map(self.fields.plate.x, self.fields.plate.y, level.T))
+        row = int(np.abs(self.fields.plate.y - self._panel.target_center[1]).argmin())
+        self._section.setData(self.fields.plate.x, share[:, row])
         self._tip.fit()

@@ -1,4 +1,4 @@
-"""Poles followed over temperature."""
+"""Poles followed over temperature, and the shape that the twin gives to each."""
 
 import numpy as np
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidget
@@ -7,6 +7,7 @@ from analysis.identification.tracked_modes import TrackedModes
 from app.view.chart import Chart
 from app.view.cursors import Cursors
 from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE
+from app.view.recorded.mode_shape import ModeShape
 from app.view.theme import Theme
 
 KNOWN = 0.3
@@ -14,18 +15,20 @@ KNOWN = 0.3
 
 
 class ModesPage(QWidget):
-    """Frequency, its change, and loss factor of every mode, with two-sigma bands.
+    """Frequency, its change, and loss factor of every mode, with two-sigma bands; the shape of the selected one.
 
     Parameters
     ----------
     tracked : TrackedModes
+    shape : ModeShape or None
+        None where no twin was updated.
     cursors : Cursors
     theme : Theme
     """
 
-    def __init__(self, tracked: TrackedModes, cursors: Cursors, theme: Theme) -> None:
+    def __init__(self, tracked: TrackedModes, shape: ModeShape | None, cursors: Cursors, theme: Theme) -> None:
         super().__init__()
-        self._tracked, self._cursors, self._theme = tracked, cursors, theme
+        self._tracked, self.shape, self._cursors, self._theme = tracked, shape, cursors, theme
         runs = np.array(
             [f"{way}, {level:g} V" for way, level in zip(tracked.direction, tracked.level, strict=True)]
         )
@@ -54,6 +57,11 @@ class ModesPage(QWidget):
     def selected(self) -> int:
         """Mode that stands out, from 0."""
         return self._selected
+
+    @property
+    def ready(self) -> bool:
+        """Whether the selected mode's shape can be seen, if there is to be one."""
+        return self.shape is None or self.shape.chart is not None
 
     def select(self, mode: int) -> None:
         """Let one mode stand out, and take the frequency cursor there."""
@@ -95,6 +103,9 @@ class ModesPage(QWidget):
         grid.addWidget(self._charts[0], 1, 0, 2, 1)
         grid.addWidget(self._charts[1], 1, 1)
         grid.addWidget(self._charts[2], 2, 1)
+        if self.shape is not None:
+            grid.addWidget(self.shape, 3, 1)
+            grid.addWidget(self._charts[0], 1, 0, 3, 1)
         cursors, known = self._cursors, self._tracked.temperature[self._rows]
 
         def to_temperature(value: float) -> None:
@@ -143,6 +154,8 @@ class ModesPage(QWidget):
         r, row, j = self._reading, self._row, self._selected
         status = self._tracked.status[row][j]
         place = f"at {self._tracked.temperature[row]:.2f} °C"
+        if self.shape is not None:
+            self.shape.show_nearest(float(self._tracked.temperature[row]), float(r.frequency_hz[row, j]))
         if not np.isfinite(r.frequency_hz[row, j]):
             self._told.setText(f"{place}: {status}")
             return

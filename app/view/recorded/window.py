@@ -12,6 +12,7 @@ from app.view.recorded.focusing_page import FocusingPage
 from app.view.recorded.frf_page import FrfPage
 from app.view.recorded.gap_page import GapPage
 from app.view.recorded.laws_page import LawsPage
+from app.view.recorded.mode_shape import ModeShape
 from app.view.recorded.modes_page import ModesPage
 from app.view.recorded.results import Results
 from app.view.theme import Theme
@@ -94,7 +95,11 @@ class RecordedWindow(Window):
 
     def _modes_page(self) -> QWidget | None:
         held = self.results.modes
-        return None if held is None else ModesPage(held, self.cursors, self.theme)
+        if held is None:
+            return None
+        measured, laws = self.results.measured, self.results.laws
+        shape = None if measured is None or laws is None else ModeShape(measured[0], laws, self.theme)
+        return ModesPage(held, shape, self.cursors, self.theme)
 
     def _laws_page(self) -> QWidget | None:
         held, corrected = self.results.updated, self.results.corrected
@@ -160,3 +165,5 @@ class RecordedWindow(Window):
         page = self._built.get(self.tabs.currentIndex())
         if isinstance(page, FieldsPage):
             page.play_or_stop()
+        elif isinstance(page, ModesPage) and page.shape is not None:
+            page.shape.play_or_stop()

@@ -3,6 +3,7 @@
 import gc
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.modes_file import save_modes
 from app.files.provenance import provenance
+from app.twin import shape_points
+from app.view.recorded import mode_shape
 
 TEMPERATURE = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
 FREQUENCY = np.arange(100.0, 900.0, 2.0)
@@ -121,6 +124,24 @@ def shown(qtbot: Any) -> Callable[[Any], Any]:
         return window
 
     return show
+
+
+class SinePlate:
+    """A plate whose modes are half-waves along x, 5 Hz above those identified at 20 C."""
+
+    points = shape_points(experiment().plate)
+    deflection = np.sin(np.pi * np.outer(points[:, 0] / 0.24, (1, 2, 3)))
+
+    @staticmethod
+    def modes(e: float, nu: float, eta: float, count: int) -> tuple[Any, Any]:
+        f = np.array([n * (1.0 - 0.005 * 20.0) + 5.0 for n in NATURAL])
+        return (2.0 * np.pi * f) ** 2 * (1.0 + 1j * eta), np.eye(3)
+
+
+@pytest.fixture(autouse=True)
+def _plate_of_sines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Spare the windows the reduction of a real plate."""
+    monkeypatch.setattr(mode_shape, "campaign_twin", lambda *_: SimpleNamespace(reduced=SinePlate()))
 
 
 @pytest.fixture

@@ -117,6 +117,36 @@ def test_a_mode_is_selected_with_keys_and_takes_the_frequency_cursor_along(
     assert page._told.text().endswith("absent")
 
 
+def test_the_shape_is_that_of_the_twins_mode_nearest_to_the_selected_one(
+    opened: Open, run: Path, qtbot: Any
+) -> None:
+    window = opened(run)
+    page = window.page(1)
+    assert isinstance(page, ModesPage)
+    shape = page.shape
+    assert shape is not None
+    qtbot.waitUntil(lambda: shape.chart is not None, timeout=60_000)
+    assert shape.chart is not None
+    qtbot.keyClick(window, Qt.Key.Key_Space)  # it stands still
+    window.cursors.temperature = 20.0
+    page.select(1)
+    assert shape.chart.plotItem.titleLabel.text.startswith("the twin's mode 2: 293.0 Hz, η")
+    seen = shape.chart.deflection / np.abs(shape.chart.deflection).max()
+    assert seen.shape == (32, 25)
+    waves = np.sin(2.0 * np.pi * np.linspace(0.0, 1.0, 32))
+    np.testing.assert_allclose(np.abs(seen), np.abs(waves / np.abs(waves).max())[:, None] * np.ones(25), atol=1e-9)
+    window.cursors.temperature = 40.0
+    page.select(2)
+    assert shape.chart.plotItem.titleLabel.text == "not identified at this temperature"
+
+
+def test_a_run_without_laws_has_modes_without_shapes(opened: Open, run: Path) -> None:
+    (run / "laws.h5").unlink()
+    page = opened(run).page(1)
+    assert isinstance(page, ModesPage)
+    assert page.shape is None
+
+
 def test_a_law_is_read_at_the_cursor_and_estimates_that_did_not_settle_are_marked(opened: Open, run: Path) -> None:
     window = opened(run)
     assert isinstance(window.page(2), LawsPage)

@@ -1,0 +1,91 @@
+"""The shape of a measured mode, from the updated twin, moving."""
+
+import numpy as np
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+
+from analysis.experiment import Experiment
+from analysis.material import MaterialLaws
+from app.progress import Report
+from app.twin import campaign_twin
+from app.view.recorded.maker import Maker
+from app.view.recorded.shapes import Shapes
+from app.view.surface import FRAME, TURN, SurfaceChart, rectangle
+from app.view.theme import Theme
+
+MODES = 80
+"""Of the twin, among which the nearest is looked for; the rigid ones are among them."""
+
+
+class ModeShape(QWidget):
+    """The twin's mode nearest to a frequency that was identified.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    laws : MaterialLaws
+        Of the plate.
+    theme : Theme
+    """
+
+    def __init__(self, experiment: Experiment, laws: MaterialLaws, theme: Theme) -> None:
+        super().__init__()
+        self._experiment, self._theme = experiment, theme
+        self._wanted = (20.0, float("nan"))
+        self._shapes: Shapes | None = None
+        self.chart: SurfaceChart | None = None
+        self._told = QLabel("the plate's twin is fetched …")
+        self._layout = QVBoxLayout(self)
+        self._layout.setContentsMargins(0, 0, 0, 0)
+        self._layout.addWidget(self._told)
+        self._timer = QTimer(self)
+        self._timer.setInterval(FRAME)
+        self._timer.timeout.connect(self._advance)
+
+        def fetched(report: Report) -> Shapes:
+            reduced = campaign_twin(experiment, report).reduced
+            return Shapes(reduced.modes, reduced.deflection, reduced.points, laws)
+
+        self._maker = Maker(fetched, self)
+        self._maker.told.connect(self._told.setText)
+        self._maker.failed.connect(self._told.setText)
+        self._maker.made.connect(self.show_shapes)
+        self.destroyed.connect(self._maker.wait)
+        self._maker.start()
+
+    def show_shapes(self, shapes: Shapes) -> None:
+        """Build the plot, once the twin is there."""
+        self._shapes, theme = shapes, self._theme
+        outlines = [
+            (rectangle(patch.center, patch.size), theme.warning if patch.role == "actuator" else theme.muted)
+            for patch in self._experiment.patch
+        ]
+        self.chart = SurfaceChart("plate-mode-shape", "", shapes.x, shapes.y, outlines, theme)
+        self._told.hide()
+        self._layout.addWidget(self.chart)
+        self.show_nearest(*self._wanted)
+        self._timer.start()
+
+    def show_nearest(self, temperature: float, frequency: float) -> None:
+        """Show the shape of the twin's mode nearest to `frequency`, Hz, at a temperature; nothing for NaN."""
+        self._wanted = temperature, frequency
+        if self._shapes is None or self.chart is None:
+            return
+        if not np.isfinite(frequency):
+            self.chart.setTitle("not identified at this temperature")
+            return
+        f, eta, shapes = self._shapes.lowest(temperature, MODES)
+        nearest = int(np.abs(f - frequency).argmin())
+        self.chart.show_field(shapes[nearest].astype(complex))
+        self.chart.setTitle(f"the twin's mode {nearest + 1}: {f[nearest]:.1f} Hz, η {100 * eta[nearest]:.2f} %")
+
+    def play_or_stop(self) -> None:
+        """Let it move, or stand still."""
+        if self._timer.isActive():
+            self._timer.stop()
+        elif self.chart is not None:
+            self._timer.start()
+
+    def _advance(self) -> None:
+        if self.chart is not None and self.isVisible():
+            self.chart.turn(TURN)

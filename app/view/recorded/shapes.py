@@ -1,0 +1,66 @@
+"""Mode shapes of a plate from its twin, at any temperature of its laws."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.material import MaterialLaws
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+RIGID = 1.0
+"""Hz; rigid motion stands below."""
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """A plate that can be asked for its shapes.
+
+    Attributes
+    ----------
+    modes : callable
+        E [Pa], nu, eta and a count to squared angular frequencies (m,), complex, rad2/s2, and shapes (r, m).
+    deflection : (K, r) ndarray
+        Of every coordinate at `points`.
+    points : (K, 2) ndarray
+        A grid, x slowest, m.
+    laws : MaterialLaws
+    """
+
+    modes: Callable[[float, float, float, int], tuple[Complex, Real]]
+    deflection: Real
+    points: Real
+    laws: MaterialLaws
+
+    @property
+    def x(self) -> Real:
+        """Points along the plate, (X,), m."""
+        return np.unique(self.points[:, 0])
+
+    @property
+    def y(self) -> Real:
+        """Points across the plate, (Y,), m."""
+        return np.unique(self.points[:, 1])
+
+    def constants(self, temperature: float) -> tuple[float, float, float]:
+        """E [Pa], nu and eta at a temperature, or at the nearest end of the laws."""
+        low, high = self.laws.temperature_range
+        law = self.laws.at(np.array([min(max(temperature, low), high)]))
+        return float(law.youngs_modulus[0]), float(law.poisson_ratio[0]), float(law.loss_factor[0])
+
+    def lowest(self, temperature: float, count: int) -> tuple[Real, Real, Real]:
+        """Natural frequencies (m,), Hz, loss factors (m,) and shapes (m, X, Y) of the lowest elastic modes.
+
+        `count` of them, less those of rigid motion.
+        """
+        values, shapes = self.modes(*self.constants(temperature), count)
+        elastic = values.real > (2.0 * np.pi * RIGID) ** 2
+        values, found = values[elastic], (self.deflection @ shapes[:, elastic]).T
+        return np.sqrt(values.real) / (2.0 * np.pi), values.imag / values.real, self.on_grid(found)
+
+    def on_grid(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values at the points (..., K) as (..., X, Y)."""
+        return values.reshape(*values.shape[:-1], len(self.x), len(self.y))
