@@ -27,6 +27,7 @@ def campaign_twin(experiment: Experiment, report: Report) -> Twin:
             UPDATING_BOX,
             experiment.protocol.band,
             points=shape_points(experiment.plate),
+            field_certified=False,
             progress=report,
         ),
     )

@@ -26,6 +26,7 @@ def basis_key(
     points: ArrayLike | None = None,
     recipe: MeshRecipe | None = None,
     training: Training | None = None,
+    field_certified: bool = True,
 ) -> str:
     """SHA-256, hexadecimal, over plate, patches, their material, mesh, training, box, band and points.
 
@@ -45,4 +46,6 @@ def basis_key(
     digest = hashlib.sha256(json.dumps(declared, sort_keys=True, allow_nan=False).encode())
     if points is not None:
         digest.update(np.ascontiguousarray(points, dtype="<f8").tobytes())
+    if not field_certified:
+        digest.update(b"field not certified")
     return digest.hexdigest()

@@ -64,6 +64,7 @@ def reduce(
     band: tuple[float, float],
     *,
     points: ArrayLike | None = None,
+    field_certified: bool = True,
     training: Training | None = None,
     progress: Progress | None = None,
 ) -> ReducedModel:
@@ -77,6 +78,9 @@ def reduce(
         Hz.
     points : (K, 2) array_like, optional
         Where the deflection will be asked for, m.
+    field_certified : bool
+        Whether the deflection there counts in the error, as for fields; else it is what the coordinates happen to
+        know, as for looking at shapes.
     training : Training, optional
     progress : callable, optional
         Told the stage's name and the share done.
@@ -93,7 +97,15 @@ def reduce(
     RuntimeError
         If the tolerance cannot be reached.
     """
-    return reduction(model, box, band, points=points, training=training, progress=progress)[0]
+    return reduction(
+        model,
+        box,
+        band,
+        points=points,
+        field_certified=field_certified,
+        training=training,
+        progress=progress,
+    )[0]
 
 
 def reduction(
@@ -102,6 +114,7 @@ def reduction(
     band: tuple[float, float],
     *,
     points: ArrayLike | None = None,
+    field_certified: bool = True,
     training: Training | None = None,
     progress: Progress | None = None,
 ) -> tuple[ReducedModel, Real]:
@@ -112,11 +125,12 @@ def reduction(
     lines = np.linspace(*band, training.lines)
     places = np.asarray(() if points is None else points, float).reshape(-1, 2)
     probe = model.deflection(places)
+    counted = slice(None) if field_certified else slice(0)
     vectors = _candidates(model, box, band, lines, training, report)
     error = float("inf")
     for attempt in range(training.rounds):
         candidate, vectors = _projected(model, vectors, box, band)
-        candidate = replace(candidate, deflection=probe @ vectors, points=places)
+        candidate = replace(candidate, deflection=probe[counted] @ vectors, points=places[counted])
         report(STAGE, 0.65 + 0.1 * attempt)
         basis = decomposition(candidate, lines, 0.25 * training.tolerance)
         small = candidate.restricted(basis)
@@ -124,7 +138,8 @@ def reduction(
         error, seen = measured_error(model, small, candidate, lines, attempt)
         if error <= training.tolerance:
             report(STAGE, 1.0)
-            return replace(small, error=error), vectors @ basis
+            chosen = vectors @ basis
+            return replace(small, error=error, deflection=probe @ chosen, points=places), chosen
         vectors = np.hstack([vectors, seen.real, seen.imag])
     raise RuntimeError(
         f"the reduced model's error is {error:.2g} after {training.rounds} rounds; allowed {training.tolerance:g}"

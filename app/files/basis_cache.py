@@ -43,6 +43,7 @@ def cached_reduction(
     band: tuple[float, float],
     *,
     points: ArrayLike | None = None,
+    field_certified: bool = True,
     recipe: "MeshRecipe | None" = None,
     training: "Training | None" = None,
     progress: Progress | None = None,
@@ -59,6 +60,8 @@ def cached_reduction(
         Hz.
     points : (K, 2) array_like, optional
         Where the deflection will be asked for, m.
+    field_certified : bool
+        Whether the deflection there counts in the error.
     recipe : MeshRecipe, optional
         The converged recipe unless given.
     training : Training, optional
@@ -70,12 +73,23 @@ def cached_reduction(
     from simulation.mindlin import assemble
     from simulation.reduction import reduce
 
-    file = cache_folder() / f"basis-{basis_key(plate, patches, box, band, points, recipe, training)}.h5"
+    file = (
+        cache_folder()
+        / f"basis-{basis_key(plate, patches, box, band, points, recipe, training, field_certified)}.h5"
+    )
     stored = load_basis(file)
     if stored is not None:
         return stored
     model = assemble(plate, patches, recipe=recipe)
-    reduced = reduce(model, box, band, points=points, training=training, progress=progress)
+    reduced = reduce(
+        model,
+        box,
+        band,
+        points=points,
+        field_certified=field_certified,
+        training=training,
+        progress=progress,
+    )
     save_basis(file, reduced)
     # as it will be read next time: arrays laid out otherwise in memory round otherwise in the last digit
     return load_basis(file) or reduced

@@ -40,6 +40,7 @@ def test_everything_else_counts(plate, patches, key):
         basis_key(plate, patches, BOX, (100.0, 901.0)),
         basis_key(plate, patches, BOX, BAND, points),
         basis_key(plate, patches, BOX, BAND, points + 1e-12),
+        basis_key(plate, patches, BOX, BAND, points, field_certified=False),
         basis_key(plate, patches, BOX, BAND, recipe=MeshRecipe(degree=5)),
         basis_key(plate, patches, BOX, BAND, training=Training(tolerance=1e-5)),
     ]

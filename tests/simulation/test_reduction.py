@@ -63,6 +63,25 @@ def test_field_equals_the_full_models(coarse_model, coarse):
         assert wrong.max() < 2e-4 * np.sqrt(np.mean(np.abs(full) ** 2))
 
 
+def test_points_that_only_look_on_change_no_coordinate(coarse_model, coarse):
+    plain = reduce(coarse_model, coarse.box, coarse.band)
+    seen = reduce(coarse_model, coarse.box, coarse.band, points=coarse.points, field_certified=False)
+    np.testing.assert_array_equal(seen.stiffness_1, plain.stiffness_1)
+    assert (seen.error, len(plain.deflection)) == (plain.error, 0)
+    material, lines = (2e9, 0.38, 0.05), [365.0]
+    field, certified = (m.amplitudes(*material, lines) @ m.deflection.T for m in (seen, coarse))
+    np.testing.assert_allclose(field, certified, atol=1e-3 * np.abs(certified).max())
+
+
+def test_modes_are_those_of_the_full_model_with_the_plates_damping(coarse_model, coarse):
+    values, shapes = coarse.modes(2e9, 0.38, 0.05, 5)
+    assert shapes.shape == (coarse.size, 5)
+    lowest = coarse_model.eigenfrequencies(2e9, 0.38, 7)[6]
+    assert np.sqrt(values[0].real) / (2 * np.pi) == pytest.approx(lowest, rel=0.01)
+    assert (values.imag < 0.05 * values.real).all()  # the patches have no losses
+    assert (values.imag > 0.03 * values.real).all()
+
+
 def test_amplitudes_of_chosen_inputs(coarse):
     lines = np.linspace(110.0, 690.0, 7)
     both = coarse.amplitudes(2e9, 0.38, 0.05, lines)
