@@ -28,7 +28,7 @@ MODEL_ERROR = 1e-3
 """How far apart two converged solvers of one plate are, as a share of rms|H| (0.05 to 0.1 % between independent
 codes): a discrepancy of this size is nobody's missing physics. It is an error common to all lines."""
 
-MODEL_ERROR_ALONG = 0.12
+MODEL_ERROR_ALONG = 0.15
 """Share of the model error that lies along any one effect's tangent: it is spread over many directions."""
 
 SAME_TEMPERATURE = 0.5
@@ -44,16 +44,17 @@ Z_NAMED = 2.0
 """The same with effects named: they were chosen to leave little, and bystanders that imitate what is missing come
 down to just under three; the right ones leave what noise leaves."""
 
-WHITENESS = 4.0
-"""Correlation of neighbouring whitened residuals, in its standard deviations, above which they are no noise. Four
-is one in 30000; a fit's own parameters only push it down."""
+WHITENESS = 5.0
+"""Correlation of neighbouring whitened residuals, in its standard deviations, above which they are no noise. One
+null in a hundred came to four; a fit's own parameters only push it down."""
 
-LEAST_GAIN = 10.0
-"""Nats of evidence an effect must bring: with some twenty candidates on a null, one false name in a thousand."""
+LEAST_GAIN = 6.0
+"""Nats of evidence an effect must bring, the twin's own error allowed for: the best of all candidates brought 4 at
+most on a hundred nulls, an effect of six sigma brings 6 to 17."""
 
-LEAST_REST = 6.0
+LEAST_REST = 5.0
 """Nats of evidence for a nameless discrepancy in what named effects leave, from which it is a rest and no noise:
-right names left 4 at most, wrong ones that fitted well 7 and more."""
+right names left 4 at most, wrong ones that fitted well 6 and more."""
 
 REFITTED = 5
 """Candidates of a screen that are fitted in full: the right one was among the first three wherever tried."""
@@ -98,8 +99,8 @@ errors of a tenth in anything else would swap them."""
 LEAST_KEPT = 0.02
 """Share of an effect's tangent that must survive the freedom of laws, temperatures and gain to be observable."""
 
-LEAST_SIZE = 1.5
-"""Size in sigma of an effect of one prior standard deviation: below, even three of them stay under 10 nats."""
+LEAST_SIZE = 1.2
+"""Size in sigma of an effect of one prior standard deviation: below, even three of them stay under `LEAST_GAIN`."""
 
 TEMPERATURE_OF_CONFIDENCE = 3.0
 """Divides differences of log evidence before the softmax: a likelihood overstates itself where models err."""
