@@ -100,7 +100,7 @@ LEAST_KEPT = 0.02
 """Share of an effect's tangent that must survive the freedom of laws, temperatures and gain to be observable."""
 
 LEAST_SIZE = 1.2
-"""Size in sigma of an effect of one prior standard deviation: below, even three of them stay under `LEAST_GAIN`."""
+"""Size in sigma of an effect of one prior standard deviation: below, three of them stay under `LEAST_GAIN`."""
 
 TEMPERATURE_OF_CONFIDENCE = 3.0
 """Divides differences of log evidence before the softmax: a likelihood overstates itself where models err."""
