@@ -102,10 +102,10 @@ LEAST_KEPT = 0.02
 LEAST_SIZE = 1.2
 """Size in sigma of an effect of one prior standard deviation: below, three of them stay under `LEAST_GAIN`."""
 
-TEMPERATURE_OF_CONFIDENCE = 3.0
+TEMPERATURE_OF_CONFIDENCE = 2.5
 """Divides differences of log evidence before the softmax: a likelihood overstates itself where models err."""
 
-UNLISTED = 0.03
+UNLISTED = 0.05
 """Share of names that stand in for a cause which is in no library: no evidence tells it, calibration trials do."""
 
 HELD_OUT_SHARE = 0.5
