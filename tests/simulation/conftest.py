@@ -1,8 +1,10 @@
 """The paper's plate with the two patches of the recorded campaigns, and its twins."""
 
+from collections.abc import Callable, Sequence
+
 import pytest
 
-from analysis.experiment import Patch, Plate
+from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
 from analysis.material import MaterialBox
 from simulation.mesh import MeshRecipe
 from simulation.mindlin import assemble
@@ -23,6 +25,41 @@ def plate() -> Plate:
 @pytest.fixture(scope="session")
 def patches() -> list[Patch]:
     return [patch("A1", "actuator", (0.2, 0.155)), patch("S1", "sensor", (0.04, 0.035))]
+
+
+@pytest.fixture(scope="session")
+def declare(plate: Plate) -> Callable[..., Experiment]:
+    """Declare an experiment in which every effect can be seen: strings, a cable, two ramps, two levels."""
+
+    def declared(
+        patches: Sequence[Patch],
+        band: tuple[float, float],
+        strings: Sequence[tuple[float, float]] = ((0.03, 0.187),),
+    ) -> Experiment:
+        return Experiment(
+            title="every effect",
+            plate=plate,
+            patch=tuple(patches),
+            string=tuple(Attachment(point=point) for point in strings),
+            cable=(Attachment(point=(0.058, 0.03)),),
+            acquisition=Acquisition(
+                module="NI-9234", sample_rate=8e3, input_resistance=305e3, input_capacitance=1.2e-10
+            ),
+            protocol=Protocol(
+                sweep="linear",
+                band=band,
+                sweep_duration=2.0,
+                tail=0.4,
+                repeats=3,
+                ramp_rate=0.4,
+                temperatures=(20.0, 40.0),
+                directions=("up", "down"),
+                levels=(1.0, 2.0),
+            ),
+            oven=Oven(room_temperature=22.0),
+        )
+
+    return declared
 
 
 @pytest.fixture(scope="session")

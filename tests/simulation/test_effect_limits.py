@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import eigsh
 
-from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Protocol
 from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
@@ -22,34 +21,14 @@ BAND = (100.0, 700.0)
 LINES = np.linspace(*BAND, 61)
 POINT = SweepPoint(40.0, 0.01, 1.0)
 LAWS = LocalLaws.of_material(2e9, 0.38, 0.06, reference=40.0, slope=(-0.02, 0.002, -0.01))
-STRING, CABLE = (0.03, 0.187), (0.058, 0.03)
 
 
 @pytest.fixture(scope="module")
-def twin(plate, three_patches, coarse_model) -> EffectTwin:
+def twin(declare, plate, three_patches, coarse_model) -> EffectTwin:
     """Modes of one material and the static answers to patches and points; two sensors, every effect available."""
-    experiment = Experiment(
-        title="limits",
-        plate=plate,
-        patch=tuple(three_patches),
-        string=(Attachment(point=STRING),),
-        cable=(Attachment(point=CABLE),),
-        acquisition=Acquisition(module="m", sample_rate=8e3, input_resistance=305e3, input_capacitance=1.2e-10),
-        protocol=Protocol(
-            sweep="linear",
-            band=BAND,
-            sweep_duration=1.5,
-            tail=0.3,
-            repeats=3,
-            ramp_rate=0.6,
-            temperatures=(20.0, 40.0),
-            directions=("up", "down"),
-            levels=(1.0, 2.0),
-        ),
-        oven=Oven(room_temperature=22.0),
-    )
+    experiment = declare(three_patches, BAND)
     full = FullPlate.of(coarse_model.space, plate, three_patches, coarse_model.unknowns)
-    places = np.array([STRING, CABLE])
+    places = np.array([attached.point for attached in (*experiment.string, *experiment.cable)])
     probe = np.asarray(coarse_model.deflection(places).todense())
     energy = coarse_model.stiffness(2e9, 0.38) + (2 * np.pi * 300.0) ** 2 * coarse_model.mass
     start = np.random.default_rng(0).standard_normal(coarse_model.size)
@@ -130,7 +109,7 @@ def test_a_light_load_shifts_a_mode_as_rayleighs_quotient_says(twin, kind):
     elastic = np.flatnonzero(squares > (2 * np.pi * 50.0) ** 2)
     antinode = elastic[np.abs(there[elastic[:8]]).argmax()]
     size = 1e-6 if kind == "mass" else 1.0
-    moved, _ = modes((PointLoad(STRING, **{kind: size}),))
+    moved, _ = modes((PointLoad(twin.experiment.string[0].point, **{kind: size}),))
     change = moved[antinode] - squares[antinode]
     quotient = -squares[antinode] * size * there[antinode] ** 2 if kind == "mass" else size * there[antinode] ** 2
     assert change == pytest.approx(quotient, rel=2e-3)

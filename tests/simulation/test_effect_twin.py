@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Protocol
 from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
@@ -35,29 +34,8 @@ SHAPES = {"softening": 0.03, "x": 0.11, "y": 0.08}
 
 
 @pytest.fixture(scope="module")
-def experiment(plate, patches):
-    return Experiment(
-        title="small",
-        plate=plate,
-        patch=tuple(patches),
-        string=(Attachment(point=(0.03, 0.187)),),
-        cable=(Attachment(point=(0.058, 0.03)),),
-        acquisition=Acquisition(
-            module="NI-9234", sample_rate=4e3, input_resistance=305e3, input_capacitance=1e-10
-        ),
-        protocol=Protocol(
-            sweep="linear",
-            band=BAND,
-            sweep_duration=2.0,
-            tail=0.4,
-            repeats=3,
-            ramp_rate=0.4,
-            temperatures=(20.0, 30.0),
-            directions=("up", "down"),
-            levels=(1.0, 2.0),
-        ),
-        oven=Oven(room_temperature=22.0),
-    )
+def experiment(declare, patches):
+    return declare(patches, BAND)
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
+from analysis.experiment import Experiment, Patch
 from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
 from simulation.plate_state import Circumstances, PlateState
@@ -14,29 +14,8 @@ Trial = Callable[..., tuple[Circumstances, PlateState]]
 
 
 @pytest.fixture(scope="session")
-def experiment(plate: Plate, patches: list[Patch]) -> Experiment:
-    return Experiment(
-        title="every effect",
-        plate=plate,
-        patch=tuple(patches),
-        string=(Attachment(point=(0.03, 0.187)), Attachment(point=(0.21, 0.187))),
-        cable=(Attachment(point=(0.058, 0.03)),),
-        acquisition=Acquisition(
-            module="NI-9234", sample_rate=8533.3, input_resistance=305e3, input_capacitance=120e-12
-        ),
-        protocol=Protocol(
-            sweep="logarithmic",
-            band=(100.0, 1500.0),
-            sweep_duration=1.5,
-            tail=0.3,
-            repeats=3,
-            ramp_rate=0.4,
-            temperatures=(0.0, 20.0, 40.0, 60.0),
-            directions=("up", "down"),
-            levels=(1.0, 2.0),
-        ),
-        oven=Oven(room_temperature=22.0),
-    )
+def experiment(declare: Callable[..., Experiment], patches: list[Patch]) -> Experiment:
+    return declare(patches, (100.0, 1500.0), strings=((0.03, 0.187), (0.21, 0.187)))
 
 
 @pytest.fixture
