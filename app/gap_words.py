@@ -97,7 +97,10 @@ def _agreement(record: Record) -> Any:
     gap, tried = record["gap"], record["gap"]["held_out"]
     rows = [("all", gap["baseline"], gap["final"], None)]
     if found:
-        rows.append((f"held out: {tried['what']}", tried["baseline"], tried["final"], tried["closure"]))
+        rows += [
+            (f"held out: {part['what']}", part["baseline"], part["final"], part["closure"])
+            for part in (tried, *gap.get("held_out_also", ()))
+        ]
     for data, before, after, closure in rows:
         table.add_row(
             data,

@@ -1,7 +1,7 @@
 """The gap workflow from FRFs to a report."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 
 import numpy as np
@@ -10,7 +10,7 @@ from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.confidence import against, equivalents, probability
 from analysis.gap.gap_fit import GapFit
-from analysis.gap.held_out import HeldOut, held_out
+from analysis.gap.held_out import HeldOut, held_out, splits
 from analysis.gap.look_alikes import cosines, mimicry
 from analysis.gap.misfit import relative_misfit
 from analysis.gap.model import GapModel
@@ -70,12 +70,14 @@ def find_gap(
     bench = Bench(model, sweeps, noise, executor, report)
     baseline = bench.fit(starting_state(updated, sweeps.groups), ())
     found = search(bench, baseline)
-    tried: HeldOut | None = None
+    tried: list[HeldOut] = []
     if found.effects:
-        report("held-out data", 0.0)
         significant = Z_FLOOR * float(np.sqrt(2.0 * baseline.dof))
-        tried = held_out(model, sweeps, baseline, found.fit, executor, significant)
-    judgement = judge(bench, found, tried)
+        ways = splits(sweeps)
+        for done, split in enumerate(ways):
+            report("held-out data", done / len(ways))
+            tried.append(held_out(model, sweeps, split, baseline, found.fit, executor, significant))
+    judgement = judge(bench, found, tried[0] if tried else None)
     report("done", 1.0)
     notes = [*noise.notes, *(floor.notes if floor is not None else ()), judgement.reason]
     if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest(updated):
@@ -87,7 +89,7 @@ def find_gap(
 def _report(
     bench: Bench,
     found: Found,
-    tried: HeldOut | None,
+    tried: Sequence[HeldOut],
     judgement: Judgement,
     notes: tuple[str, ...],
     seconds: float,
@@ -104,7 +106,7 @@ def _report(
         seen=found.seen,
         baseline=_agreement(bench, baseline),
         final=_agreement(bench, final),
-        held_out=tried if final is not baseline else None,
+        held_out=tuple(tried) if final is not baseline else (),
         unexplained=left,
         before=residual_map(sweeps, noise, baseline),
         after=residual_map(sweeps, noise, final),

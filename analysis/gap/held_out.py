@@ -56,56 +56,101 @@ class HeldOut:
         return quiet or self.closure is None or self.closure >= HELD_OUT_SHARE
 
 
+@dataclass(frozen=True)
+class Split:
+    """A campaign in two: to learn from, and to try what was learnt on.
+
+    Attributes
+    ----------
+    what : str
+        Which data are held out.
+    learn, test : GapSweeps
+    laws_free : bool
+        Whether the held-out data have laws of their own to be fitted.
+    """
+
+    what: str
+    learn: GapSweeps
+    test: GapSweeps
+    laws_free: bool
+
+
 def held_out(
-    model: GapModel, sweeps: GapSweeps, baseline: GapFit, final: GapFit, executor: Executor, significant: float
+    model: GapModel,
+    sweeps: GapSweeps,
+    split: Split,
+    baseline: GapFit,
+    final: GapFit,
+    executor: Executor,
+    significant: float,
 ) -> HeldOut:
     """Fit effects and gain to a part of the data, and compare both twins on the rest.
 
     Temperatures and levels held out have their own laws fitted, nothing else; channels and frequencies held out
-    are predicted outright. A gap of less than `significant` chi2 over the noise is none.
+    are predicted outright. A gap of less than `significant` chi2 over the noise is none. Where what was learnt
+    leads the twin beyond what it is certified for, nothing is gained.
     """
-    what, learn, test, laws_free = split(sweeps)
-    results = []
-    for whole in (baseline, final):
-        names = tuple(whole.state.effects)
-        groups, places = _kept(sweeps, learn)
-        taught = fit_gap(model, learn, whole.state.restricted(groups, places), names, executor)
-        if laws_free:
-            groups, places = _kept(sweeps, test)
-            begin = whole.state.restricted(groups, places)
-        else:
-            begin = taught.state
-        begin = replace(begin, log_gain=taught.state.log_gain, effects=taught.state.effects)
-        tried = fit_gap(model, test, begin, (), executor, gain_free=False, laws_free=laws_free)
-        results.append((tried, relative_misfit(test, tried)))
-    (before, before_misfit), (after, after_misfit) = results
+    before = _tried(model, sweeps, split, baseline, executor)
+    try:
+        after = _tried(model, sweeps, split, final, executor)
+    except ValueError:
+        after = before
     gap = before.total - before.dof
     closure = float(np.clip(1.0 - (after.total - after.dof) / gap, 0.0, 1.0)) if gap > significant else None
-    chi2, dof = test.between
+    chi2, dof = split.test.between
     return HeldOut(
-        what, before.total + chi2, after.total + chi2, after.dof + dof, before_misfit, after_misfit, closure
+        what=split.what,
+        baseline_chi2=before.total + chi2,
+        final_chi2=after.total + chi2,
+        dof=after.dof + dof,
+        baseline_misfit=relative_misfit(split.test, before),
+        final_misfit=relative_misfit(split.test, after),
+        closure=closure,
     )
 
 
-def split(sweeps: GapSweeps) -> tuple[str, GapSweeps, GapSweeps, bool]:
-    """Which data to learn from and which to hold out, and whether laws are to be fitted to these."""
+def _tried(model: GapModel, sweeps: GapSweeps, split: Split, whole: GapFit, executor: Executor) -> GapFit:
+    groups, places = _kept(sweeps, split.learn)
+    taught = fit_gap(
+        model, split.learn, whole.state.restricted(groups, places), tuple(whole.state.effects), executor
+    )
+    begin = taught.state
+    if split.laws_free:
+        groups, places = _kept(sweeps, split.test)
+        begin = whole.state.restricted(groups, places)
+    begin = replace(begin, log_gain=taught.state.log_gain, effects=taught.state.effects)
+    return fit_gap(model, split.test, begin, (), executor, gain_free=False, laws_free=split.laws_free)
+
+
+def splits(sweeps: GapSweeps) -> list[Split]:
+    """Every way to hold data out; the first is the one to judge by.
+
+    A level is held out only where two are left: from one alone nothing is learnt of how amplitude softens.
+    """
+    found = []
     count = len(sweeps.groups.reference)
     if count >= LEAST_TEMPERATURES:
         even, odd = list(range(0, count, 2)), list(range(1, count, 2))
-        return "every second temperature", sweeps.only_groups(even), sweeps.only_groups(odd), True
+        found.append(
+            Split("every second temperature", sweeps.only_groups(even), sweeps.only_groups(odd), laws_free=True)
+        )
     shape = sweeps.rows.shape
     if len(sweeps.channels) > 1:
         last = np.zeros(shape, dtype=bool)
         last[:, -1] = True
-        return f"channel {sweeps.channels[-1]}", sweeps.masked(~last), sweeps.masked(last), False
+        name = f"channel {sweeps.channels[-1]}"
+        found.append(Split(name, sweeps.masked(~last), sweeps.masked(last), laws_free=False))
     levels = sorted({p.level for p in sweeps.points})
-    if len(levels) > 1:
+    if len(levels) > (2 if found else 1):
         high = [s for s in range(sweeps.count) if sweeps.points[s].level == levels[-1]]
         low = [s for s in range(sweeps.count) if s not in high]
-        return f"level {levels[-1]:g} V", sweeps.only(low), sweeps.only(high), True
-    block = np.arange(shape[-1]) * FREQUENCY_BLOCKS // shape[-1]
-    odd_blocks: NDArray[np.bool_] = np.broadcast_to(block % 2 == 1, shape)
-    return "every second twelfth of the band", sweeps.masked(~odd_blocks), sweeps.masked(odd_blocks), False
+        found.append(Split(f"level {levels[-1]:g} V", sweeps.only(low), sweeps.only(high), laws_free=True))
+    if not found:
+        block = np.arange(shape[-1]) * FREQUENCY_BLOCKS // shape[-1]
+        odd_blocks: NDArray[np.bool_] = np.broadcast_to(block % 2 == 1, shape)
+        what = "every second twelfth of the band"
+        found.append(Split(what, sweeps.masked(~odd_blocks), sweeps.masked(odd_blocks), laws_free=False))
+    return found
 
 
 def _kept(whole: GapSweeps, part: GapSweeps) -> tuple[Sequence[int], Sequence[int]]:

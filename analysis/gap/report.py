@@ -156,8 +156,8 @@ class GapReport:
         Of every effect.
     baseline, final : Agreement
         Without effects, and with them.
-    held_out : HeldOut or None
-        None where no effect was found.
+    held_out : tuple of HeldOut
+        One for every way to hold data out, the first the one that was judged by; none where no effect was found.
     unexplained : float or None
         Share of the baseline's excess that is left; None where there was none.
     before, after : ResidualMap
@@ -182,7 +182,7 @@ class GapReport:
     seen: tuple[Observability, ...]
     baseline: Agreement
     final: Agreement
-    held_out: HeldOut | None
+    held_out: tuple[HeldOut, ...]
     unexplained: float | None
     before: ResidualMap
     after: ResidualMap

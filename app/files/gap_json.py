@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from analysis.gap.held_out import HeldOut
 from analysis.gap.report import Agreement, Estimate, FittedLaws, GapReport, NamedEffect
 from analysis.gap.where import Region
 from app.corrected_twin import material_of
@@ -39,6 +40,7 @@ def gap_record(
             "baseline": _agreement(report.baseline),
             "final": _agreement(report.final),
             "held_out": _held_out(report),
+            "held_out_also": [_tried(tried) for tried in report.held_out[1:]],
         },
         "unexplained": {"share": report.unexplained, "where": [_region(region) for region in left]},
         "seconds": seconds,
@@ -99,12 +101,15 @@ def _agreement(agreement: Agreement) -> dict[str, Any]:
 
 def _held_out(report: GapReport) -> dict[str, Any]:
     """Agreement on data that the effects were not fitted to; all of it where none was fitted."""
-    tried = report.held_out
-    if tried is None:
+    if not report.held_out:
         same = _plain(report.baseline)
         closure = None if report.unexplained is None else 0.0
         what = "all records: no effect was fitted"
         return {"what": what, "baseline": same, "final": same, "closure": closure}
+    return _tried(report.held_out[0])
+
+
+def _tried(tried: HeldOut) -> dict[str, Any]:
     return {
         "what": tried.what,
         "baseline": {"chi2_per_dof": tried.baseline_chi2 / tried.dof, "relative_misfit": tried.baseline_misfit},

@@ -85,11 +85,12 @@ def verdict(record: Record) -> Verdict:
     )
     if share is not None:
         sentences.append(f"{100 * (1.0 - share):.2f} % of the excess over the noise is gone.")
-    if tried["closure"] is not None and record["effects"]:
-        sentences.append(
-            f"On data the effects were not fitted to ({tried['what']}), {100 * tried['closure']:.2f} % of the gap "
-            "closes."
-        )
+    sentences += [
+        f"On data that the effects were not fitted to ({part['what']}), {100 * part['closure']:.2f} % of the gap "
+        "closes."
+        for part in (tried, *gap_.get("held_out_also", ()))
+        if part["closure"] is not None and record["effects"]
+    ]
     sentences += [
         f"This campaign cannot tell {effect['name']} from {' or '.join(effect['equivalent'])}; "
         f"what would: {effect['separated_by']}."
@@ -117,7 +118,10 @@ def _agreement(record: Record) -> Table:
     found, tried = record["gap"], record["gap"]["held_out"]
     parts = [("all records", found["baseline"], found["final"])]
     if record["effects"]:
-        parts.append((f"held out: {tried['what']}", tried["baseline"], tried["final"]))
+        parts += [
+            (f"held out: {part['what']}", part["baseline"], part["final"])
+            for part in (tried, *found.get("held_out_also", ()))
+        ]
     rows = [
         (
             name,

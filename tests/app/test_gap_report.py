@@ -72,7 +72,10 @@ def explained() -> GapReport:
         seen=seen,
         baseline=Agreement(8.0, 0.05, 90.0, (20.0, 15.0)),
         final=Agreement(1.01, 0.008, 0.5, (0.3, -0.2)),
-        held_out=HeldOut("every second temperature", 8000.0, 1010.0, 1000.0, 0.05, 0.008, 0.9985),
+        held_out=(
+            HeldOut("every second temperature", 8000.0, 1010.0, 1000.0, 0.05, 0.008, 0.9985),
+            HeldOut("channel S2", 4500.0, 530.0, 500.0, 0.06, 0.009, 0.9925),
+        ),
         unexplained=0.001,
         before=residual(9.0),
         after=residual(1.0),
@@ -102,7 +105,7 @@ def none(explained: GapReport) -> GapReport:
         effects=(),
         baseline=quiet,
         final=quiet,
-        held_out=None,
+        held_out=(),
         unexplained=None,
         before=residual(1.0),
         after=residual(1.0),
@@ -135,6 +138,8 @@ def test_gap_json_has_the_keys_of_its_contract(explained: GapReport) -> None:
     assert held["baseline"] == {"chi2_per_dof": 8.0, "relative_misfit": 0.05}
     assert held["final"]["chi2_per_dof"] == pytest.approx(1.01)
     assert held["closure"] == 0.9985
+    assert [also["what"] for also in record["gap"]["held_out_also"]] == ["channel S2"]
+    assert record["gap"]["held_out_also"][0]["final"]["chi2_per_dof"] == pytest.approx(1.06)
     assert record["unexplained"] == {"share": 0.001, "where": []}
     assert record["where"]["regions"][0]["frequency_hz"] == [900.0, 1100.0]
     assert record["where"]["shares"]["channel"] == {"S1": 1.0, "S2": 0.0}
@@ -155,7 +160,7 @@ def test_an_unexplained_gap_closes_nothing_and_says_where_it_sits(explained: Gap
         explained,
         verdict="unknown",
         effects=(),
-        held_out=None,
+        held_out=(),
         final=explained.baseline,
         after=explained.before,
         unexplained=1.0,
