@@ -67,6 +67,8 @@ class Outcome:
         Effects claimed; hints of an unknown gap are none.
     closure : float or None
         On held-out temperatures.
+    closure_also : tuple of float
+        On a held-out channel or level, where there was one and a gap in it.
     one_ramp : bool
     not_observable : frozenset of str
     seconds : float
@@ -82,6 +84,7 @@ class Outcome:
     verdict: str
     named: tuple[Named, ...] = ()
     closure: float | None = None
+    closure_also: tuple[float, ...] = ()
     one_ramp: bool = False
     not_observable: frozenset[str] = field(default_factory=frozenset)
     seconds: float = 0.0
@@ -122,6 +125,7 @@ class Outcome:
             "right_classes": self.right_classes,
             "declared_unknown": self.declared_unknown,
             "closure": self.closure,
+            "closure_also": list(self.closure_also),
             "seconds": self.seconds,
         }
 
@@ -154,6 +158,11 @@ def outcome(truth: Record, verdict: Record | None) -> Outcome:
         verdict=verdict["verdict"],
         named=tuple(_named(effect) for effect in claimed),
         closure=verdict["gap"]["held_out"]["closure"] if claimed else None,
+        closure_also=tuple(
+            part["closure"]
+            for part in verdict["gap"].get("held_out_also", ())
+            if claimed and part["closure"] is not None
+        ),
         not_observable=frozenset(verdict["not_observable"]),
         seconds=verdict["seconds"],
     )

@@ -117,8 +117,11 @@ def _pairs(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
 
 def closures(outcomes: Sequence[Outcome]) -> NDArray[np.float64]:
     """Gap closed on held-out temperatures, of every campaign in which what is there was found."""
-    found = [o.closure for o in _kind(outcomes, "single", "pair") if o.right_classes and o.closure is not None]
-    return np.array(found)
+    return np.array([o.closure for o in _found(outcomes) if o.closure is not None])
+
+
+def _found(outcomes: Sequence[Outcome]) -> list[Outcome]:
+    return [o for o in _kind(outcomes, "single", "pair") if o.right_classes]
 
 
 def _closure(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
@@ -126,6 +129,9 @@ def _closure(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
     for name, quantile, least in (("median", 0.5, 0.95), ("worst decile", 0.1, 0.85)):
         value = float(np.quantile(closed, quantile)) if closed.size else None
         yield Figure(f"gap closed on held-out temperatures, {name}", value, None, None, closed.size, (least, 1.0))
+    also = np.array([closure for o in _found(outcomes) for closure in o.closure_also])
+    value = float(np.median(also)) if also.size else None
+    yield Figure("gap closed on a held-out channel or level, median", value, None, None, also.size, (0.9, 1.0))
 
 
 def _parameters(outcomes: Sequence[Outcome]) -> Iterator[Figure]:

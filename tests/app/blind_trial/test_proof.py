@@ -162,7 +162,7 @@ def test_an_outcome_is_read_from_truth_and_verdict():
     verdict = {
         "verdict": "unknown",
         "effects": [{**effect, "parameters": {"a": {"value": 1.1, "sigma": 0.1, "unit": "1"}}}],
-        "gap": {"held_out": {"closure": 0.97}},
+        "gap": {"held_out": {"closure": 0.97}, "held_out_also": [{"closure": 0.92}, {"closure": None}]},
         "not_observable": ["thermal_lag"],
         "seconds": 4.0,
     }
@@ -170,6 +170,9 @@ def test_an_outcome_is_read_from_truth_and_verdict():
     found = outcome(truth, {**verdict, "verdict": "partly_explained"})
     assert (found.right_names, found.one_ramp, found.closure) == (True, True, 0.97)
     assert found.named[0].parameters == {"a": (1.1, 0.1)}
+    assert found.closure_also == (0.92,)
+    rows = table(found)
+    assert value(rows, "gap closed on a held-out channel or level") == (0.92, 1)
     assert outcome(truth, None).verdict == "refused"
 
 
