@@ -132,15 +132,15 @@ class ShapeSpace:
         stay, and what is integrated depends smoothly on the block's place. ValueError if it would not fit.
         """
         mesh = self.basis.mesh
+        own, rest = self._extent(elements), [self._extent(other) for other in others]
         share, stretch = np.ones(mesh.p.shape[1]), 0.0
-        for place, lines, way in zip(mesh.p, (self.x.position, self.y.position), (dx, dy), strict=True):
-            low, high = _ends(place[mesh.t[:, elements]])
-            ends = [_ends(place[mesh.t[:, other]]) for other in others]
-            below = [lines[0], *lines[lines <= low - REACH], *(top for _, top in ends if top <= low)]
-            above = [lines[-1], *lines[lines >= high + REACH], *(bottom for bottom, _ in ends if bottom >= high)]
-            first, last = max(below), min(above)
+        for axis, (lines, way) in enumerate(zip((self.x.position, self.y.position), (dx, dy), strict=True)):
+            low, high = own[:, axis]
+            ends = np.array([wall[:, axis] for wall in rest if _apart(own, wall) == axis]).ravel()
+            stops = np.concatenate([lines[[0, -1]], lines[(lines <= low - REACH) | (lines >= high + REACH)], ends])
+            first, last = stops[stops <= low].max(initial=lines[0]), stops[stops >= high].min(initial=lines[-1])
             stretch += abs(way) / max(min(low - first, last - high), 1e-12)
-            share = share * np.interp(place, [first, low, high, last], [0.0, 1.0, 1.0, 0.0])
+            share = share * np.interp(mesh.p[axis], [first, low, high, last], [0.0, 1.0, 1.0, 0.0])
         if stretch > MOST_STRETCH:
             raise ValueError(f"a block moved by ({dx:g}, {dy:g}) m has not the room around it")
         basis = skfem.CellBasis(
@@ -149,6 +149,11 @@ class ShapeSpace:
             intorder=self.recipe.quadrature_order,
         )
         return replace(self, basis=basis)
+
+    def _extent(self, elements: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """Least and largest x and y of some elements, (2, 2), one axis a column."""
+        corners = self.basis.mesh.p[:, self.basis.mesh.t[:, elements]].reshape(2, -1)
+        return np.array([corners.min(axis=1), corners.max(axis=1)])
 
     @property
     def quadrature_points(self) -> NDArray[np.float64]:
@@ -227,8 +232,9 @@ class ShapeSpace:
         return kept
 
 
-def _ends(values: NDArray[np.float64]) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
+def _apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> int:
+    """Return the axis along which two extents are further apart: there one is the other's wall."""
+    return int(np.maximum(other[0] - one[1], one[0] - other[1]).argmax())
 
 
 def _scatter(blocks: NDArray[np.float64], index: NDArray[np.int_], size: int) -> csr_matrix:
