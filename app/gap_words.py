@@ -89,18 +89,23 @@ def _found(record: Record) -> Any:
     return table
 
 
+def held_out_parts(record: Record) -> list[Record]:
+    """Return what effects were tried on besides the data they were fitted to; nothing where none was fitted."""
+    gap = record["gap"]
+    return [gap["held_out"], *gap.get("held_out_also", ())] if record["effects"] else []
+
+
 def _agreement(record: Record) -> Any:
     found = bool(record["effects"])
     table = _table(
         "Before and after" if found else "Twin and data", "data", "chi2 per dof", "", "misfit", "", "gap closed"
     )
-    gap, tried = record["gap"], record["gap"]["held_out"]
+    gap = record["gap"]
     rows = [("all", gap["baseline"], gap["final"], None)]
-    if found:
-        rows += [
-            (f"held out: {part['what']}", part["baseline"], part["final"], part["closure"])
-            for part in (tried, *gap.get("held_out_also", ()))
-        ]
+    rows += [
+        (f"held out: {part['what']}", part["baseline"], part["final"], part["closure"])
+        for part in held_out_parts(record)
+    ]
     for data, before, after, closure in rows:
         table.add_row(
             data,

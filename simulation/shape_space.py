@@ -138,7 +138,7 @@ class ShapeSpace:
             low, high = own[:, axis]
             ends = np.array([wall[:, axis] for wall in rest if _apart(own, wall) == axis]).ravel()
             stops = np.concatenate([lines[[0, -1]], lines[(lines <= low - REACH) | (lines >= high + REACH)], ends])
-            first, last = stops[stops <= low].max(initial=lines[0]), stops[stops >= high].min(initial=lines[-1])
+            first, last = stops[stops <= low].max(), stops[stops >= high].min()
             stretch += abs(way) / max(min(low - first, last - high), 1e-12)
             share = share * np.interp(mesh.p[axis], [first, low, high, last], [0.0, 1.0, 1.0, 0.0])
         if stretch > MOST_STRETCH:

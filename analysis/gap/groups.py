@@ -55,6 +55,10 @@ class TemperatureGroups:
         size = np.bincount(of_sweep)
         return cls(of_sweep, np.bincount(of_sweep, temperature) / size, size)
 
+    def total(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sum of `values` (T, ...) over the sweeps of each group, (G, ...)."""
+        return np.array([values[self.of_sweep == group].sum(axis=0) for group in range(len(self.size))])
+
     @property
     def wobbles(self) -> NDArray[np.bool_]:
         """Which sweeps (T,) have company, so that an error of their reading shows."""

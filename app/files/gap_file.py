@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.gap.groups import TemperatureGroups
 from analysis.gap.report import FittedLaws, GapReport, Signature
 from analysis.gap.where import ResidualMap
 from app.files.atomic import atomic_hdf5
@@ -43,10 +44,8 @@ class GapMap:
 
     def by_temperature(self, channel: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Root mean square over the sweeps at each temperature: (G,) degrees Celsius and (G, B) sigma."""
-        groups = temperature_groups(self.temperature)
-        power = self.sigma[:, channel] ** 2
-        temperature = np.array([self.temperature[g].mean() for g in groups])
-        return temperature, np.sqrt(np.array([power[g].mean(0) for g in groups]))
+        groups = TemperatureGroups.of(self.temperature)
+        return groups.reference, np.sqrt(groups.total(self.sigma[:, channel] ** 2) / groups.size[:, None])
 
     @classmethod
     def of(cls, found: ResidualMap) -> "GapMap":
@@ -134,10 +133,3 @@ def load_signatures(path: Path) -> Signatures | None:
             return read_value(file["signatures"], Signatures) if "signatures" in file else None
     except (OSError, KeyError, TypeError) as error:
         raise ResultFileError(f"{path}: not a readable gap.h5; make it again: flexura gap") from error
-
-
-def temperature_groups(temperature: NDArray[np.float64]) -> list[NDArray[np.intp]]:
-    """Sweeps at one nominal temperature, ascending."""
-    order = np.argsort(temperature, kind="stable")
-    cuts = np.flatnonzero(np.diff(temperature[order]) > 0.5) + 1
-    return list(np.split(order, cuts))

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from analysis.gap.groups import TemperatureGroups
 from analysis.gap.report import FittedLaws
-from app.files.gap_file import GapFigures, temperature_groups
+from app.files.gap_file import GapFigures
 from app.report.style import BAND, MODEL, frequency_axis, panels
 
 Record = Mapping[str, Any]
@@ -151,8 +152,8 @@ def _change(axes: Axes, before: FittedLaws, after: FittedLaws, law: int, relativ
 def _grouped(
     temperature: NDArray[np.float64], values: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    groups = temperature_groups(temperature)
-    return np.array([temperature[g].mean() for g in groups]), np.array([values[g].sum() for g in groups])
+    groups = TemperatureGroups.of(temperature)
+    return groups.reference, groups.total(values)
 
 
 def _edges(centers: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from app.files.gap_file import load_gap
-from app.gap_words import estimate, named, verdict_words
+from app.gap_words import estimate, held_out_parts, named, verdict_words
 from app.report import gap
 from app.report.page import Item, Paragraph, Picture, Table, Verdict
 
@@ -63,8 +63,7 @@ def gap_section(path: Path) -> list[Item]:
 
 def verdict(record: Record) -> Verdict:
     """Say in words what was concluded, and on what ground."""
-    gap_, tried = record["gap"], record["gap"]["held_out"]
-    before, after = gap_["baseline"], gap_["final"]
+    before, after = record["gap"]["baseline"], record["gap"]["final"]
     found = ", ".join(named(effect) for effect in record["effects"])
     sentences = []
     if record["starting_effects"]:
@@ -88,8 +87,8 @@ def verdict(record: Record) -> Verdict:
     sentences += [
         f"On data that the effects were not fitted to ({part['what']}), {100 * part['closure']:.2f} % of the gap "
         "closes."
-        for part in (tried, *gap_.get("held_out_also", ()))
-        if part["closure"] is not None and record["effects"]
+        for part in held_out_parts(record)
+        if part["closure"] is not None
     ]
     sentences += [
         f"This campaign cannot tell {effect['name']} from {' or '.join(effect['equivalent'])}; "
@@ -115,13 +114,9 @@ def _effects(record: Record) -> Table:
 
 
 def _agreement(record: Record) -> Table:
-    found, tried = record["gap"], record["gap"]["held_out"]
+    found = record["gap"]
     parts = [("all records", found["baseline"], found["final"])]
-    if record["effects"]:
-        parts += [
-            (f"held out: {part['what']}", part["baseline"], part["final"])
-            for part in (tried, *found.get("held_out_also", ()))
-        ]
+    parts += [(f"held out: {part['what']}", part["baseline"], part["final"]) for part in held_out_parts(record)]
     rows = [
         (
             name,

@@ -45,12 +45,8 @@ class FieldsPage(QWidget):
         self._timer = QTimer(self)
         self._timer.setInterval(FRAME)
         self._timer.timeout.connect(self.advance)
-        self._maker = Maker(lambda report: Fields.of(panel, focusing, laws, report), self)
-        self._maker.told.connect(self._told.setText)
-        self._maker.failed.connect(self._told.setText)
-        self._maker.made.connect(self.show_fields)
-        self.destroyed.connect(self._maker.wait)
-        self._maker.start()
+        self._maker = Maker(lambda report: Fields.of(panel, focusing, laws, report), self._told, self)
+        self._maker.hand_to(self.show_fields)
 
     def show_fields(self, fields: Fields) -> None:
         """Build the plots, once the twin is there."""

@@ -2,13 +2,22 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QObject, QThread, Signal
+from PySide6.QtCore import QThread, Signal
+from PySide6.QtWidgets import QLabel, QWidget
 
 from app.progress import Report
 
 
 class Maker(QThread):
-    """Makes one thing.
+    """Makes one thing for a widget, which waits for it before it goes.
+
+    Parameters
+    ----------
+    task : callable
+        Makes it, telling how far it is.
+    shown : QLabel
+        Shows how far, or what went wrong.
+    owner : QWidget
 
     Attributes
     ----------
@@ -22,9 +31,17 @@ class Maker(QThread):
     made = Signal(object)
     failed = Signal(object)
 
-    def __init__(self, task: Callable[[Report], object], parent: QObject) -> None:
-        super().__init__(parent)
+    def __init__(self, task: Callable[[Report], object], shown: QLabel, owner: QWidget) -> None:
+        super().__init__(owner)
         self._task = task
+        self.told.connect(shown.setText)
+        self.failed.connect(shown.setText)
+        owner.destroyed.connect(self.wait)
+
+    def hand_to(self, take: Callable[..., None]) -> None:
+        """Begin, and hand over what is made."""
+        self.made.connect(take)
+        self.start()
 
     def run(self) -> None:
         """Work in the thread."""

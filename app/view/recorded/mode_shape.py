@@ -46,12 +46,8 @@ class ModeShape(QWidget):
             reduced = campaign_twin(experiment, report).reduced
             return Shapes(reduced.modes, reduced.deflection, reduced.points, laws)
 
-        self._maker = Maker(fetched, self)
-        self._maker.told.connect(self._told.setText)
-        self._maker.failed.connect(self._told.setText)
-        self._maker.made.connect(self.show_shapes)
-        self.destroyed.connect(self._maker.wait)
-        self._maker.start()
+        self._maker = Maker(fetched, self._told, self)
+        self._maker.hand_to(self.show_shapes)
 
     def show_shapes(self, shapes: Shapes) -> None:
         """Build the plot, once the twin is there."""
