@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from analysis.gap.gap_fit import GapFit
 from analysis.gap.held_out import HeldOut
 from analysis.gap.refit import Bench, explained
 from analysis.gap.report import Verdict
@@ -32,8 +33,7 @@ def judge(bench: Bench, found: Found, tried: HeldOut | None) -> Judgement:
     if not tried.holds:
         verdict: Verdict = "none" if silent else "unknown"
         return Judgement(verdict, False, f"what was found does not hold on data left out ({tried.what})")
-    rest = unknown_evidence(bench.sweeps, found.fit.residual, found.fit.state) / bench.sweeps.overstated
-    if bench.agrees(found.fit) and rest < LEAST_REST:
+    if bench.agrees(found.fit) and not _leaves_a_shape(bench, found.fit):
         return Judgement("explained", True, "with the effects named, twin and data agree to the noise")
     share = explained(bench, found.baseline, found.fit)
     if share < EXPLAINED:
@@ -47,3 +47,10 @@ def judge(bench: Bench, found: Found, tried: HeldOut | None) -> Judgement:
     return Judgement(
         "partly_explained", True, f"{100 * share:.1f} % of the gap is explained; more than noise is left"
     )
+
+
+def _leaves_a_shape(bench: Bench, fit: GapFit) -> bool:
+    """Whether there is evidence for a nameless discrepancy in what a fit leaves beyond the twin's own error."""
+    if bench.excess(fit) <= bench.sweeps.allowed:
+        return False
+    return unknown_evidence(bench.sweeps, fit.residual, fit.state) >= LEAST_REST * bench.sweeps.overstated

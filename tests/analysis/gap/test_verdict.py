@@ -30,6 +30,7 @@ def judged(monkeypatch: pytest.MonkeyPatch):
         holds: bool = True,
         nameless: float = 0.0,
         rest: float = 0.0,
+        allowed: float = 0.0,
     ) -> str:
         before, after = fit(gap, 0.0), fit(left, 0.5 * (gap - left))
         monkeypatch.setattr(
@@ -37,7 +38,9 @@ def judged(monkeypatch: pytest.MonkeyPatch):
         )
         after.residual = "rest"
         bench: Any = SimpleNamespace(
-            sweeps=SimpleNamespace(overstated=2.0), excess=lambda f: f.total, agrees=lambda f: f.total <= NOISE
+            sweeps=SimpleNamespace(overstated=2.0, allowed=allowed),
+            excess=lambda f: f.total,
+            agrees=lambda f: f.total <= NOISE,
         )
         found: Any = SimpleNamespace(
             baseline=before, fit=after if effects else before, effects=tuple("abc"[:effects])
@@ -78,3 +81,8 @@ def test_a_rest_with_a_shape_is_not_noise_however_small(judged):
     assert judged(2, 5.0, rest=0.9 * at_the_limit) == "explained"
     assert judged(2, 5.0, rest=at_the_limit) == "unknown"
     assert judged(1, 5.0, rest=at_the_limit) == "partly_explained"
+
+
+def test_the_twins_own_error_may_have_any_shape(judged):
+    assert judged(1, 5.0, rest=100.0, allowed=4.0) == "partly_explained"
+    assert judged(1, 5.0, rest=100.0, allowed=6.0) == "explained"
