@@ -24,6 +24,7 @@
 ``held_out``          the gap on data that took no part
 ``misfit``            relative misfit over the lines
 ``where``             the residual over all a campaign varies
+``signatures``        what each candidate alone would leave of it
 ``confidence``        how sure a name is
 ``verdict``           none, explained, partly explained or unknown
 ``gap``               from FRFs to a report

@@ -16,8 +16,9 @@ from analysis.gap.misfit import relative_misfit
 from analysis.gap.model import GapModel
 from analysis.gap.numerical_floor import NumericalFloor
 from analysis.gap.refit import Bench, Progress, explained
-from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect, Signature
+from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
 from analysis.gap.search import Found, search
+from analysis.gap.signatures import Signature, signatures
 from analysis.gap.state import starting_state
 from analysis.gap.sweeps import GapSweeps, prepare, sharpest
 from analysis.gap.thresholds import Z_FLOOR
@@ -78,12 +79,13 @@ def find_gap(
             report("held-out data", done / len(ways))
             tried.append(held_out(model, sweeps, split, baseline, found.fit, executor, significant))
     judgement = judge(bench, found, tried[0] if tried else None)
-    report("done", 1.0)
     notes = [*noise.notes, *(floor.notes if floor is not None else ()), judgement.reason]
     if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest(updated):
         notes.append("some resonances came out sharper than the nodes were laid for; the residual may show it")
     notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]
-    return _report(bench, found, tried, judgement, tuple(notes), clock() - begun)
+    alone = () if judgement.verdict == "none" else signatures(bench, found)
+    report("done", 1.0)
+    return _report(bench, found, tried, judgement, alone, tuple(notes), clock() - begun)
 
 
 def _report(
@@ -91,6 +93,7 @@ def _report(
     found: Found,
     tried: Sequence[HeldOut],
     judgement: Judgement,
+    alone: tuple[Signature, ...],
     notes: tuple[str, ...],
     seconds: float,
 ) -> GapReport:
@@ -115,11 +118,11 @@ def _report(
         state=final.state,
         sigma_gain=float(np.exp(final.state.log_gain)) * final.sigma_log_gain * _inflation(final),
         candidates=_candidates(bench, found),
+        signatures=alone,
         steps=found.steps,
         noise=noise,
         notes=notes,
         seconds=seconds,
-        signatures=_signatures(bench, found),
     )
 
 
@@ -163,18 +166,6 @@ def _named(bench: Bench, found: Found, name: str) -> NamedEffect:
         against=others,
         log_evidence_gain=gain,
         parameters=tuple(estimates),
-    )
-
-
-def _signatures(bench: Bench, found: Found) -> tuple[Signature, ...]:
-    """Map what each effect that was fitted alone takes from the baseline's excess."""
-    if not found.steps:
-        return ()
-    before = residual_map(bench.sweeps, bench.noise, found.baseline).excess
-    return tuple(
-        Signature(trial.effects[0], before - residual_map(bench.sweeps, bench.noise, trial.fit).excess)
-        for trial in found.steps[0].refits
-        if len(trial.effects) == 1 and trial.fit is not None
     )
 
 

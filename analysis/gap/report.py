@@ -11,6 +11,7 @@ from analysis.gap.held_out import HeldOut
 from analysis.gap.noise import NoiseCheck
 from analysis.gap.observability import Observability
 from analysis.gap.search import Step
+from analysis.gap.signatures import Signature
 from analysis.gap.state import GapState
 from analysis.gap.where import ResidualMap
 
@@ -109,21 +110,6 @@ class CandidateRow:
 
 
 @dataclass(frozen=True)
-class Signature:
-    """What one effect, fitted alone, would take away.
-
-    Attributes
-    ----------
-    effect : str
-    explained : (T, K, B) ndarray
-        chi2 taken from each cell of `GapReport.before`.
-    """
-
-    effect: str
-    explained: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
 class FittedLaws:
     """Laws at the groups' temperatures.
 
@@ -167,13 +153,13 @@ class GapReport:
     sigma_gain : float
         V/V.
     candidates : tuple of CandidateRow
+    signatures : tuple of Signature
+        Of every candidate, the most promising first; none where there is no gap.
     steps : tuple of Step
     noise : NoiseCheck
     notes : tuple of str
         For people.
     seconds : float
-    signatures : tuple of Signature
-        Of the effects that were worth a full fit, the best first.
     """
 
     verdict: Verdict
@@ -191,8 +177,8 @@ class GapReport:
     state: GapState
     sigma_gain: float
     candidates: tuple[CandidateRow, ...]
+    signatures: tuple[Signature, ...] = field(repr=False)
     steps: tuple[Step, ...] = field(repr=False)
     noise: NoiseCheck = field(repr=False)
     notes: tuple[str, ...]
     seconds: float
-    signatures: tuple[Signature, ...] = ()

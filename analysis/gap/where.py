@@ -105,19 +105,7 @@ class ResidualMap:
 
 def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualMap:
     """Map what `fit` leaves; features too sharp for the nodes are added where they stand."""
-    n = sweeps.nodes.frequency.size
-    bins = min(BINS, n)
-    starts = np.linspace(0, n, bins + 1).astype(int)
-    power = np.add.reduceat(np.abs(fit.residual) ** 2, starts[:-1], axis=-1)
-    count = 2.0 * np.diff(starts)
-    edges = np.append(sweeps.nodes.frequency[starts[:-1]], sweeps.nodes.frequency[-1])
-    excess = power - count
-    lines = sweeps.nodes.lines
-    blocks = noise.sharp.shape[-1]
-    middle = lines[((np.arange(blocks) + 0.5) * lines.size / blocks).astype(int)]
-    place = np.clip(np.searchsorted(edges, middle) - 1, 0, bins - 1)
-    for block, bin_ in enumerate(place):
-        excess[:, :, bin_] += noise.sharp[sweeps.original, :, block]
+    excess, count, edges = _cells(sweeps, noise, fit.residual)
     sigma = np.sqrt(np.maximum(excess + count, 0.0) / count)
     regions = _regions(sweeps, excess, sigma, count, edges)
     return ResidualMap(
@@ -131,6 +119,31 @@ def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualM
         readings=fit.readings,
         regions=regions,
     )
+
+
+def cell_sigma(sweeps: GapSweeps, noise: NoiseCheck, residual: NDArray[np.complex128]) -> Real:
+    """Return the (T, K, B) `ResidualMap.sigma` of a whitened residual (T, K, n)."""
+    excess, count, _ = _cells(sweeps, noise, residual)
+    sigma: Real = np.sqrt(np.maximum(excess + count, 0.0) / count)
+    return sigma
+
+
+def _cells(sweeps: GapSweeps, noise: NoiseCheck, residual: NDArray[np.complex128]) -> tuple[Real, Real, Real]:
+    """Return chi2 beyond the noise's in each cell (T, K, B), the noise's (B,), and the edges (B + 1,)."""
+    n = sweeps.nodes.frequency.size
+    bins = min(BINS, n)
+    starts = np.linspace(0, n, bins + 1).astype(int)
+    power = np.add.reduceat(np.abs(residual) ** 2, starts[:-1], axis=-1)
+    count = 2.0 * np.diff(starts)
+    edges = np.append(sweeps.nodes.frequency[starts[:-1]], sweeps.nodes.frequency[-1])
+    excess = power - count
+    lines = sweeps.nodes.lines
+    blocks = noise.sharp.shape[-1]
+    middle = lines[((np.arange(blocks) + 0.5) * lines.size / blocks).astype(int)]
+    place = np.clip(np.searchsorted(edges, middle) - 1, 0, bins - 1)
+    for block, bin_ in enumerate(place):
+        excess[:, :, bin_] += noise.sharp[sweeps.original, :, block]
+    return excess, count, edges
 
 
 def _regions(sweeps: GapSweeps, excess: Real, sigma: Real, count: Real, edges: Real) -> tuple[Region, ...]:

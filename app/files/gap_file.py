@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.groups import TemperatureGroups
-from analysis.gap.report import FittedLaws, GapReport, Signature
+from analysis.gap.report import FittedLaws, GapReport
+from analysis.gap.signatures import Signature
 from analysis.gap.where import ResidualMap
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
@@ -44,8 +45,12 @@ class GapMap:
 
     def by_temperature(self, channel: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Root mean square over the sweeps at each temperature: (G,) degrees Celsius and (G, B) sigma."""
+        return self.grouped(self.sigma[:, channel])
+
+    def grouped(self, sigma: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Do the same with any residual (T, B) of these sweeps."""
         groups = TemperatureGroups.of(self.temperature)
-        return groups.reference, np.sqrt(groups.total(self.sigma[:, channel] ** 2) / groups.size[:, None])
+        return groups.reference, np.sqrt(groups.total(sigma**2) / groups.size[:, None])
 
     @classmethod
     def of(cls, found: ResidualMap) -> "GapMap":
@@ -86,17 +91,20 @@ class GapFigures:
 
 @dataclass(frozen=True)
 class Signatures:
-    """What each effect that was fitted alone would explain, see `analysis.gap.report.Signature`.
+    """What each candidate alone would leave, see `analysis.gap.signatures.Signature`.
 
     Attributes
     ----------
     effects : tuple of str
-    explained : (S, T, K, B) ndarray
-        chi2 taken away from each cell of the map before.
+    sigma : (S, T, K, B) ndarray
+        rms residual in units of noise, in the cells of `GapFigures.before`.
+    fitted : (S,) bool ndarray
+        Fitted in full; else to first order.
     """
 
     effects: tuple[str, ...]
-    explained: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+    fitted: NDArray[np.bool_]
 
 
 def save_gap(
@@ -111,8 +119,12 @@ def save_gap(
         stamp(file, made_from)
         write_value(file.create_group("figures"), figures)
         if signatures:
-            held = Signatures(tuple(s.effect for s in signatures), np.array([s.explained for s in signatures]))
-            write_value(file.create_group("signatures"), held)
+            held = Signatures(
+                effects=tuple(s.effect for s in signatures),
+                sigma=np.array([s.sigma for s in signatures]),
+                fitted=np.array([s.fitted for s in signatures]),
+            )
+            write_value(file.create_group("alone"), held)
         file.create_dataset("record", data=json.dumps(record, allow_nan=False))
 
 
@@ -127,9 +139,9 @@ def load_gap(path: Path) -> tuple[GapFigures, dict[str, Any]]:
 
 
 def load_signatures(path: Path) -> Signatures | None:
-    """Read the signatures; None where no effect was fitted, or by a version that kept none."""
+    """Read the signatures; None where there was no gap, and in files of versions that kept none."""
     try:
         with h5py.File(path) as file:
-            return read_value(file["signatures"], Signatures) if "signatures" in file else None
+            return read_value(file["alone"], Signatures) if "alone" in file else None
     except (OSError, KeyError, TypeError) as error:
         raise ResultFileError(f"{path}: not a readable gap.h5; make it again: flexura gap") from error

@@ -89,6 +89,7 @@ def explained() -> GapReport:
             CandidateRow("orthotropy", 12.0, None, None, 0.9, 0.2),
             CandidateRow("thermal_lag", 0.0, None, None, 0.0, 0.0),
         ),
+        signatures=(),
         steps=(),
         noise=NoiseCheck(np.array([1.02, 0.97]), np.ones((4, 2)), 5000, np.zeros((4, 2, 6)), ()),
         notes=("with the effects named, twin and data agree to the noise",),

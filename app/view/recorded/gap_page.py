@@ -1,4 +1,4 @@
-"""Where twin and data disagree, and what each candidate alone would explain of it."""
+"""Where twin and data disagree, and what each candidate alone would leave of it."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
-from app.files.gap_file import GapFigures, GapMap, Signatures
+from app.files.gap_file import GapFigures, Signatures
 from app.gap_words import estimate, named, verdict_words
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
 from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE
-from app.view.theme import Theme, beyond_noise, one_sided
+from app.view.theme import Theme, beyond_noise
 
 Real = NDArray[np.float64]
 Record = Mapping[str, Any]
@@ -29,7 +29,7 @@ class GapPage(QWidget):
     ----------
     figures : GapFigures
     signatures : Signatures or None
-        None in files of earlier versions.
+        None where there was no gap, and in files of earlier versions.
     record : mapping
         As in gap.json.
     cursors : Cursors
@@ -86,7 +86,7 @@ class GapPage(QWidget):
         side.addWidget(told)
         side.addWidget(QLabel("sensor"))
         side.addWidget(self._channel)
-        side.addWidget(QLabel("what each effect alone would explain; switch its signature on or off:"))
+        side.addWidget(QLabel("what each effect alone would leave; switch it on or off:"))
         side.addWidget(self.candidates, stretch=1)
         grid = QGridLayout(self)
         grid.addWidget(self._before, 0, 0)
@@ -97,12 +97,10 @@ class GapPage(QWidget):
     def _draw(self) -> None:
         top = float(np.clip(self._figures.before.sigma.max(), 3.0, LOUDEST))
         ticks = [(float(np.log10(t)), f"{t}") for t in TICKS if t <= top]
-        for chart, seen in ((self._before, self._figures.before), (self._after, self._figures.after)):
+        nothing = self._map(self._figures.before.sigma[:, 0])
+        for chart in (self._before, self._after, self._signature):
             label = "rms residual [σ of the noise]"
-            chart.image(self._residual(seen, 0), beyond_noise(self._theme), (0.0, np.log10(top)), label, ticks)
-        self._signature.image(
-            self._shares([], 0), one_sided("cividis"), (0.0, 1.0), "share of the excess explained"
-        )
+            chart.image(nothing, beyond_noise(self._theme), (0.0, np.log10(top)), label, ticks)
         cursors = self._cursors
 
         def to_temperature(value: float) -> None:
@@ -122,15 +120,12 @@ class GapPage(QWidget):
         taken = {effect["name"] for effect in record["effects"]}
         known = () if self._signatures is None else self._signatures.effects
         for row in sorted(record["candidates"], key=_evidence, reverse=True):
-            share = "" if row["share"] is None else f", explains {100 * row['share']:.1f} %"
+            share = " to first order" if row["share"] is None else f", explains {100 * row['share']:.1f} %"
             item = QListWidgetItem(f"{row['name']}: {max(_evidence(row), 0.0):,.0f} nats{share}")
             item.setData(Qt.ItemDataRole.UserRole, row["name"])
             if row["name"] in known:
                 item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
                 item.setCheckState(Qt.CheckState.Checked if row["name"] in taken else Qt.CheckState.Unchecked)
-            else:
-                item.setFlags(Qt.ItemFlag.NoItemFlags)
-                item.setToolTip("screened to first order only: no signature was computed")
             self.candidates.addItem(item)
 
     @property
@@ -147,35 +142,27 @@ class GapPage(QWidget):
         channel = self._channel.currentIndex()
         parts = (("before", self._before, self._figures.before), ("after", self._after, self._figures.after))
         for words, chart, seen in parts:
-            chart.show_map(self._residual(seen, channel))
+            chart.show_map(self._map(seen.sigma[:, channel]))
             chart.setTitle(f"{self._channel.currentText()}: what the twin misses, {words}")
         self._show_signatures()
 
     def _show_signatures(self) -> None:
+        """Show in each cell what the best of the effects switched on would leave, alone."""
         on = self.switched_on
-        self._signature.show_map(self._shares(on, self._channel.currentIndex()))
-        none = "no signatures in this file" if self._signatures is None else "no signature is switched on"
-        self._signature.setTitle(f"explained by {' or '.join(on)}" if on else none)
+        if self._signatures is None:
+            return
+        left = [self._signatures.sigma[self._signatures.effects.index(name)] for name in on]
+        best = np.min(left or [self._figures.before.sigma], axis=0)
+        self._signature.show_map(self._map(best[:, self._channel.currentIndex()]))
+        alone = f"what {' or '.join(on)} alone would leave" if on else "no effect is switched on: as before"
+        self._signature.setTitle(f"{self._channel.currentText()}: {alone}")
 
-    @staticmethod
-    def _residual(seen: GapMap, channel: int) -> Map:
-        temperature, sigma = seen.by_temperature(channel)
-        middle = 0.5 * (seen.edges[1:] + seen.edges[:-1])
-        return Map(middle, temperature, np.log10(np.maximum(sigma, 1.0)))
-
-    def _shares(self, effects: list[str], channel: int) -> Map:
-        """Share of each cell's excess that the best of `effects` takes away alone."""
+    def _map(self, sigma: Real) -> Map:
+        """Return the map of one channel's residual (T, B)."""
         before = self._figures.before
-        shown = self._residual(before, channel)
-        if self._signatures is None or not effects:
-            return Map(shown.x, shown.y, np.zeros_like(shown.value))
-        places = [self._signatures.effects.index(name) for name in effects]
-        rows = [np.abs(before.temperature - t).argmin() for t in shown.y]
-        excess = np.maximum(before.excess[rows, channel], 0.0)
-        taken = np.max(self._signatures.explained[places][:, rows, channel], axis=0)
-        loud = excess > 0.02 * excess.max()
-        share = np.divide(taken, excess, out=np.zeros_like(taken), where=loud)
-        return Map(shown.x, shown.y, np.clip(share, 0.0, 1.0))
+        temperature, grouped = before.grouped(sigma)
+        middle = 0.5 * (before.edges[1:] + before.edges[:-1])
+        return Map(middle, temperature, np.log10(np.maximum(grouped, 1.0)))
 
 
 def _evidence(row: Record) -> float:

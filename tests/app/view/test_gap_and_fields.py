@@ -17,7 +17,8 @@ from analysis.focusing.grid import Grid
 from analysis.focusing.methods import Modes, compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
-from analysis.gap.report import FittedLaws, Signature
+from analysis.gap.report import FittedLaws
+from analysis.gap.signatures import Signature
 from app.files.filter_files import save_focusing
 from app.files.gap_file import GapFigures, GapMap, save_gap
 from app.files.laws_file import load_laws
@@ -238,8 +239,12 @@ def gap_run(run: Path) -> Path:
             {"name": "orthotropy", "log_evidence_screened": 1.0, "log_evidence_fitted": None, "share": None},
         ],
     }
-    excess = figures.before.excess
-    signatures = (Signature("point_mass", 0.99 * excess), Signature("suspension", 0.5 * excess))
+    sigma = figures.before.sigma
+    signatures = (
+        Signature("point_mass", np.ones_like(sigma), True),
+        Signature("suspension", np.sqrt(sigma), True),
+        Signature("orthotropy", 2.0 * sigma, False),
+    )
     save_gap(run / "gap.h5", figures, signatures, record, provenance({"a": "0"}))
     return run
 
@@ -255,15 +260,18 @@ def test_signatures_are_switched_on_and_off(opened: Callable[[Path], RecordedWin
         assert shown is not None
         return float(shown.value.max())
 
-    assert loudest() == pytest.approx(0.99)
+    assert loudest() == 0.0
     page.switch("suspension", on=True)
     page.switch("point_mass", on=False)
     assert page.switched_on == ["suspension"]
-    assert loudest() == pytest.approx(0.5)
+    assert loudest() == pytest.approx(np.log10(3.0))
     page.switch("suspension", on=False)
-    assert loudest() == 0.0
+    assert loudest() == pytest.approx(np.log10(9.0))
     page.switch("orthotropy", on=True)
-    assert page.switched_on == []
+    assert page.switched_on == ["orthotropy"]
+    assert loudest() == pytest.approx(np.log10(18.0))
+    page.switch("suspension", on=True)
+    assert loudest() == pytest.approx(np.log10(3.0))
 
 
 def test_the_gap_map_is_that_of_the_sensor_chosen(opened: Callable[[Path], RecordedWindow], gap_run: Path) -> None:
