@@ -23,6 +23,8 @@ from simulation.mesh_disagreement import mesh_disagreement
 
 FLOOR_LINES = 400
 """Lines on which two meshes are compared: a dozen over the width of a resonance."""
+ROUGH = 2e-3
+"""Certified error of the plate with effects from which it is said: plates reduced as they should be stay below."""
 
 
 @dataclass(frozen=True)
@@ -90,12 +92,24 @@ def campaign_gap(
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
         floor = _floor(campaign, plain, twin, report)
         found = find_gap(frf, plain.updated, model, protocol, executor, floor=floor, progress=report)
+        found = replace(found, notes=(*found.notes, *roughness(twin.operators.error)))
         claimed = {e.name: e.parameters for e in found.effects}
         if found.verdict == "unknown":
             fitted = fit_twin(frf, plain.updated, model, protocol, executor, given)
         else:
             fitted = FittedTwin(found.state, found.laws_after, found.sigma_gain, {**given, **claimed})
     return Comparison(frf, plain, twin, given, found, corrected_twin(frf, plain.updated, model, protocol, fitted))
+
+
+def roughness(error: float) -> tuple[str, ...]:
+    """Say it where the reduced plate with effects is less exact than usual: `error` is its certified one."""
+    if error <= ROUGH:
+        return ()
+    return (
+        f"this plate with several effects at half of their ranges is computed to {100 * error:.2g} % of its peak "
+        f"only (usual: below {100 * ROUGH:.2g} %): take large parameters for no surer than that, and look whether "
+        "patches nearly touch an edge or each other",
+    )
 
 
 def _floor(campaign: Campaign, plain: Updating, twin: EffectTwin, report: Report) -> NumericalFloor:

@@ -95,8 +95,8 @@ class EffectOperators:
     offset_range : float
         Largest offset along x or y, m.
     error : float
-        Largest error of any transfer between patches, over its rms along the band, against the full model in
-        states at the edges of the certified ranges.
+        Largest error of any transfer between patches, over its peak along the band, against the full model as
+        declared and with all effects at half of their certified ranges at once.
     """
 
     bending: Real

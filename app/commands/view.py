@@ -7,6 +7,7 @@ import click
 
 from app.commands.bad_input import bad_input
 from app.commands.options import PATH
+from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from app.view.opening import Kind
@@ -32,8 +33,9 @@ Examples:
     metavar="DIR",
     help="Write every page as PNG into DIR instead of waiting for hands; needs no screen.",
 )
+@output_options("the pictures written with --screenshot")
 @bad_input
-def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Path | None) -> None:
+def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Path | None, output: Output) -> None:
     """Look at FOLDER, a campaign or a run folder.
 
     A campaign that flexura acquire is writing is shown live: oven and plate against the programme, the last
@@ -63,8 +65,10 @@ def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Pa
         if screenshot is not None:
             from app.view.screenshots import screenshots
 
-            written = screenshots(window, screenshot)
-            click.echo(f"{len(written)} pictures in {screenshot}", err=True)
+            with output.progress() as report:
+                written = screenshots(window, screenshot, report)
+            output.result(lambda: {"pictures": [str(picture.resolve()) for picture in written]})
+            output.summary(f"{len(written)} pictures in {screenshot}")
             return
         window.show()
         app.exec()

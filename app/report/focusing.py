@@ -17,7 +17,9 @@ SHOWN = (0.0, 20.0, 40.0, 60.0)
 
 def before(focusing: Focusing) -> Figure:
     """Contrast and spot error with the filters of one temperature used at every temperature."""
-    return _over_temperature(focusing.frequency, focusing.temperature, focusing.fixed)
+    figure = _over_temperature(focusing.frequency, focusing.temperature, focusing.fixed)
+    _legend_below(figure)
+    return figure
 
 
 def after(compensation: Compensation) -> Figure:
@@ -29,7 +31,7 @@ def after(compensation: Compensation) -> Figure:
             compensation.frequency, compensation.direct_aim.contrast[row], ":", color=MEASURED, lw=0.8
         )
     figure.axes[0].plot([], [], ":", color=MEASURED, lw=0.8, label="filters computed directly")
-    figure.axes[0].legend()
+    _legend_below(figure)
     return figure
 
 
@@ -142,10 +144,15 @@ def _over_temperature(frequency: NDArray[np.float64], temperature: NDArray[np.fl
         axes[1].plot(frequency, 100 * aim.spot_error[row], color=color, lw=0.9)
     axes[0].set(ylabel="contrast", ylim=(0, 1), title="contrast, eq. (9)")
     axes[1].set(ylabel="spot error [% of Lx]", title="spot error", ylim=(0, None))
-    axes[0].legend()
     for each in axes:
         frequency_axis(each)
     return figure
+
+
+def _legend_below(figure: Figure) -> None:
+    """Name the curves of the first axes below the figure: they leave no room inside."""
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
 
 
 def _rows(temperature: NDArray[np.float64]) -> list[int]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.groups import TemperatureGroups
 from analysis.gap.report import FittedLaws
+from analysis.gap.thresholds import LEAST_GAIN
 from app.files.gap_file import GapFigures
 from app.report.style import BAND, MODEL, frequency_axis, panels
 
@@ -105,7 +106,7 @@ def candidates(record: Record) -> Figure:
     axes.set_xscale("symlog", linthresh=10.0)
     axes.set_xlim(0.0, 30.0 * max([10.0, *(_evidence(row) for row in rows)]))
     axes.grid(visible=False, axis="y")
-    axes.axvline(10.0, color="0.4", lw=0.9, ls=":")
+    axes.axvline(LEAST_GAIN, color="0.4", lw=0.9, ls=":")
     axes.set(xlabel="log evidence over the plain twin [nats]; dotted: what an effect must bring at least")
     handles = [
         Patch(color=AFTER, label="named" if record["verdict"] != "unknown" else "hint"),

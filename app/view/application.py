@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
+    from PySide6.QtCore import QMessageLogContext, QtMsgType
     from PySide6.QtWidgets import QApplication
 
 LIBRARIES = "libegl1 libgl1 libx11-6 libxkbcommon0 libdbus-1-3 libfontconfig1 libglib2.0-0"
@@ -20,6 +21,7 @@ def application() -> "QApplication":
     os.environ.setdefault("PYQTGRAPH_QT_LIB", "PySide6")  # whatever other binding may be about
     try:
         import pyqtgraph
+        from PySide6.QtCore import qInstallMessageHandler
         from PySide6.QtWidgets import QApplication
     except ImportError as error:
         raise click.ClickException(
@@ -30,7 +32,16 @@ def application() -> "QApplication":
     running = QApplication.instance()
     if isinstance(running, QApplication):
         return running
+    qInstallMessageHandler(_message)
     begun = QApplication(["flexura"])
     begun.setApplicationDisplayName("Flexura")
     begun.setStyle("Fusion")
     return begun
+
+
+def _message(kind: "QtMsgType", context: "QMessageLogContext", text: str) -> None:
+    """Hand on what Qt says, but for what a plugin without a screen cannot do: nobody asked it to."""
+    from PySide6.QtCore import qFormatLogMessage
+
+    if not text.startswith("This plugin does not support"):
+        click.echo(qFormatLogMessage(kind, context, text), err=True)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QApplication
 
+from app.progress import Report
 from app.view.export import picture
 from app.view.live.watched import AT_A_TIME, KEPT
 from app.view.live.window import LiveWindow
@@ -19,8 +20,9 @@ PATIENCE = 600.0
 SHARP = 1.25
 
 
-def screenshots(window: Window, folder: Path) -> list[Path]:
+def screenshots(window: Window, folder: Path, report: Report) -> list[Path]:
     """Write every page of a window as PNG into a folder; return the files."""
+    report("pages", 0.0)
     window.show()
     if isinstance(window, LiveWindow):
         for _ in range(KEPT // AT_A_TIME):
@@ -36,6 +38,7 @@ def screenshots(window: Window, folder: Path) -> list[Path]:
             time.sleep(0.02)
         name = re.sub(r"\W+", "-", window.tabs.tabText(number).lower())
         written.append(_shot(window, folder / f"view-{name}-{window.theme.name}.png"))
+        report("pages", (number + 1) / window.tabs.count())
     return written
 
 

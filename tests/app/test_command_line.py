@@ -17,7 +17,7 @@ import pytest
 from app.main import VERBS, flexura
 
 ROOT = Path(__file__).resolve().parents[2]
-RESULTS = [verb for verb in VERBS if verb not in ("completion", "view")]
+RESULTS = [verb for verb in VERBS if verb != "completion"]
 """Verbs with a result: the others write a shell's script and open a window."""
 SHARED = ("--twin", "--effects", "--out", "--mains", "--quiet", "--json", "--help")
 """The order of the options that several verbs have, after their own."""

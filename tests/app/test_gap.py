@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from app.files.gap_file import load_gap
 from app.files.laws_file import load_laws, load_updated
 from app.files.twin_file import read_twin
+from app.gap import roughness
 from app.main import flexura
 
 Run = Callable[..., tuple[int, str, str]]
@@ -77,6 +78,13 @@ def test_what_the_analysis_refuses_is_told_in_one_message(
     monkeypatch.setattr("app.updating.campaign_frf", raising(np.linalg.LinAlgError("singular")))
     with pytest.raises(np.linalg.LinAlgError):
         run_flexura("gap", campaign)
+
+
+def test_a_plate_that_is_computed_less_exactly_than_usual_is_told_of() -> None:
+    assert roughness(1.5e-3) == ()
+    (note,) = roughness(4e-3)
+    assert "0.4 % of its peak" in note
+    assert "below 0.2 %" in note
 
 
 def test_copies_of_one_repeat_are_refused(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:

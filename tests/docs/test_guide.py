@@ -3,6 +3,7 @@
 import ast
 import os
 import re
+import runpy
 import shlex
 import shutil
 import stat
@@ -87,6 +88,16 @@ def test_every_link_leads_somewhere(page: Path) -> None:
         there = (page.parent / target).resolve() if target else page
         assert there.exists(), f"{name(page)}: {link}"
         assert not fragment or fragment in anchors(there), f"{name(page)}: {link}"
+
+
+def test_every_picture_is_shown_and_made_by_the_command_for_it() -> None:
+    made = runpy.run_path(str(ROOT / "docs" / "make_images.py"))["MADE"]
+    shown = {
+        Path(link).stem
+        for page in PAGES
+        for link in re.findall(r"!\[[^]]*\]\(([^)]+\.png)\)", page.read_text(encoding="utf-8"))
+    }
+    assert {image.stem for image in (ROOT / "docs" / "images").iterdir()} == shown == made
 
 
 def test_every_page_is_in_the_index() -> None:

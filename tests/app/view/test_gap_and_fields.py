@@ -1,5 +1,6 @@
 """Pages on the gap, on focusing and on moving fields; the panel is a plate of sines, known in closed form."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -272,6 +273,19 @@ def test_signatures_are_switched_on_and_off(opened: Callable[[Path], RecordedWin
     assert loudest() == pytest.approx(np.log10(18.0))
     page.switch("suspension", on=True)
     assert loudest() == pytest.approx(np.log10(3.0))
+
+
+def test_the_verb_writes_every_page_as_a_picture(
+    qapp: object, run_flexura: Callable[..., tuple[int, str, str]], gap_run: Path, tmp_path: Path
+) -> None:
+    shots = tmp_path / "shots"
+    status, out, err = run_flexura("view", gap_run, "--theme", "light", "--screenshot", shots, "--json")
+    pictures = [Path(name) for name in json.loads(out)["pictures"]]
+    assert (status, err) == (0, f"{len(pictures)} pictures in {shots}\n")
+    assert sorted(shots.iterdir()) == sorted(pictures)
+    assert "view-gap-light.png" in {picture.name for picture in pictures}
+    assert all(picture.read_bytes().startswith(b"\x89PNG") for picture in pictures)
+    assert run_flexura("view", gap_run, "--screenshot", shots, "--quiet") == (0, "", "")
 
 
 def test_the_gap_map_is_that_of_the_sensor_chosen(opened: Callable[[Path], RecordedWindow], gap_run: Path) -> None:
