@@ -51,9 +51,12 @@ def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None
             "bytes": size,
             "sections": [section.title for section in found.sections],
             "not_run_yet": missing,
+            "amiss": list(found.amiss),
             "figures": [picture.name for picture in drawn],
         }
 
+    for sentence in found.amiss:
+        output.note(sentence)
     output.result(record)
     absent = f", not run yet: {', '.join(missing)}" if missing else ""
     output.summary(f"report of {len(drawn)} figures, {size / 1e6:.1f} MB{absent}: {target}")

@@ -11,6 +11,8 @@ from matplotlib.figure import Figure
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 """What browsers hold the page to: it can fetch nothing, nor run anything."""
+FULL_WIDTH = 10.0
+"""Inches from which on a figure is as wide as the page."""
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 2rem auto; padding: 0 1rem }
 h1 { margin-bottom: 0 } h2 { margin-top: 2.5rem; border-bottom: 1px solid #ddd }
@@ -18,10 +20,11 @@ h2, figure { scroll-margin-top: 1rem }
 a { color: #00798c; text-decoration: none } a:hover { text-decoration: underline }
 nav { background: #f6f8f9; padding: 0.6rem 1rem; margin: 1rem 0 } nav ol { margin: 0; padding-left: 1.4rem }
 nav ul { margin: 0; padding-left: 1.1rem; font-size: 0.9rem; list-style: none }
-figure { margin: 1.6rem 0 } figure h3 { margin: 0 0 0.4rem; font-size: 1.05rem } figure img { width: 100% }
+figure { margin: 1.6rem 0 } figure h3 { margin: 0 0 0.4rem; font-size: 1.05rem }
 figcaption { color: #555; font-size: 0.9rem }
 table { border-collapse: collapse; margin: 1rem 0; font-size: 0.92rem }
 th, td { border-bottom: 1px solid #e3e3e3; padding: 0.3rem 0.7rem; text-align: left; vertical-align: top }
+td.c { font: 0.75em/1.6 monospace; overflow-wrap: anywhere }
 td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }
 .verdict { background: #e9f5f6; border-left: 6px solid #00798c; padding: 0.7rem 1rem; margin: 1rem 0 }
 .verdict.open { background: #fdeef0; border-left-color: #d1495b }
@@ -44,21 +47,20 @@ pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem 
 
 @dataclass(frozen=True)
 class Table:
-    """Headings and rows of text; cells of the columns in `numbers` are set right."""
+    """Headings and rows of text; columns in `numbers` are set right, those in `codes` small, broken anywhere."""
 
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
     numbers: Sequence[int] = ()
+    codes: Sequence[int] = ()
 
     def html(self) -> str:
         """Return the table as HTML, every cell escaped."""
+        kind = dict.fromkeys(self.numbers, " class=n") | dict.fromkeys(self.codes, " class=c")
         head = "".join(f"<th>{escape(h)}</th>" for h in self.headings)
         body = "".join(
             "<tr>"
-            + "".join(
-                f"<td class=n>{escape(cell)}</td>" if place in self.numbers else f"<td>{escape(cell)}</td>"
-                for place, cell in enumerate(row)
-            )
+            + "".join(f"<td{kind.get(place, '')}>{escape(cell)}</td>" for place, cell in enumerate(row))
             + "</tr>"
             for row in self.rows
         )
@@ -80,7 +82,8 @@ class Picture:
         self.figure.savefig(stream, format="png", dpi=120, metadata={"Software": None})
         data = base64.b64encode(stream.getvalue()).decode("ascii")
         question, caption = escape(self.question), escape(self.caption)
-        image = f'<img src="data:image/png;base64,{data}" alt="{question} {caption}">'
+        width = min(100.0, 100.0 * self.figure.get_figwidth() / FULL_WIDTH)
+        image = f'<img src="data:image/png;base64,{data}" alt="{question} {caption}" style="width: {width:.0f}%">'
         name = escape(self.name)
         return f'<figure id="{name}"><h3>{question}</h3>{image}<figcaption>{caption}</figcaption></figure>'
 

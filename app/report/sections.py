@@ -1,11 +1,9 @@
 """What stands on the report's page, stage by stage, as far as the run has come."""
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from analysis.experiment import Experiment
@@ -16,13 +14,13 @@ from app.files.filter_files import load_compensation, load_focusing, load_uncorr
 from app.files.frf_file import load_frf
 from app.files.laws_file import load_laws, load_updated
 from app.files.modes_file import load_modes
-from app.files.provenance import read_stamp
 from app.files.run_folder import MADE_BY
 from app.gap_words import with_sigma
 from app.progress import Report
 from app.report import focusing, identified, measured, paper, updated
 from app.report.gap_section import gap_section
-from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, Table
+from app.report.origin import origin, outdated, stamps
+from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, Table, Verdict
 from app.report.summary import summary
 from app.updating import GOOD_MISFIT
 
@@ -32,11 +30,12 @@ OPTIONAL = ("gap.h5",)
 
 @dataclass(frozen=True)
 class Found:
-    """The page's title, the line under it, and its sections."""
+    """The page's title, the line under it, its sections, and what was found amiss among the results."""
 
     title: str
     subtitle: str
     sections: Sequence[Section]
+    amiss: Sequence[str]
 
 
 def sections(run: Path, report: Report) -> Found:
@@ -63,11 +62,15 @@ def sections(run: Path, report: Report) -> Found:
         elif name not in OPTIONAL:
             made.append(Section(title, [Absent(f"not run yet; make it with: flexura {MADE_BY[name]}")]))
     made.append(Section("Beside the paper", [paper.beside_paper(rows)]))
-    made.append(Section("Provenance", [Listing(_provenance(run, [name for _, name, _ in parts]))]))
+    found = stamps(run, [name for _, name, _ in parts])
+    made.append(Section("Provenance", origin(found)))
+    old = outdated(run, found)
+    if old:
+        made.insert(0, Section("Before you read on", [Verdict("Results that do not belong together", old, False)]))
     report("report", 1.0)
     temperature = frf.temperature
-    subtitle = f"{len(temperature)} sweeps, {temperature.min():.1f} to {temperature.max():.1f} °C"
-    return Found(experiment.title, subtitle, made)
+    subtitle = f"{len(temperature)} sweeps, {temperature.min():z.1f} to {temperature.max():z.1f} °C"
+    return Found(experiment.title, subtitle, made, old)
 
 
 def _measurement(experiment: Experiment, frf: Frf) -> list[Item]:
@@ -181,7 +184,7 @@ def _constants(laws: MaterialLaws) -> Table:
         [with_sigma(v / unit, s / unit) for v, s in zip(getattr(value, name), getattr(sigma, name), strict=True)]
         for name, unit in columns
     ]
-    rows = [(f"{t:.0f}", *row) for t, row in zip(temperature, zip(*cells, strict=True), strict=True)]
+    rows = [(f"{t:z.0f}", *row) for t, row in zip(temperature, zip(*cells, strict=True), strict=True)]
     return Table(("T [°C]", "E [GPa]", "ν", "η [%]"), rows, numbers=(0, 1, 2, 3))
 
 
@@ -257,12 +260,3 @@ def _compensation(run: Path, rows: list[paper.Row]) -> list[Item]:
     ]
     headings = ("method", "max RE [%]", "mean RE [%]", "largest contrast loss", "seconds")
     return [*items, Table(headings, cells, numbers=(1, 2, 3, 4))]
-
-
-def _provenance(run: Path, names: Sequence[str]) -> str:
-    found = {}
-    for name in names:
-        if (run / name).is_file():
-            with h5py.File(run / name) as file:
-                found[name] = read_stamp(file)
-    return json.dumps(found, indent=1, ensure_ascii=False)

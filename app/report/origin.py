@@ -1,0 +1,92 @@
+"""Where the results of a run came from, and which of them are older than what they were made from."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+from app.files.provenance import read_stamp, sha256
+from app.files.run_folder import MADE_BY
+from app.report.page import Item, Listing, Table
+
+Stamps = Mapping[str, Mapping[str, Any]]
+"""Provenance of every result, by file."""
+
+
+def stamps(run: Path, names: Sequence[str]) -> Stamps:
+    """Read the provenance of those of `names` that the run holds."""
+    found = {}
+    for name in names:
+        if (run / name).is_file():
+            with h5py.File(run / name) as file:
+                found[name] = read_stamp(file)
+    return found
+
+
+def outdated(run: Path, found: Stamps) -> list[str]:
+    """Say which results do not belong to what lies beside them: a sentence each."""
+    inputs = {made_from for stamp in found.values() for made_from in stamp["inputs"]}
+    here = {made_from: sha256(run / made_from) for made_from in inputs if (run / made_from).is_file()}
+    first: dict[str, tuple[str, str]] = {}
+    said = []
+    for name, stamp in found.items():
+        apart = []
+        for made_from, digest in stamp["inputs"].items():
+            other, theirs = first.setdefault(made_from, (name, digest))
+            if here.get(made_from, digest) != digest:
+                said.append(
+                    f"{name} was made from another {made_from} than the one that is here now; "
+                    f"make it again: flexura {MADE_BY[name]}"
+                )
+            elif theirs != digest:
+                apart.append(f"{name} and {other} were made from different files called {made_from}")
+        if apart:
+            said.append(f"{apart[0]}; make both again from one recording")
+    return said
+
+
+def origin(found: Stamps) -> list[Item]:
+    """Versions, inputs and settings of every result; what two results share is given once."""
+    versions = [
+        (
+            name,
+            f"Flexura {s['flexura']}, Python {s['python']}",
+            ", ".join(f"{package} {version}" for package, version in s["packages"].items()),
+            "" if s["seed"] is None else str(s["seed"]),
+        )
+        for name, s in found.items()
+    ]
+    into: dict[tuple[str, str], list[str]] = {}
+    for name, stamp in found.items():
+        for made_from, digest in stamp["inputs"].items():
+            into.setdefault((made_from, digest), []).append(name)
+    inputs = [(made_from, digest, ", ".join(names)) for (made_from, digest), names in into.items()]
+    return [
+        Table(("result", "made with", "libraries", "seed"), versions),
+        Table(("input", "SHA-256", "went into"), inputs, codes=(1,)),
+        Listing("\n".join(_settings(found))),
+    ]
+
+
+def _settings(found: Stamps) -> Iterator[str]:
+    """List the settings of each result, a value to a line; a table that an earlier result has too by its name."""
+    for place, (name, stamp) in enumerate(found.items()):
+        for key, value in stamp["settings"].items():
+            earlier = [n for n in list(found)[:place] if found[n]["settings"].get(key) == value]
+            if earlier and isinstance(value, dict):
+                yield f"{name}: {key} as in {earlier[0]}"
+            else:
+                yield from (f"{name}: {line}" for line in _lines(key, value))
+
+
+def _lines(key: str, value: object) -> Iterator[str]:
+    if isinstance(value, dict):
+        for inner, held in value.items():
+            yield from _lines(f"{key}.{inner}", held)
+    elif isinstance(value, list) and value and isinstance(value[0], dict):
+        for number, held in enumerate(value, 1):
+            yield f"{key} {number} = {json.dumps(held, ensure_ascii=False)}"
+    else:
+        yield f"{key} = {json.dumps(value, ensure_ascii=False)}"
