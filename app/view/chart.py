@@ -15,7 +15,7 @@ from app.view.theme import Color, Theme
 Real = NDArray[np.float64]
 Style = Literal["line", "dash", "dot"]
 FINEST = 1024
-"""Rows of a map at most."""
+"""Rows or columns at most of a map whose cells differ in size."""
 BAR = 78
 """Dots that the colour bar of a map takes."""
 STYLES = {"line": Qt.PenStyle.SolidLine, "dash": Qt.PenStyle.DashLine, "dot": Qt.PenStyle.DotLine}
@@ -188,15 +188,11 @@ class Chart(pyqtgraph.PlotWidget):
                 set_range(float(values.min()), float(values.max()), padding=0.04)
 
     def show_map(self, shown: Map) -> None:
-        """Show other values; rows may be unevenly spaced, each reaches half way to its neighbours."""
+        """Show other values; each cell reaches half way to its neighbours, wherever they stand."""
         self.map = shown
         (left, right), (low, high) = self._span(shown.x), self._span(shown.y)
-        rows = (
-            1 if len(shown.y) < 2 else min(1024, max(len(shown.y), round((high - low) / np.diff(shown.y).min())))
-        )
-        middle = low + (np.arange(rows) + 0.5) * (high - low) / rows
-        nearest = np.abs(middle[:, None] - shown.y).argmin(axis=1)
-        self._image.setImage(shown.value[nearest], levels=self._levels, autoLevels=False)
+        pixels = shown.value[_evenly(shown.y, low, high)][:, _evenly(shown.x, left, right)]
+        self._image.setImage(pixels, levels=self._levels, autoLevels=False)
         self._image.setRect(left, low, right - left, high - low)
 
     def follow(
@@ -244,3 +240,14 @@ class Chart(pyqtgraph.PlotWidget):
             return float(centres[0]) - 0.5, float(centres[0]) + 0.5
         first, last = 0.5 * (centres[1] - centres[0]), 0.5 * (centres[-1] - centres[-2])
         return float(centres[0] - first), float(centres[-1] + last)
+
+
+def _evenly(centres: Real, low: float, high: float) -> slice | NDArray[np.int_]:
+    """Return which cell each of equal pixels from `low` to `high` shows; all of them where cells are equal."""
+    apart = np.diff(centres)
+    if len(apart) == 0 or np.allclose(apart, apart[0], rtol=1e-3):
+        return slice(None)
+    pixels = min(FINEST, max(len(centres), round((high - low) / float(apart.min()))))
+    middle = low + (np.arange(pixels) + 0.5) * (high - low) / pixels
+    nearest: NDArray[np.int_] = np.abs(middle[:, None] - centres).argmin(axis=1)
+    return nearest

@@ -126,3 +126,6 @@ def apply(theme: Theme) -> None:
     for one in (role.Text, role.ButtonText, role.WindowText):
         palette.setColor(QPalette.ColorGroup.Disabled, one, QColor(theme.muted))
     app.setPalette(palette)
+    # Fusion draws the frame of an empty box darker than the window, which nobody sees on a dark one
+    box = f"border: 1px solid {theme.muted}; border-radius: 2px; width: 11px; height: 11px; margin: 1px"
+    app.setStyleSheet(f"QCheckBox::indicator:unchecked, QListView::indicator:unchecked {{ {box} }}")

@@ -51,7 +51,7 @@ class ModesPage(QWidget):
         self._choice.currentIndexChanged.connect(self.select)
         cursors.temperature_moved.connect(self._tell)
         cursors.temperature_moved.connect(self._change)
-        self.select(0)
+        self.select(self._best_known())
 
     @property
     def selected(self) -> int:
@@ -79,6 +79,12 @@ class ModesPage(QWidget):
     def step(self, modes: int) -> None:
         """Select a mode further up or down."""
         self.select(self._selected + modes)
+
+    def _best_known(self) -> int:
+        """Return the mode found at most temperatures; of several, the one nearest to the frequency cursor."""
+        found = np.isfinite(self._reading.frequency_hz[self._rows]).sum(axis=0)
+        away = np.abs(self._reading.frequency_hz[self._row] - self._cursors.frequency)
+        return int(np.lexsort((away, -found))[0])
 
     @property
     def _row(self) -> int:

@@ -25,6 +25,7 @@ from app.files.gap_file import GapFigures, GapMap, save_gap
 from app.files.laws_file import load_laws
 from app.files.provenance import provenance
 from app.view.application import application
+from app.view.chart import Chart, Map
 from app.view.folder import viewed
 from app.view.recorded import fields
 from app.view.recorded.fields_page import FieldsPage
@@ -32,7 +33,7 @@ from app.view.recorded.focusing_page import FocusingPage
 from app.view.recorded.gap_page import GapPage
 from app.view.recorded.window import RecordedWindow
 from app.view.surface import SurfaceChart
-from app.view.theme import LIGHT
+from app.view.theme import LIGHT, one_sided
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -203,6 +204,19 @@ def test_a_surface_shows_the_real_part_of_a_turning_field(qtbot: Any) -> None:
     chart.turn(0.7)
     np.testing.assert_allclose(chart.deflection, np.real(field / 3.0 * np.exp(0.7j)), atol=1e-12)
     assert chart.grab().toImage() != blank
+
+
+def test_cells_of_a_map_stand_where_their_frequencies_are(qtbot: Any) -> None:
+    chart = Chart("map", "", "x", "y", LIGHT)
+    qtbot.addWidget(chart)
+    x, y = np.array([100.0, 120.0, 200.0, 400.0, 1000.0]), np.array([0.0, 10.0, 40.0])
+    value = np.arange(15.0).reshape(3, 5)
+    image = chart.image(Map(x, y, value), one_sided(), (0.0, 15.0), "")
+    box = image.mapRectToParent(image.boundingRect())
+    for frequency, temperature, cell in ((112.0, 2.0, 1), (190.0, 4.0, 2), (320.0, 30.0, 13), (690.0, 7.0, 8)):
+        column = int((frequency - box.left()) / box.width() * image.image.shape[1])
+        row = int((temperature - box.top()) / box.height() * image.image.shape[0])
+        assert image.image[row, column] == cell
 
 
 def gap_map(size: float) -> GapMap:
