@@ -93,6 +93,9 @@ class GapPage(QWidget):
         grid.addWidget(self._after, 0, 1)
         grid.addWidget(self._signature, 1, 0)
         grid.addLayout(side, 1, 1)
+        for place in (0, 1):
+            grid.setRowStretch(place, 1)
+            grid.setColumnStretch(place, 1)
 
     def _draw(self) -> None:
         top = float(np.clip(self._figures.before.sigma.max(), 3.0, LOUDEST))
@@ -154,8 +157,9 @@ class GapPage(QWidget):
         left = [self._signatures.sigma[self._signatures.effects.index(name)] for name in on]
         best = np.min(left or [self._figures.before.sigma], axis=0)
         self._signature.show_map(self._map(best[:, self._channel.currentIndex()]))
-        alone = f"what {' or '.join(on)} alone would leave" if on else "no effect is switched on: as before"
-        self._signature.setTitle(f"{self._channel.currentText()}: {alone}")
+        names = " or ".join(on) if len(on) < 3 else f"the best of {len(on)}"
+        left_by = f"left by {names} alone" if on else "no effect is switched on"
+        self._signature.setTitle(f"{self._channel.currentText()}: {left_by}")
 
     def _map(self, sigma: Real) -> Map:
         """Return the map of one channel's residual (T, B)."""
