@@ -8,6 +8,7 @@
 ``set_points``  every sweep asked for, in the order of the legs
 ``drive``       the voltage to be played
 ``objections``  why a protocol cannot be run on the hardware at hand
+``advice``      what may be run but makes results worse
 ``acceptance``  what is wrong with a sweep just recorded
 ==============  =================================================================
 """

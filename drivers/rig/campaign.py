@@ -17,6 +17,7 @@ from drivers.rig.station import Station
 from drivers.rig.store import Store
 from drivers.rig.sweeping import Sweeping
 
+LAST_SOAK = "last soak"
 RESUME = "Then run the same command again: what is finished stays"
 
 
@@ -193,11 +194,12 @@ def _run_legs(
 
         def watch(stage: str, reading: Reading, ramping: bool, run: LegRun = run, later: int = later) -> bool:
             temperature = station.watched(reading)
-            seconds = protocol.seconds(temperature, run.leg.number, ramping=ramping)
+            leg_under_way = run.leg.number + (stage == LAST_SOAK)  # the leg itself is over then
+            seconds = protocol.seconds(temperature, leg_under_way, ramping=ramping)
             done = total - later - len(run.todo)
             observer(Moment(stage, temperature, done, total, seconds, station.date(), reading))
             return paused()
 
         run.run(watch, under_way=progress.ramping == leg.number, begun=leg.number in progress.begun)
         if leg is left[-1] and protocol.programme.soak_after:
-            run.settle(watch, leg.end, protocol.programme.ramp_rate, protocol.programme.soak_after, "last soak")
+            run.settle(watch, leg.end, protocol.programme.ramp_rate, protocol.programme.soak_after, LAST_SOAK)

@@ -52,6 +52,7 @@ def test_up_and_down_with_two_levels(world_of: Callable[..., Any]) -> None:
     assert all(b.done >= a.done for a, b in itertools.pairwise(moments))
     assert moments[0].seconds_left == pytest.approx(world.parts.clock.now(), rel=0.35)
     assert moments[-1].stage == "last soak"
+    assert moments[-1].seconds_left == 120.0
 
 
 def test_watching_the_air_needs_no_thermocouple(world_of: Callable[..., Any]) -> None:
