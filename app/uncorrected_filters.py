@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +13,7 @@ from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from app.files.bad_file import ResultFileError
 from app.files.laws_file import load_laws
+from app.files.provenance import read_stamp
 from app.panel_twin import PanelTwin
 
 
@@ -44,10 +46,16 @@ def uncorrected_aim(
 
 
 def uncorrected_laws(run: Path, temperature: NDArray[np.float64]) -> MaterialLaws | None:
-    """Laws that `flexura update` left in a run; None where there are none that cover `temperature` (T,), °C."""
+    """Laws that `flexura update` left in a run; None where there are none that cover `temperature` (T,), °C.
+
+    Nor where they were fitted with effects switched on (`flexura update --twin`): those are corrected.
+    """
     try:
         laws = load_laws(run / "laws.h5")
-    except ResultFileError:
+        with h5py.File(run / "laws.h5") as file:
+            if read_stamp(file)["settings"].get("effects"):
+                return None
+    except (ResultFileError, KeyError):
         return None
     low, high = laws.temperature_range
     return laws if low - 1e-9 <= temperature.min() and temperature.max() <= high + 1e-9 else None

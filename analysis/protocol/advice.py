@@ -21,7 +21,7 @@ def advice(protocol: AcquisitionProtocol) -> list[str]:
         return []
     return [
         f"sweep.duration = {protocol.sweep.duration:g} s: on a ramp of {protocol.programme.ramp_rate:g} K/min one "
-        f"repeat spreads over {rate * protocol.sweep.duration:.2g} K, which changes resonances of a soft polymer by "
-        f"{100 * change:.2g} % of their peaks; the twin will miss them by that. {WORTH_TELLING / by_second:.2g} s or "
-        "less, or a slower ramp, keep it below 1 %"
+        f"repeat spreads over {rate * protocol.sweep.duration:.2g} K, which changes resonances of a soft polymer "
+        f"by {100 * change:.2g} % of their peaks; the twin will miss them by that. "
+        f"{WORTH_TELLING / by_second:.2g} s or less, or a slower ramp, keep it below {100 * WORTH_TELLING:g} %"
     ]

@@ -129,6 +129,7 @@ def _acquire(
     for sentence in advice(declared.protocol):
         output.note(sentence)
     chosen = kind or declared.rig
+    declared = declared.on(chosen)
     source = Source(experiment.name, sha256(experiment))
     acquired = {"rig": chosen, **declared.model_dump(mode="json")}
     with output.progress() as report:

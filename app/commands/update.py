@@ -60,12 +60,12 @@ def command(
     save_updating(run, loaded, found, settings)
     updated, seconds = found.updated, time.perf_counter() - started
     output.result(lambda: record(updated, seconds), lambda: show(updated))
-    for note in found.frf.notes:
+    for note in (*found.frf.notes, *notes(updated, found.laws)):
         output.note(note)
     if start is not None:
         on = ", ".join(start.twin.effects) or "no effect"
         output.note(f"{start.path}: {on} switched on; the laws in {run / 'laws.h5'} are those under it")
-    output.summary(summary(updated, found.laws, run, seconds))
+    output.summary(summary(updated, run, seconds))
     if not updated.settled.all():
         raise click.exceptions.Exit(1)
 
@@ -110,7 +110,10 @@ def show(updated: "Updated") -> None:
 
     from app.updating import constants
 
-    table = Table(title="Updated twin", header_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    caption = "σ: what a sweep's own noise leaves open; scatter between sweeps is in the laws' σ (report, laws.h5)"
+    table = Table(
+        title="Updated twin", caption=caption, header_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
+    )
     for heading in ("T [°C]", "E [GPa]", "σ_E [%]", "ν", "σ_ν", "η [%]", "σ_η [%]", "misfit", "noise", ""):
         table.add_column(heading, justify="right", no_wrap=True)
     sigma = updated.sigma
@@ -125,29 +128,36 @@ def show(updated: "Updated") -> None:
             f"{100 * sigma.loss_factor[t]:.4f}",
             f"{100 * updated.misfit[t]:.2f} %",
             f"{100 * updated.noise_floor[t]:.2f} %",
-            "" if updated.settled[t] else "not settled",
+            "" if updated.settled[t] else "?",
         )
     Console().print(table)
 
 
-def summary(updated: "Updated", laws: "MaterialLaws | None", run: Path, seconds: float) -> str:
-    """Return one line for people, and what to make of a twin that misses more than the noise."""
-    from app.updating import GOOD_MISFIT
-
+def summary(updated: "Updated", run: Path, seconds: float) -> str:
+    """Return one line for people."""
     ratio = float((updated.misfit / updated.noise_floor).max())
-    line = (
+    return (
         f"{len(updated.temperature)} sweeps updated in {seconds:.1f} s, gain {updated.gain:.3f} V/V, "
         f"misfit at most {ratio:.2f} times the noise; results in {run}"
     )
+
+
+def notes(updated: "Updated", laws: "MaterialLaws | None") -> list[str]:
+    """Say what has to be known before the estimates are trusted."""
+    from app.updating import GOOD_MISFIT
+
+    said = []
     unsettled = int((~updated.settled).sum())
     if unsettled:
-        line += (
-            f"\n{unsettled} sweeps did not settle inside the twin's certified range: their values are no estimates"
+        said.append(
+            f"{unsettled} of {len(updated.settled)} sweeps (marked ?) did not settle inside the twin's certified "
+            "range: their values are no estimates. Is the declaration right: mass, thickness, positions, which "
+            "channel is which?"
         )
-    if ratio > GOOD_MISFIT:
-        line += (
-            "\nthe twin lacks something the plate has: E, nu and eta above absorb part of it. What: flexura gap"
+    elif (updated.misfit / updated.noise_floor).max() > GOOD_MISFIT:
+        said.append(
+            "the twin lacks something the plate has: E, nu and eta above absorb part of it. What: flexura gap"
         )
     if laws is None:
-        line += "\nno laws over temperature: at least 3 different temperatures are needed"
-    return line
+        said.append("no laws over temperature: at least 3 temperatures with settled estimates are needed")
+    return said

@@ -123,6 +123,12 @@ class AcquiredExperiment(Declared):
     limits: Limits
     simulation: Simulation | None = None
 
+    def on(self, rig: RigKind) -> Self:
+        """Return the same for a rig; where that is simulated, the title says so wherever results go."""
+        if rig != "simulated" or "simulated" in self.title:
+            return self
+        return self.model_copy(update={"title": f"{self.title} (simulated)"})
+
     @property
     def protocol(self) -> AcquisitionProtocol:
         """What is measured when."""

@@ -169,3 +169,6 @@ def test_other_verbs_go_on_from_the_twin(recording: Path, compared: tuple[Result
     focused = typed("focus", run, "--twin", run / "heavy.toml", "--temperature", "20", "--json")
     assert focused.exit_code == 0
     assert "with_uncorrected_laws" in json.loads(focused.stdout)
+    under_effects = typed("focus", heavy, "--twin", run / "heavy.toml", "--temperature", "20", "--json")
+    assert under_effects.exit_code == 0
+    assert "with_uncorrected_laws" not in json.loads(under_effects.stdout)

@@ -23,3 +23,11 @@ def test_the_papers_cycle() -> None:
     assert experiment.sweep.band == (100.0, 1500.0)
     assert experiment.cards.sample_rate == 8500.0
     assert experiment.protocol.seconds(programme.lowest - programme.lead) == pytest.approx(3 * 3600.0)
+
+
+def test_a_rehearsal_calls_itself_simulated() -> None:
+    experiment = read_acquired_experiment(EXAMPLES / "paper-protocol.toml")
+    assert experiment.on("ni").title == "polypropylene plate, 0 to 60 °C"
+    rehearsal = experiment.on("simulated")
+    assert rehearsal.recorded(rehearsal.sample_rate).title == "polypropylene plate, 0 to 60 °C (simulated)"
+    assert rehearsal.on("simulated") == rehearsal
