@@ -9,6 +9,7 @@ import numpy as np
 
 from analysis.campaign import Campaign
 from analysis.frf import Frf
+from analysis.gap.effect_card import EffectCard
 from analysis.gap.gap import find_gap
 from analysis.gap.numerical_floor import NumericalFloor
 from analysis.gap.report import Estimate, GapReport
@@ -19,6 +20,7 @@ from app.progress import Report
 from app.twin import campaign_twin
 from app.updating import Updating, constants, updated_twin
 from simulation.effect_twin import EffectTwin
+from simulation.effects.library import untried
 from simulation.mesh_disagreement import mesh_disagreement
 
 FLOOR_LINES = 400
@@ -92,13 +94,22 @@ def campaign_gap(
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
         floor = _floor(campaign, plain, twin, report)
         found = find_gap(frf, plain.updated, model, protocol, executor, floor=floor, progress=report)
-        found = replace(found, notes=(*found.notes, *roughness(twin.operators.error)))
+        not_tried = untried(campaign.experiment, folder)
+        found = replace(found, notes=(*found.notes, *missing_words(not_tried), *roughness(twin.operators.error)))
         claimed = {e.name: e.parameters for e in found.effects}
         if found.verdict == "unknown":
             fitted = fit_twin(frf, plain.updated, model, protocol, executor, given)
         else:
             fitted = FittedTwin(found.state, found.laws_after, found.sigma_gain, {**given, **claimed})
     return Comparison(frf, plain, twin, given, found, corrected_twin(frf, plain.updated, model, protocol, fitted))
+
+
+def missing_words(not_tried: Mapping[str, EffectCard]) -> tuple[str, ...]:
+    """Say which effects could not be tried, for lack of what they stand on."""
+    return tuple(
+        f"{name} was not tried: the campaign's declaration does not say enough for it; it needs {card.needs}"
+        for name, card in not_tried.items()
+    )
 
 
 def roughness(error: float) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Any
 
 from analysis.experiment import Experiment
+from analysis.gap.effect_card import EffectCard
 from simulation.effects import (
     air_loading,
     amplitude_softening,
@@ -67,6 +68,13 @@ def library(experiment: Experiment, folder: Path | None = None) -> dict[str, Eff
     """
     own = {} if folder is None else load_folder(folder, experiment, taken=LIBRARY)
     return {name: effect for name, effect in {**LIBRARY, **own}.items() if effect.available(experiment)}
+
+
+def untried(experiment: Experiment, folder: Path | None = None) -> dict[str, EffectCard]:
+    """Cards of those effects that `library` leaves out, `experiment` not declaring enough for them."""
+    own = {} if folder is None else load_folder(folder, experiment, taken=LIBRARY)
+    left_out = {name: effect for name, effect in {**LIBRARY, **own}.items() if not effect.available(experiment)}
+    return {name: effect.card(experiment) for name, effect in left_out.items()}
 
 
 def apply_all(

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from simulation.effects.library import LIBRARY, apply_all, library
+from simulation.effects.library import LIBRARY, apply_all, library, untried
 
 PATTERN = """
 from analysis.gap.effect_card import EffectCard, Parameter
@@ -62,7 +62,13 @@ def test_an_effect_that_is_not_available_is_left_out_unharmed(experiment, tmp_pa
     path = write(tmp_path, body="raise RuntimeError('needs a string')")
     source = path.read_text()
     path.write_text(source.replace("Effect(card, apply)", "Effect(card, apply, lambda e: bool(e.string))"))
-    assert "lacquer" not in library(experiment.model_copy(update={"string": ()}), tmp_path)
+    bare = experiment.model_copy(update={"string": ()})
+    assert "lacquer" not in library(bare, tmp_path)
+    assert {name: card.needs for name, card in untried(bare, tmp_path).items()} == {
+        "suspension": "modes at the lower end of the band that move the string points",
+        "lacquer": "modes over two octaves",
+    }
+    assert untried(experiment) == {}
 
 
 @pytest.mark.parametrize(
