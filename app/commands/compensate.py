@@ -206,7 +206,8 @@ def show(found: "Compensation") -> None:
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title="Filters between the training temperatures", header_style="bold")
+    caption = "RE: relative error, eq. (13), of energy: 0.01 % is 1 % of amplitude"
+    table = Table(title="Filters between the training temperatures", caption=caption, header_style="bold")
     for heading in ("method", "RE max [%]", "RE mean [%]", "RE left out [%]", "contrast loss", "s"):
         table.add_column(heading, justify="left" if heading == "method" else "right", no_wrap=heading == "method")
     for m, name in enumerate(found.methods):
@@ -226,7 +227,7 @@ def summary(found: "Compensation", target: Path, seconds: float) -> str:
     t = found.temperature
     return (
         f"{len(found.training_temperature)} training temperatures, judged at {len(t)} from {t[0]:g} to {t[-1]:g} "
-        f"°C: networks miss by at most {_largest(found, 0):.2g} %, contrast loss "
+        f"°C: relative error of the networks at most {_largest(found, 0):.2g} % of energy, contrast loss "
         f"{found.contrast_loss[0].max():.2g}; best here: {found.best}; {seconds:.1f} s; {target}"
     )
 

@@ -253,10 +253,11 @@ def _compensation(run: Path, rows: list[paper.Row]) -> list[Item]:
             name,
             f"{worst[m]:.2g}",
             f"{found.relative_error[m].mean():.2g}",
-            f"{np.abs(found.contrast_loss[m]).max():.2g}",
+            f"{found.contrast_loss[m].max():.2g}",
             f"{found.seconds[m]:.2f}",
         )
         for m, name in enumerate(found.methods)
     ]
     headings = ("method", "max RE [%]", "mean RE [%]", "largest contrast loss", "seconds")
-    return [*items, Table(headings, cells, numbers=(1, 2, 3, 4))]
+    said = "RE, the relative error of eq. (13), is a ratio of energies: 0.01 % of it is 1 % of a filter's amplitude."
+    return [*items, Table(headings, cells, numbers=(1, 2, 3, 4)), Paragraph(said)]

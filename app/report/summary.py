@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from analysis.compensation.study import NETWORK
 from app.files.filter_files import load_compensation, load_focusing
 from app.files.frf_file import load_frf
@@ -71,5 +69,8 @@ def _focused(path: Path) -> str:
 def _compensated(path: Path) -> str:
     _, found = load_compensation(path)
     place = found.methods.index(NETWORK)
-    error, loss = found.relative_error[place].max(), np.abs(found.contrast_loss[place]).max()
-    return f"networks miss by at most {error:.1g} %, contrast lost {loss:.1g}; best here: {found.best}"
+    error, loss = found.relative_error[place].max(), found.contrast_loss[place].max()
+    return (
+        f"relative error of the networks at most {error:.1g} % of energy, contrast lost {loss:.1g}; "
+        f"best here: {found.best}"
+    )
