@@ -58,7 +58,7 @@ class Patch(Declared):
     size: tuple[Width, Width]
     thickness: Annotated[float, Field(ge=5e-5, le=5e-3, description="m")]
     side: Literal["top", "bottom"] = "top"
-    material: Literal["NCE51"] = "NCE51"
+    material: Literal["NCE51", "PIC255", "PZT-5A", "PZT-5H"] = "NCE51"
 
     def span(self, axis: int) -> tuple[float, float]:
         """Lower and upper edge along x (0) or y (1), m."""

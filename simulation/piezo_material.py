@@ -66,4 +66,16 @@ NCE51 = PiezoMaterial(
 )
 """Noliac NCE51 with the constants of ``recorded-campaign/1`` (data sheet Ver1203, density as recorded)."""
 
-PIEZO_MATERIALS = {"NCE51": NCE51}
+PIC255 = PiezoMaterial(
+    compliance=16.1e-12, poisson_ratio=0.34, d31=-180e-12, relative_permittivity=1750.0, density=7800.0
+)
+"""PI Ceramic PIC255, material data of the maker."""
+PZT_5A = PiezoMaterial(
+    compliance=16.4e-12, poisson_ratio=0.35, d31=-171e-12, relative_permittivity=1700.0, density=7750.0
+)
+PZT_5H = PiezoMaterial(
+    compliance=16.5e-12, poisson_ratio=0.29, d31=-274e-12, relative_permittivity=3400.0, density=7500.0
+)
+"""D. Berlincourt, H. Krueger, C. Near: Properties of Morgan Electro Ceramic Ceramics, TP-226."""
+
+PIEZO_MATERIALS = {"NCE51": NCE51, "PIC255": PIC255, "PZT-5A": PZT_5A, "PZT-5H": PZT_5H}

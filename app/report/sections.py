@@ -259,5 +259,5 @@ def _compensation(run: Path, rows: list[paper.Row]) -> list[Item]:
         for m, name in enumerate(found.methods)
     ]
     headings = ("method", "max RE [%]", "mean RE [%]", "largest contrast loss", "seconds")
-    said = "RE, the relative error of eq. (13), is a ratio of energies: 0.01 % of it is 1 % of a filter's amplitude."
+    said = "RE, relative error, eq. (13), is a ratio of energies: 0.01 % of it is 1 % of a filter's amplitude."
     return [*items, Table(headings, cells, numbers=(1, 2, 3, 4)), Paragraph(said)]

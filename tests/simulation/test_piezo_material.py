@@ -1,8 +1,10 @@
 from dataclasses import replace
+from typing import get_args
 
 import pytest
 
-from simulation.piezo_material import NCE51, VACUUM_PERMITTIVITY, PiezoMaterial
+from analysis.experiment import Patch
+from simulation.piezo_material import NCE51, PIEZO_MATERIALS, VACUUM_PERMITTIVITY, PiezoMaterial
 
 
 def test_derived_constants_of_nce51():
@@ -12,13 +14,21 @@ def test_derived_constants_of_nce51():
     assert clamped == pytest.approx(7.34e-9, rel=1e-3)  # data sheet values at 20 x 20 x 0.5 mm
 
 
-def test_coupling_factors_of_the_data_sheet():
-    """k31 0.37 and kp 0.65 are measured independently of d31, s11 and the permittivity."""
-    free = NCE51.relative_permittivity * VACUUM_PERMITTIVITY
-    k31 = abs(NCE51.d31) / (free * NCE51.compliance) ** 0.5
-    kp = k31 * (2.0 / (1.0 - NCE51.poisson_ratio)) ** 0.5
-    assert k31 == pytest.approx(0.37, rel=0.04)
-    assert kp == pytest.approx(0.65, rel=0.04)
+@pytest.mark.parametrize(
+    ("name", "k31", "kp"),
+    [("NCE51", 0.37, 0.65), ("PIC255", 0.35, 0.62), ("PZT-5A", 0.344, 0.60), ("PZT-5H", 0.388, 0.65)],
+)
+def test_coupling_factors_of_the_data_sheet(name, k31, kp):
+    """They are measured independently of d31, s11 and the permittivity."""
+    material = PIEZO_MATERIALS[name]
+    free = material.relative_permittivity * VACUUM_PERMITTIVITY
+    found = abs(material.d31) / (free * material.compliance) ** 0.5
+    assert found == pytest.approx(k31, rel=0.04)
+    assert found * (2.0 / (1.0 - material.poisson_ratio)) ** 0.5 == pytest.approx(kp, rel=0.04)
+
+
+def test_every_material_that_can_be_declared_is_known():
+    assert set(get_args(Patch.model_fields["material"].annotation)) == set(PIEZO_MATERIALS)
 
 
 def test_clamped_over_free_permittivity_follows_the_planar_coupling():
