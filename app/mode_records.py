@@ -30,6 +30,8 @@ def modes_record(modes: Modes, damping: Damping) -> dict[str, Any]:
     for j, (status, reason) in enumerate(zip(modes.status, modes.reason, strict=True)):
         values: dict[str, Any] = {name: float(getattr(reading, name)[j]) for name in FIELDS}
         values["pole_rad_s"] = [float(modes.poles[j].real), float(modes.poles[j].imag)]
+        other = modes.overlapped[j]
+        values["overlaps_hz"] = float(reading.frequency_hz[other]) if other >= 0 else None
         (found if modes.real[j] else rejected).append(values | {"status": status, "reason": reason})
     for pole in modes.rejected:
         place = {"frequency_hz": abs(pole.pole) / (2.0 * math.pi)}
@@ -59,8 +61,10 @@ def campaign_record(tracked: TrackedModes, damping: Damping, seconds: float) -> 
 def show(tracked: TrackedModes, damping: Damping) -> None:
     """Print the modes of the coldest, a middle and the hottest sweep; modes.csv holds them all."""
     order = np.argsort(tracked.temperature, kind="stable")
-    for t in sorted({int(order[0]), int(order[len(order) // 2]), int(order[-1])}):
-        show_modes(f"{tracked.temperature[t]:.2f} °C", modes_record(tracked.modes[t], damping)["modes"])
+    shown = sorted({int(order[0]), int(order[len(order) // 2]), int(order[-1])})
+    for number, t in enumerate(shown, 1):
+        title = f"{tracked.temperature[t]:.2f} °C ({number} of {len(shown)} shown of {len(order)}; all: modes.csv)"
+        show_modes(title, modes_record(tracked.modes[t], damping)["modes"])
 
 
 def show_modes(title: str, modes: Sequence[dict[str, Any]]) -> None:
@@ -75,6 +79,11 @@ def show_modes(title: str, modes: Sequence[dict[str, Any]]) -> None:
             f"{100 * mode['damping_ratio']:.3f}",
             f"{100 * mode['sigma_damping_ratio']:.3f}",
             f"{100 * mode['loss_factor']:.3f}",
-            mode["status"] if mode["status"] == "kept" else f"{mode['status']}: {mode['reason']}",
+            _status(mode),
         )
     Console().print(table)
+
+
+def _status(mode: dict[str, Any]) -> str:
+    words = mode["status"] if mode["status"] == "kept" else f"{mode['status']}: {mode['reason']}"
+    return words if mode["overlaps_hz"] is None else f"{words}; overlaps {mode['overlaps_hz']:.1f} Hz"

@@ -91,6 +91,32 @@ class Modes:
         """Poles that are modes of the plate, kept or weak: (J,) ndarray."""
         return np.array([status in ("kept", "weak") for status in self.status], dtype=bool)
 
+    @property
+    def overlapped(self) -> NDArray[np.int_]:
+        """Place of the mode that each overlaps, (J,); -1 for none, and for what is no mode of the plate.
+
+        Closer than half of the half-power bandwidth, two modes are known together rather than each alone: the
+        stated deviations are those of noise, and say nothing of how else their sum could be split.
+        """
+        circular = np.abs(self.poles)
+        nearest = np.full(len(self.poles), -1)
+        for j in np.flatnonzero(self.real):
+            away = np.where(self.real, np.abs(circular - circular[j]), np.inf)
+            away[j] = np.inf
+            if away.min() < -self.poles[j].real:
+                nearest[j] = int(away.argmin())
+        return nearest
+
+    def explanation(self, damping: Damping = "hysteretic") -> tuple[str, ...]:
+        """`reason` of every pole, and with which other mode it overlaps."""
+        frequency = self.reading(damping).frequency_hz
+        return tuple(
+            reason
+            if other < 0
+            else f"{reason}; overlaps {frequency[other]:.1f} Hz: their damping is known together, not singly"
+            for reason, other in zip(self.reason, self.overlapped, strict=True)
+        )
+
     def reading(self, damping: Damping = "hysteretic") -> Reading:
         """Frequency, damping ratio and loss factor of every pole, with standard deviations."""
         return read_poles(self.poles, self.covariance, damping)

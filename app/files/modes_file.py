@@ -98,7 +98,7 @@ def _modes(sweep: _Sweep) -> Modes:
 
 def write_table(target: Path, tracked: TrackedModes, damping: Damping) -> None:
     """Write one row per sweep and mode as comma-separated text."""
-    reading, status = tracked.reading(damping), tracked.status
+    reading = tracked.reading(damping)
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")
     names = (
@@ -109,11 +109,12 @@ def write_table(target: Path, tracked: TrackedModes, damping: Damping) -> None:
         "loss_factor",
         "sigma_loss_factor",
     )
-    rows.writerow(["temperature_c", "direction", "level_v", "mode", *names, "status"])
-    for t, found in enumerate(status):
-        for j, state in enumerate(found):
-            if state != "absent":
+    rows.writerow(["temperature_c", "direction", "level_v", "mode", *names, "status", "reason"])
+    for t, modes in enumerate(tracked.modes):
+        reasons = modes.explanation(damping)
+        for j, pole in enumerate(tracked.track[t]):
+            if pole >= 0:
                 values = [f"{float(getattr(reading, name)[t, j]):.9g}" for name in names]
                 place = [f"{tracked.temperature[t]:.4f}", tracked.direction[t], f"{tracked.level[t]:g}", j + 1]
-                rows.writerow([*place, *values, state])
+                rows.writerow([*place, *values, modes.status[pole], reasons[pole]])
     write_text(target, stream.getvalue())

@@ -28,6 +28,18 @@ def test_real_are_kept_and_weak_ones() -> None:
     np.testing.assert_array_equal(replace(modes(), status=("weak", "harmonic")).real, [True, False])
 
 
+def test_modes_nearer_than_half_their_bandwidth_overlap() -> None:
+    both = replace(modes(), status=("kept", "weak"))
+    np.testing.assert_array_equal(both.overlapped, [-1, -1])
+    close = replace(both, poles=2 * np.pi * 100.0 * np.array([-0.02 + 1j, -0.005 + 1.01j]))
+    np.testing.assert_array_equal(close.overlapped, [1, -1])  # half of 4 Hz is more than 1 Hz, half of 1 Hz less
+    assert close.explanation("viscous")[0].endswith(
+        "overlaps 101.0 Hz: their damping is known together, not singly"
+    )
+    assert close.explanation("viscous")[1] == "outside"
+    np.testing.assert_array_equal(replace(close, status=("kept", "computational")).overlapped, [-1, -1])
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

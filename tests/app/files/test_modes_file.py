@@ -60,6 +60,7 @@ def test_table_for_people_holds_the_reading(tracked: TrackedModes, tmp_path: Pat
         ("22.0000", "1"),
         ("22.0000", "3"),
     ]
+    assert [row["reason"] for row in rows[:2]] == list(tracked.modes[0].explanation("viscous")[:2])
     assert float(rows[1]["frequency_hz"]) == pytest.approx(tracked.reading("viscous").frequency_hz[0, 1])
 
 
