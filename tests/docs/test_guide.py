@@ -14,7 +14,9 @@ from pathlib import Path
 import click
 import pytest
 
+from app.files.campaign_toml import read_experiment
 from app.main import flexura
+from simulation.effects.library import LIBRARY
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -129,6 +131,18 @@ def test_the_messages_in_troubleshooting_are_those_of_the_program() -> None:
     for message in messages:
         for piece in re.split(r" ?… ?", message):
             assert piece.strip() in said, f"no message says: {piece}"
+
+
+def test_the_library_is_listed_as_it_is() -> None:
+    experiment = read_experiment(ROOT / "examples" / "pp-plate")
+    page = (ROOT / "docs" / "gap.md").read_text(encoding="utf-8")
+    section = page.partition("## The effects of the library")[2].partition("\n## ")[0]
+    listed = re.findall(r"^\| `(\w+)` \| (.*?) \| (.*?) \|$", section, re.MULTILINE)
+    cards = [effect.card(experiment) for effect in LIBRARY.values()]
+    assert [(name, summary) for name, summary, _ in listed] == [(card.name, card.summary) for card in cards]
+    assert [re.findall(r"`(\w+)`", parameters) for *_, parameters in listed] == [
+        [parameter.name for parameter in card.parameters] for card in cards
+    ]
 
 
 @pytest.fixture
