@@ -76,16 +76,13 @@ def _table(title: str, *headings: str) -> Any:
 
 def _found(record: Record) -> Any:
     title = "Hints, nothing claimed" if record["verdict"] == "unknown" else "What the twin lacked"
-    table = _table(title, "effect", "parameters", "probability", "evidence [nats]", "told apart by")
+    table = _table(title, "effect", "parameters", "probability", "evidence [nats]")
+    if any(effect["equivalent"] for effect in record["effects"]):
+        table.add_column("told apart by", overflow="fold")
     for effect in record["effects"]:
         values = "\n".join(f"{name} {estimate(p)}" for name, p in effect["parameters"].items())
-        table.add_row(
-            named(effect),
-            values,
-            f"{effect['probability']:.3f}",
-            f"{effect['log_evidence_gain']:.0f}",
-            effect["separated_by"] if effect["equivalent"] else "",
-        )
+        cells = [named(effect), values, f"{effect['probability']:.3f}", f"{effect['log_evidence_gain']:.0f}"]
+        table.add_row(*cells, *([effect["separated_by"]] if effect["equivalent"] else []))
     return table
 
 

@@ -55,7 +55,7 @@ def over_temperature(tracked: TrackedModes) -> Figure:
     axes[1].set(
         ylabel="frequency against reference [%]", title=f"relative to {tracked.temperature[reference]:.1f} °C"
     )
-    axes[2].set(ylabel="damping ratio [%]", title="damping, two sigma (known to 30 %)", ylim=(0, None))
+    axes[2].set(ylabel="damping ratio [%]", title="damping, where 2σ is below 30 %", ylim=(0, None))
     for each in axes:
         each.set_xlabel("temperature [°C]")
     return figure

@@ -23,8 +23,9 @@ def waterfall(frf: Frf, channel: int = 0) -> Figure:
     level = 20.0 * np.log10(np.abs(frf.h[order, channel]) + 1e-12)
     cells = (_edges(frf.frequency), _edges(frf.temperature[order]))
     image = axes[0].pcolormesh(*cells, level, cmap="magma", vmin=float(np.percentile(level, 1)), rasterized=True)
-    figure.colorbar(image, ax=axes[0], label=f"|H| {frf.channels[channel]}/drive [dB re 1 V/V]")
-    axes[0].set(ylabel="temperature [°C]", title="FRF over temperature")
+    figure.colorbar(image, ax=axes[0])
+    title = f"|H| {frf.channels[channel]}/drive [dB re 1 V/V] over temperature"
+    axes[0].set(ylabel="temperature [°C]", title=title)
     axes[0].grid(visible=False)
     frequency_axis(axes[0])
     span = (float(frf.temperature.min()), float(frf.temperature.max()))

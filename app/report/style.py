@@ -7,6 +7,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
 
 SETTINGS: Any = {
     "font.size": 10.0,
@@ -19,6 +20,9 @@ SETTINGS: Any = {
     "legend.frameon": False,
     "legend.fontsize": 9.0,
     "lines.linewidth": 1.3,
+    "axes.prop_cycle": cycler(
+        color=["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#7f7f7f", "#222222"]
+    ),  # Okabe and Ito: told apart with any colour vision
     "figure.constrained_layout.use": True,
 }
 MEASURED, MODEL, BAND = "0.15", "#d1495b", "#00798c"
