@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,8 +11,7 @@ from analysis.focusing.over_temperature import Aim, aim, responses
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from app.files.bad_file import ResultFileError
-from app.files.laws_file import load_laws
-from app.files.provenance import read_stamp
+from app.files.laws_file import effects_in_laws, load_laws
 from app.panel_twin import PanelTwin
 
 
@@ -52,10 +50,9 @@ def uncorrected_laws(run: Path, temperature: NDArray[np.float64]) -> MaterialLaw
     """
     try:
         laws = load_laws(run / "laws.h5")
-        with h5py.File(run / "laws.h5") as file:
-            if read_stamp(file)["settings"].get("effects"):
-                return None
-    except (ResultFileError, KeyError):
+        if effects_in_laws(run / "laws.h5"):
+            return None
+    except ResultFileError:
         return None
     low, high = laws.temperature_range
     return laws if low - 1e-9 <= temperature.min() and temperature.max() <= high + 1e-9 else None

@@ -57,6 +57,7 @@ def command(
         else:
             found = updated_under_effects(loaded, mains, start, effects, report)
             settings |= {"twin": sha256(start.path), "effects": start.twin.effects}
+    replaced = other_effects(run / "laws.h5", settings.get("effects", {}))
     save_updating(run, loaded, found, settings)
     updated, seconds = found.updated, time.perf_counter() - started
     output.result(lambda: record(updated, seconds), lambda: show(updated))
@@ -65,9 +66,27 @@ def command(
     if start is not None:
         on = ", ".join(start.twin.effects) or "no effect"
         output.note(f"{start.path}: {on} switched on; the laws in {run / 'laws.h5'} are those under it")
+    if replaced is not None:
+        output.note(
+            f"{run / 'laws.h5'} held the laws {replaced}; they are replaced. To keep both: --out ANOTHER-FOLDER"
+        )
     output.summary(summary(updated, run, seconds))
     if not updated.settled.all():
         raise click.exceptions.Exit(1)
+
+
+def other_effects(laws: Path, effects: dict[str, Any]) -> str | None:
+    """Under which effects the laws in a file stand that are about to be replaced; None if under these, or none."""
+    from app.files.bad_file import ResultFileError
+    from app.files.laws_file import effects_in_laws
+
+    try:
+        before = effects_in_laws(laws) if laws.is_file() else effects
+    except ResultFileError:
+        return None
+    if before == effects:
+        return None
+    return f"under {', '.join(before)}" if before else "without effects"
 
 
 def record(updated: "Updated", seconds: float) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from analysis.material import MaterialLaws
 from analysis.updating.update import Updated
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
-from app.files.provenance import stamp
+from app.files.provenance import read_stamp, stamp
 from app.files.values import read_value, write_value
 
 
@@ -57,6 +57,15 @@ def load_laws(path: Path) -> MaterialLaws:
         if "laws" not in file:
             raise ResultFileError(f"{path}: holds estimates but no laws: fewer than 3 temperatures were measured")
         return read_value(file["laws"], MaterialLaws)
+
+
+def effects_in_laws(path: Path) -> dict[str, Any]:
+    """Return the effects that were switched on when the laws were fitted, with their values; mostly none.
+
+    ResultFileError where the file cannot be read.
+    """
+    with _opened(path) as file:
+        return dict(read_stamp(file)["settings"].get("effects", {}))
 
 
 def load_updated(path: Path) -> tuple[Updated, TwinFrf]:

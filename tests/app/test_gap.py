@@ -172,6 +172,10 @@ def test_other_verbs_go_on_from_the_twin(recording: Path, compared: tuple[Result
     np.testing.assert_allclose(same.material.youngs_modulus, reference.material.youngs_modulus, rtol=2e-4)
     np.testing.assert_allclose(same.gain, twin.gain.value, rtol=1e-6)
     loaded, _ = load_updated(heavy / "laws.h5")
+    replaced = typed("update", recording, "--out", heavy)
+    assert "held the laws under point_mass; they are replaced" in replaced.stderr
+    assert "are replaced" not in typed("update", recording, "--out", heavy).stderr
+    typed("update", recording, "--twin", run / "heavy.toml", "--out", heavy)
     assert (loaded.misfit > 1.5 * same.misfit).all()
     assert np.median(loaded.material.youngs_modulus / same.material.youngs_modulus) > 1.001
     focused = typed("focus", run, "--twin", run / "heavy.toml", "--temperature", "20", "--json")
