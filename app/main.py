@@ -1,5 +1,7 @@
 """The command line: one verb per stage."""
 
+import difflib
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -40,6 +42,15 @@ class Verbs(click.Group):
         command: click.Command = import_module(f"app.commands.{VERBS[cmd_name]}").command
         return command
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Name the nearest verb where a word is none; click would have to load all of them for that."""
+        close = difflib.get_close_matches(args[0], VERBS, 1)
+        if close and args[0] not in VERBS and not ctx.resilient_parsing:
+            ctx.fail(f"No such command {args[0]!r}. Did you mean {close[0]!r}?")
+        return super().resolve_command(ctx, args)
+
 
 @click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="flexura")
@@ -53,6 +64,9 @@ def flexura() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one verb; exit 0 (done), 1 (ran, not good enough) or 2 (bad input, with the reason)."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # Windows redirects in an encoding that has no sigma
+            stream.reconfigure(errors="replace")
     for pool in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         # Read by libraries the verbs import later, which no limit set now would reach. Their matrices are
         # small: two threads waiting for each other on a busy machine take twenty times as long as one.

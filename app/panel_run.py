@@ -22,19 +22,19 @@ from app.files.twin_file import TwinFile, read_twin
 Real = NDArray[np.float64]
 
 
-def laws_of(run: Path) -> tuple[Path, MaterialLaws]:
+def laws_of(run: Path, verb: str) -> tuple[Path, MaterialLaws]:
     """Return the laws of a run folder, or of a laws file named itself, and where they stand."""
-    path = run if run.is_file() else run_file(run, "laws.h5")
+    path = run if run.is_file() else run_file(run, "laws.h5", verb)
     return path.resolve(), load_laws(path)
 
 
-def laws_for(run: Path | None, twin: Path | None) -> tuple[Path, MaterialLaws, Path]:
+def laws_for(run: Path | None, twin: Path | None, verb: str) -> tuple[Path, MaterialLaws, Path]:
     """Return the laws of a run, or of a twin file if one is named; the file they stand in; the results' folder.
 
-    Results go beside the laws, or with a twin file into `run` where that is a folder.
+    Results go beside the laws, or with a twin file into `run` where that is a folder. `verb` is for messages.
     """
     if twin is None:
-        path, laws = laws_of(run or Path())
+        path, laws = laws_of(run or Path(), verb)
         return path, laws, path.parent
     path = twin.resolve()
     return path, laws_of_twin(read_twin(twin), path), run if run is not None and run.is_dir() else path.parent
@@ -54,10 +54,11 @@ def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
 
 def effects_left_out(twin: Path) -> list[str]:
     """Say which effects of a twin file a panel does not take along; nothing for none."""
-    names = ", ".join(read_twin(twin).effects)
-    if not names:
+    effects = list(read_twin(twin).effects)
+    if not effects:
         return []
-    return [f"{twin}: the panel's plate obeys the corrected laws; {names} stay with the plate that was measured"]
+    stay = f"{', '.join(effects)} {'stays' if len(effects) == 1 else 'stay'}"
+    return [f"{twin}: the panel's plate obeys the corrected laws; {stay} with the plate that was measured"]
 
 
 def panel_of(path: Path | None, changes: Mapping[str, Any]) -> tuple[Panel, Path]:

@@ -59,8 +59,10 @@ class Training:
 
     def check_temperatures(self, count: int) -> None:
         """Raise ValueError where `count` training temperatures are too few for the nodes."""
-        if self.nodes > count - 2:
+        most = count - 2
+        if self.nodes > most:
+            fewer = f"take {most} or fewer, or a smaller spacing" if most > 0 else "take a smaller spacing"
             raise ValueError(
                 f"{self.nodes} nodes need at least {self.nodes + 2} training temperatures; {count} are given "
-                f"(take at most {max(count - 2, 0)} nodes or a smaller spacing)"
+                f"({fewer})"
             )

@@ -13,44 +13,63 @@ from app.commands.options import PATH, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
+
     from app.files.experiment_toml import RigKind
     from drivers.rig.campaign import Moment, Outcome
 
 
 class Signals:
-    """Ends a campaign on SIGTERM, and when the terminal is closed, as on Ctrl-C: with everything at rest.
+    """Ends a campaign on Ctrl-C, on SIGTERM and when the terminal is closed: with everything at rest.
 
-    A signal that arrives while Python runs a destructor raises into nothing; so it is kept, and `check`, called at
-    every reading, raises it again.
+    A signal that arrives while Python runs a destructor (nidaqmx's tasks have one) raises into nothing; so it is
+    kept, and `check`, called at every reading, raises it again. Only the first one raises by itself: a second must
+    not cut short what brings the rig to rest.
+
+    Attributes
+    ----------
+    arrived : int or None
+        Number of the first signal.
     """
 
     NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 
     def __init__(self) -> None:
-        self._arrived: int | None = None
+        self.arrived: int | None = None
         self._before: dict[int, Any] = {}
+        self._unraisable = sys.unraisablehook
 
     def __enter__(self) -> "Signals":
         """Take the signals over."""
         for number in (getattr(signal, name) for name in self.NAMES if hasattr(signal, name)):
             self._before[number] = signal.signal(number, self._keep)
+        self._unraisable, sys.unraisablehook = sys.unraisablehook, self._told_later
         return self
 
     def __exit__(self, *_: object) -> None:
         """Give them back."""
         for number, handler in self._before.items():
             signal.signal(number, handler)
+        sys.unraisablehook = self._unraisable
 
     def check(self) -> None:
-        """Raise what the signal that has arrived, if one has, stands for."""
-        if self._arrived == signal.SIGINT:
-            raise KeyboardInterrupt
-        if self._arrived is not None:
-            raise SystemExit(128 + self._arrived)
+        """Raise RigInterrupted if a signal has arrived."""
+        from drivers.rig.errors import RigInterrupted
+
+        if self.arrived is not None:
+            raise RigInterrupted(signal.Signals(self.arrived).name)
 
     def _keep(self, number: int, _: object) -> None:
-        self._arrived = number
-        self.check()
+        if self.arrived is None:
+            self.arrived = number
+            self.check()
+
+    def _told_later(self, lost: "UnraisableHookArgs") -> None:
+        """Keep Python from printing a traceback over what `check` is going to raise again."""
+        from drivers.rig.errors import RigInterrupted
+
+        if not isinstance(lost.exc_value, RigInterrupted):
+            self._unraisable(lost)
 
 
 EXAMPLES = """\b
@@ -79,17 +98,22 @@ def command(experiment: Path, rig: "RigKind | None", again: bool, out: Path | No
     Exit status 1 where sweeps are missing at the end, or the rig stopped the campaign.
     """
     from drivers.ni.errors import DaqError
-    from drivers.rig.errors import RigStopped
+    from drivers.rig.errors import RigInterrupted, RigStopped
 
     folder = (out or experiment.resolve().with_name(experiment.stem + "-campaign")).resolve()
     started = time.perf_counter()
     summary: dict[str, Any] = {"campaign": str(folder)}
+    signals = Signals()
     try:
-        with Signals() as signals:
+        with signals:
             outcome, summary["rig"], summary["sweeps"] = _acquire(experiment, rig, folder, again, signals, output)
     except RigStopped as stopped:
         summary |= {"state": "stopped", "why": str(stopped), "unsafe": list(stopped.unsafe)}
         _told(summary, output, f"stopped: {stopped}")
+    except RigInterrupted as interrupted:
+        summary |= {"state": "stopped", "why": str(interrupted), "unsafe": list(interrupted.unsafe or ())}
+        _told(summary, output, _interrupted_line(interrupted.unsafe))
+        raise SystemExit(128 + (signals.arrived or 0)) from interrupted
     except DaqError as error:
         summary |= {"state": "stopped", "why": str(error), "unsafe": []}
         _told(summary, output, f"the rig cannot be opened: {error}")
@@ -152,7 +176,17 @@ def _line(outcome: "Outcome", folder: Path, seconds: float) -> str:
     line = f"{outcome.finished} sweeps in {folder}, {outcome.made_now} of them now, in {seconds:.1f} s"
     if outcome.missing:
         line += f"; {outcome.missing} are missing (events.jsonl says why; --again tries once more)"
-    return line + "".join(f"\nNOT AT REST: {what}" for what in outcome.unsafe)
+    return line + _not_at_rest(outcome.unsafe)
+
+
+def _interrupted_line(unsafe: "tuple[str, ...] | None") -> str:
+    """Say how an interrupted rig was left; None: it was not running, so that nothing is known of it."""
+    rest = "; the drive is at 0 V and the oven at rest" if unsafe == () else ""
+    return f"stopped{rest}; run the same command again to go on" + _not_at_rest(unsafe or ())
+
+
+def _not_at_rest(unsafe: tuple[str, ...]) -> str:
+    return "".join(f"\nNOT AT REST: {what}" for what in unsafe)
 
 
 def _told(summary: dict[str, Any], output: Output, line: str) -> None:

@@ -111,7 +111,7 @@ def command(
     from app.panel_run import checked_device, laws_for, panel_for, range_of
 
     started = time.perf_counter()
-    laws_path, laws, beside = laws_for(run, twin)
+    laws_path, laws, beside = laws_for(run, twin, "compensate")
     declared, panel_path = panel_for(panel, beside)
     low, high = range_of(declared, laws, laws_path)
     training = Training(

@@ -15,6 +15,8 @@ from app.commands.output import Output, output_options
 from app.files.shipped import shipped
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import numpy as np
     from rich.table import Table
 
@@ -216,18 +218,32 @@ def effects_beside(run: Path) -> "tuple[dict[str, dict[str, float]], Record]":
     return experiment.simulation.effects, load_gap(run / "gap.h5")[1]
 
 
+def put_in() -> "Iterator[tuple[str, str]]":
+    """Yield the effects hidden in the last campaign's plate, with values and units."""
+    from app.files.experiment_toml import read_acquired_experiment
+    from app.gap_words import with_sigma
+    from simulation.effects.library import LIBRARY
+
+    experiment = read_acquired_experiment(PUZZLE)
+    effects = {} if experiment.simulation is None else experiment.simulation.effects
+    for name, values in effects.items():
+        card = LIBRARY[name].card(experiment.recorded(experiment.sample_rate))
+        units = {parameter.name: parameter.unit for parameter in card.parameters}
+        yield name, ", ".join(f"{key} {with_sigma(value, 0.0, units[key])}" for key, value in values.items())
+
+
 def effects_table(run: Path) -> "Table":
     """Set what was hidden in the last campaign's plate against what `flexura gap` named."""
     from rich.table import Table
 
     from app.gap_words import estimate, named, verdict_words
 
-    hidden, gap = effects_beside(run)
+    gap = effects_beside(run)[1]
     table = Table(title="The plate with something hidden: what it is, what was found", header_style="bold")
     for heading in ("", "effect", "values"):
         table.add_column(heading)
-    for name, parameters in hidden.items():
-        table.add_row("put in", name, ", ".join(f"{key} {value:g}" for key, value in parameters.items()))
+    for name, values in put_in():
+        table.add_row("put in", name, values)
     for effect in gap["effects"]:
         values = ", ".join(f"{key} {estimate(found)}" for key, found in effect["parameters"].items())
         table.add_row("found", named(effect), values)

@@ -50,12 +50,26 @@ def command(experiment: Path | None, out: Path | None, output: Output) -> None:
     if bad:
         output.failure(f"not ready: {', '.join(one.what for one in bad)}")
         raise click.exceptions.Exit(1)
-    output.summary("ready")
+    output.summary(ready(experiment, findings))
+
+
+def ready(experiment: Path | None, findings: "Sequence[Finding]") -> str:
+    """Say what this computer is ready for; without an experiment nothing is needed, and much may be missing."""
+    from drivers.rig.survey import State
+
+    if experiment is not None:
+        return f"ready for {experiment}"
+    of_rig = [one for one in findings if one.what.startswith(("NI ", "serial port"))]
+    missing = [one.what for one in of_rig if one.state is not State.GOOD]
+    if missing:
+        return f"ready for analysis and the simulated rig; a real rig lacks: {', '.join(missing)}"
+    return "ready for analysis and the simulated rig; whether a real one fits: flexura doctor EXPERIMENT.toml"
 
 
 def show(findings: "Sequence[Finding]") -> None:
     """Print a line for each finding, and what to do about it under those that are not good."""
     for one in findings:
-        click.echo(f"{click.style(f'{one.state:<5}', fg=COLOURS[one.state])}{one.what}: {one.seen}")
+        seen = f": {one.seen}" if one.seen else ""
+        click.echo(f"{click.style(f'{one.state:<5}', fg=COLOURS[one.state])}{one.what}{seen}")
         if one.next_step:
             click.echo(f"       {one.next_step}")

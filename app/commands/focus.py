@@ -11,6 +11,9 @@ from app.commands.options import PATH, laws_of_twin, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from analysis.focusing.methods import Comparison
     from analysis.focusing.over_temperature import Aim, Focusing
     from analysis.focusing.panel import Panel
@@ -73,7 +76,7 @@ def command(
     from app.uncorrected_filters import uncorrected_aim, uncorrected_laws
 
     started = time.perf_counter()
-    laws_path, laws, beside = laws_for(run, twin)
+    laws_path, laws, beside = laws_for(run, twin, "focus")
     declared, panel_path = panel_of(panel, {"regularisation": regularisation, "tolerance": tolerance})
     low, high = range_of(declared, laws, laws_path)
     wanted = (
@@ -89,12 +92,13 @@ def command(
         comparison = compare(model, declared, (plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor))
     inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
     settings = {"method": method, "panel": declared.model_dump(mode="json"), "temperatures": wanted.tolist()}
+    gone = replaced(folder / "filters.h5", wanted)
     save_focusing(folder / "filters.h5", declared, focusing, comparison, provenance(inputs, settings), lost)
     seconds = time.perf_counter() - started
     regained = {} if lost is None else {"with_uncorrected_laws": _means(lost)}
     output.result(lambda: record(focusing, comparison, seconds) | regained)
     left_out = effects_left_out(twin) if twin is not None else []
-    for note in (*notes(declared, focusing), *left_out, *correction(focusing, lost)):
+    for note in (*notes(declared, focusing), *left_out, *correction(focusing, lost), *gone):
         output.note(note)
     output.summary(summary(focusing, folder / "filters.h5", seconds))
 
@@ -157,6 +161,22 @@ def notes(panel: "Panel", focusing: "Focusing") -> list[str]:
     return found
 
 
+def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:
+    """Say which filters the new ones, of `temperature` (T,), °C, take the place of, where that is a loss."""
+    from app.files.bad_file import ResultFileError
+    from app.files.filter_files import load_focusing
+
+    if not target.is_file():
+        return []
+    try:
+        before = load_focusing(target)[1].temperature
+    except ResultFileError:  # of no use to anybody
+        return []
+    if before.tolist() == temperature.tolist():
+        return []
+    return [f"{target} held filters of {_temperatures(before)}: replaced. To keep both, name --out FOLDER"]
+
+
 def correction(focusing: "Focusing", lost: "Aim | None") -> list[str]:
     """Say what the twin's effects are worth for the filters, where that was tried."""
     if lost is None:
@@ -174,10 +194,14 @@ def summary(focusing: "Focusing", target: Path, seconds: float) -> str:
     t = focusing.temperature
     direct, fixed = focusing.direct.contrast.mean(axis=1), focusing.fixed.contrast.mean(axis=1)
     return (
-        f"{len(t)} temperatures, {t[0]:g} to {t[-1]:g} °C: contrast {direct.min():.2f} to {direct.max():.2f} with "
+        f"{_temperatures(t)}: contrast {direct.min():.2f} to {direct.max():.2f} with "
         f"their own filters, down to {fixed.min():.2f} with those of {focusing.reference_temperature:g} °C "
         f"({focusing.regularisation}, tolerance {focusing.tolerance:g}); {seconds:.1f} s; {target}"
     )
+
+
+def _temperatures(t: "NDArray[np.float64]") -> str:
+    return f"{t[0]:g} °C" if len(t) == 1 else f"{len(t)} temperatures, {t[0]:g} to {t[-1]:g} °C"
 
 
 def _means(aim: "Aim") -> dict[str, list[float]]:

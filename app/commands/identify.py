@@ -67,7 +67,8 @@ def command(
     if band is not None and not band[0] < band[1]:
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
     wanted = Wanted(Settings(mains=mains), damping, method, band)
-    if campaign.is_file() or campaign.suffix.lower() in (".uff", ".unv", ".uf"):
+    suffix = campaign.suffix.lower()
+    if suffix in (".uff", ".unv", ".uf") or (campaign.is_file() and suffix != ".toml"):
         if out is not None:
             raise click.BadParameter("a universal file's modes are only printed; use --json", param_hint="--out")
         identify_uff(campaign, wanted, shared_poles, output)

@@ -184,10 +184,22 @@ def _prepare(folder: Path, protocol: dict[str, Any]) -> None:
 
 
 def _differences(there: dict[str, Any], asked: dict[str, Any]) -> list[str]:
-    """Keys in which two protocols differ; the wording of the file, its comments, is nobody's concern."""
+    """Keys in which two protocols differ; the wording of the file, its comments, is nobody's concern.
+
+    Those of the experiment's file as they stand there; what is derived from them, the declaration of the
+    campaign, is named only where they are the same (other cards run at another rate).
+    """
     one, other = _flat(there), _flat(asked)
-    keys = sorted(key for key in set(one) | set(other) if one.get(key) != other.get(key))
-    return [key.lstrip(".") for key in keys if not key.startswith((".source", ".sha256"))]
+    keys = sorted(key[1:] for key in set(one) | set(other) if one.get(key) != other.get(key))
+    of_file = [key for key in keys if key.startswith("acquired.")]
+    derived = ("source", "sha256", "acquired.", *(["experiment."] if of_file else []))
+    rest = [key for key in keys if not key.startswith(tuple(derived))]
+    return [_as_written(key.removeprefix("acquired.")) for key in of_file] + rest
+
+
+def _as_written(key: str) -> str:
+    table, _, name = key.rpartition(".")
+    return f"[{table}] {name}" if table else name
 
 
 def _flat(tree: Any, prefix: str = "") -> dict[str, Any]:

@@ -5,8 +5,9 @@ from pathlib import Path
 from analysis.campaign import Campaign
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_folder import PROTOCOL, is_campaign_folder, read_campaign_folder
-from app.files.campaign_toml import NAME
+from app.files.campaign_toml import FORMAT, NAME
 from app.files.recorded_campaign import is_recorded_campaign, read_recorded_campaign
+from app.files.settings_toml import read_table
 
 
 def load_campaign(path: Path) -> Campaign:
@@ -30,7 +31,20 @@ def not_a_campaign(path: Path) -> CampaignFileError:
     if not path.exists():
         return CampaignFileError(path, [Problem("", "", "does not exist", allowed)])
     if not path.is_dir():
-        return CampaignFileError(path, [Problem("", "", "a file, not a campaign", allowed)])
+        return CampaignFileError(path, [_not_a_folder(path, allowed)])
     listed = sorted(child.name for child in path.iterdir())
     held = ", ".join(listed[:6]) + (", ..." if len(listed) > 6 else "") if listed else "nothing"
     return CampaignFileError(path, [Problem("", "", f"not a campaign; it holds {held}", allowed)])
+
+
+def _not_a_folder(path: Path, allowed: str) -> Problem:
+    """Say what a file is that was named for a campaign, and what takes it."""
+    try:
+        declared = read_table(path).get("format")
+    except CampaignFileError:
+        declared = None
+    if declared == "experiment/1":
+        return Problem("", "", f"an experiment, not yet a campaign; flexura acquire {path} makes one of it", "")
+    if declared == FORMAT:
+        return Problem("", "", f"declares a recorded campaign; name the folder it lies in: {path.parent}", "")
+    return Problem("", "", "a file, not a campaign", allowed)

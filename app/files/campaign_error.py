@@ -1,7 +1,9 @@
 """What is wrong with a campaign on disk: every problem found, each with its file, key, value and cure."""
 
+import re
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 SHOWN = 40
@@ -46,6 +48,8 @@ class SignalProblem(Problem):
 class CampaignFileError(ValueError):
     """A campaign cannot be read; the message lists everything found wrong with it.
 
+    What is wrong in the same way in several files, or in several repeats, is one line.
+
     Attributes
     ----------
     folder : Path
@@ -55,12 +59,44 @@ class CampaignFileError(ValueError):
     def __init__(self, folder: Path, problems: Sequence[Problem]) -> None:
         self.folder = folder
         self.problems = tuple(problems)
-        lines = [str(problem) for problem in self.problems]
+        lines = _grouped(self.problems)
+        place = "" if folder == Path() and all(problem.file for problem in problems) else f"{folder}: "
         if len(lines) == 1:
-            text = f"{folder}: {lines[0]}"
+            text = f"{place}{lines[0]}"
         else:
-            text = f"{folder}: {len(lines)} problems"
+            kinds = f", {len(lines)} of them different" if len(lines) < len(problems) else ""
+            text = f"{place}{len(problems)} problems{kinds}"
             text += "".join(f"\n  {line}" for line in lines[:SHOWN])
             if len(lines) > SHOWN:
                 text += f"\n  ... and {len(lines) - SHOWN} more"
         super().__init__(text)
+
+
+def _grouped(problems: Sequence[Problem]) -> list[str]:
+    """Return a line for every different problem; of more than can be shown, one of each key first."""
+    groups: dict[tuple[str, ...], list[Problem]] = {}
+    for problem in problems:
+        same = (_any_repeat(problem.key), problem.seen, problem.allowed, problem.remedy)
+        groups.setdefault(same, []).append(problem)
+    so_far: Counter[str] = Counter()
+
+    def turn(group: Sequence[Problem]) -> int:
+        key = _any_repeat(group[0].key)
+        so_far[key] += 1
+        return so_far[key]
+
+    different = list(groups.values())
+    return [_line(group) for group in (sorted(different, key=turn) if len(different) > SHOWN else different)]
+
+
+def _line(alike: Sequence[Problem]) -> str:
+    first = alike[0]
+    files = len({problem.file for problem in alike}) - 1
+    repeats = len({problem.key for problem in alike}) - 1
+    more = f" and {files} more file{'s' * (files > 1)}" if files else ""
+    also = f" (also in {repeats} more repeat{'s' * (repeats > 1)})" if repeats else ""
+    return f"{replace(first, file=first.file + more)}{also}"
+
+
+def _any_repeat(key: str) -> str:
+    return re.sub(r"\brepeat \d+", "repeat", key)

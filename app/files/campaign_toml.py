@@ -6,6 +6,7 @@ from analysis.experiment import Experiment
 from app.files.settings_toml import read_settings
 
 NAME = "campaign.toml"
+FORMAT = "recorded-campaign/1"
 
 
 def read_experiment(folder: Path) -> Experiment:

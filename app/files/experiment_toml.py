@@ -15,7 +15,8 @@ from analysis.protocol.programme import Programme
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.sweep import SweepSettings
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.settings_toml import read_settings
+from app.files.campaign_toml import FORMAT
+from app.files.settings_toml import checked, read_table
 from drivers.ni.modules import find_module
 from drivers.ni.wiring import Wiring
 from drivers.ovens.espec import Espec
@@ -186,7 +187,11 @@ def read_acquired_experiment(path: Path) -> AcquiredExperiment:
     CampaignFileError
         With every key that is wrong, or every reason why this hardware cannot run this protocol.
     """
-    experiment = read_settings(path, AcquiredExperiment)
+    table = read_table(path)
+    if table.get("format") == FORMAT:
+        seen = f"declares a recorded campaign (format {FORMAT!r}), which flexura import {path.parent} takes"
+        raise CampaignFileError(path.parent, [Problem(path.name, "", seen, "")])
+    experiment = checked(path, table, AcquiredExperiment)
     if experiment.simulation is not None and experiment.simulation.effects:
         _require_known_effects(path, experiment, experiment.simulation)
     oven = experiment.oven

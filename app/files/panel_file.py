@@ -20,8 +20,10 @@ def read_panel(path: Path) -> Panel:
     """Read a panel; ResultFileError with every missing, unknown, mistyped or implausible key."""
     try:
         declared = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ResultFileError(f"{path}: cannot be read as text ({error})") from error
+    except OSError as error:
+        raise ResultFileError(f"{path}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise ResultFileError(f"{path}: byte {error.start} is not UTF-8, which TOML is") from error
     except tomllib.TOMLDecodeError as error:
         raise ResultFileError(f"{path}: not TOML: {error}") from error
     return _checked(json.dumps(declared, default=str), str(path))

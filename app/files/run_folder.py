@@ -19,8 +19,7 @@ def run_folder(campaign: Path, out: Path | None) -> Path:
 
     Raises ResultFileError where it cannot be made or written.
     """
-    campaign = campaign.resolve()
-    folder = out or campaign.with_name(campaign.stem + "-run")
+    folder = out or _beside(campaign)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".write-test.part"
@@ -33,9 +32,25 @@ def run_folder(campaign: Path, out: Path | None) -> Path:
     return folder
 
 
-def run_file(run: Path, name: str) -> Path:
-    """Path of one stage's result in a run; ResultFileError naming the verb that makes it if it is missing."""
+def run_file(run: Path, name: str, verb: str) -> Path:
+    """Path of one stage's result in a run.
+
+    Raises ResultFileError where it is missing: with what to type for `verb` if `run` is a campaign whose own run
+    folder holds it, else with the verb that makes it.
+    """
     path = run / name
-    if not path.is_file():
-        raise ResultFileError(f"{run}: holds no {name}; make it with: flexura {MADE_BY[name]}")
-    return path
+    if path.is_file():
+        return path
+    beside = _beside(run)
+    if (beside / name).is_file():
+        typed = run.parent / beside.name if run.name not in ("", "..") else beside
+        raise ResultFileError(
+            f"{run}: holds no {name}; the results of this campaign are in {typed}: flexura {verb} {typed}"
+        )
+    held = f"holds no {name}" if run.exists() else "does not exist"
+    raise ResultFileError(f"{run}: {held}; make it with: flexura {MADE_BY[name]}")
+
+
+def _beside(campaign: Path) -> Path:
+    campaign = campaign.resolve()
+    return campaign.parent / f"{campaign.stem}-run"

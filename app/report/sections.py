@@ -14,7 +14,7 @@ from app.files.filter_files import load_compensation, load_focusing, load_uncorr
 from app.files.frf_file import load_frf
 from app.files.laws_file import load_laws, load_updated
 from app.files.modes_file import load_modes
-from app.files.run_folder import MADE_BY
+from app.files.run_folder import MADE_BY, run_file
 from app.gap_words import with_sigma
 from app.progress import Report
 from app.report import focusing, identified, measured, paper, updated
@@ -40,10 +40,7 @@ class Found:
 
 def sections(run: Path, report: Report) -> Found:
     """Read what `run` holds; ResultFileError where it is no run folder at all."""
-    if not (run / "frf.h5").is_file():
-        held = "does not exist" if not run.is_dir() else "holds no frf.h5"
-        raise ResultFileError(f"{run}: {held}; make it with: flexura {MADE_BY['frf.h5']}")
-    experiment, frf = load_frf(run / "frf.h5")
+    experiment, frf = load_frf(run_file(run, "frf.h5", "report"))
     rows: list[paper.Row] = []
     parts: list[tuple[str, str, Callable[[], list[Item]]]] = [
         ("Measurement", "frf.h5", lambda: _measurement(experiment, frf)),

@@ -8,7 +8,7 @@ from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import Leg, SetPoint
 from drivers.ni.errors import DaqError
 from drivers.ovens.error import OvenError
-from drivers.rig.errors import RigStopped
+from drivers.rig.errors import RigInterrupted, RigStopped
 from drivers.rig.leg import LegRun
 from drivers.rig.progress import Progress
 from drivers.rig.readings import Reading
@@ -142,7 +142,7 @@ def run_campaign(
             stopped = RigStopped(str(error), RESUME)
             stopped.unsafe = unsafe
             raise stopped from error
-        if isinstance(error, RigStopped):
+        if isinstance(error, RigStopped | RigInterrupted):
             error.unsafe = unsafe
         for told in unsafe:
             error.add_note(told)

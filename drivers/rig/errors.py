@@ -23,3 +23,15 @@ class RigStopped(Exception):  # noqa: N818 (it is no defect of the program: the 
     def __str__(self) -> str:
         unsafe = "".join(f" NOT AT REST: {what}." for what in self.unsafe)
         return f"{self.what.rstrip('.')}. {self.next_step.rstrip('.')}.{unsafe}"
+
+
+class RigInterrupted(KeyboardInterrupt):
+    """Somebody wants the program to end; the same command takes the campaign up again.
+
+    Attributes
+    ----------
+    unsafe : tuple of str or None
+        What could not be brought to rest; None where no campaign was running that could tell.
+    """
+
+    unsafe: tuple[str, ...] | None = None

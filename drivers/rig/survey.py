@@ -34,6 +34,7 @@ class Finding:
         The thing.
     state : State
     seen : str
+        Empty where there is no more to say than that it is there.
     next_step : str
         What to do about it; empty where there is nothing to do.
     """
@@ -94,7 +95,8 @@ def look_at_ports() -> Iterator[Finding]:
     for port in ports:
         usable = os.name == "nt" or os.access(port.device, os.R_OK | os.W_OK)
         step = "" if usable else "get the right to use it (on Linux: the group dialout), log out and in again"
-        seen = str(port.description) if usable else f"{port.description}, but not for this user"
+        known = "" if port.description in (None, "n/a") else str(port.description)  # pyserial's word for nothing
+        seen = known if usable else f"{known or 'there'}, but not for this user"
         yield Finding(f"serial port {port.device}", State.GOOD if usable else State.NOTE, seen, step)
 
 

@@ -22,6 +22,7 @@ from app.files.campaign_error import CampaignFileError
 from app.files.events import read_events
 from app.files.experiment_toml import read_acquired_experiment
 from app.main import flexura, main
+from drivers.rig.errors import RigInterrupted
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "simulated-rig.toml"
@@ -159,6 +160,7 @@ def test_a_signal_brings_everything_to_rest_and_the_command_goes_on(
         _, said = child.communicate(timeout=60)
     assert child.returncode == {signal.SIGINT: 130, signal.SIGTERM: 143}[number], said
     assert "Traceback" not in said
+    assert "stopped; the drive is at 0 V and the oven at rest; run the same command again to go on" in said
     last = [event for event in read_events(out) if event["event"] == "oven"][-1]
     assert (last["command"], last["unsafe"]) == ("safe", [])
     done = {path.name: path.read_bytes() for path in out.glob("sweeps/*.h5")}
@@ -178,18 +180,61 @@ def _wait_for(condition: Callable[[], bool], child: "subprocess.Popen[str]") -> 
         time.sleep(0.002)
 
 
-@pytest.mark.parametrize(("number", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)])
-def test_a_signal_swallowed_by_a_destructor_is_raised_at_the_next_reading(
-    number: signal.Signals, raised: type[BaseException]
+class Interrupting:
+    """Something whose destructor a signal arrives in, as in that of a task of nidaqmx."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+
+    def __del__(self) -> None:
+        os.kill(os.getpid(), self.number)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_lost_in_a_destructor_is_raised_at_the_next_reading_without_a_traceback(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = signal.getsignal(number)
+    told: list[object] = []
+    monkeypatch.setattr(sys, "unraisablehook", told.append)
+    before = signal.getsignal(number), sys.unraisablehook
     with acquire.Signals() as signals:
         signals.check()
-        with pytest.raises(raised):
-            os.kill(os.getpid(), number)
-        with pytest.raises(raised):  # as if the first had been lost
+        Interrupting(number)
+        with pytest.raises(RigInterrupted, match=number.name):
             signals.check()
-    assert signal.getsignal(number) is before
+    assert told == []
+    assert (signal.getsignal(number), sys.unraisablehook) == before
+
+
+def test_a_second_ctrl_c_does_not_cut_short_what_the_first_began() -> None:
+    with acquire.Signals() as signals:
+        with pytest.raises(RigInterrupted):
+            os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)
+        assert signals.arrived == signal.SIGINT
+
+
+@pytest.mark.parametrize(
+    ("unsafe", "said"),
+    [
+        (None, "stopped; run the same command again to go on\n"),
+        ((), "stopped; the drive is at 0 V and the oven at rest; run the same command again to go on\n"),
+        (("the oven",), "stopped; run the same command again to go on\nNOT AT REST: the oven\n"),
+    ],
+)
+def test_an_interrupted_campaign_says_it_is_at_rest_only_where_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unsafe: tuple[str, ...] | None, said: str
+) -> None:
+    def interrupted(*_: object) -> None:
+        error = RigInterrupted("SIGINT")
+        error.unsafe = unsafe
+        raise error
+
+    monkeypatch.setattr(acquire, "_acquire", interrupted)
+    result = run("acquire", experiment(tmp_path), "--json")
+    told = json.loads(result.stdout)
+    assert (told["state"], told["why"], told["unsafe"]) == ("stopped", "SIGINT", list(unsafe or ()))
+    assert result.stderr == said
 
 
 def test_help_is_quick_to_say_what_it_does() -> None:

@@ -199,3 +199,23 @@ def test_completion_prints_what_the_shell_can_read(shell: str, run_flexura: Flex
     if shutil.which(shell):
         (tmp_path / "script").write_text(script, encoding="utf-8")
         subprocess.run([shell, "-n", str(tmp_path / "script")], check=True)
+
+
+def test_what_the_output_s_encoding_lacks_is_replaced(tmp_path: Path) -> None:
+    """As where Windows redirects to a file: in cp1252, which has no sigma."""
+    (tmp_path / "\u03c3").mkdir()
+    done = subprocess.run(
+        [sys.executable, "-m", "app", "doctor", "--out", tmp_path / "\u03c3"],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONIOENCODING": "cp1252"},
+        capture_output=True,
+        check=True,
+    )
+    assert f"free at {tmp_path / '?'}," in done.stdout.decode("cp1252")
+
+
+def test_a_mistyped_verb_names_the_nearest(run_flexura: Flexura) -> None:
+    status, _, err = run_flexura("updat", "plate")
+    assert status == 2
+    assert "No such command 'updat'. Did you mean 'update'?" in err
+    assert "Did you mean" not in run_flexura("xyzzy")[2]

@@ -97,6 +97,10 @@ def test_bad_input_ends_it_with_a_sentence(
     assert "Traceback" not in err
 
 
+def test_what_was_put_in_has_its_unit() -> None:
+    assert list(demo.put_in()) == [("point_mass", "mass 0.0008 kg")]
+
+
 @pytest.mark.slow
 def test_the_whole_demo(tmp_path: Path) -> None:
     out = tmp_path / "demo"

@@ -7,10 +7,12 @@ import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from serial.tools import list_ports
 
 from app.main import flexura
 from drivers.clock import SystemClock
@@ -127,3 +129,21 @@ def test_a_disk_that_cannot_be_written(tmp_path: Path) -> None:
     tmp_path.chmod(0o500)
     assert run("--out", tmp_path / "campaign").exit_code == 1
     tmp_path.chmod(0o700)
+
+
+@pytest.mark.parametrize(("description", "seen"), [("n/a", ""), ("USB-RS485", ": USB-RS485")])
+def test_a_port_without_a_description_has_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, description: str, seen: str
+) -> None:
+    port = tmp_path / "ttyS0"
+    port.touch()
+    found = SimpleNamespace(device=str(port), description=description)
+    monkeypatch.setattr(list_ports, "comports", lambda: [found])
+    assert f"serial port {port}{seen}\n" in run().stdout
+
+
+def test_ready_says_for_what(laboratory: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(list_ports, "comports", list)
+    lacks = "ready for analysis and the simulated rig; a real rig lacks: NI driver, serial ports\n"
+    assert run().stderr == lacks
+    assert run(laboratory).stderr == f"ready for {laboratory}\n"

@@ -1,6 +1,8 @@
 """``flexura focus`` and ``flexura compensate`` on a panel small enough to be reduced in seconds."""
 
 import json
+from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from analysis.material import MaterialLaws
+from app import panel_run
 from app.files.filter_files import load_compensation, load_focusing
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import read_stamp
@@ -121,6 +124,11 @@ def test_focus_writes_what_it_prints(run, panel):
     assert set(made_from["inputs"]) == {"laws.h5", "panel.toml"}
     assert made_from["settings"]["panel"]["filters"]["taps"] == 64
     assert "13 temperatures" in result.stderr
+    again = flex("focus", run, "--panel", panel, "--temperature", 21.5)
+    assert f"note: {run / 'filters.h5'} held filters of 13 temperatures, 0 to 60 °C: replaced" in again.stderr
+    assert "--out FOLDER" in again.stderr
+    assert "\n21.5 °C: contrast" in again.stderr
+    assert "replaced" not in flex("focus", run, "--panel", panel, "--temperature", 21.5).stderr
 
 
 def test_temperatures_method_and_regularisation_can_be_chosen(run, panel, tmp_path):
@@ -199,7 +207,7 @@ def test_laws_that_end_early_are_used_as_far_as_they_go_and_it_is_said(tmp_path,
         (("--temperature", 61), "--temperature 61 °C is outside the laws' range, 0 to 60 °C"),
         (("--tolerance", 2), "filters.tolerance"),
         (("--method", "magic"), "magic"),
-        (("--panel", "nowhere.toml"), "nowhere.toml"),
+        (("--panel", "nowhere.toml"), "nowhere.toml: cannot be read: No such file or directory\n"),
     ],
 )
 def test_focus_names_what_is_wrong(run, panel, words, said):
@@ -214,11 +222,21 @@ def test_focus_names_what_is_wrong(run, panel, words, said):
 
 def test_compensate_names_what_is_wrong(run, panel):
     result = flex("compensate", run, "--panel", panel, "--nodes", 12)
-    assert "12 nodes need at least 14 training temperatures; 13 are given" in result.output
+    assert "12 nodes need at least 14 training temperatures; 13 are given (take 11 or fewer, or a" in result.output
     assert result.exit_code == 2
     result = flex("compensate", run, "--panel", panel, "--device", "abacus")
     assert "--device abacus: torch cannot use it" in result.output
     assert not (run / "compensation.h5").exists()
+
+
+@pytest.mark.parametrize(
+    ("effects", "said"), [((), ""), (("one",), "one stays with"), (("one", "two"), "one, two stay with")]
+)
+def test_effects_that_a_panel_does_not_take_along_are_named(monkeypatch, effects, said):
+    monkeypatch.setattr(panel_run, "read_twin", lambda _: SimpleNamespace(effects=dict.fromkeys(effects)))
+    notes = panel_run.effects_left_out(Path("twin.toml"))
+    assert len(notes) == bool(effects)
+    assert said in "".join(notes)
 
 
 def test_a_run_without_laws_says_how_to_make_them(tmp_path):

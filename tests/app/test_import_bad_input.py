@@ -228,7 +228,7 @@ def test_levels_unknown_to_the_protocol(tiny: Any, tmp_path: Path, run_flexura: 
 def test_directions_unknown_to_the_protocol(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
     tiny.toml = tiny.toml.replace('["up", "down"]', '["up"]')
     message = refused(run_flexura, tiny.write(tmp_path / "plate"))
-    assert "sweeps/003.tdms: direction = 'down'; allowed: protocol.directions ['up']" in message
+    assert "sweeps/003.tdms and 2 more files: direction = 'down'; allowed: protocol.directions ['up']" in message
 
 
 def test_temperatures_out_of_order(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
@@ -329,3 +329,28 @@ def test_campaign_without_sweeps(tiny: Any, tmp_path: Path, run_flexura: Run, th
     if there:
         (folder / "sweeps").mkdir()
     assert f"sweeps/: {'no TDMS file' if there else 'no such folder'}" in refused(run_flexura, folder)
+
+
+def test_a_sensor_of_another_name_is_one_line(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
+    tiny.toml = tiny.toml.replace('id = "S2"', 'id = "S7"')
+    message = refused(run_flexura, tiny.write(tmp_path / "plate"))
+    assert message.count("\n") == 1
+    assert (
+        "sweeps/000.tdms and 5 more files: channels of repeat 1 = drive, S1, S2; allowed: drive, S1, S7" in message
+    )
+    assert message.endswith("(also in 1 more repeat)\n")
+
+
+@pytest.mark.parametrize("verb", ["import", "update", "identify"])
+def test_an_experiment_is_sent_to_acquire(run_flexura: Run, verb: str) -> None:
+    file = Path(__file__).resolve().parents[2] / "examples" / "simulated-rig.toml"
+    status, _, message = run_flexura(verb, file)
+    assert status == 2
+    assert f"an experiment, not yet a campaign; flexura acquire {file} makes one of it" in message
+
+
+def test_a_declaration_is_sent_to_its_folder(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
+    folder = tiny.write(tmp_path / "plate")
+    status, _, message = run_flexura("import", folder / "campaign.toml")
+    assert status == 2
+    assert message.endswith(f"declares a recorded campaign; name the folder it lies in: {folder}\n")

@@ -115,7 +115,9 @@ def test_a_damaged_sweep_is_named_not_measured_over(opened: Opened, tmp_path: Pa
 def test_another_experiment_is_refused_with_what_differs(opened: Opened) -> None:
     with opened():
         pass
-    with pytest.raises(CampaignFileError, match=r"different: acquired\.title"), opened(title="another"):
+    simulation = read_acquired_experiment(EXAMPLE).model_dump(mode="json")["simulation"] | {"noise": 0.1}
+    told = r"different: \[simulation\] noise, title; allowed"
+    with pytest.raises(CampaignFileError, match=told), opened(title="another", simulation=simulation):
         pass
 
 

@@ -62,3 +62,13 @@ def test_declares_its_campaign_with_the_rate_read_back() -> None:
     assert recorded.acquisition.sample_rate == 8533.0
     assert recorded.protocol.temperatures == (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0)
     assert recorded.oven.room_temperature == 22.0
+
+
+def test_the_declaration_of_a_recorded_campaign_is_sent_to_import() -> None:
+    folder = EXAMPLE.parent / "pp-plate"
+    with pytest.raises(CampaignFileError) as caught:
+        read_acquired_experiment(folder / "campaign.toml")
+    assert str(caught.value) == (
+        f"{folder}: campaign.toml: declares a recorded campaign (format 'recorded-campaign/1'), "
+        f"which flexura import {folder} takes"
+    )

@@ -1,5 +1,7 @@
 """Where results gather, and what is said when one is not there."""
 
+from pathlib import Path
+
 import pytest
 
 from app.files.bad_file import ResultFileError
@@ -20,4 +22,25 @@ def test_a_place_that_cannot_be_written_asks_for_out(tmp_path) -> None:
 
 def test_a_missing_result_names_its_verb(tmp_path) -> None:
     with pytest.raises(ResultFileError, match=r"holds no laws\.h5; make it with: flexura update"):
-        run_file(tmp_path, "laws.h5")
+        run_file(tmp_path, "laws.h5", "focus")
+
+
+def test_a_run_that_does_not_exist_is_said_not_to(tmp_path) -> None:
+    with pytest.raises(ResultFileError, match=r"nope: does not exist; make it with: flexura update"):
+        run_file(tmp_path / "nope", "laws.h5", "focus")
+
+
+@pytest.mark.parametrize(("typed", "beside"), [("plate", "plate-run"), (".", "{0}/plate-run")])
+def test_a_campaign_in_place_of_its_run_is_told_where_the_results_are(
+    tmp_path, monkeypatch, typed: str, beside: str
+) -> None:
+    (tmp_path / "plate").mkdir()
+    (tmp_path / "plate-run").mkdir()
+    (tmp_path / "plate-run" / "laws.h5").touch()
+    monkeypatch.chdir(tmp_path / "plate" if typed == "." else tmp_path)
+    run = Path(beside.format(tmp_path.resolve()))
+    with pytest.raises(ResultFileError) as caught:
+        run_file(Path(typed), "laws.h5", "focus")
+    assert str(caught.value) == (
+        f"{typed}: holds no laws.h5; the results of this campaign are in {run}: flexura focus {run}"
+    )

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from drivers.rig.campaign import Moment
-from drivers.rig.errors import RigStopped
+from drivers.rig.errors import RigInterrupted, RigStopped
 
 
 def test_every_sweep_is_made_at_its_temperature(world: Any) -> None:
@@ -147,3 +147,15 @@ def test_an_observer_may_stop_the_campaign(world_of: Callable[..., Any]) -> None
     assert sorted(world.store.kept) == [0]
     world.renew()
     assert world.run().finished == 3
+
+
+@pytest.mark.parametrize("unplugged", [False, True])
+def test_an_interruption_is_told_what_is_not_at_rest(world: Any, unplugged: bool) -> None:
+    def interrupt(_: Moment) -> None:
+        world.parts.lines[-1].plugged = not unplugged
+        raise RigInterrupted
+
+    with pytest.raises(RigInterrupted) as caught:
+        world.run(observer=interrupt)
+    assert caught.value.unsafe is not None
+    assert ["rest" in told for told in caught.value.unsafe] == [True] * unplugged
