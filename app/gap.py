@@ -13,6 +13,7 @@ from analysis.gap.effect_card import EffectCard
 from analysis.gap.gap import find_gap
 from analysis.gap.numerical_floor import NumericalFloor
 from analysis.gap.report import Estimate, GapReport
+from analysis.protocol.advice import smeared
 from app.campaign_model import WORKERS, Start, campaign_model, judging
 from app.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from app.held_effects import HeldEffects
@@ -95,7 +96,12 @@ def campaign_gap(
         floor = _floor(campaign, plain, twin, report)
         found = find_gap(frf, plain.updated, model, protocol, executor, floor=floor, progress=report)
         not_tried = untried(campaign.experiment, folder)
-        found = replace(found, notes=(*found.notes, *missing_words(not_tried), *roughness(twin.operators.error)))
+        told = (
+            *smeared(protocol.sweep_duration, protocol.ramp_rate),
+            *missing_words(not_tried),
+            *roughness(twin.operators.error),
+        )
+        found = replace(found, notes=(*found.notes, *told))
         claimed = {e.name: e.parameters for e in found.effects}
         if found.verdict == "unknown":
             fitted = fit_twin(frf, plain.updated, model, protocol, executor, given)

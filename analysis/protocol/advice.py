@@ -1,6 +1,4 @@
-"""What an experiment may do and will regret."""
-
-from analysis.protocol.protocol import AcquisitionProtocol
+"""What a protocol may do and will regret."""
 
 STIFFNESS_CHANGE, LOSS_FACTOR = 0.02, 0.05
 """|d ln E / dT| [1/K] and loss factor of a soft polymer: polypropylene between 0 and 60 degrees Celsius."""
@@ -8,20 +6,18 @@ WORTH_TELLING = 0.01
 """Change of a resonance within one sweep, as a share of its peak, from which on it is more than usual noise."""
 
 
-def advice(protocol: AcquisitionProtocol) -> list[str]:
-    """Say what is allowed but makes results worse, a sentence each.
+def smeared(duration: float, ramp_rate: float) -> tuple[str, ...]:
+    """Say how far a plate changes within sweeps of `duration`, s, on a ramp of `ramp_rate`, K/min, if it matters.
 
-    Within a sweep on a ramp the plate goes on changing: at a resonance, dH/H = (dE/E) / eta of what the
-    temperature is off its mean.
+    At a resonance, dH/H = (dE/E) / eta of what the temperature is off its mean.
     """
-    rate = protocol.programme.ramp_rate / 60.0
+    rate = ramp_rate / 60.0
     by_second = 0.5 * rate * STIFFNESS_CHANGE / LOSS_FACTOR
-    change = by_second * protocol.sweep.duration
+    change, longest = by_second * duration, WORTH_TELLING / max(by_second, 1e-12)
     if change < WORTH_TELLING:
-        return []
-    return [
-        f"sweep.duration = {protocol.sweep.duration:g} s: on a ramp of {protocol.programme.ramp_rate:g} K/min one "
-        f"repeat spreads over {rate * protocol.sweep.duration:.2g} K, which changes resonances of a soft polymer "
-        f"by {100 * change:.2g} % of their peaks; the twin will miss them by that. "
-        f"{WORTH_TELLING / by_second:.2g} s or less, or a slower ramp, keep it below {100 * WORTH_TELLING:g} %"
-    ]
+        return ()
+    return (
+        f"on a ramp of {ramp_rate:g} K/min a sweep of {duration:g} s spreads over {rate * duration:.2g} K, which "
+        f"changes resonances of a soft polymer by {100 * change:.2g} % of their peaks: the twin misses them by "
+        f"that. {longest:.2g} s or less, or a slower ramp, keep it below {100 * WORTH_TELLING:g} %",
+    )

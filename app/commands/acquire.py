@@ -141,7 +141,7 @@ def command(experiment: Path, rig: "RigKind | None", again: bool, out: Path | No
 def _acquire(
     experiment: Path, kind: "RigKind | None", folder: Path, again: bool, signals: Signals, output: Output
 ) -> "tuple[Outcome, str, int]":
-    from analysis.protocol.advice import advice
+    from analysis.protocol.advice import smeared
     from app.acquisition import acquire_campaign
     from app.campaign_screen import campaign_screen
     from app.files.experiment_toml import read_acquired_experiment
@@ -150,7 +150,7 @@ def _acquire(
     from app.rig import rig_of
 
     declared = read_acquired_experiment(experiment)
-    for sentence in advice(declared.protocol):
+    for sentence in smeared(declared.sweep.duration, declared.programme.ramp_rate):
         output.note(sentence)
     chosen = kind or declared.rig
     declared = declared.on(chosen)

@@ -1,20 +1,15 @@
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
-from analysis.protocol.advice import LOSS_FACTOR, STIFFNESS_CHANGE, advice
-from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.advice import LOSS_FACTOR, STIFFNESS_CHANGE, smeared
 
 
-def test_a_short_sweep_needs_none(protocol_of: Callable[..., AcquisitionProtocol]) -> None:
-    assert advice(protocol_of(sweep={"duration": 2.0}, programme={"ramp_rate": 0.4})) == []
+def test_a_short_sweep_or_a_resting_plate_needs_none() -> None:
+    assert smeared(2.0, 0.4) == smeared(60.0, 0.0) == ()
 
 
-def test_a_long_sweep_on_a_ramp_changes_resonances_by_what_is_said(
-    protocol_of: Callable[..., AcquisitionProtocol],
-) -> None:
-    (said,) = advice(protocol_of(sweep={"duration": 15.0}, programme={"ramp_rate": 0.4}))
+def test_a_long_sweep_on_a_ramp_changes_resonances_by_what_is_said() -> None:
+    (said,) = smeared(15.0, 0.4)
     assert "spreads over 0.1 K" in said
     assert "by 2 % of their peaks" in said
 
@@ -26,7 +21,7 @@ def test_a_long_sweep_on_a_ramp_changes_resonances_by_what_is_said(
     assert abs(at_its_end - response(0.0)) / abs(response(0.0)) == pytest.approx(0.02, rel=0.05)
 
 
-def test_what_is_recommended_needs_no_advice(protocol_of: Callable[..., AcquisitionProtocol]) -> None:
-    (said,) = advice(protocol_of(sweep={"duration": 15.0}, programme={"ramp_rate": 0.4}))
+def test_what_is_recommended_needs_no_advice() -> None:
+    (said,) = smeared(15.0, 0.4)
     assert "7.5 s or less" in said
-    assert advice(protocol_of(sweep={"duration": 7.4}, programme={"ramp_rate": 0.4})) == []
+    assert smeared(7.4, 0.4) == ()
