@@ -7,6 +7,7 @@ from typing import Any
 
 import h5py
 
+from app.files.bad_file import ResultFileError
 from app.files.provenance import read_stamp, sha256
 from app.files.run_folder import MADE_BY
 from app.report.page import Item, Listing, Table
@@ -16,12 +17,17 @@ Stamps = Mapping[str, Mapping[str, Any]]
 
 
 def stamps(run: Path, names: Sequence[str]) -> Stamps:
-    """Read the provenance of those of `names` that the run holds."""
+    """Read the provenance of those of `names` that the run holds; ResultFileError for a file without one."""
     found = {}
     for name in names:
         if (run / name).is_file():
-            with h5py.File(run / name) as file:
-                found[name] = read_stamp(file)
+            try:
+                with h5py.File(run / name) as file:
+                    found[name] = read_stamp(file)
+            except (OSError, KeyError, ValueError) as error:
+                raise ResultFileError(
+                    f"{run / name}: carries no provenance that can be read; make it again: flexura {MADE_BY[name]}"
+                ) from error
     return found
 
 

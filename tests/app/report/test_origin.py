@@ -5,6 +5,7 @@ from pathlib import Path
 import h5py
 import pytest
 
+from app.files.bad_file import ResultFileError
 from app.files.provenance import provenance, sha256, stamp
 from app.report.origin import origin, outdated, stamps
 from app.report.page import Listing, Table
@@ -47,6 +48,13 @@ def test_results_of_two_recordings_are_told_of_once(run: Path) -> None:
     write(run / "frf.h5", {f"sweeps/{n}.tdms": f"{n + 7:064x}" for n in range(3)}, mains=50.0)
     (said,) = outdated(run, stamps(run, NAMES))
     assert "laws.h5 and frf.h5 were made from different files called sweeps/0.tdms" in said
+
+
+def test_a_file_without_provenance_is_refused_with_what_makes_it(run: Path) -> None:
+    with h5py.File(run / "modes.h5", "w") as file:
+        file["something"] = 1
+    with pytest.raises(ResultFileError, match=r"modes\.h5: carries no provenance .* flexura identify"):
+        stamps(run, NAMES)
 
 
 def test_what_two_results_share_is_listed_once(run: Path) -> None:
