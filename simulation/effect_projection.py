@@ -1,8 +1,9 @@
 """Projection of every field-weighted energy of a plate with patches onto given vectors."""
 
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.sparse import csr_matrix
 from simulation.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
 from simulation.field_basis import polynomial, polynomials
 from simulation.laminate import SHEAR_FACTOR
-from simulation.plane_forms import MODULI, Blocks, Modulus, plane_form
+from simulation.plane_forms import MODULI, Blocks, Modulus, plane_form, weighted_sum
 from simulation.shape_space import ShapeSpace
 from simulation.state_matrices import FullPlate, mean_height_dilatation
 
@@ -67,35 +68,32 @@ class Projector:
         return polynomial(degrees, xi, zeta).reshape(self.full.space.basis.dx.shape)
 
 
-def plate_energies(p: Projector, step: Step) -> dict[str, Real]:
+def plate_energies(p: Projector, executor: Executor, step: Step) -> dict[str, Real]:
     """Stacks ``bending``, ``membrane``, ``shear``, ``mass``, ``rotary`` and ``normal`` of `EffectOperators`."""
+    weighed = []
+    for energies in executor.map(partial(_weighed, p), polynomials(BENDING_DEGREE)):
+        weighed.append(energies)
+        step()
+    stacks = {name: np.array([energies[name] for energies in weighed if name in energies]) for name in weighed[0]}
+    for name in ("bending", "membrane"):  # by modulus first
+        stacks[name] = np.moveaxis(stacks[name], 1, 0)
+    return {**stacks, "normal": p.gram(p.full.space.product("0", "0"), W, W)}
+
+
+def _weighed(p: Projector, degrees: tuple[int, int]) -> dict[str, Real]:
+    """Energies of the plate weighed with one polynomial; of all but bending only those of low degree are kept."""
     space, plate = p.full.space, p.full.plate
     h, rho = plate.thickness, plate.density
-    bending: dict[Modulus, list[Real]] = {m: [] for m in MODULI}
-    membrane: dict[Modulus, list[Real]] = {m: [] for m in MODULI}
-    shear, mass, rotary = [], [], []
-    for degrees in polynomials(BENDING_DEGREE):
-        weight = p.weight(degrees)
-        low = sum(degrees) <= MEMBRANE_DEGREE
-        for modulus in MODULI:
-            blocks = plane_form(space, modulus, weight)
-            bending[modulus].append(h**3 / 12.0 * p.plane(blocks, ROTATIONS, ROTATIONS))
-            if low:
-                membrane[modulus].append(h * p.plane(blocks, IN_PLANE, IN_PLANE))
-        if low:
-            shear.append(SHEAR_FACTOR * h * transverse_shear(p, space, weight))
-            inertia = space.product("0", "0", None, weight)
-            mass.append(rho * h * sum(p.gram(inertia, k, k) for k in (U, V, W)))
-            rotary.append(rho * h**3 / 12.0 * sum(p.gram(inertia, k, k) for k in ROTATIONS))
-        step()
-    return {
-        "bending": np.array([bending[m] for m in MODULI]),
-        "membrane": np.array([membrane[m] for m in MODULI]),
-        "shear": np.array(shear),
-        "mass": np.array(mass),
-        "rotary": np.array(rotary),
-        "normal": p.gram(space.product("0", "0"), W, W),
-    }
+    weight = p.weight(degrees)
+    forms = [plane_form(space, modulus, weight) for modulus in MODULI]
+    found = {"bending": h**3 / 12.0 * np.array([p.plane(form, ROTATIONS, ROTATIONS) for form in forms])}
+    if sum(degrees) <= MEMBRANE_DEGREE:
+        inertia = space.product("0", "0", None, weight)
+        found["membrane"] = h * np.array([p.plane(form, IN_PLANE, IN_PLANE) for form in forms])
+        found["shear"] = SHEAR_FACTOR * h * transverse_shear(p, space, weight)
+        found["mass"] = rho * h * sum((p.gram(inertia, k, k) for k in (V, W)), p.gram(inertia, U, U))
+        found["rotary"] = rho * h**3 / 12.0 * (p.gram(inertia, THX, THX) + p.gram(inertia, THY, THY))
+    return found
 
 
 def transverse_shear(p: Projector, space: ShapeSpace, weight: Real | None, covered: Mask | None = None) -> Real:
@@ -107,17 +105,19 @@ def transverse_shear(p: Projector, space: ShapeSpace, weight: Real | None, cover
     return p.gram(ww, W, W) + cross + cross.T + p.gram(mass, THX, THX) + p.gram(mass, THY, THY)
 
 
-def patch_energies(p: Projector) -> dict[str, Real]:
+def patch_energies(p: Projector, executor: Executor) -> dict[str, Real]:
     """Stacks ``patch_own``, ``patch_membrane``, ``patch_mass`` and ``coupling`` of `EffectOperators`."""
     r, terms = p.vectors.shape[1], polynomials(BENDING_DEGREE)
     own, mass = np.zeros((r, r)), np.zeros((r, r))
     membrane = np.zeros((1 + 2 * len(terms), r, r))
     coupling = np.zeros((1 + len(terms), r, len(p.full.patches)))
+    flat = np.ones(p.full.space.basis.dx.shape)
     for k, (patch, covered) in enumerate(zip(p.full.patches, p.full.under, strict=True)):
         ceramic, t, h = p.full.materials[patch.material], patch.thickness, p.full.plate.thickness
         sign = 1.0 if patch.side == "top" else -1.0
         z0 = 0.5 * sign * (h + t)
-        mm, mb, bb = _laminate(p, ceramic.stiffness, None, covered)
+        form = _laminate(p, ceramic.stiffness, flat, covered)
+        mb, bb = _levers(p, form)
         own += t**3 / 12.0 * bb
         own += (
             SHEAR_FACTOR
@@ -126,35 +126,30 @@ def patch_energies(p: Projector) -> dict[str, Real]:
             * (ceramic.stiffness[0] - ceramic.stiffness[1])
             * transverse_shear(p, p.full.space, None, covered)
         )
-        membrane[0] += t * (mm + z0 * mb + z0**2 * bb)
+        membrane[0] += t * (p.plane(form, IN_PLANE, IN_PLANE) + z0 * mb + z0**2 * bb)
         mass += _patch_mass(p, covered, ceramic.density * t, z0, t)
-        flat = np.ones(p.full.space.basis.dx.shape)
         coupling[0, :, k] = ceramic.e31 * _dilatation(p, covered, flat, z0 * flat)
-        for j, degrees in enumerate(terms):
-            weight = p.weight(degrees)
-            _, mb, bb = _laminate(p, ceramic.stiffness, weight, covered)
+        weights = [p.weight(degrees) for degrees in terms]
+        forms = (_laminate(p, ceramic.stiffness, weight, covered) for weight in weights)
+        for j, (mb, bb) in enumerate(executor.map(partial(_levers, p), forms)):
             membrane[1 + j] += t * (0.5 * sign * h * mb + 0.5 * sign * h * 2.0 * z0 * bb)
             membrane[1 + len(terms) + j] += t * 0.25 * h**2 * bb
-            lever = 0.5 * sign * h * weight
+            lever = 0.5 * sign * h * weights[j]
             coupling[1 + j, :, k] = ceramic.e31 * _dilatation(p, covered, np.zeros_like(flat), lever)
     return {"patch_own": own, "patch_membrane": membrane, "patch_mass": mass, "coupling": coupling}
 
 
-def _laminate(
-    p: Projector, stiffness: tuple[float, float], weight: Real | None, covered: Mask
-) -> tuple[Real, Real, Real]:
-    """Membrane, coupling (both ways) and bending energies of moduli Q11, Q12 over some elements."""
+def _laminate(p: Projector, stiffness: tuple[float, float], weight: Real, covered: Mask) -> Blocks:
+    """In-plane energy of an isotropic layer of moduli Q11, Q12, weighted, over some elements."""
     q11, q12 = stiffness
-    shares: dict[Modulus, float] = {"q11": q11, "q22": q11, "q12": q12, "q66": 0.5 * (q11 - q12)}
-    r = p.vectors.shape[1]
-    mm, mb, bb = (np.zeros((r, r)) for _ in range(3))
-    for modulus, value in shares.items():
-        blocks = plane_form(p.full.space, modulus, weight, covered)
-        mm += value * p.plane(blocks, IN_PLANE, IN_PLANE)
-        bb += value * p.plane(blocks, ROTATIONS, ROTATIONS)
-        cross = value * p.plane(blocks, IN_PLANE, ROTATIONS)
-        mb += cross + cross.T
-    return mm, mb, bb
+    moduli: dict[Modulus, float] = {"q11": q11, "q22": q11, "q12": q12, "q66": 0.5 * (q11 - q12)}
+    return weighted_sum([plane_form(p.full.space, m, value * weight, covered) for m, value in moduli.items()])
+
+
+def _levers(p: Projector, form: Blocks) -> tuple[Real, Real]:
+    """Energies of membrane with bending (both ways), and of bending."""
+    cross = p.plane(form, IN_PLANE, ROTATIONS)
+    return cross + cross.T, p.plane(form, ROTATIONS, ROTATIONS)
 
 
 def _patch_mass(p: Projector, covered: Mask, area: float, height: float, thickness: float) -> Real:

@@ -6,6 +6,7 @@ responses. What is left is measured against the full plate in other states.
 """
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -40,6 +41,8 @@ SOFT = LocalLaws.of_material(1.1e9, 0.43, 0.05, slope=STEEPEST)
 """The material of the extreme states: soft, so that the most modes lie in the band."""
 STIFF = LocalLaws.of_material(3.0e9, 0.35, 0.05)
 """Beside it for the bond: patches that hardly hold change a stiff plate in another way than a soft one."""
+WORKERS = 2
+"""Energies projected at a time."""
 BLOCKS = 10
 BOX_TAIL = 4e-4
 """See `simulation.campaign_basis.for_materials`."""
@@ -183,7 +186,13 @@ def project(
 ) -> EffectOperators:
     """Operators on given vectors; their error is yet unmeasured."""
     p = Projector(full, vectors)
-    stacks: dict[str, Any] = {**plate_energies(p, step), **patch_energies(p), **offset_energies(p), **strains(p)}
+    with ThreadPoolExecutor(WORKERS) as executor:
+        stacks: dict[str, Any] = {
+            **plate_energies(p, executor, step),
+            **patch_energies(p, executor),
+            **offset_energies(p, executor),
+            **strains(p),
+        }
     return EffectOperators(
         **stacks,
         capacitance=model.capacitance,

@@ -4,6 +4,7 @@ The mesh moves with the patch: shear layers at its edges stay on the strips made
 do not change at all, and those of the elements around it are smooth functions of the offset.
 """
 
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -76,7 +77,7 @@ def can_move(full: FullPlate) -> bool:
     return not any((zone & under).any() for k, under in enumerate(full.under) if k != full.moved)
 
 
-def offset_energies(p: Projector) -> dict[str, object]:
+def offset_energies(p: Projector, executor: Executor) -> dict[str, object]:
     """Stacks ``offset_*`` of `EffectOperators`, fitted over a grid of offsets; zero where it cannot move."""
     if not can_move(p.full):
         return _unmoved(p.vectors.shape[1])
@@ -84,7 +85,8 @@ def offset_energies(p: Projector) -> dict[str, object]:
     near, motions = _around(p, zone)
     origin = _energies(near, near.full.space, zone)
     places = padua_points(OFFSET_DEGREE)
-    moved = [_energies(near, p.full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y).space, zone) for x, y in places]
+    spaces = [p.full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y).space for x, y in places]
+    moved = list(executor.map(lambda space: _energies(near, space, zone), spaces))
     fit = np.linalg.pinv(np.array([monomials(x, y) for x, y in places]))
     found: dict[str, object] = {"zone": motions, "zone_fit": zone.fit(p.full), "offset_range": OFFSET_RANGE}
     for name, start in origin.items():

@@ -88,12 +88,12 @@ def run_stages(part: Part, *, quiet: bool = False) -> tuple[int, dict[str, float
     return worst, seconds
 
 
-@click.command(name="demo", epilog=EXAMPLES, short_help="See every stage at work, in about two minutes.")
+@click.command(name="demo", epilog=EXAMPLES, short_help="See every stage at work, in a few minutes.")
 @out_folder("Folder for the campaigns, the results and the report (default: flexura-demo).")
 @output_options("what was found")
 @bad_input
 def command(out: Path | None, output: Output) -> None:
-    """Run everything on three campaigns; about two minutes, a few more the first time.
+    """Run everything on three campaigns; five minutes the first time, about one after that.
 
     Simulated cards (an NI gRPC device server on a loopback port) and a simulated oven measure a simulated plate
     from 0 to 60 °C; what identification and updating find is set against what was put in. Then the whole chain
