@@ -14,6 +14,8 @@ from app.report.page import Item, Listing, Table
 
 Stamps = Mapping[str, Mapping[str, Any]]
 """Provenance of every result, by file."""
+FOUND_HERE = (*MADE_BY, "twin.toml")
+"""Inputs that lie in the run itself; a file from others may name any path as its input."""
 
 
 def stamps(run: Path, names: Sequence[str]) -> Stamps:
@@ -23,7 +25,7 @@ def stamps(run: Path, names: Sequence[str]) -> Stamps:
         if (run / name).is_file():
             try:
                 with h5py.File(run / name) as file:
-                    found[name] = read_stamp(file)
+                    found[name] = _whole(read_stamp(file))
             except (OSError, KeyError, ValueError) as error:
                 raise ResultFileError(
                     f"{run / name}: carries no provenance that can be read; make it again: flexura {MADE_BY[name]}"
@@ -31,10 +33,17 @@ def stamps(run: Path, names: Sequence[str]) -> Stamps:
     return found
 
 
+def _whole(stamp: object) -> Mapping[str, Any]:
+    tables = ("inputs", "settings", "packages")
+    if not isinstance(stamp, dict) or not all(isinstance(stamp.get(name), dict) for name in tables):
+        raise ValueError(f"a table with {', '.join(tables)} is wanted")
+    return {"flexura": "?", "python": "?", "seed": None, **stamp}
+
+
 def outdated(run: Path, found: Stamps) -> list[str]:
     """Say which results do not belong to what lies beside them: a sentence each."""
     inputs = {made_from for stamp in found.values() for made_from in stamp["inputs"]}
-    here = {made_from: sha256(run / made_from) for made_from in inputs if (run / made_from).is_file()}
+    here = {name: sha256(run / name) for name in inputs.intersection(FOUND_HERE) if (run / name).is_file()}
     first: dict[str, tuple[str, str]] = {}
     said = []
     for name, stamp in found.items():

@@ -50,6 +50,19 @@ def test_results_of_two_recordings_are_told_of_once(run: Path) -> None:
     assert "laws.h5 and frf.h5 were made from different files called sweeps/0.tdms" in said
 
 
+def test_no_file_outside_the_run_is_looked_at(run: Path) -> None:
+    (run.parent / "secret").write_text("x")
+    write(run / "modes.h5", {"../secret": "0" * 64, str(run.parent / "secret"): "0" * 64})
+    assert outdated(run, stamps(run, NAMES)) == []
+
+
+def test_a_file_with_a_broken_provenance_is_refused(run: Path) -> None:
+    with h5py.File(run / "modes.h5", "w") as file:
+        file.create_dataset("provenance", data="[1, 2]")
+    with pytest.raises(ResultFileError, match="carries no provenance"):
+        stamps(run, NAMES)
+
+
 def test_a_file_without_provenance_is_refused_with_what_makes_it(run: Path) -> None:
     with h5py.File(run / "modes.h5", "w") as file:
         file["something"] = 1
