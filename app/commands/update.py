@@ -133,12 +133,12 @@ def show(updated: "Updated") -> None:
     table = Table(
         title="Updated twin", caption=caption, header_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
     )
-    for heading in ("T [°C]", "E [GPa]", "σ_E [%]", "ν", "σ_ν", "η [%]", "σ_η [%]", "misfit", "noise", ""):
+    for heading in ("T [°C]", "E [GPa]", "σ_E [%]", "ν", "σ_ν", "η [%]", "σ_η [%]", "misfit", "noise"):
         table.add_column(heading, justify="right", no_wrap=True)
     sigma = updated.sigma
     for t, (e, nu, eta) in enumerate(constants(updated)):
         table.add_row(
-            f"{updated.temperature[t]:.2f}",
+            f"{updated.temperature[t]:.2f}{'' if updated.settled[t] else ' ?'}",
             f"{e / 1e9:.4f}",
             f"{100 * sigma.youngs_modulus[t] / e:.4f}",
             f"{nu:.4f}",
@@ -147,7 +147,6 @@ def show(updated: "Updated") -> None:
             f"{100 * sigma.loss_factor[t]:.4f}",
             f"{100 * updated.misfit[t]:.2f} %",
             f"{100 * updated.noise_floor[t]:.2f} %",
-            "" if updated.settled[t] else "?",
         )
     Console().print(table)
 
