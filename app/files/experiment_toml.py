@@ -15,7 +15,7 @@ from analysis.protocol.programme import Programme
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.sweep import SweepSettings
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaign_toml import FORMAT
+from app.files.campaign_toml import FORMAT, NAME
 from app.files.settings_toml import checked, read_table
 from drivers.ni.modules import find_module
 from drivers.ni.wiring import Wiring
@@ -187,6 +187,9 @@ def read_acquired_experiment(path: Path) -> AcquiredExperiment:
     CampaignFileError
         With every key that is wrong, or every reason why this hardware cannot run this protocol.
     """
+    if path.is_dir():
+        takes = f"; flexura import {path} takes this recorded campaign" if (path / NAME).is_file() else ""
+        raise CampaignFileError(path, [Problem("", "", f"a folder; an experiment is a TOML file{takes}", "")])
     table = read_table(path)
     if table.get("format") == FORMAT:
         seen = f"declares a recorded campaign (format {FORMAT!r}), which flexura import {path.parent} takes"

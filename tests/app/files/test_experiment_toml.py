@@ -72,3 +72,13 @@ def test_the_declaration_of_a_recorded_campaign_is_sent_to_import() -> None:
         f"{folder}: campaign.toml: declares a recorded campaign (format 'recorded-campaign/1'), "
         f"which flexura import {folder} takes"
     )
+
+
+def test_a_folder_is_no_experiment() -> None:
+    folder = EXAMPLE.parent / "pp-plate"
+    with pytest.raises(
+        CampaignFileError, match=r"a folder; an experiment is a TOML file; flexura import .*pp-plate"
+    ):
+        read_acquired_experiment(folder)
+    with pytest.raises(CampaignFileError, match=r"examples: a folder; an experiment is a TOML file$"):
+        read_acquired_experiment(folder.parent)
