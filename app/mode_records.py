@@ -27,10 +27,9 @@ def modes_record(modes: Modes, damping: Damping) -> dict[str, Any]:
     reading = modes.reading(damping)
     found: list[dict[str, Any]] = []
     rejected: list[dict[str, Any]] = []
-    for j, (status, reason) in enumerate(zip(modes.status, modes.reason, strict=True)):
+    for j, (status, reason, other) in enumerate(zip(modes.status, modes.reason, modes.overlapped, strict=True)):
         values: dict[str, Any] = {name: float(getattr(reading, name)[j]) for name in FIELDS}
         values["pole_rad_s"] = [float(modes.poles[j].real), float(modes.poles[j].imag)]
-        other = modes.overlapped[j]
         values["overlaps_hz"] = float(reading.frequency_hz[other]) if other >= 0 else None
         (found if modes.real[j] else rejected).append(values | {"status": status, "reason": reason})
     for pole in modes.rejected:

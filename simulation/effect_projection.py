@@ -1,6 +1,6 @@
 """Projection of every field-weighted energy of a plate with patches onto given vectors."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -70,29 +70,39 @@ class Projector:
 
 def plate_energies(p: Projector, executor: Executor, step: Step) -> dict[str, Real]:
     """Stacks ``bending``, ``membrane``, ``shear``, ``mass``, ``rotary`` and ``normal`` of `EffectOperators`."""
-    weighed = []
-    for energies in executor.map(partial(_weighed, p), polynomials(BENDING_DEGREE)):
-        weighed.append(energies)
+
+    def of(degrees: tuple[int, int]) -> dict[str, Real]:
+        wanted = {"bending", "membrane", "shear", "mass"} if sum(degrees) <= MEMBRANE_DEGREE else {"bending"}
+        return weighed_energies(p, p.full.space, p.weight(degrees), wanted)
+
+    found = []
+    for energies in executor.map(of, polynomials(BENDING_DEGREE)):
+        found.append(energies)
         step()
-    stacks = {name: np.array([energies[name] for energies in weighed if name in energies]) for name in weighed[0]}
+    stacks = {name: np.array([energies[name] for energies in found if name in energies]) for name in found[0]}
     for name in ("bending", "membrane"):  # by modulus first
         stacks[name] = np.moveaxis(stacks[name], 1, 0)
     return {**stacks, "normal": p.gram(p.full.space.product("0", "0"), W, W)}
 
 
-def _weighed(p: Projector, degrees: tuple[int, int]) -> dict[str, Real]:
-    """Energies of the plate weighed with one polynomial; of all but bending only those of low degree are kept."""
-    space, plate = p.full.space, p.full.plate
-    h, rho = plate.thickness, plate.density
-    weight = p.weight(degrees)
-    forms = [plane_form(space, modulus, weight) for modulus in MODULI]
-    found = {"bending": h**3 / 12.0 * np.array([p.plane(form, ROTATIONS, ROTATIONS) for form in forms])}
-    if sum(degrees) <= MEMBRANE_DEGREE:
-        inertia = space.product("0", "0", None, weight)
+def weighed_energies(
+    p: Projector, space: ShapeSpace, weight: Real, wanted: Collection[str], covered: Mask | None = None
+) -> dict[str, Real]:
+    """Energies of the plate with a weight over some elements: those `wanted`; with ``mass`` comes ``rotary``."""
+    h, rho = p.full.plate.thickness, p.full.plate.density
+    forms = [plane_form(space, modulus, weight, covered) for modulus in MODULI]
+    found = {}
+    if "bending" in wanted:
+        found["bending"] = h**3 / 12.0 * np.array([p.plane(form, ROTATIONS, ROTATIONS) for form in forms])
+    if "membrane" in wanted:
         found["membrane"] = h * np.array([p.plane(form, IN_PLANE, IN_PLANE) for form in forms])
-        found["shear"] = SHEAR_FACTOR * h * transverse_shear(p, space, weight)
-        found["mass"] = rho * h * sum((p.gram(inertia, k, k) for k in (V, W)), p.gram(inertia, U, U))
-        found["rotary"] = rho * h**3 / 12.0 * (p.gram(inertia, THX, THX) + p.gram(inertia, THY, THY))
+    if "shear" in wanted:
+        found["shear"] = SHEAR_FACTOR * h * transverse_shear(p, space, weight, covered)
+    if "mass" in wanted:
+        inertia = space.product("0", "0", covered, weight)
+        displaced, turned = (sum(p.gram(inertia, k, k) for k in fields) for fields in ((U, V, W), ROTATIONS))
+        found["mass"] = np.asarray(rho * h * displaced)
+        found["rotary"] = np.asarray(rho * h**3 / 12.0 * turned)
     return found
 
 

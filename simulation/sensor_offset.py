@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulation.effect_operators import BENDING_DEGREE, OFFSET_DEGREE, ZONE_DEGREES, monomials
-from simulation.effect_projection import IN_PLANE, ROTATIONS, Projector, transverse_shear
+from simulation.effect_projection import Projector, weighed_energies
 from simulation.field_basis import polynomial, polynomials
-from simulation.laminate import SHEAR_FACTOR
-from simulation.plane_forms import MODULI, plane_form
 from simulation.shape_space import ShapeSpace
 from simulation.state_matrices import FullPlate
 
@@ -146,19 +144,8 @@ def _energies(p: Projector, space: ShapeSpace, zone: Zone) -> dict[str, Real]:
 
 def _weighed(p: Projector, space: ShapeSpace, zone: Zone, degrees: tuple[int, int]) -> dict[str, Real]:
     """Energies weighed with one power, as in `effect_projection`: those of `ZONE_DEGREES` that reach so high."""
-    h, rho = p.full.plate.thickness, p.full.plate.density
     wanted = {name for name, degree in ZONE_DEGREES.items() if sum(degrees) <= degree}
-    weight, covered = zone.power(degrees, replace(p.full, space=space)), zone.elements
-    forms = [plane_form(space, modulus, weight, covered) for modulus in MODULI]
-    found = {}
-    if "bending" in wanted:
-        found["bending"] = h**3 / 12.0 * np.array([p.plane(form, ROTATIONS, ROTATIONS) for form in forms])
-    if "membrane" in wanted:
-        found["membrane"] = h * np.array([p.plane(form, IN_PLANE, IN_PLANE) for form in forms])
-    if "shear" in wanted:
-        found["shear"] = SHEAR_FACTOR * h * transverse_shear(p, space, weight, covered)
-    if "mass" in wanted:
-        inertia = space.product("0", "0", covered, weight)
-        displaced, turned = (sum(p.gram(inertia, k, k) for k in fields) for fields in ((0, 1, 2), ROTATIONS))
-        found["mass"] = np.asarray(rho * h * displaced + rho * h**3 / 12.0 * turned)
+    found = weighed_energies(p, space, zone.power(degrees, replace(p.full, space=space)), wanted, zone.elements)
+    if "mass" in found:
+        found["mass"] = found["mass"] + found.pop("rotary")
     return found

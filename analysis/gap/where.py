@@ -105,8 +105,7 @@ class ResidualMap:
 
 def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualMap:
     """Map what `fit` leaves; features too sharp for the nodes are added where they stand."""
-    excess, count, edges = _cells(sweeps, noise, fit.residual)
-    sigma = np.sqrt(np.maximum(excess + count, 0.0) / count)
+    excess, sigma, count, edges = _cells(sweeps, noise, fit.residual)
     regions = _regions(sweeps, excess, sigma, count, edges)
     return ResidualMap(
         edges=edges,
@@ -123,13 +122,11 @@ def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualM
 
 def cell_sigma(sweeps: GapSweeps, noise: NoiseCheck, residual: NDArray[np.complex128]) -> Real:
     """Return the (T, K, B) `ResidualMap.sigma` of a whitened residual (T, K, n)."""
-    excess, count, _ = _cells(sweeps, noise, residual)
-    sigma: Real = np.sqrt(np.maximum(excess + count, 0.0) / count)
-    return sigma
+    return _cells(sweeps, noise, residual)[1]
 
 
-def _cells(sweeps: GapSweeps, noise: NoiseCheck, residual: NDArray[np.complex128]) -> tuple[Real, Real, Real]:
-    """Return chi2 beyond the noise's in each cell (T, K, B), the noise's (B,), and the edges (B + 1,)."""
+def _cells(sweeps: GapSweeps, noise: NoiseCheck, residual: NDArray[np.complex128]) -> tuple[Real, ...]:
+    """Return excess and sigma of `ResidualMap` (T, K, B), the noise's chi2 in a cell (B,), and edges (B + 1,)."""
     n = sweeps.nodes.frequency.size
     bins = min(BINS, n)
     starts = np.linspace(0, n, bins + 1).astype(int)
@@ -143,7 +140,7 @@ def _cells(sweeps: GapSweeps, noise: NoiseCheck, residual: NDArray[np.complex128
     place = np.clip(np.searchsorted(edges, middle) - 1, 0, bins - 1)
     for block, bin_ in enumerate(place):
         excess[:, :, bin_] += noise.sharp[sweeps.original, :, block]
-    return excess, count, edges
+    return excess, np.sqrt(np.maximum(excess + count, 0.0) / count), count, edges
 
 
 def _regions(sweeps: GapSweeps, excess: Real, sigma: Real, count: Real, edges: Real) -> tuple[Region, ...]:

@@ -13,9 +13,10 @@ def smeared(duration: float, ramp_rate: float) -> tuple[str, ...]:
     """
     rate = ramp_rate / 60.0
     by_second = 0.5 * rate * STIFFNESS_CHANGE / LOSS_FACTOR
-    change, longest = by_second * duration, WORTH_TELLING / max(by_second, 1e-12)
+    change = by_second * duration
     if change < WORTH_TELLING:
         return ()
+    longest = WORTH_TELLING / by_second
     return (
         f"on a ramp of {ramp_rate:g} K/min a sweep of {duration:g} s spreads over {rate * duration:.2g} K, which "
         f"changes resonances of a soft polymer by {100 * change:.2g} % of their peaks: the twin misses them by "

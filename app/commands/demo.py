@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from rich.table import Table
 
+    from analysis.experiment import Experiment
     from analysis.material import Material
     from app.gap_words import Record
 
@@ -209,25 +210,29 @@ def laws_table(run: Path) -> "Table":
 
 def effects_beside(run: Path) -> "tuple[dict[str, dict[str, float]], Record]":
     """Effects hidden in the last campaign's plate, and what `flexura gap` says of it."""
-    from app.files.experiment_toml import read_acquired_experiment
     from app.files.gap_file import load_gap
+
+    return puzzle_experiment()[1], load_gap(run / "gap.h5")[1]
+
+
+def puzzle_experiment() -> "tuple[Experiment, dict[str, dict[str, float]]]":
+    """Read the declaration of the last campaign, and the effects hidden in its plate."""
+    from app.files.experiment_toml import read_acquired_experiment
 
     experiment = read_acquired_experiment(PUZZLE)
     if experiment.simulation is None:
         raise ValueError(f"{PUZZLE} simulates nothing")
-    return experiment.simulation.effects, load_gap(run / "gap.h5")[1]
+    return experiment.recorded(experiment.sample_rate), experiment.simulation.effects
 
 
 def put_in() -> "Iterator[tuple[str, str]]":
     """Yield the effects hidden in the last campaign's plate, with values and units."""
-    from app.files.experiment_toml import read_acquired_experiment
     from app.gap_words import with_sigma
     from simulation.effects.library import LIBRARY
 
-    experiment = read_acquired_experiment(PUZZLE)
-    effects = {} if experiment.simulation is None else experiment.simulation.effects
+    experiment, effects = puzzle_experiment()
     for name, values in effects.items():
-        card = LIBRARY[name].card(experiment.recorded(experiment.sample_rate))
+        card = LIBRARY[name].card(experiment)
         units = {parameter.name: parameter.unit for parameter in card.parameters}
         yield name, ", ".join(f"{key} {with_sigma(value, 0.0, units[key])}" for key, value in values.items())
 
@@ -236,9 +241,10 @@ def effects_table(run: Path) -> "Table":
     """Set what was hidden in the last campaign's plate against what `flexura gap` named."""
     from rich.table import Table
 
+    from app.files.gap_file import load_gap
     from app.gap_words import estimate, named, verdict_words
 
-    gap = effects_beside(run)[1]
+    gap = load_gap(run / "gap.h5")[1]
     table = Table(title="The plate with something hidden: what it is, what was found", header_style="bold")
     for heading in ("", "effect", "values"):
         table.add_column(heading)

@@ -66,15 +66,21 @@ def library(experiment: Experiment, folder: Path | None = None) -> dict[str, Eff
     Those of the Python files in `folder` follow the project's own, by file name: they see all that these did.
     ValueError as from `load_folder`.
     """
-    own = {} if folder is None else load_folder(folder, experiment, taken=LIBRARY)
-    return {name: effect for name, effect in {**LIBRARY, **own}.items() if effect.available(experiment)}
+    return {name: effect for name, effect in _all(experiment, folder).items() if effect.available(experiment)}
 
 
 def untried(experiment: Experiment, folder: Path | None = None) -> dict[str, EffectCard]:
     """Cards of those effects that `library` leaves out, `experiment` not declaring enough for them."""
+    return {
+        name: effect.card(experiment)
+        for name, effect in _all(experiment, folder).items()
+        if not effect.available(experiment)
+    }
+
+
+def _all(experiment: Experiment, folder: Path | None) -> dict[str, Effect]:
     own = {} if folder is None else load_folder(folder, experiment, taken=LIBRARY)
-    left_out = {name: effect for name, effect in {**LIBRARY, **own}.items() if not effect.available(experiment)}
-    return {name: effect.card(experiment) for name, effect in left_out.items()}
+    return {**LIBRARY, **own}
 
 
 def apply_all(
