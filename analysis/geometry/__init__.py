@@ -1,0 +1,8 @@
+"""Plane curves and closed loops: what outlines, holes, patches and zones of a plate are made of.
+
+==============  ================================================================
+``curves``      segments, elliptic arcs and cubic Bezier curves
+``loop``        closed chains of curves: area, centroid, what lies inside
+``shapes``      rectangles, circles, ellipses, polygons and closed splines
+==============  ================================================================
+"""
