@@ -1,0 +1,16 @@
+"""How a plate's edge can be held, and what vanishes there."""
+
+from typing import Literal
+
+Support = Literal["free", "clamped", "soft", "hard"]
+"""``soft`` holds w; ``hard`` the rotation along the edge too; ``clamped`` w and both rotations."""
+
+CONDITIONS: dict[Support, tuple[str, str, str]] = {
+    "free": ("shear force", "bending moment", "twisting moment"),
+    "clamped": ("deflection", "rotation across", "rotation along"),
+    "soft": ("deflection", "bending moment", "twisting moment"),
+    "hard": ("deflection", "bending moment", "rotation along"),
+}
+"""What vanishes at an edge."""
+LOWEST = 0.02
+"""Frequency w a**2 sqrt(rho h / D) below which a motion counts as rigid."""
