@@ -83,6 +83,13 @@ class Disc:
         order = np.argsort(values, kind="stable")
         return np.array(values)[order], np.array(diameters, int)[order]
 
+    def lowest(self, count: int) -> Real:
+        """Lowest `count` frequencies w a**2 sqrt(rho h / D), ascending, those with n > 0 twice each, (count,)."""
+        highest = 15.0
+        while (found := self.all_frequencies(highest)[0]).size < count:
+            highest *= 2.0
+        return found[:count]
+
     def determinant(self, diameters: int, frequency: ArrayLike) -> Real:
         """Characteristic determinant at frequencies (F,), every wave scaled to length one, (F,)."""
         at = np.atleast_1d(np.asarray(frequency, float))

@@ -8,6 +8,7 @@ Struct. 42 (2005) 819-853.
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,34 +20,50 @@ from simulation.verification.waves import PlateWaves
 Real = NDArray[np.float64]
 
 
-def navier(thickness: float, poisson_ratio: float, width: float, half_waves: tuple[int, int]) -> Real:
-    """Three frequencies w a**2 sqrt(rho h / D) of the plate on hard supports all round, ascending, (3,).
+@dataclass(frozen=True)
+class HardRectangle:
+    """A rectangle on hard simple supports all round, in units of its side a along x.
 
-    With w = W sin sin, theta_x = X cos sin, theta_y = Y sin cos. The lowest is the bending mode's.
-
-    Parameters
+    Attributes
     ----------
     thickness, width : float
         h / a and b / a.
     poisson_ratio : float
-    half_waves : (int, int)
-        Along x and y, from 1.
     """
-    if min(half_waves) < 1:
-        raise ValueError(f"half waves are {half_waves}; allowed from 1 along both sides")
-    waves = PlateWaves(thickness, poisson_ratio)
-    s, r, nu = waves.shear, waves.rotary, poisson_ratio
-    p, q = np.pi * half_waves[0], np.pi * half_waves[1] / width
-    stiffness = np.array(
-        [
-            [s * (p**2 + q**2), s * p, s * q],
-            [s * p, p**2 + (1 - nu) / 2 * q**2 + s, (1 + nu) / 2 * p * q],
-            [s * q, (1 + nu) / 2 * p * q, q**2 + (1 - nu) / 2 * p**2 + s],
-        ]
-    )
-    scale = 1.0 / np.sqrt(np.array([1.0, r, r]))
-    squares = np.linalg.eigvalsh(scale[:, None] * stiffness * scale)
-    return np.asarray(np.sqrt(squares))
+
+    thickness: float
+    poisson_ratio: float
+    width: float
+
+    def __post_init__(self) -> None:
+        if not self.width > 0.0:
+            raise ValueError(f"width is {self.width:g} of the length; must be above 0")
+        PlateWaves(self.thickness, self.poisson_ratio)  # refuses what is no plate
+
+    def frequencies(self, half_waves: tuple[int, int]) -> Real:
+        """Bending and two thickness-shear frequencies w a**2 sqrt(rho h / D) of one pair (m, n), ascending, (3,).
+
+        With w = W sin sin, theta_x = X cos sin, theta_y = Y sin cos; m and n from 1.
+        """
+        if min(half_waves) < 1:
+            raise ValueError(f"half waves are {half_waves}; allowed from 1 along both sides")
+        waves, nu = PlateWaves(self.thickness, self.poisson_ratio), self.poisson_ratio
+        s, r = waves.shear, waves.rotary
+        p, q = np.pi * half_waves[0], np.pi * half_waves[1] / self.width
+        stiffness = np.array(
+            [
+                [s * (p**2 + q**2), s * p, s * q],
+                [s * p, p**2 + (1 - nu) / 2 * q**2 + s, (1 + nu) / 2 * p * q],
+                [s * q, (1 + nu) / 2 * p * q, q**2 + (1 - nu) / 2 * p**2 + s],
+            ]
+        )
+        scale = 1.0 / np.sqrt(np.array([1.0, r, r]))
+        return np.asarray(np.sqrt(np.linalg.eigvalsh(scale[:, None] * stiffness * scale)))
+
+    def lowest(self, count: int) -> Real:
+        """Lowest `count` bending frequencies w a**2 sqrt(rho h / D), ascending, (count,)."""
+        numbers = range(1, count + 1)
+        return np.sort([self.frequencies((m, n))[0] for m, n in product(numbers, numbers)])[:count]
 
 
 @dataclass(frozen=True)
@@ -92,6 +109,13 @@ class LevyPlate:
             found.append(values)
             m += 1
         return np.sort(np.concatenate(found)) if found else np.array([])
+
+    def lowest(self, count: int) -> Real:
+        """Lowest `count` frequencies w a**2 sqrt(rho h / D), ascending, (count,)."""
+        highest = 40.0
+        while (found := self.all_frequencies(highest)).size < count:
+            highest *= 2.0
+        return found[:count]
 
     def determinant(self, half_waves: int, frequency: ArrayLike) -> Real:
         """Characteristic determinant at frequencies (F,), every wave scaled to length one, (F,)."""

@@ -17,7 +17,7 @@ vanishes."""
 
 
 def roots(
-    determinant: Determinant, lowest: float, highest: float, *, breaks: Sequence[float] = (), samples: int = 2000
+    determinant: Determinant, lowest: float, highest: float, *, breaks: Sequence[float] = (), step: float = 0.02
 ) -> Real:
     """Find every simple root between two frequencies, ascending.
 
@@ -32,8 +32,8 @@ def roots(
         Above zero, so that rigid motions are left out.
     breaks : sequence of float
         Frequencies at which the determinant vanishes or changes sign for reasons of form.
-    samples : int
-        Over the whole range.
+    step : float
+        Between samples, in the square root of frequency.
     """
     if not 0.0 < lowest < highest:
         raise ValueError(f"roots are looked for from {lowest:g} to {highest:g}; allowed 0 < lowest < highest")
@@ -42,8 +42,7 @@ def roots(
     for start, stop in pairwise(ends):
         first = start * (1.0 + BESIDE_A_BREAK) if start != lowest else start
         last = stop * (1.0 - BESIDE_A_BREAK) if stop != highest else stop
-        share = (np.sqrt(last) - np.sqrt(first)) / (np.sqrt(highest) - np.sqrt(lowest))
-        count = max(16, int(np.ceil(samples * share)))
+        count = max(16, int(np.ceil((np.sqrt(last) - np.sqrt(first)) / step)))
         found += _between(determinant, np.linspace(np.sqrt(first), np.sqrt(last), count) ** 2)
     return np.array(sorted(found))
 

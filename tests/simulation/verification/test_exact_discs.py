@@ -132,11 +132,26 @@ def test_no_root_of_an_annulus_is_missed(inner, outer):
     for n in range(4):
         independent = ritz(disc, n)
         independent = independent[(independent > 0.02) & (independent < highest)]
-        independent = independent[
-            np.abs(independent / disc.waves.cut_off - 1) > 1e-6
-        ]  # theta = r lies there
+        independent = independent[np.abs(independent / disc.waves.cut_off - 1) > 1e-6]  # theta = r lies there
         assert independent.size >= 7
         assert disc.frequencies(n, highest) == pytest.approx(independent, rel=1e-6)
+
+
+@pytest.mark.parametrize("outer", ["free", "clamped", "soft", "hard"])
+@pytest.mark.parametrize("thickness", [0.001, 0.05, 0.3])
+def test_no_root_of_a_disc_is_missed(outer, thickness):
+    """Each is a change of sign of the determinant on a scan twenty times finer than the search's."""
+    disc = Disc(thickness, 0.3, outer)
+    grid = np.linspace(0.2, 13.0, 12_800) ** 2
+    grid = grid[np.abs(grid / disc.waves.cut_off - 1) > 1e-6]
+    for n in range(6):
+        value = disc.determinant(n, grid)
+        changes = (value[:-1] * value[1:] < 0) & ~(
+            (grid[:-1] < disc.waves.cut_off) & (grid[1:] > disc.waves.cut_off)
+        )
+        found = disc.frequencies(n, grid[-1])
+        assert found.size == changes.sum()
+        assert found == pytest.approx(0.5 * (grid[:-1] + grid[1:])[changes], rel=0.01)
 
 
 def test_every_mode_of_a_disc_is_listed_in_order():
@@ -145,6 +160,11 @@ def test_every_mode_of_a_disc_is_listed_in_order():
         [5.2782, 5.2782, 8.8688, 12.0667, 12.0667, 19.7165, 19.7165, 20.8089, 20.8089], abs=1e-4
     )
     assert diameters.tolist() == [2, 2, 0, 3, 3, 1, 1, 4, 4]
+
+
+def test_the_lowest_frequencies_are_the_first_of_all():
+    disc = Disc(0.1, 0.3, "clamped")
+    assert disc.lowest(9) == pytest.approx(disc.all_frequencies(60.0)[0][:9])
 
 
 def test_low_modes_are_listed_where_those_of_fewer_diameters_lie_higher():

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from simulation.verification.exact_rectangles import LevyPlate, navier
+from simulation.verification.exact_rectangles import HardRectangle, LevyPlate
 from simulation.verification.waves import PlateWaves
 
 
 @pytest.mark.parametrize(("m", "n"), [(1, 1), (2, 1), (3, 4)])
 def test_naviers_thin_plate_is_kirchhoffs(m, n):
     thin = np.pi**2 * (m**2 + (n / 0.8) ** 2)
-    errors = [abs(navier(h, 0.3, 0.8, (m, n))[0] / thin - 1) for h in (0.002, 0.001)]
+    errors = [abs(HardRectangle(h, 0.3, 0.8).frequencies((m, n))[0] / thin - 1) for h in (0.002, 0.001)]
     assert errors[1] < 2e-4
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.01)
 
@@ -18,7 +18,7 @@ def test_naviers_thin_plate_is_kirchhoffs(m, n):
 @pytest.mark.parametrize("half_waves", [(1, 1), (2, 3)])
 def test_naviers_bending_branch_is_that_of_travelling_waves(half_waves):
     """The hard plate's modes are sums of plane waves: wave numbers at each branch's frequency are the mode's."""
-    branches = navier(0.15, 0.3, 0.7, half_waves)
+    branches = HardRectangle(0.15, 0.3, 0.7).frequencies(half_waves)
     k2 = np.pi**2 * (half_waves[0] ** 2 + (half_waves[1] / 0.7) ** 2)
     bending, twist = PlateWaves(0.15, 0.3).bending(branches)
     numbers = np.vstack([bending, twist])
@@ -29,7 +29,7 @@ def test_naviers_bending_branch_is_that_of_travelling_waves(half_waves):
 @pytest.mark.parametrize("thickness", [0.01, 0.1, 0.25])
 def test_levys_solution_contains_naviers(thickness):
     highest = 200.0
-    branches = [navier(thickness, 0.3, 0.8, (2, n)) for n in range(1, 30)]
+    branches = [HardRectangle(thickness, 0.3, 0.8).frequencies((2, n)) for n in range(1, 30)]
     # No half wave along y: theta_y alone, the same all over y.
     waves = PlateWaves(thickness, 0.3)
     branches.append(np.sqrt([(waves.shear + 0.35 * (2 * np.pi) ** 2) / waves.rotary]))
@@ -58,6 +58,12 @@ def test_thin_square_plates_are_leissas(edges):
     assert mirrored == pytest.approx(found, rel=1e-9)
 
 
+def test_the_lowest_frequencies_are_the_same_by_both_solutions():
+    by_navier = HardRectangle(0.1, 0.3, 0.5).lowest(9)
+    assert by_navier == pytest.approx(LevyPlate(0.1, 0.3, 0.5, "hard", "hard").lowest(9), rel=1e-9)
+    assert by_navier == pytest.approx(0.25**-1 * HardRectangle(0.2, 0.3, 2.0).lowest(9), rel=1e-9)
+
+
 @pytest.mark.parametrize("edge", ["free", "clamped", "hard", "soft"])
 def test_a_looser_edge_never_raises_a_frequency(edge):
     looser = {"free": "free", "clamped": "hard", "hard": "soft", "soft": "free"}[edge]
@@ -70,7 +76,7 @@ def test_a_looser_edge_never_raises_a_frequency(edge):
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: navier(0.1, 0.3, 1.0, (0, 1)), r"half waves are \(0, 1\)"),
+        (lambda: HardRectangle(0.1, 0.3, 1.0).frequencies((0, 1)), r"half waves are \(0, 1\)"),
         (lambda: LevyPlate(0.1, 0.3, 0.0, "free", "free"), "width is 0"),
         (lambda: LevyPlate(0.1, 0.3, 1.0, "free", "glued"), "support is 'glued'"),
         (lambda: LevyPlate(0.1, 0.3, 1.0, "free", "free").frequencies(0, 5.0), "half waves is 0"),

@@ -13,7 +13,7 @@ def test_roots_of_a_polynomial_are_found_with_none_between():
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
 def test_two_roots_between_neighbouring_samples_are_both_found(distance):
     wanted = 3.0 + distance * np.array([-0.5, 0.5])
-    found = roots(lambda f: np.prod(f[:, None] - wanted, axis=1), 0.1, 10.0, samples=50)
+    found = roots(lambda f: np.prod(f[:, None] - wanted, axis=1), 0.1, 10.0, step=0.05)
     assert found == pytest.approx(wanted, abs=1e-3 * distance)
 
 

@@ -1,0 +1,147 @@
+"""One plate whose natural frequencies are known."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.geometry.loop import Loop
+from simulation.verification.supports import CONDITIONS, Support
+
+Real = NDArray[np.float64]
+
+
+class ExactPlate(Protocol):
+    """An exact solution: `Disc`, `HardRectangle` or `LevyPlate`."""
+
+    def lowest(self, count: int) -> Real:
+        """Lowest `count` frequencies w a**2 sqrt(rho h / D), ascending."""
+        ...
+
+
+@dataclass(frozen=True)
+class Material:
+    """An isotropic material.
+
+    Attributes
+    ----------
+    youngs_modulus : float
+        Pa.
+    poisson_ratio : float
+    density : float
+        kg/m3.
+    """
+
+    youngs_modulus: float
+    poisson_ratio: float
+    density: float
+
+
+@dataclass(frozen=True)
+class Case:
+    """A plate, how it is held, and the frequencies of its bending.
+
+    Attributes
+    ----------
+    name : str
+        Lower case with hyphens; files are named after it.
+    title : str
+    outline : Loop
+        m.
+    thickness : float
+        m.
+    material : Material
+    supports : tuple of Support
+        Of every curve of the outline, in its order.
+    known : tuple of float or ExactPlate
+        Lowest frequencies, ascending, rigid motions left out; in Hz, or as w a**2 sqrt(rho h / D).
+    length : float or None
+        a, m, where `known` is without unit; None where it is in Hz.
+    kind : str
+        ``exact`` solution of the Mindlin plate, or ``converged`` values of a finite-element solution.
+    tolerance : float
+        Largest relative error that `known` allows to be asked for.
+    source : str
+    holes : tuple of Loop
+        m.
+    hole_supports : tuple of tuple of Support
+        Of every curve of every hole.
+    count : int
+        How many frequencies of an exact solution are compared.
+    published : tuple of float
+        Values of others, of thin plates or coarse elements, to be shown beside `known`; in the same unit.
+    """
+
+    name: str
+    title: str
+    outline: Loop
+    thickness: float
+    material: Material
+    supports: tuple[Support, ...]
+    known: tuple[float, ...] | ExactPlate
+    length: float | None
+    kind: Literal["exact", "converged"]
+    tolerance: float
+    source: str
+    holes: tuple[Loop, ...] = ()
+    hole_supports: tuple[tuple[Support, ...], ...] = ()
+    count: int = 8
+    published: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.holes) != len(self.hole_supports):
+            raise ValueError(f"{self.name}: {len(self.holes)} holes, supports of {len(self.hole_supports)}")
+        for loop, supports in self.loops:
+            if len(loop.curves) != len(supports):
+                raise ValueError(f"{self.name}: {len(loop.curves)} curves, supports of {len(supports)}")
+            for support in supports:
+                if support not in CONDITIONS:
+                    raise ValueError(f"{self.name}: support is {support!r}; allowed: {', '.join(CONDITIONS)}")
+        if not 0.0 < self.tolerance < 0.1:
+            raise ValueError(f"{self.name}: tolerance is {self.tolerance:g}; allowed above 0, below 0.1")
+
+    @property
+    def loops(self) -> tuple[tuple[Loop, tuple[Support, ...]], ...]:
+        """Outline and holes, each with the supports of its curves."""
+        return ((self.outline, self.supports), *zip(self.holes, self.hole_supports, strict=True))
+
+    @property
+    def area(self) -> float:
+        """Area of the plate without its holes, m2."""
+        return self.outline.area - sum(hole.area for hole in self.holes)
+
+    @property
+    def rigidity(self) -> float:
+        """Flexural rigidity D, N m."""
+        m = self.material
+        return m.youngs_modulus * self.thickness**3 / (12.0 * (1.0 - m.poisson_ratio**2))
+
+    @property
+    def unit(self) -> float:
+        """What one of `known` is in Hz."""
+        if self.length is None:
+            return 1.0
+        mass = self.material.density * self.thickness
+        return float(np.sqrt(self.rigidity / mass)) / (2.0 * np.pi * self.length**2)
+
+    @cached_property
+    def reference(self) -> Real:
+        """Lowest frequencies, rigid motions left out, Hz, ascending, (K,)."""
+        known = np.array(self.known) if isinstance(self.known, tuple) else self.known.lowest(self.count)
+        return np.asarray(self.unit * known)
+
+    @property
+    def rigid_motions(self) -> int:
+        """How many independent motions w = c0 + c1 x + c2 y the supports leave."""
+        rows = []
+        for loop, supports in self.loops:
+            for curve, support in zip(loop.curves, supports, strict=True):
+                if support == "free":
+                    continue
+                x, y = (curve.at(np.linspace(0.0, 1.0, 5)) / np.sqrt(self.outline.area)).T
+                rows.append(np.stack([np.ones(5), x, y], axis=1))
+                if support == "clamped":
+                    rows.append(np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
+        return 3 - int(np.linalg.matrix_rank(np.vstack(rows), tol=1e-9)) if rows else 3

@@ -1,0 +1,7 @@
+"""Every plate whose frequencies are known."""
+
+from simulation.verification.case import Case
+from simulation.verification.exact_cases import EXACT
+from simulation.verification.published import PUBLISHED
+
+CASES: tuple[Case, ...] = (*EXACT, *PUBLISHED)

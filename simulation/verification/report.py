@@ -1,0 +1,144 @@
+"""A solver's frequencies beside the known ones: errors, and the order in which they fall with the mesh."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.verification.case import Case
+
+Real = NDArray[np.float64]
+Frequencies = Callable[[Case, int], Real]
+"""Natural frequencies of bending of a case at one refinement, Hz, ascending, rigid motions included.
+
+In-plane modes are left out. From one refinement to the next the mesh size halves. It raises `NotCovered` where the
+solver cannot take the case.
+"""
+
+RIGID = 1e-3
+"""Largest frequency of a rigid motion, as a share of the lowest known one."""
+ROUNDING = 1e-9
+"""Relative change below which what is left is rounding, and no order can be told."""
+
+
+class NotCovered(ValueError):  # noqa: N818
+    """A case the solver cannot take, with the reason."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One mode.
+
+    Attributes
+    ----------
+    computed, reference : float
+        On the finest mesh, and known, Hz.
+    error : float
+        Relative, signed.
+    order : float
+        Exponent of the mesh size with which the frequency converges; NaN where rounding hides it.
+    """
+
+    computed: float
+    reference: float
+    error: float
+    order: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One case, computed on meshes each half as wide as the last.
+
+    Attributes
+    ----------
+    case : Case
+    frequency : (R, K) ndarray
+        Of every refinement, rigid motions left out, Hz.
+    """
+
+    case: Case
+    frequency: Real
+
+    @property
+    def error(self) -> Real:
+        """Relative errors of the finest mesh, signed, (K,)."""
+        return np.asarray(self.frequency[-1] / self.case.reference - 1.0)
+
+    @property
+    def worst(self) -> float:
+        """Largest relative error of the finest mesh."""
+        return float(np.abs(self.error).max())
+
+    @property
+    def passed(self) -> bool:
+        """Whether it stays within the case's tolerance."""
+        return self.worst <= self.case.tolerance
+
+    @property
+    def order(self) -> float:
+        """Order of convergence of all modes together; NaN where rounding hides it."""
+        return float(convergence_order((self.frequency / self.case.reference)[:, None])[0])
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """Every mode."""
+        orders = convergence_order((self.frequency / self.case.reference)[:, :, None])
+        values = zip(self.frequency[-1], self.case.reference, self.error, orders, strict=True)
+        return tuple(Row(float(f), float(known), float(error), float(p)) for f, known, error, p in values)
+
+
+def convergence_order(values: Real) -> Real:
+    """Order p of values that change as h**p, from their last three meshes, h halving.
+
+    It is log2 of the ratio of successive changes and needs no reference: they fall like the error does.
+
+    Parameters
+    ----------
+    values : (R, G, K) ndarray
+        R at least 3 for an answer; of order one. K values of a group are added up.
+
+    Returns
+    -------
+    (G,) ndarray
+        NaN where there are fewer than three meshes or the changes are rounding.
+    """
+    if values.shape[0] < 3:
+        return np.full(values.shape[1], np.nan)
+    change = np.abs(np.diff(values[-3:], axis=0)).sum(axis=-1)
+    told = (change > ROUNDING).all(axis=0)
+    before, after = np.where(told, change, 1.0)
+    return np.asarray(np.where(told, np.log2(before / after), np.nan))
+
+
+def compare(case: Case, frequencies: Frequencies, refinements: Sequence[int] = (0, 1, 2)) -> Comparison:
+    """Compute a case on several meshes; ValueError where frequencies are missing or a rigid motion is stiff."""
+    wanted, rigid = case.reference.size, case.rigid_motions
+    found = []
+    for refinement in refinements:
+        values = np.asarray(frequencies(case, refinement), float)
+        if values.size < rigid + wanted:
+            raise ValueError(
+                f"{case.name}: {values.size} frequencies; needed are {rigid} rigid and {wanted} others"
+            )
+        if rigid and values[rigid - 1] > RIGID * case.reference[0]:
+            raise ValueError(
+                f"{case.name}: rigid motion {rigid} has {values[rigid - 1]:.4g} Hz; allowed up to {RIGID:g} of "
+                f"the lowest known frequency {case.reference[0]:.4g} Hz"
+            )
+        found.append(values[rigid : rigid + wanted])
+    return Comparison(case, np.array(found))
+
+
+def compare_all(
+    cases: Iterable[Case], frequencies: Frequencies, refinements: Sequence[int] = (0, 1, 2)
+) -> tuple[list[Comparison], dict[str, str]]:
+    """Compare every case; names of those the solver does not cover come with the reason."""
+    done: list[Comparison] = []
+    left_out: dict[str, str] = {}
+    for case in cases:
+        try:
+            done.append(compare(case, frequencies, refinements))
+        except NotCovered as why:
+            left_out[case.name] = str(why)
+    return done, left_out
