@@ -1,5 +1,6 @@
 """Comparisons as Markdown: one table over all cases, and one for every case."""
 
+import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -18,8 +19,8 @@ def summary(comparisons: Sequence[Comparison]) -> str:
         case = done.case
         verdict = "met" if done.passed else "**missed**"
         lines.append(
-            f"| [{case.title}](#{case.name}) | {case.kind} | {case.reference.size} | {percent(done.worst)} "
-            f"| {percent(case.tolerance)} | {exponent(done.order)} | {verdict} |"
+            f"| [{case.title}](#{anchor(case.title)}) | {case.kind} | {case.reference.size} "
+            f"| {percent(done.worst)} | {percent(case.tolerance)} | {exponent(done.order)} | {verdict} |"
         )
     return "\n".join(lines) + "\n"
 
@@ -33,7 +34,7 @@ def section(comparison: Comparison, pictures: Mapping[str, str] | None = None) -
     pictures : mapping from caption to path
     """
     case = comparison.case
-    lines = [f'<a id="{case.name}"></a>', "", f"### {case.title}", ""]
+    lines = [f"### {case.title}", ""]
     lines += [f"Reference: {case.source}.", ""]
     for caption, path in (pictures or {}).items():
         lines += [f"![{caption}]({path})", ""]
@@ -69,6 +70,11 @@ def left_out(cases: Sequence[Case], reasons: Mapping[str, str]) -> str:
         titles = [case.title for case in cases if reasons.get(case.name) == why]
         lines += [f"Not computed ({why}):", "", *(f"- {title}" for title in titles), ""]
     return "\n".join(lines)
+
+
+def anchor(heading: str) -> str:
+    """Return what a link to a heading of the same page is called."""
+    return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")
 
 
 def percent(share: float, *, signed: bool = False) -> str:

@@ -98,8 +98,10 @@ def test_every_picture_is_shown_and_made_by_the_command_for_it() -> None:
         Path(link).stem
         for page in PAGES
         for link in re.findall(r"!\[[^]]*\]\(([^)]+\.png)\)", page.read_text(encoding="utf-8"))
+        if Path(link).parent.name == "images"  # those of docs/verification.md have their own folder and command
     }
-    assert {image.stem for image in (ROOT / "docs" / "images").iterdir()} == shown == made
+    images = {path.stem for path in (ROOT / "docs" / "images").iterdir() if path.is_file()}
+    assert images == shown == made
 
 
 def test_every_page_is_in_the_index() -> None:

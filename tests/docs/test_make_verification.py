@@ -86,6 +86,6 @@ def test_modes_without_titles_are_refused(drawing, tmp_path):
 def test_the_page_has_every_case_and_every_picture_it_shows():
     page = (DOCS / "verification.md").read_text(encoding="utf-8")
     assert [case.title for case in CASES if case.title not in page] == []
-    shown = {part.split(")")[0] for part in page.split("](images/")[1:]}
+    shown = {part.split(")")[0] for part in page.split("](images/verification/")[1:]}
     assert shown
-    assert {f"images/{path}" for path in shown if not (DOCS / "images" / path).is_file()} == set()
+    assert {path.name for path in (DOCS / "images" / "verification").iterdir()} == shown
