@@ -1,0 +1,56 @@
+"""How finely a plate is meshed, in multiples of its own thickness."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class MeshRecipe:
+    """Sizes of the mesh.
+
+    Strips of quadrilaterals along every border resolve the shear layer of a Reissner-Mindlin plate, whose width is
+    of the order of the thickness h: they are tied to it.
+
+    Attributes
+    ----------
+    spacing : float
+        Largest edge of a cell of a plate 3 mm thick, m; of other plates by the root of the thickness, as
+        bending waves are.
+    strip : float
+        Width of the strips on both sides of the borders of patches and zones, in h.
+    edge_strip : float
+        Width of the strips along free and supported edges, in h.
+    growth : float
+        Growth of cells with the distance from a border.
+    turn : float
+        Largest turn of a border within a cell, rad.
+    grading : float
+        Share of a cell next to a corner that its smallest part takes; 0: corners are not refined.
+    pieces : int
+        Least number of cells along a side of a patch, those of its corners included.
+    """
+
+    spacing: float = 0.040
+    strip: float = 0.83
+    edge_strip: float = 1.0
+    growth: float = 1.3
+    turn: float = 0.79
+    grading: float = 0.3
+    pieces: int = 3
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("spacing", 1e-3, 10.0),
+            ("strip", 0.05, 20.0),
+            ("edge_strip", 0.05, 20.0),
+            ("growth", 0.1, 2.0),
+            ("turn", 0.05, 1.6),
+            ("grading", 0.0, 0.6),
+            ("pieces", 1, 50),
+        ):
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise ValueError(f"mesh recipe: {name} is {value:g}; allowed {low:g} to {high:g}")
+
+    def bulk(self, thickness: float) -> float:
+        """Largest edge of a cell, m."""
+        return self.spacing * float((thickness / 0.003) ** 0.5)

@@ -1,0 +1,8 @@
+"""The shell on a mesh: hierarchical functions, and the matrices of a plate with patches.
+
+============  ================================================================
+``lobatto``   hierarchical functions of one variable
+``cells``     functions of the reference quadrilateral and triangle
+``space``     functions over a mesh, and their integrals
+============  ================================================================
+"""

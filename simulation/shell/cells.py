@@ -1,0 +1,105 @@
+"""Hierarchical functions of the reference quadrilateral and triangle.
+
+Functions stand in this order: one of each corner, those of each edge by degree, those of the inside by degree.
+Along an edge both cells have the same trace, the function of `simulation.shell.lobatto` of the edge's coordinate
+(Szabo and Babuska, Finite Element Analysis, 1991, sections 6.2 and 6.3).
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss, legval
+from numpy.typing import NDArray
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTri
+
+from simulation.shell.lobatto import kernels, lobatto
+
+Real = NDArray[np.float64]
+
+QUAD_EDGES = ((0, 1), (1, 2), (3, 2), (0, 3))
+"""Edges of a quadrilateral as they run in the reference cell, by their corners."""
+TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
+
+
+@dataclass(frozen=True)
+class Table:
+    """Functions of a reference cell at points.
+
+    Attributes
+    ----------
+    value : (N, Q) ndarray
+    slope : (2, N, Q) ndarray
+        Derivatives by the two coordinates.
+    """
+
+    value: Real
+    slope: Real
+
+
+def quad_functions(degree: int, places: Real) -> Table:
+    """Functions of the quadrilateral [-1, 1]**2 at places (2, Q), (degree + 1)**2 of them."""
+    (x, dx), (y, dy) = (_ends_and_inside(degree, s) for s in places)
+    pairs = [(0, 0), (1, 0), (1, 1), (0, 1)]  # corners
+    inside = range(2, degree + 1)
+    pairs += [(k, 0) for k in inside] + [(1, k) for k in inside] + [(k, 1) for k in inside] + [(0, k) for k in inside]
+    pairs += [(i, j) for i in inside for j in inside]
+    i, j = np.array(pairs).T
+    return Table(x[i] * y[j], np.stack([dx[i] * y[j], x[i] * dy[j]]))
+
+
+def triangle_functions(degree: int, places: Real) -> Table:
+    """Functions of the triangle (0, 0), (1, 0), (0, 1) at places (2, Q), (degree + 1)(degree + 2)/2 of them."""
+    share = np.array([1.0 - places[0] - places[1], places[0], places[1]])
+    slopes = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
+    one = np.ones(places.shape[1])
+    value = list(share)
+    slope = [np.outer(row, one) for row in slopes]
+    for a, b in TRIANGLE_EDGES:
+        bubble = 4.0 * share[a] * share[b]
+        by = 4.0 * (np.outer(slopes[a], share[b]) + np.outer(slopes[b], share[a]))
+        rows, rates = kernels(degree, share[b] - share[a])
+        for row, rate in zip(rows, rates, strict=True):
+            value.append(bubble * row)
+            slope.append(by * row + np.outer(slopes[b] - slopes[a], bubble * rate))
+    bubble = share.prod(axis=0)
+    by = sum(np.outer(slopes[k], share[k - 1] * share[k - 2]) for k in range(3))
+    s, t = share[1] - share[0], 2.0 * share[2] - 1.0
+    for total in range(degree - 2):
+        for i in range(total + 1):
+            p, dp = _legendre(i, s)
+            q, dq = _legendre(total - i, t)
+            scale = 27.0 * np.sqrt((2 * i + 1.0) * (2 * (total - i) + 1.0)) / (total + 3.0)
+            value.append(scale * bubble * p * q)
+            rate = np.outer(slopes[1] - slopes[0], dp * q) + np.outer(2.0 * slopes[2], p * dq)
+            slope.append(scale * (by * p * q + bubble * rate))
+    return Table(np.array(value), np.stack(slope, axis=1))
+
+
+def _ends_and_inside(degree: int, s: Real) -> tuple[Real, Real]:
+    """Return (1 - s)/2, (1 + s)/2, l_2 .. l_degree and their derivatives, (degree + 1, Q) each."""
+    value, slope = lobatto(degree, s)
+    half = np.full_like(s, 0.5)
+    return np.vstack([0.5 * (1 - s), 0.5 * (1 + s), value]), np.vstack([-half, half, slope])
+
+
+def _legendre(k: int, s: Real) -> tuple[Real, Real]:
+    series = np.zeros(k + 1)
+    series[k] = 1.0
+    return np.asarray(legval(s, series)), np.asarray(np.polynomial.legendre.Legendre(series).deriv()(s))
+
+
+@cache
+def quad_rule(order: int) -> tuple[Real, Real]:
+    """Gauss points (2, Q) and weights (Q,) on [-1, 1]**2, exact for polynomials up to `order` in each coordinate."""
+    nodes, weights = leggauss(order // 2 + 1)
+    x, y = np.meshgrid(nodes, nodes, indexing="ij")
+    return np.array([x.ravel(), y.ravel()]), np.outer(weights, weights).ravel()
+
+
+@cache
+def triangle_rule(order: int) -> tuple[Real, Real]:
+    """Points (2, Q) and weights (Q,) on the unit triangle, exact for polynomials up to `order`."""
+    places, weights = get_quadrature(RefTri, order)
+    return np.asarray(places), np.asarray(weights)

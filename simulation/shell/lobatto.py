@@ -1,0 +1,60 @@
+"""Hierarchical functions of one variable on [-1, 1]: integrated Legendre polynomials.
+
+l_k vanishes at both ends and is of degree k >= 2; derivatives of two of them are orthogonal (Szabo and Babuska,
+Finite Element Analysis, 1991, eq. 3.13). l_k(s) = (1 - s**2) kernel_k(s); kernels make edge functions of triangles.
+"""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.polynomial.legendre import Legendre, leggauss
+from numpy.typing import ArrayLike, NDArray
+
+Real = NDArray[np.float64]
+
+
+@cache
+def _polynomials(degree: int) -> tuple[Polynomial, ...]:
+    """l_2 .. l_degree."""
+    found = []
+    for k in range(2, degree + 1):
+        legendre = Legendre.basis(k) - Legendre.basis(k - 2)
+        found.append(legendre.convert(kind=Polynomial) / np.sqrt(2.0 * (2 * k - 1)))
+    return tuple(found)
+
+
+@cache
+def _kernels(degree: int) -> tuple[Polynomial, ...]:
+    """l_k over 1 - s**2."""
+    return tuple(polynomial // Polynomial([1.0, 0.0, -1.0]) for polynomial in _polynomials(degree))
+
+
+def lobatto(degree: int, s: ArrayLike) -> tuple[Real, Real]:
+    """l_2 .. l_degree and their derivatives at s (...), (degree - 1, ...) each."""
+    places = np.asarray(s, float)
+    rows = _polynomials(degree)
+    return np.array([p(places) for p in rows]), np.array([p.deriv()(places) for p in rows])
+
+
+def kernels(degree: int, s: ArrayLike) -> tuple[Real, Real]:
+    """Kernels of l_2 .. l_degree and their derivatives at s (...), (degree - 1, ...) each."""
+    places = np.asarray(s, float)
+    rows = _kernels(degree)
+    return np.array([p(places) for p in rows]), np.array([p.deriv()(places) for p in rows])
+
+
+def bow_coefficients(path: Callable[[Real], Real], degree: int) -> Real:
+    """Coefficients (degree - 1, 2) of l_2 .. l_degree that take the chord of a path over [0, 1] to the path.
+
+    Derivatives are projected in the mean square, which leaves both ends where they are.
+    """
+    nodes, weights = leggauss(degree + 6)
+    matrix = lobatto(degree, nodes)[0]
+    t = 0.5 * (nodes + 1.0)
+    ends = path(np.array([0.0, 1.0]))
+    bow = path(t) - (ends[0] + t[:, None] * (ends[1] - ends[0]))
+    root = np.sqrt(weights / np.maximum(1.0 - nodes**2, 1e-12))
+    found = np.linalg.lstsq((root * matrix).T, root[:, None] * bow, rcond=None)[0]
+    return np.asarray(np.where(np.abs(found) < 1e-14 * max(np.abs(ends).max(), 1e-30), 0.0, found))

@@ -1,0 +1,401 @@
+"""Hierarchical functions over a mesh of curved quadrilaterals and triangles, and their integrals."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix, csr_matrix
+
+from simulation.meshing.plate_mesh import CURVE_DEGREE, PlateMesh
+from simulation.shell.cells import (
+    QUAD_EDGES,
+    TRIANGLE_EDGES,
+    Table,
+    quad_functions,
+    quad_rule,
+    triangle_functions,
+    triangle_rule,
+)
+
+Real = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Whole = NDArray[np.int_]
+
+CURVED_ORDER = 4
+"""Added to the order of quadrature, for the Jacobian of curved cells."""
+OUTSIDE = 1e-4
+"""Share of a cell's size by which a point may lie beside every cell: rounding of outlines."""
+
+
+@dataclass(frozen=True)
+class CellGroup:
+    """All quadrilaterals, or all triangles, of a space.
+
+    Attributes
+    ----------
+    functions : (C, N) ndarray of int
+        Functions of the space on every cell.
+    sign : (C, N) ndarray
+        -1 where a function of odd degree runs along its edge against the reference cell.
+    table : Table
+        Of the reference cell, at the Q points of quadrature.
+    places : (C, Q, 2) ndarray
+        Points of quadrature, m.
+    dx : (C, Q) ndarray
+        Areas for which they stand, m2.
+    inverse : (C, Q, 2, 2) ndarray
+        Derivatives of the reference coordinates (row) by x and y, 1/m.
+    """
+
+    functions: Whole
+    sign: Real
+    table: Table
+    places: Real
+    dx: Real
+    inverse: Real
+
+    @cached_property
+    def values(self) -> Real:
+        """Functions at the points, (C, N, Q)."""
+        return np.asarray(self.sign[:, :, None] * self.table.value)
+
+    @cached_property
+    def slopes(self) -> Real:
+        """Derivatives by x and y, (2, C, N, Q), 1/m."""
+        found = np.einsum("anq,cqad->dcnq", self.table.slope, self.inverse, optimize=True)
+        return np.asarray(found * self.sign[:, :, None])
+
+    def factor(self, letter: str, chosen: Whole) -> Real:
+        """Functions (``0``) or their derivatives (``x``, ``y``) on some cells, (C', N, Q)."""
+        return self.values[chosen] if letter == "0" else self.slopes["xy".index(letter), chosen]
+
+
+@dataclass(frozen=True)
+class Integrals:
+    """Integrals of products of shape functions N and their derivatives over one region, all (n, n).
+
+    The first letter belongs to the row, the second to the column: ``x0`` is that of N_i,x N_j.
+    """
+
+    xx: csr_matrix
+    yy: csr_matrix
+    xy: csr_matrix
+    x0: csr_matrix
+    y0: csr_matrix
+    m: csr_matrix
+
+
+@dataclass(frozen=True)
+class ShapeSpace:
+    """Functions of one degree over a mesh.
+
+    Functions are counted: one of each point, then degree by degree those of each edge, then those inside each cell.
+    Fields over the plate are given at the points of quadrature, (Q,), cell by cell, quadrilaterals first.
+
+    Attributes
+    ----------
+    mesh : PlateMesh
+    degree : int
+    groups : tuple of CellGroup
+        Quadrilaterals, triangles.
+    """
+
+    mesh: PlateMesh
+    degree: int
+    groups: tuple[CellGroup, CellGroup]
+
+    @classmethod
+    def on(cls, mesh: PlateMesh, degree: int) -> "ShapeSpace":
+        """Build the space; ValueError, with the place, for a cell that is turned over."""
+        if not 1 <= degree <= 12:
+            raise ValueError(f"degree is {degree}; allowed 1 to 12")
+        order = 2 * degree + (CURVED_ORDER if mesh.bow.any() else 0)
+        quads = _group(mesh, degree, *quad_rule(order), triangles=False)
+        triangles = _group(mesh, degree, *triangle_rule(order), triangles=True)
+        return cls(mesh, degree, (quads, triangles))
+
+    @property
+    def size(self) -> int:
+        """Number of functions."""
+        inside = (self.degree - 1) ** 2, (self.degree - 1) * (self.degree - 2) // 2
+        own = len(self.mesh.points) + len(self.mesh.edges) * (self.degree - 1)
+        return own + inside[0] * len(self.mesh.quads) + inside[1] * len(self.mesh.triangles)
+
+    @cached_property
+    def dx(self) -> Real:
+        """Areas of the points of quadrature, (Q,), m2."""
+        return np.concatenate([group.dx.ravel() for group in self.groups])
+
+    @cached_property
+    def points(self) -> Real:
+        """Points of quadrature, (Q, 2), m."""
+        return np.vstack([group.places.reshape(-1, 2) for group in self.groups])
+
+    def spread(self, cells: Mask) -> Mask:
+        """Which points of quadrature lie in some cells, (Q,)."""
+        quads = len(self.mesh.quads)
+        parts = (cells[:quads], cells[quads:])
+        counts = (group.dx.shape[1] for group in self.groups)
+        return np.concatenate([np.repeat(part, count) for part, count in zip(parts, counts, strict=True)])
+
+    def integrals(self, cells: Mask | None = None) -> Integrals:
+        """Integrate over all or some cells."""
+
+        def product(row: str, column: str) -> csr_matrix:
+            return self.product(row, column, cells)
+
+        return Integrals(
+            xx=product("x", "x"),
+            yy=product("y", "y"),
+            xy=product("x", "y"),
+            x0=product("x", "0"),
+            y0=product("y", "0"),
+            m=product("0", "0"),
+        )
+
+    def product(
+        self, row: str, column: str, cells: Mask | None = None, weight: Real | None = None
+    ) -> csr_matrix:
+        """Integral of weight times N_i (or its derivative by ``row``) times N_j (by ``column``), (n, n).
+
+        Most products of hierarchical functions are orthogonal on rectangles: what is rounding noise is dropped, for
+        it would fill the factors of a sparse solver.
+
+        Parameters
+        ----------
+        row, column : str
+            ``x`` or ``y`` for that derivative, ``0`` for the function itself.
+        cells : (cells,) bool ndarray, optional
+            All unless given.
+        weight : (Q,) ndarray, optional
+            At `points`.
+        """
+        rows, columns, values = [], [], []
+        for group, functions, blocks in self._blocks(row, column, cells, weight):
+            largest = np.abs(blocks).max(axis=(1, 2), keepdims=True, initial=0.0)
+            cell, i, j = np.nonzero(np.abs(blocks) > 1e-13 * largest)
+            rows.append(functions[cell, i])
+            columns.append(functions[cell, j])
+            values.append(blocks[cell, i, j])
+            del group
+        flat = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+        return csr_matrix(coo_matrix(flat, shape=(self.size, self.size)))
+
+    def blocks(self, row: str, column: str, group: int, weight: Real | None = None) -> Real:
+        """Integrals of `product` on every cell of a group, (C, N, N)."""
+        part = self.groups[group]
+        chosen = np.arange(len(part.functions))
+        measure = part.dx if weight is None else part.dx * weight
+        return np.asarray(
+            (part.factor(row, chosen) * measure[:, None]) @ part.factor(column, chosen).transpose(0, 2, 1)
+        )
+
+    def _blocks(
+        self, row: str, column: str, cells: Mask | None, weight: Real | None
+    ) -> Iterator[tuple[CellGroup, Whole, Real]]:
+        for group, chosen, measure in self._measures(cells, weight):
+            blocks = (group.factor(row, chosen) * measure[:, None]) @ group.factor(column, chosen).transpose(0, 2, 1)
+            yield group, group.functions[chosen], blocks
+
+    def _measures(self, cells: Mask | None, weight: Real | None) -> Iterator[tuple[CellGroup, Whole, Real]]:
+        """Of every group: the chosen cells, and their points' areas times the weight, (C', Q)."""
+        first, offset = 0, 0
+        for group in self.groups:
+            count, each = group.dx.shape
+            chosen = np.arange(count) if cells is None else np.flatnonzero(cells[first : first + count])
+            measure = group.dx[chosen]
+            if weight is not None:
+                measure = measure * weight[offset : offset + count * each].reshape(count, each)[chosen]
+            first, offset = first + count, offset + count * each
+            if chosen.size:
+                yield group, chosen, measure
+
+    def moments(self, derivative: str, weight: Real | None = None, cells: Mask | None = None) -> Real:
+        """Integral of weight times every function (``0``) or its derivative (``x``, ``y``), (n,)."""
+        total = np.zeros(self.size)
+        for group, chosen, measure in self._measures(cells, weight):
+            moment = np.einsum("cnq,cq->cn", group.factor(derivative, chosen), measure)
+            np.add.at(total, group.functions[chosen], moment)
+        return total
+
+    def values(self, points: Real) -> csr_matrix:
+        """Functions at points (K, 2) in m: (K, n); ValueError, with the place, for a point off the mesh."""
+        return self._at(points)[0]
+
+    def slopes(self, points: Real) -> tuple[csr_matrix, csr_matrix]:
+        """Differentiate the functions by x and by y at points (K, 2) in m: (K, n) each, 1/m."""
+        _, by_x, by_y = self._at(points)
+        return by_x, by_y
+
+    def _at(self, points: Real) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
+        cell, local = self.locate(points)
+        shape, quads = (len(points), self.size), len(self.mesh.quads)
+        parts: list[list[Real]] = [[], [], [], [], []]
+        for triangles, group in enumerate(self.groups):
+            mine = np.flatnonzero((cell >= quads) == bool(triangles))
+            if not mine.size:
+                continue
+            number = cell[mine] - quads * triangles
+            functions = triangle_functions if triangles else quad_functions
+            table = functions(self.degree, local[mine].T)
+            _, jacobian = _map(self.mesh, number, local[mine].T, bool(triangles))
+            slope = np.einsum("anq,qad->dqn", table.slope, np.linalg.inv(jacobian))
+            sign = group.sign[number]
+            columns = group.functions[number]
+            rows = np.broadcast_to(mine[:, None], columns.shape)
+            entries = (table.value.T * sign, slope[0] * sign, slope[1] * sign)
+            for store, entry in zip(parts, (rows, columns, *entries), strict=True):
+                store.append(entry.ravel())
+        rows, columns, *entries = (np.concatenate(part) if part else np.zeros(0) for part in parts)
+        place = (rows.astype(int), columns.astype(int))
+        value, by_x, by_y = (csr_matrix((entry, place), shape=shape) for entry in entries)
+        return value, by_x, by_y
+
+    def locate(self, points: Real) -> tuple[Whole, Real]:
+        """Cells (K,) in which points lie, and their reference coordinates (K, 2)."""
+        points = np.asarray(points, float).reshape(-1, 2)
+        found, local = np.full(len(points), -1), np.zeros((len(points), 2))
+        miss = np.full(len(points), np.inf)
+        for triangles in (False, True):
+            low, high = _boxes(self.mesh, triangles)
+            within = (points[:, None] >= low) & (points[:, None] <= high)
+            mine, number = np.nonzero(within.all(axis=2))
+            if not mine.size:
+                continue
+            place, off = _inverse(self.mesh, number, points[mine], triangles)
+            for k in np.lexsort((-off, mine)):  # the best one of every point comes last
+                if off[k] < miss[mine[k]]:
+                    miss[mine[k]], local[mine[k]] = off[k], place[k]
+                    found[mine[k]] = number[k] + len(self.mesh.quads) * triangles
+        outside = miss > OUTSIDE
+        if outside.any():
+            x, y = points[outside][0]
+            raise ValueError(f"point ({x:.6g}, {y:.6g}) m is off the plate")
+        return found, local
+
+    def on_edges(self, edges: Whole) -> Mask:
+        """Which functions live on some of the mesh's edges, their ends included, (n,)."""
+        chosen = np.zeros(self.size, bool)
+        chosen[self.mesh.edges[edges].ravel()] = True
+        chosen[self.edge_functions(edges).ravel()] = True
+        return chosen
+
+    def edge_functions(self, edges: Whole) -> Whole:
+        """Functions of degree 2 and more of some edges, (K, degree - 1)."""
+        first = len(self.mesh.points) + np.asarray(edges)[:, None] * (self.degree - 1)
+        return np.asarray(first + np.arange(self.degree - 1))
+
+    def moved(self, shift: Real) -> "ShapeSpace":
+        """Build the same functions over the mesh with its points moved by `shift` (V, 2) m."""
+        return ShapeSpace.on(self.mesh.moved(shift), self.degree)
+
+    def degrees(self) -> Whole:
+        """Degree of every function, (n,): the larger one inside quadrilaterals."""
+        found = np.ones(self.size, int)
+        ladder = np.arange(2, self.degree + 1)
+        edges = len(self.mesh.points) + len(self.mesh.edges) * (self.degree - 1)
+        found[len(self.mesh.points) : edges] = np.tile(ladder, len(self.mesh.edges))
+        quads = edges + len(self.mesh.quads) * (self.degree - 1) ** 2
+        found[edges:quads] = np.tile(np.maximum.outer(ladder, ladder).ravel(), len(self.mesh.quads))
+        inside = [total + 3 for total in range(self.degree - 2) for _ in range(total + 1)]
+        found[quads:] = np.tile(inside, len(self.mesh.triangles))
+        return found
+
+
+def _group(mesh: PlateMesh, degree: int, places: Real, weights: Real, *, triangles: bool) -> CellGroup:
+    cells = mesh.triangles if triangles else mesh.quads
+    edges = mesh.triangle_edges if triangles else mesh.quad_edges
+    pairs = TRIANGLE_EDGES if triangles else QUAD_EDGES
+    table = (triangle_functions if triangles else quad_functions)(degree, places)
+    number = np.arange(len(cells))
+    each = (degree - 1) * (degree - 2) // 2 if triangles else (degree - 1) ** 2
+    first = len(mesh.points) + len(mesh.edges) * (degree - 1)
+    if triangles:
+        first += len(mesh.quads) * (degree - 1) ** 2
+    on_edges = len(mesh.points) + edges[:, :, None] * (degree - 1) + np.arange(degree - 1)
+    functions = np.hstack(
+        [cells, on_edges.reshape(len(cells), -1), first + number[:, None] * each + np.arange(each)]
+    )
+    sign = np.ones(functions.shape)
+    odd = np.arange(2, degree + 1) % 2 == 1
+    for k, (a, b) in enumerate(pairs):
+        start = len(pairs) + k * (degree - 1)
+        sign[:, start : start + degree - 1] = np.where((cells[:, a] > cells[:, b])[:, None] & odd, -1.0, 1.0)
+    count, q = len(cells), places.shape[1]
+    x = np.zeros((count, q, 2))
+    jacobian = np.zeros((count, q, 2, 2))
+    if count:
+        x, jacobian = _map_all(mesh, places, triangles)
+    det = np.linalg.det(jacobian)
+    turned = (det <= 0.0).any(axis=1)
+    if turned.any():
+        place = mesh.points[cells[turned][0]].mean(axis=0)
+        raise ValueError(f"a cell of the mesh near ({place[0]:.5g}, {place[1]:.5g}) m is turned over")
+    inverse = np.linalg.inv(jacobian) if count else jacobian
+    return CellGroup(functions, sign, table, x, det * weights, inverse)
+
+
+def _geometry(mesh: PlateMesh, triangles: bool) -> Real:
+    """Coefficients (C, N, 2) of every cell's corners and edges in the functions of `CURVE_DEGREE`."""
+    cells = mesh.triangles if triangles else mesh.quads
+    edges = mesh.triangle_edges if triangles else mesh.quad_edges
+    pairs = TRIANGLE_EDGES if triangles else QUAD_EDGES
+    odd = np.arange(2, CURVE_DEGREE + 1) % 2 == 1
+    parts = [mesh.points[cells]]
+    for k, (a, b) in enumerate(pairs):
+        against = (cells[:, a] > cells[:, b])[:, None, None] & odd[:, None]
+        parts.append(np.where(against, -1.0, 1.0) * mesh.bow[edges[:, k]])
+    return np.concatenate(parts, axis=1)
+
+
+def _map_all(mesh: PlateMesh, places: Real, triangles: bool) -> tuple[Real, Real]:
+    """Points (C, Q, 2) of all cells and derivatives by the reference coordinates (C, Q, 2 of x, 2 by)."""
+    shape = _geometry(mesh, triangles)
+    count = 3 + 3 * (CURVE_DEGREE - 1) if triangles else 4 * CURVE_DEGREE
+    table = (triangle_functions if triangles else quad_functions)(CURVE_DEGREE, places)
+    x = np.einsum("cnd,nq->cqd", shape, table.value[:count], optimize=True)
+    jacobian = np.einsum("cnd,anq->cqda", shape, table.slope[:, :count], optimize=True)
+    return x, jacobian
+
+
+def _map(mesh: PlateMesh, number: Whole, places: Real, triangles: bool) -> tuple[Real, Real]:
+    """Point (K, 2) and derivatives (K, 2, 2) of one place (2, K) in each of K cells of a kind."""
+    shape = _geometry(mesh, triangles)[number]
+    count = 3 + 3 * (CURVE_DEGREE - 1) if triangles else 4 * CURVE_DEGREE
+    table = (triangle_functions if triangles else quad_functions)(CURVE_DEGREE, places)
+    x = np.einsum("knd,nk->kd", shape, table.value[:count])
+    return x, np.einsum("knd,ank->kda", shape, table.slope[:, :count])
+
+
+def _boxes(mesh: PlateMesh, triangles: bool) -> tuple[Real, Real]:
+    """Corners (C, 2) of boxes round all cells of a kind, with a margin for what lies on an edge."""
+    side = np.linspace(-1.0, 1.0, 9)
+    if triangles:
+        t = 0.5 * (side + 1.0)
+        around = np.hstack([[t, 0 * t], [0 * t, t], [t, 1 - t]])
+    else:
+        around = np.hstack([[side, 0 * side + end] for end in (-1, 1)] + [[0 * side + end, side] for end in (-1, 1)])
+    if not len(mesh.triangles if triangles else mesh.quads):
+        return np.zeros((0, 2)), np.zeros((0, 2))
+    x = _map_all(mesh, around, triangles)[0]
+    low, high = x.min(axis=1), x.max(axis=1)
+    margin = 0.02 * (high - low).max(axis=1, keepdims=True)
+    return low - margin, high + margin
+
+
+def _inverse(mesh: PlateMesh, number: Whole, points: Real, triangles: bool) -> tuple[Real, Real]:
+    """Reference coordinates (K, 2) of points in given cells, and how far outside the cell they lie (K,)."""
+    place = np.full((len(points), 2), 1.0 / 3.0) if triangles else np.zeros((len(points), 2))
+    for _ in range(8):
+        x, jacobian = _map(mesh, number, place.T, triangles)
+        step = np.linalg.solve(jacobian, (points - x)[..., None])[..., 0]
+        place = np.clip(place + step, -1.5, 1.5)
+    x, _ = _map(mesh, number, place.T, triangles)
+    away = np.hypot(*(points - x).T) / np.maximum(np.abs(points).max(), 1e-12)
+    if triangles:
+        off = np.maximum(0.0, np.maximum(-place.min(axis=1), place.sum(axis=1) - 1.0))
+    else:
+        off = np.maximum(0.0, np.abs(place).max(axis=1) - 1.0)
+    return place, np.asarray(off + np.where(away > 1e-7, 1.0 + away, 0.0))
