@@ -11,14 +11,13 @@ from analysis.declared import Length, Sparse, Temperature, Thickness
 from analysis.geometry import shapes
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
-from analysis.geometry.relations import TOUCH, gap, just_inside, leaves, overlap
+from analysis.geometry.relations import TOUCH, just_inside
 from analysis.outline import AnyOutline, AnyZone, RectangleOutline
+from analysis.plate_parts import check_parts
 from analysis.support import Support, SupportedEdge, without
 
 Real = NDArray[np.float64]
 
-CLEAR = 1e-4
-"""Least distance between the edges of outline, holes and zones, m."""
 UNSET = float("nan")
 
 
@@ -177,31 +176,7 @@ class Plate(Sparse):
 
     @model_validator(mode="after")
     def _apart(self) -> Self:
-        outline = self.loop
-        cuts = [*((f"hole {n + 1}", loop) for n, loop in enumerate(self.hole_loops))]
-        zones = [*((f"zone {n + 1}", loop) for n, loop in enumerate(self.zone_loops))]
-        for name, loop in (*cuts, *zones):
-            place = leaves(loop, outline)
-            if place is not None:
-                raise GeometryError(f"{name} reaches out of the outline at {at(place)}; move it inside", place)
-            _require_clear(name, loop, "the outline", outline)
-        for group in (cuts, zones):
-            for k, (name, loop) in enumerate(group):
-                for other_name, other in group[k + 1 :]:
-                    place = overlap(loop, other)
-                    if place is not None:
-                        raise GeometryError(f"{name} and {other_name} overlap at {at(place)}; part them", place)
-                    _require_clear(name, loop, other_name, other)
-        for name, zone in zones:
-            for hole_name, hole in cuts:
-                place = overlap(zone, hole)
-                if place is not None and leaves(hole, zone) is not None:
-                    raise GeometryError(
-                        f"{hole_name} crosses the border of {name} at {at(place)}; part them, or have the zone "
-                        "hold all of the hole",
-                        place,
-                    )
-                _require_clear(name, zone, hole_name, hole)
+        check_parts(self.loop, self.hole_loops, self.zone_loops)
         return self
 
     @model_validator(mode="after")
@@ -252,13 +227,3 @@ class Plate(Sparse):
     def _left_out(self) -> set[str]:
         """Leave out the extent that the outline gives."""
         return super()._left_out() | (set() if self.outline is None else {"length_x", "length_y"})
-
-
-def _require_clear(name: str, loop: Loop, other_name: str, other: Loop) -> None:
-    distance, place = gap(loop, other)
-    if distance < CLEAR:
-        raise GeometryError(
-            f"{name} and {other_name} are {1e3 * distance:.3g} mm apart at {at(place)}; allowed {1e3 * CLEAR:g} "
-            "mm and more",
-            place,
-        )

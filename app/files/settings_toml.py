@@ -101,9 +101,8 @@ def _problem(name: str, model: type[BaseModel], detail: ErrorDetails) -> Problem
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         tag = detail.get("ctx", {}).get("tag")
         choices = allowed_at(model, (*place, "kind"))
-        if tag is None:
-            return Problem(name, f"{key}.kind", "nothing", choices, "the key is missing")
-        return Problem(name, f"{key}.kind", _shown(tag), choices)
+        seen, why = ("nothing", "the key is missing; ") if tag is None else (_shown(tag), "")
+        return Problem(name, f"{key}.kind", str(seen), choices, f"{why}a file is kind 'drawing'")
     if kind == "missing":
         return Problem(name, key, "nothing", allowed, "the key is missing")
     if kind == "extra_forbidden":
