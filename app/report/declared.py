@@ -98,6 +98,20 @@ def picture(pieces: Pieces, wrong: Sequence[Point] = ()) -> Figure:
     return figure
 
 
+def plate_words(plate: Plate) -> str:
+    """Say in a line what plate it is: "240 × 190 × 3 mm, free"."""
+    size = " × ".join(f"{1e3 * side:.4g}" for side in (plate.length_x, plate.length_y, plate.thickness))
+    counted = (("hole", plate.hole), ("thickness zone", plate.zone), ("support", plate.support))
+    return ", ".join(
+        [
+            f"{size} mm" + ("" if plate.outline is None else f" over all ({plate.outline.kind})"),
+            *(f"{len(items)} {name}{'s' * (len(items) > 1)}" for name, items in counted if items),
+            *([] if plate.support else [plate.boundary]),
+            *(["curved"] if plate.curvature else []),
+        ]
+    )
+
+
 def experiment_points(experiment: Experiment) -> list[tuple[str, Point]]:
     """Points at which strings and cables hold the plate, with what they are."""
     named = (("string", experiment.string), ("cable", experiment.cable))

@@ -6,7 +6,7 @@ import pytest
 from analysis.patch import Patch
 from analysis.plate import Plate
 from app.files.misplaced import Misplaced
-from app.report.declared import picture, pieces_of
+from app.report.declared import picture, pieces_of, plate_words
 from app.report.refused import pieces_declared
 
 DECLARED: dict[str, Any] = {
@@ -63,3 +63,10 @@ def test_a_picture_is_made_of_anything(plate: Any) -> None:
     pieces = pieces_declared(Misplaced(Path("a.toml"), declared, ()))
     assert pieces.points == (("string", (0.1, 0.1)),)
     picture(pieces, [(0.1, 0.1)])
+
+
+def test_a_plate_in_a_line() -> None:
+    rectangle = Plate(length_x=0.24, length_y=0.19, thickness=0.003, mass=0.13)
+    assert plate_words(rectangle) == "240 × 190 × 3 mm, free"
+    words = "400 × 300 × 3 mm over all (polygon), 1 hole, 1 thickness zone, 2 supports"
+    assert plate_words(Plate.model_validate(DECLARED["plate"])) == words
