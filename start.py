@@ -73,7 +73,9 @@ def install() -> None:
     subprocess.run([sys.executable, "-m", "venv", str(ENVIRONMENT)], check=True)
     pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
     subprocess.run(
-        [*pip, *torch_index(), "-c", str(ROOT / "constraints.txt"), "-e", f"{ROOT}[tests]"], check=True, cwd=ROOT
+        [*pip, *torch_index(), "-c", str(ROOT / "constraints.txt"), "-e", f"{ROOT}[drawings,tests]"],
+        check=True,
+        cwd=ROOT,
     )
     STAMP.write_text(pins_digest())  # half a digest is no digest: a torn stamp means another installation
 

@@ -7,69 +7,26 @@ for degrees Celsius, kHz for Hz).
 
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-Point = tuple[float, float]
-Length = Annotated[float, Field(ge=0.01, le=5.0, description="m")]
-Width = Annotated[float, Field(ge=0.001, le=1.0, description="m")]
-Temperature = Annotated[float, Field(ge=-80.0, le=200.0, description="degrees Celsius")]
+from analysis.declared import Declared, Point, Temperature
+from analysis.layout import check_patches, check_point
+from analysis.patch import Patch
+from analysis.plate import Plate
 
-
-class Declared(BaseModel):
-    """Frozen settings that accept no unknown key and no infinite or missing number."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Plate(Declared):
-    """A rectangular plate of uniform thickness, a corner at the origin."""
-
-    length_x: Length
-    length_y: Length
-    thickness: Annotated[float, Field(ge=1e-4, le=0.05, description="m")]
-    mass: Annotated[float, Field(gt=0.0, le=200.0, description="kg, weighed bare")]
-    boundary: Literal["free", "clamped"] = "free"
-
-    @property
-    def density(self) -> float:
-        """Mass over volume, kg/m3."""
-        return self.mass / (self.length_x * self.length_y * self.thickness)
-
-    @model_validator(mode="after")
-    def _plausible(self) -> Self:
-        if not 20.0 <= self.density <= 25_000.0:
-            raise ValueError(
-                f"mass {self.mass:g} kg over the plate's volume gives a density of {self.density:.4g} kg/m3; "
-                "allowed 20 to 25000 (lengths in m, mass in kg?)"
-            )
-        if self.thickness > min(self.length_x, self.length_y) / 5.0:
-            raise ValueError(
-                f"thickness {self.thickness:g} m is more than a fifth of the shorter side: not a plate"
-            )
-        return self
-
-
-class Patch(Declared):
-    """A rectangular piezo patch glued to one face, edges parallel to the plate's."""
-
-    id: Annotated[str, Field(min_length=1, max_length=32)]
-    role: Literal["actuator", "sensor"]
-    center: Point
-    size: tuple[Width, Width]
-    thickness: Annotated[float, Field(ge=5e-5, le=5e-3, description="m")]
-    side: Literal["top", "bottom"] = "top"
-    material: Literal["NCE51", "PIC255", "PZT-5A", "PZT-5H"] = "NCE51"
-
-    def span(self, axis: int) -> tuple[float, float]:
-        """Lower and upper edge along x (0) or y (1), m."""
-        half = self.size[axis] / 2.0
-        return self.center[axis] - half, self.center[axis] + half
-
-    def overlaps(self, other: "Patch") -> bool:
-        """Whether both cover a common area of the same face."""
-        return self.side == other.side and all(
-            self.span(a)[0] < other.span(a)[1] - 1e-9 and other.span(a)[0] < self.span(a)[1] - 1e-9 for a in (0, 1)
-        )
+__all__ = [
+    "Acquisition",
+    "Attachment",
+    "Declared",
+    "Experiment",
+    "Oven",
+    "Patch",
+    "Plate",
+    "Point",
+    "Protocol",
+    "Temperature",
+    "check_patches",
+]
 
 
 class Attachment(Declared):
@@ -150,32 +107,10 @@ class Experiment(Declared):
         check_patches(self.plate, self.patch)
         for kind in ("string", "cable"):
             for number, attachment in enumerate(getattr(self, kind)):
-                x, y = attachment.point
-                if not (0.0 <= x <= self.plate.length_x and 0.0 <= y <= self.plate.length_y):
-                    raise ValueError(f"{kind}[{number}].point {[x, y]} m is off the plate")
+                check_point(self.plate, f"{kind}[{number}].point", attachment.point)
         if self.protocol.band[1] >= self.acquisition.sample_rate / 2.0:
             raise ValueError(
                 f"protocol.band ends at {self.protocol.band[1]:g} Hz, not below half of "
                 f"acquisition.sample_rate ({self.acquisition.sample_rate:g} Hz)"
             )
         return self
-
-
-def check_patches(plate: Plate, patches: tuple[Patch, ...]) -> None:
-    """Raise ValueError unless every patch has its own name and place, inside the plate's outline."""
-    names = [p.id for p in patches]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"patch id {name!r} is used {names.count(name)} times")
-    for patch in patches:
-        for axis, length in enumerate((plate.length_x, plate.length_y)):
-            low, high = patch.span(axis)
-            if low < 0.0 or high > length:
-                raise ValueError(
-                    f"patch {patch.id!r} spans {low:g} to {high:g} m along {'xy'[axis]}; "
-                    f"the plate allows 0 to {length:g}"
-                )
-    for i, first in enumerate(patches):
-        for second in patches[i + 1 :]:
-            if first.overlaps(second):
-                raise ValueError(f"patches {first.id!r} and {second.id!r} overlap on the {first.side} face")

@@ -14,7 +14,7 @@ UPDATING_BOX = MaterialBox((0.8e9, 4.0e9), (0.30, 0.49), (0.005, 0.15))
 
 
 SHAPE_POINTS = 32
-"""Points along the longer edge of a plate on which its mode shapes are known."""
+"""Points along the longer side of the box around a plate on which its mode shapes are known."""
 
 
 def campaign_twin(experiment: Experiment, report: Report) -> Twin:
@@ -34,8 +34,9 @@ def campaign_twin(experiment: Experiment, report: Report) -> Twin:
 
 
 def shape_points(plate: Plate) -> NDArray[np.float64]:
-    """Even grid over a plate, edges included, x slowest, (K, 2), m."""
+    """Points of an even grid over the box around a plate that lie on it, edges included, x slowest, (K, 2), m."""
     sides = np.array([plate.length_x, plate.length_y])
     counts = np.maximum(np.round(SHAPE_POINTS * sides / sides.max()), 8).astype(int)
-    axes = [np.linspace(0.0, side, count) for side, count in zip(sides, counts, strict=True)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    axes = [np.linspace(low, high, n) for low, high, n in zip(*plate.bounds, counts, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    return points[plate.contains(points)]

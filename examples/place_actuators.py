@@ -143,6 +143,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     panel = read_panel(options.panel)
+    if panel.plate.outline is not None or panel.plate.hole or panel.plate.boundary != "clamped":
+        sys.exit(f"{options.panel}: the polynomials are those of a clamped rectangle without holes")
     size = panel.patch[0].size
     axes = [
         np.arange(options.first, length - 0.5 * side - 0.003, options.pitch)

@@ -5,32 +5,39 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
+from analysis.experiment import Plate
 from analysis.focusing.panel import Panel
+
+Real = NDArray[np.float64]
+
+FINE = 8
+"""Points along each side of a cell by which the part of it that lies on the plate is found."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Midpoints of equal cells over a rectangular plate.
+    """Midpoints of equal cells over the box around a plate; those off the plate are left out.
 
     Attributes
     ----------
     points : (K, 2) ndarray
         m.
     area : (K,) ndarray
-        Of each cell, m2.
+        Of each cell on the plate, m2; their sum is the plate's area.
     target : (K,) ndarray
         Share of each cell the target covers: the target shape φ(x, y) of paper eq. (1), 1 inside and 0
         outside, so that a target cutting through cells keeps its true area.
     length : (float, float)
-        Of the plate, m.
+        Of the plate: of the box around it, m.
     center : (float, float)
         Of the target, m.
     """
 
-    points: NDArray[np.float64]
-    area: NDArray[np.float64]
-    target: NDArray[np.float64]
+    points: Real
+    area: Real
+    target: Real
     length: tuple[float, float]
     center: tuple[float, float]
 
@@ -47,7 +54,8 @@ class Grid:
     @classmethod
     def of(cls, panel: Panel) -> Self:
         """Grid of a panel, x slowest."""
-        lengths = (panel.plate.length_x, panel.plate.length_y)
+        plate = panel.plate
+        lengths = (plate.length_x, plate.length_y)
         middles, cover = [], []
         for axis, count in enumerate(panel.grid):
             edges = np.linspace(0.0, 1.0, count + 1)
@@ -55,13 +63,45 @@ class Grid:
             low, high = panel.target.center[axis] - half, panel.target.center[axis] + half
             overlap = np.minimum(edges[1:], high) - np.maximum(edges[:-1], low)
             cover.append(np.clip(np.round(overlap * count, 12), 0.0, 1.0))
-            middles.append(0.5 * (edges[1:] + edges[:-1]) * lengths[axis])
+            middles.append(plate.bounds[0][axis] + 0.5 * (edges[1:] + edges[:-1]) * lengths[axis])
         points = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, 2)
         target = np.outer(*cover).ravel()
         area = np.full(len(points), lengths[0] * lengths[1] / len(points))
+        if plate.outline is not None or plate.hole:
+            points, area, target = _cut(plate, points, area, target, panel.grid)
         return cls(points, area, target, lengths, panel.target_center)
 
     @property
     def target_share(self) -> float:
         """Area of the target over area of the plate."""
         return float(self.area @ self.target / self.area.sum())
+
+
+def _cut(plate: Plate, points: Real, area: Real, target: Real, count: tuple[int, int]) -> tuple[Real, Real, Real]:
+    """Leave out the points off the plate: what their cells have on it goes to the nearest cell that is kept."""
+    share = _on_plate(plate, points, (plate.length_x / count[0], plate.length_y / count[1]))
+    kept = plate.contains(points)
+    if not kept.any():
+        raise ValueError(f"no point of a grid of {count[0]} by {count[1]} lies on the plate; take a finer one")
+    covered = target * area  # the target lies on the plate
+    slivers = np.flatnonzero(~kept & (share > 0.0))
+    nearest = cKDTree(points[kept]).query(points[slivers])[1]
+    found, aimed = (share * area)[kept], covered[kept]
+    np.add.at(found, nearest, (share * area)[slivers])
+    np.add.at(aimed, nearest, covered[slivers])
+    edge = np.abs(found / area[kept] - 1.0) > 1e-9
+    found[edge] *= 1.0 + (plate.area - found.sum()) / found[edge].sum()
+    return points[kept], found, np.minimum(aimed / found, 1.0)
+
+
+def _on_plate(plate: Plate, points: Real, cell: tuple[float, float]) -> Real:
+    """Share (K,) of the cells about `points` (K, 2) that lies on the plate."""
+    inside = plate.contains(points)
+    away = np.min([loop.distance(points) for loop in (plate.loop, *plate.hole_loops)], axis=0)
+    cut = np.flatnonzero(away <= 0.51 * np.hypot(*cell))
+    steps = (np.arange(FINE) + 0.5) / FINE - 0.5
+    fine = np.stack(np.meshgrid(steps * cell[0], steps * cell[1]), axis=-1).reshape(-1, 2)
+    share = inside.astype(float)
+    samples = (points[cut, None] + fine).reshape(-1, 2)
+    share[cut] = plate.contains(samples).reshape(len(cut), -1).mean(axis=1)
+    return share

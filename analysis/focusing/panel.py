@@ -7,6 +7,10 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from analysis.experiment import Declared, Patch, Plate, Temperature, check_patches
+from analysis.geometry.fault import GeometryError, at
+from analysis.geometry.loop import Loop
+from analysis.geometry.relations import leaves, overlap
+from analysis.geometry.shapes import rectangle
 
 Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
 Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
@@ -17,7 +21,7 @@ Count = Annotated[int, Field(ge=4, le=400)]
 
 
 class Target(Declared):
-    """The rectangle to be moved alone, in fractions of the plate's lengths."""
+    """The rectangle to be moved alone, in fractions of the plate's lengths: of the box around its outline."""
 
     center: tuple[Fraction, Fraction]
     size: tuple[Fraction, Fraction]
@@ -155,6 +159,13 @@ class Panel(Declared):
     @model_validator(mode="after")
     def _on_the_plate(self) -> Self:
         check_patches(self.plate, self.patch)
+        place = leaves(self.target_loop, self.plate.loop)
+        for hole in self.plate.hole_loops:
+            place = overlap(self.target_loop, hole) if place is None else place
+        if place is not None:
+            raise GeometryError(
+                f"target reaches over the plate's edge at {at(place)}; move it onto the plate", place
+            )
         constants = self.illustration
         if not self.twin.holds(constants.youngs_modulus, constants.poisson_ratio, constants.loss_factor):
             raise ValueError("illustration lies outside the ranges of twin; widen them or move it")
@@ -166,7 +177,11 @@ class Panel(Declared):
     @property
     def target_center(self) -> tuple[float, float]:
         """Centre of the target, m."""
-        return (
-            self.target.center[0] * self.plate.length_x,
-            self.target.center[1] * self.plate.length_y,
-        )
+        (x, y), plate = self.plate.bounds[0], self.plate
+        return x + self.target.center[0] * plate.length_x, y + self.target.center[1] * plate.length_y
+
+    @property
+    def target_loop(self) -> Loop:
+        """Border of the target."""
+        along, across = self.target.size
+        return rectangle(self.target_center, (along * self.plate.length_x, across * self.plate.length_y))

@@ -4,5 +4,8 @@
 ``curves``      segments, elliptic arcs and cubic Bezier curves
 ``loop``        closed chains of curves: area, centroid, what lies inside
 ``shapes``      rectangles, circles, ellipses, polygons and closed splines
+``chain``       loose curves put together into closed loops
+``relations``   where loops cross, overlap or touch
+``fault``       what is wrong with a geometry, and where
 ==============  ================================================================
 """

@@ -24,10 +24,10 @@ class Segment:
     def at(self, t: ArrayLike) -> Real:
         """Points (..., 2) at parameters t (...)."""
         a, b = np.asarray(self.start), np.asarray(self.end)
-        return a + np.asarray(t, float)[..., None] * (b - a)
+        return np.asarray(a + np.asarray(t, float)[..., None] * (b - a))
 
     def derivative(self, t: ArrayLike) -> Real:
-        """Derivatives by t, (..., 2)."""
+        """Return derivatives by t, (..., 2)."""
         step = np.asarray(self.end) - np.asarray(self.start)
         return np.broadcast_to(step, (*np.shape(t), 2)).copy()
 
@@ -71,7 +71,7 @@ class Arc:
         return np.asarray(np.asarray(self.center) + np.cos(angle) * first + np.sin(angle) * second)
 
     def derivative(self, t: ArrayLike) -> Real:
-        """Derivatives by t, (..., 2)."""
+        """Return derivatives by t, (..., 2)."""
         angle = self.start + self.sweep * np.asarray(t, float)[..., None]
         first, second = self._axes
         return np.asarray(self.sweep * (np.cos(angle) * second - np.sin(angle) * first))
@@ -101,7 +101,7 @@ class Cubic:
         return np.asarray(s**3 * a + 3.0 * s**2 * t * b + 3.0 * s * t**2 * c + t**3 * d)
 
     def derivative(self, t: ArrayLike) -> Real:
-        """Derivatives by t, (..., 2)."""
+        """Return derivatives by t, (..., 2)."""
         t = np.asarray(t, float)[..., None]
         a, b, c, d = (np.asarray(point) for point in self.control)
         s = 1.0 - t
@@ -117,6 +117,23 @@ class Cubic:
 
 
 Curve = Segment | Arc | Cubic
+
+
+def moved(curve: Curve, angle: float, shift: Point, scale: float = 1.0) -> Curve:
+    """Return `curve` enlarged by `scale` and turned by `angle` rad about the origin, then shifted, m."""
+    c, s = scale * np.cos(angle), scale * np.sin(angle)
+
+    def there(point: Point) -> Point:
+        x, y = point
+        return float(c * x - s * y + shift[0]), float(s * x + c * y + shift[1])
+
+    if isinstance(curve, Segment):
+        return Segment(there(curve.start), there(curve.end))
+    if isinstance(curve, Arc):
+        radii = (scale * curve.radii[0], scale * curve.radii[1])
+        return Arc(there(curve.center), radii, curve.rotation + angle, curve.start, curve.sweep)
+    one, two, three, four = (there(point) for point in curve.control)
+    return Cubic((one, two, three, four))
 
 
 def turning(curve: Curve, pieces: int = 16) -> float:

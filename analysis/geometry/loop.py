@@ -1,14 +1,16 @@
 """Closed chains of curves: area, centroid, what lies inside, how far away a point is."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
-from analysis.geometry.curves import Arc, Cubic, Curve, Segment, turning
+from analysis.geometry.curves import Curve, Point, Segment, moved, turning
+from analysis.geometry.fault import GeometryError
 
 Real = NDArray[np.float64]
 
@@ -16,16 +18,41 @@ CLOSES_WITHIN = 1e-9
 """Largest gap between the end of a curve and the start of the next, m."""
 CHORD = np.deg2rad(3.0)
 """Turn of a curve that one side of its polygon stands for."""
+CHUNK = 1_000_000
+"""Pairs of points and sides looked at together."""
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The points of a loop nearest to given ones.
+
+    Attributes
+    ----------
+    curve : (K,) ndarray of int
+        Which curve of the loop they lie on, from 0.
+    t : (K,) ndarray
+        Where on it.
+    points : (K, 2) ndarray
+        m.
+    distance : (K,) ndarray
+        m.
+    """
+
+    curve: NDArray[np.intp]
+    t: Real
+    points: Real
+    distance: Real
 
 
 @dataclass(frozen=True)
 class Loop:
-    """A closed chain of curves, counter-clockwise; ValueError where it is open.
+    """A closed chain of curves, counter-clockwise; GeometryError where it is open.
 
-    A loop given clockwise is turned round.
+    A loop given clockwise is turned round: `turned` says so, and curve k of n given is then curve n - 1 - k.
     """
 
     curves: tuple[Curve, ...]
+    turned: bool = field(default=False, init=False, compare=False)
 
     def __post_init__(self) -> None:
         if not self.curves:
@@ -36,13 +63,16 @@ class Loop:
             end, start = one.at(1.0), next_one.at(0.0)
             gap = float(np.hypot(*(start - end)))
             if not gap <= CLOSES_WITHIN:
-                raise ValueError(
-                    f"open outline: curve {number + 1} ends at ({end[0]:.6g}, {end[1]:.6g}) m, the next one begins "
-                    f"{gap:.3g} m away at ({start[0]:.6g}, {start[1]:.6g}) m"
+                raise GeometryError(
+                    f"open outline: curve {number + 1} ends at ({end[0]:.6g}, {end[1]:.6g}) m, the next one "
+                    f"begins {gap:.3g} m away at ({start[0]:.6g}, {start[1]:.6g}) m; close the gap",
+                    end,
+                    start,
                 )
         if self._integral(_area) < 0.0:
             turned = tuple(curve.part(1.0, 0.0) for curve in reversed(self.curves))
             object.__setattr__(self, "curves", turned)
+            object.__setattr__(self, "turned", True)
 
     def _integral(self, form: Callable[[Real, Real], Real]) -> float:
         """Sum over the curves of the integral of form(points, derivatives) over t."""
@@ -73,56 +103,132 @@ class Loop:
         return self._integral(lambda p, d: np.hypot(d[:, 0], d[:, 1]))
 
     @cached_property
-    def polygon(self) -> Real:
-        """Points (K, 2) along the loop, ends of curves among them, m."""
-        points = []
-        for curve in self.curves:
+    def _pieces(self) -> tuple[Real, NDArray[np.intp], Real]:
+        """Points (K, 2) along the loop, and the curve (K,) and parameters (K, 2) of the side after each."""
+        points, curves, spans = [], [], []
+        for number, curve in enumerate(self.curves):
             pieces = max(1, int(np.ceil(turning(curve) / CHORD)))
-            points.append(curve.at(np.arange(pieces) / pieces))
-        return np.vstack(points)
+            ends = np.arange(pieces + 1) / pieces
+            points.append(curve.at(ends[:-1]))
+            curves.append(np.full(pieces, number))
+            spans.append(np.stack([ends[:-1], ends[1:]], axis=1))
+        return np.vstack(points), np.concatenate(curves), np.vstack(spans)
 
     @property
+    def polygon(self) -> Real:
+        """Points (K, 2) along the loop, ends of curves among them, m."""
+        return self._pieces[0]
+
+    @cached_property
     def bounds(self) -> tuple[Real, Real]:
         """Lower left and upper right corner of the bounding box, (2,) each, m."""
-        return self.polygon.min(axis=0), self.polygon.max(axis=0)
+        bent = [curve for curve in self.curves if not isinstance(curve, Segment)]
+        points = np.vstack([self.polygon, *(_extremes(curve) for curve in bent)])
+        return points.min(axis=0), points.max(axis=0)
 
-    def contains(self, points: Real) -> NDArray[np.bool_]:
-        """Which of the points (K, 2) lie inside the loop's polygon, by the crossing rule."""
-        x, y = np.asarray(points, float).T[..., None]
+    def contains(self, points: Real, within: float = 0.0) -> NDArray[np.bool_]:
+        """Which of the points (K, 2) lie inside the loop, or at most `within` m away from it."""
+        points = np.asarray(points, float).reshape(-1, 2)
+        inside = self._crossed(points)
+        start = self.polygon
+        sides = np.hypot(*(np.roll(start, -1, axis=0) - start).T)
+        bent = np.array([not isinstance(curve, Segment) for curve in self.curves])[self._pieces[1]]
+        between = 0.01 * float(np.max(sides, where=bent, initial=0.0))  # no curve leaves its chords farther
+        if within <= 0.0 and between <= 0.0:
+            return inside
+        near = np.flatnonzero(self.distance(points) <= between + within)
+        found = self.nearest(points[near])
+        along = _at(self.curves, found.curve, found.t)[1]
+        away = points[near] - found.points
+        left = along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0] > 0.0
+        inner = (found.t > 0.0) & (found.t < 1.0)  # at a corner the polygon is exact
+        inside[near] = np.where(inner, left, inside[near]) | (found.distance <= within)
+        return inside
+
+    def _crossed(self, points: Real) -> NDArray[np.bool_]:
+        """Which of the points (K, 2) lie inside the polygon, by the crossing rule."""
         start = self.polygon
         end = np.roll(start, -1, axis=0)
-        rises = (start[:, 1] > y) != (end[:, 1] > y)
-        slope = np.where(rises, end[:, 1] - start[:, 1], 1.0)
-        crossing = start[:, 0] + (y - start[:, 1]) * (end[:, 0] - start[:, 0]) / slope
-        return np.asarray((rises & (x < crossing)).sum(axis=-1) % 2 == 1)
+        inside = np.zeros(len(points), bool)
+        for rows in self._rows(len(points)):
+            x, y = points[rows].T[..., None]
+            rises = (start[:, 1] > y) != (end[:, 1] > y)
+            slope = np.where(rises, end[:, 1] - start[:, 1], 1.0)
+            crossing = start[:, 0] + (y - start[:, 1]) * (end[:, 0] - start[:, 0]) / slope
+            inside[rows] = (rises & (x < crossing)).sum(axis=-1) % 2 == 1
+        return inside
 
     def distance(self, points: Real) -> Real:
         """Distance of the points (K, 2) from the loop's polygon, (K,), m."""
+        return self._on_polygon(np.asarray(points, float).reshape(-1, 2))[2]
+
+    def nearest(self, points: Real) -> Nearest:
+        """Return the points of the loop nearest to the points (K, 2), on the curves themselves."""
+        points = np.asarray(points, float).reshape(-1, 2)
+        side, share, _ = self._on_polygon(points)
+        _, curves, spans = self._pieces
+        curve = curves[side]
+        t = spans[side, 0] + share * (spans[side, 1] - spans[side, 0])
+        at, along = _at(self.curves, curve, t)
+        distance = np.hypot(*(points - at).T)
+        for _ in range(8):  # Newton's step, never kept where it leads away
+            away, square = points - at, np.maximum((along**2).sum(axis=1), 1e-30)
+            bend = (_at(self.curves, curve, t + 1e-5)[1] - _at(self.curves, curve, t - 1e-5)[1]) / 2e-5
+            step = (away * along).sum(axis=1) / np.maximum(square - (away * bend).sum(axis=1), 0.1 * square)
+            tried = np.clip(t + step, 0.0, 1.0)
+            there, slope = _at(self.curves, curve, tried)
+            far = np.hypot(*(points - there).T)
+            better = far < distance
+            t, distance = np.where(better, tried, t), np.where(better, far, distance)
+            at, along = np.where(better[:, None], there, at), np.where(better[:, None], slope, along)
+        return Nearest(curve, t, at, distance)
+
+    def _on_polygon(self, points: Real) -> tuple[NDArray[np.intp], Real, Real]:
+        """Side of the polygon nearest to each point, where on it, from 0 to 1, and how far away, (K,) each."""
         start = self.polygon
         step = np.roll(start, -1, axis=0) - start
-        away = np.asarray(points, float)[:, None] - start
         length = np.maximum((step**2).sum(axis=1), 1e-30)
-        t = np.clip((away * step).sum(axis=2) / length, 0.0, 1.0)
-        return np.asarray(np.sqrt(((away - t[..., None] * step) ** 2).sum(axis=2)).min(axis=1))
+        side, share, far = np.zeros(len(points), np.intp), np.zeros(len(points)), np.zeros(len(points))
+        for rows in self._rows(len(points)):
+            away = points[rows, None] - start
+            t = np.clip((away * step).sum(axis=2) / length, 0.0, 1.0)
+            square = ((away - t[..., None] * step) ** 2).sum(axis=2)
+            best = square.argmin(axis=1)
+            pick = np.arange(len(best)), best
+            side[rows], share[rows], far[rows] = best, t[pick], np.sqrt(square[pick])
+        return side, share, far
 
-    def moved(self, angle: float, shift: tuple[float, float]) -> "Loop":
+    def _rows(self, count: int) -> Iterator[slice]:
+        """Slices of `count` points, few enough to be held against all sides at once."""
+        step = max(1, CHUNK // len(self.polygon))
+        return (slice(first, first + step) for first in range(0, count, step))
+
+    def moved(self, angle: float, shift: Point) -> "Loop":
         """Turn by `angle` rad about the origin, then shift, m."""
-        c, s = np.cos(angle), np.sin(angle)
-
-        def there(point: tuple[float, float]) -> tuple[float, float]:
-            x, y = point
-            return float(c * x - s * y + shift[0]), float(s * x + c * y + shift[1])
-
-        def carried(curve: Curve) -> Curve:
-            if isinstance(curve, Segment):
-                return Segment(there(curve.start), there(curve.end))
-            if isinstance(curve, Arc):
-                return Arc(there(curve.center), curve.radii, curve.rotation + angle, curve.start, curve.sweep)
-            one, two, three, four = (there(point) for point in curve.control)
-            return Cubic((one, two, three, four))
-
-        return Loop(tuple(carried(curve) for curve in self.curves))
+        return Loop(tuple(moved(curve, angle, shift) for curve in self.curves))
 
 
 def _area(point: Real, derivative: Real) -> Real:
     return np.asarray(0.5 * (point[:, 0] * derivative[:, 1] - point[:, 1] * derivative[:, 0]))
+
+
+def _at(curves: tuple[Curve, ...], number: NDArray[np.intp], t: Real) -> tuple[Real, Real]:
+    """Points and derivatives (K, 2) at parameters (K,) of curves of these numbers (K,)."""
+    points, slopes = np.zeros((len(t), 2)), np.zeros((len(t), 2))
+    for one in np.unique(number):
+        here = number == one
+        points[here], slopes[here] = curves[one].at(t[here]), curves[one].derivative(t[here])
+    return points, slopes
+
+
+def _extremes(curve: Curve) -> Real:
+    """Points along a bent curve, those among them where it runs along an axis."""
+    fine = np.linspace(0.0, 1.0, 129)
+    slope = curve.derivative(fine)
+    found = [curve.at(fine)]
+    for axis in (0, 1):
+        for k in np.flatnonzero(slope[:-1, axis] * slope[1:, axis] < 0.0):
+            low, high = float(fine[k]), float(fine[k + 1])
+            zero = brentq(lambda at, axis=axis: float(curve.derivative(at)[axis]), low, high, xtol=1e-15)
+            found.append(curve.at([zero]))
+    return np.vstack(found)

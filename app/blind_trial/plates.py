@@ -87,7 +87,7 @@ def draw_plate(rng: np.random.Generator) -> PlateKind:
 def _band_end(plate: Plate, modes: float, youngs_modulus: float = 1.9e9) -> float:
     """Where a free plate has so many modes by Weyl's law, N = S f sqrt(3) / (h c), to 10 Hz."""
     speed = np.sqrt(youngs_modulus / (plate.density * (1.0 - 0.38**2)))
-    end = modes * plate.thickness * speed / (np.sqrt(3.0) * plate.length_x * plate.length_y)
+    end = modes * plate.thickness * speed / (np.sqrt(3.0) * plate.area)
     return float(np.round(end, -1))
 
 

@@ -25,8 +25,9 @@ def command(folder: Path, allow_missing: bool, out: Path | None, output: Output)
     """Import FOLDER, a recorded campaign (campaign.toml and NI TDMS files), as a campaign folder.
 
     Every file is checked against the declaration: channels, lengths, sample rate, units, clipping, silence,
-    temperatures. Anything wrong is named, all of it at once, and nothing is written. An import that was killed
-    is completed by the same command; importing the same recording again changes nothing.
+    temperatures. Anything wrong is named, all of it at once, and nothing is written but a picture of a geometry
+    that cannot be. An import that was killed is completed by the same command; importing the same recording
+    again changes nothing.
     """
     from app.files.import_recording import import_recording
     from drivers.ni.modules import find_module

@@ -22,7 +22,7 @@ def allowed_at(model: type[BaseModel], place: Sequence[int | str]) -> str:
     kind = _type_at(model, place)
     bare = _bare(kind)
     if get_origin(bare) is Literal:
-        return " or ".join(repr(choice) for choice in get_args(bare))
+        return _noun(bare)
     keys = keys_at(model, place)
     if keys:
         return "a table with the keys " + ", ".join(keys)
@@ -35,18 +35,34 @@ def allowed_at(model: type[BaseModel], place: Sequence[int | str]) -> str:
 def keys_at(model: type[BaseModel], place: Sequence[int | str]) -> tuple[str, ...]:
     """Return the keys of the table at `place`; none if it is no table."""
     table = _bare(_type_at(model, place))
-    return tuple(table.model_fields) if _is_model(table) else ()
+    return tuple(field.alias or name for name, field in table.model_fields.items()) if _is_model(table) else ()
+
+
+def key_at(model: type[BaseModel], place: Sequence[int | str]) -> str:
+    """Return the key at `place` as it stands in a file: "patch[0].size".
+
+    Where there are several kinds of a table or value, pydantic's places name the kind it tried, which is no key.
+    """
+    parts = [
+        part
+        for n, part in enumerate(place)
+        if isinstance(part, int) or part == "kind" or not _is_union(_bare(_type_at(model, place[:n])))
+    ]
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in parts).lstrip(".")
 
 
 def _type_at(model: type[BaseModel], place: Iterable[int | str]) -> Any:
     here: Any = model
     for part in place:
         bare = _bare(here)
+        if _is_union(bare) and isinstance(part, str):
+            here = _member(here, bare, part)
+            continue
         if isinstance(part, int):
             inside = [kind for kind in get_args(bare) if kind is not Ellipsis]
             here = inside[min(part, len(inside) - 1)] if inside else None
-        elif _is_model(bare) and part in bare.model_fields:
-            field = bare.model_fields[part]
+        elif _is_model(bare) and part in (named := _by_key(bare)):
+            field = named[part]
             here = Annotated[field.annotation, field]  # pydantic takes them apart; the limits are in the field
         elif get_origin(bare) is dict:
             here = get_args(bare)[1]
@@ -64,13 +80,37 @@ def _bare(kind: Any) -> Any:
     return bare
 
 
+def _by_key(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    return {field.alias or name: field for name, field in model.model_fields.items()}
+
+
+def _is_union(bare: Any) -> bool:
+    return get_origin(bare) in (Union, types.UnionType)
+
+
+def _member(here: Any, union: Any, part: str) -> Any:
+    """Return the kind of table that `part` names; all kinds where it is "kind"; else what the union itself is."""
+    kinds = {
+        tag: choice
+        for choice in get_args(union)
+        if _is_model(choice) and "kind" in choice.model_fields
+        for tag in get_args(choice.model_fields["kind"].annotation)
+    }
+    return Literal[tuple(kinds)] if kinds and part == "kind" else kinds.get(part, here)
+
+
 def _is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
 def _noun(bare: Any) -> str:
     if get_origin(bare) in (Union, types.UnionType):
-        return " or ".join(_noun(choice) for choice in get_args(bare) if choice is not types.NoneType)
+        kinds = dict.fromkeys(_noun(_bare(choice)) for choice in get_args(bare) if choice is not types.NoneType)
+        return " or ".join(kinds)
+    if get_origin(bare) is Literal:
+        return " or ".join(repr(choice) for choice in get_args(bare))
+    if _is_model(bare):
+        return "a table"
     if get_origin(bare) is tuple:
         inside = get_args(bare)
         count = "" if Ellipsis in inside else f"{len(inside)} "

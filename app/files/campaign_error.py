@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from app.files.misplaced import Misplaced
+
 SHOWN = 40
 
 
@@ -54,10 +56,13 @@ class CampaignFileError(ValueError):
     ----------
     folder : Path
     problems : tuple of Problem
+    misplaced : Misplaced, optional
+        The geometry declared, where that is wrong.
     """
 
-    def __init__(self, folder: Path, problems: Sequence[Problem]) -> None:
+    def __init__(self, folder: Path, problems: Sequence[Problem], misplaced: Misplaced | None = None) -> None:
         self.folder = folder
+        self.misplaced = misplaced
         self.problems = tuple(problems)
         lines = _grouped(self.problems)
         place = "" if folder == Path() and all(problem.file for problem in problems) else f"{folder}: "

@@ -8,8 +8,10 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from analysis.focusing.panel import Panel
-from app.files.allowed_values import allowed_at, keys_at
+from app.files.allowed_values import allowed_at, key_at, keys_at
 from app.files.bad_file import ResultFileError
+from app.files.drawing import DrawingError, with_drawings
+from app.files.misplaced import Misplaced, misplaced
 from app.files.shipped import shipped
 
 SECTION_2 = shipped("section2-panel.toml")
@@ -26,7 +28,13 @@ def read_panel(path: Path) -> Panel:
         raise ResultFileError(f"{path}: byte {error.start} is not UTF-8, which TOML is") from error
     except tomllib.TOMLDecodeError as error:
         raise ResultFileError(f"{path}: not TOML: {error}") from error
-    return _checked(json.dumps(declared, default=str), str(path))
+    try:
+        declared = with_drawings(path.parent, declared)
+    except DrawingError as error:
+        places = error.fault.places if error.fault else ()
+        wrong = Misplaced(path, declared, places, tuple(error.curves)) if error.curves else None
+        raise ResultFileError(f"{path}: {error.key}: {error}", wrong) from error
+    return _checked(json.dumps(declared, default=str), str(path), path)
 
 
 def panel_of_text(text: str, origin: str) -> Panel:
@@ -34,20 +42,25 @@ def panel_of_text(text: str, origin: str) -> Panel:
     return _checked(text, origin)
 
 
-def _checked(text: str, origin: str) -> Panel:
+def _checked(text: str, origin: str, source: Path | None = None) -> Panel:
     try:  # strict JSON takes lists for tuples but no "0.24" for 0.24
         return Panel.model_validate_json(text, strict=True)
     except ValidationError as error:
-        lines = [_told(detail) for detail in error.errors(include_url=False)]
-        if len(lines) == 1:
-            raise ResultFileError(f"{origin}: {lines[0]}") from error
-        raise ResultFileError(f"{origin}: {len(lines)} problems" + "".join(f"\n  {x}" for x in lines)) from error
+        details = error.errors(include_url=False)
+        wrong = None if source is None else misplaced(source, json.loads(text), details)
+        lines = list(dict.fromkeys(_told(detail) for detail in details))
+        told = lines[0] if len(lines) == 1 else f"{len(lines)} problems" + "".join(f"\n  {x}" for x in lines)
+        raise ResultFileError(f"{origin}: {told}", wrong) from error
 
 
 def _told(detail: ErrorDetails) -> str:
     place, seen = detail["loc"], repr(detail["input"])
-    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place).lstrip(".") or "panel"
+    key = key_at(Panel, place) or "panel"
     allowed = allowed_at(Panel, place)
+    if detail["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        tag = detail.get("ctx", {}).get("tag")
+        told = "is missing" if tag is None else f"= {tag!r}"
+        return f"{key}.kind {told}; allowed: {allowed_at(Panel, (*place, 'kind'))}"
     if detail["type"] == "missing":
         return f"{key} is missing; allowed: {allowed}"
     if detail["type"] == "extra_forbidden":

@@ -11,8 +11,10 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from app.files.allowed_values import allowed_at, keys_at
+from app.files.allowed_values import allowed_at, key_at, keys_at
 from app.files.campaign_error import CampaignFileError, Problem
+from app.files.drawing import DrawingError, with_drawings
+from app.files.misplaced import Misplaced, misplaced
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -44,14 +46,21 @@ def read_table(path: Path) -> dict[str, Any]:
 
 
 def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
-    """Hold what `read_table` read against a model; raises as `read_settings`."""
+    """Hold what `read_table` read against a model, drawings turned into curves; raises as `read_settings`."""
+    try:
+        table = with_drawings(path.parent, table)
+    except DrawingError as error:
+        places = error.fault.places if error.fault else ()
+        wrong_drawing = Misplaced(path, table, places, tuple(error.curves)) if error.curves else None
+        problem = Problem(path.name, error.key, str(error), "")
+        raise CampaignFileError(path.parent, [problem], wrong_drawing) from error
     try:  # through JSON, where pydantic's strict reading takes lists for tuples but no "0.24" for 0.24
         return model.model_validate_json(json.dumps(table, default=str), strict=True)
     except ValidationError as error:
         details = error.errors(include_url=False)
         wrong = [detail for detail in details if not _follows_from_another(detail, details)]
-        problems = [_problem(path.name, model, detail) for detail in wrong]
-        raise CampaignFileError(path.parent, problems) from error
+        problems = dict.fromkeys(_problem(path.name, model, detail) for detail in wrong)
+        raise CampaignFileError(path.parent, [*problems], misplaced(path, table, details)) from error
 
 
 def _text(path: Path) -> str:
@@ -87,8 +96,13 @@ def _follows_from_another(detail: ErrorDetails, details: Sequence[ErrorDetails])
 
 def _problem(name: str, model: type[BaseModel], detail: ErrorDetails) -> Problem:
     place, kind, seen = detail["loc"], detail["type"], detail["input"]
-    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place).lstrip(".")
+    key = key_at(model, place)
     allowed = allowed_at(model, place)
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        tag = detail.get("ctx", {}).get("tag")
+        choices = allowed_at(model, (*place, "kind"))
+        seen, why = ("nothing", "the key is missing; ") if tag is None else (_shown(tag), "")
+        return Problem(name, f"{key}.kind", str(seen), choices, f"{why}a file is kind 'drawing'")
     if kind == "missing":
         return Problem(name, key, "nothing", allowed, "the key is missing")
     if kind == "extra_forbidden":

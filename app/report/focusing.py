@@ -2,7 +2,7 @@
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from analysis.compensation.study import NETWORK, Compensation
@@ -118,16 +118,17 @@ def layout(panel: Panel) -> Figure:
     """Draw the panel with its actuators and the target."""
     figure, axes = panels(1, 1, width=5.0, height=3.8)
     plate = panel.plate
-    axes.add_patch(Rectangle((0.0, 0.0), plate.length_x, plate.length_y, fill=False, lw=2.0, ec="0.3"))
-    size = [panel.target.size[a] * (plate.length_x, plate.length_y)[a] for a in (0, 1)]
-    corner = [panel.target_center[a] - size[a] / 2 for a in (0, 1)]
-    axes.add_patch(Rectangle((corner[0], corner[1]), size[0], size[1], fc="#f4d35e", ec="none", label="target"))
+    for loop, width in ((plate.loop, 2.0), *((hole, 1.2) for hole in plate.hole_loops)):
+        axes.add_patch(Polygon(loop.polygon, fill=False, lw=width, ec="0.3"))
+    for loop in plate.zone_loops:
+        axes.add_patch(Polygon(loop.polygon, fill=False, lw=1.0, ls="--", ec="0.6"))
+    axes.add_patch(Polygon(panel.target_loop.polygon, fc="#f4d35e", ec="none", label="target"))
     for number, patch in enumerate(panel.patch):
-        corner = [patch.span(0)[0], patch.span(1)[0]]
         label = "actuators" if number == 0 else None
-        axes.add_patch(Rectangle((corner[0], corner[1]), *patch.size, fc="#00798c", ec="none", label=label))
+        axes.add_patch(Polygon(patch.loop.polygon, fc="#00798c", ec="none", label=label))
         axes.annotate(str(number + 1), patch.center, ha="center", va="center", color="white", fontsize=8)
-    axes.set(xlim=(-0.005, plate.length_x + 0.005), ylim=(-0.005, plate.length_y + 0.005), aspect="equal")
+    (left, low), (right, high) = plate.bounds
+    axes.set(xlim=(left - 0.005, right + 0.005), ylim=(low - 0.005, high + 0.005), aspect="equal")
     axes.set(xlabel="x [m]", ylabel="y [m]")
     axes.grid(visible=False)
     figure.legend(loc="outside lower center", ncols=2)

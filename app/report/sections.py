@@ -18,6 +18,7 @@ from app.files.run_folder import MADE_BY, run_file
 from app.gap_words import with_sigma
 from app.progress import Report
 from app.report import focusing, identified, measured, paper, updated
+from app.report.declared import experiment_points, picture, pieces_of, plate_words
 from app.report.gap_section import gap_section
 from app.report.origin import origin, outdated, stamps
 from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, Table, Verdict
@@ -72,9 +73,8 @@ def sections(run: Path, report: Report) -> Found:
 
 def _measurement(experiment: Experiment, frf: Frf) -> list[Item]:
     plate, protocol, inputs = experiment.plate, experiment.protocol, experiment.acquisition
-    size = " × ".join(f"{1e3 * side:g}" for side in (plate.length_x, plate.length_y, plate.thickness))
     facts = [
-        ("plate", f"{size} mm, {plate.boundary}"),
+        ("plate", plate_words(plate)),
         ("mass, density", f"{1e3 * plate.mass:g} g, {plate.density:.0f} kg/m³"),
         *(
             (p.role, f"{p.id}: {p.material} at {p.center[0]:g}, {p.center[1]:g} m, {p.side}")
@@ -92,6 +92,12 @@ def _measurement(experiment: Experiment, frf: Frf) -> list[Item]:
     ]
     items: list[Item] = [
         Table(("", ""), facts),
+        Picture(
+            "declared",
+            "What was declared?",
+            picture(pieces_of(plate, experiment.patch, experiment_points(experiment))),
+            "Outline, patches and what holds the plate.",
+        ),
         Picture(
             "waterfall",
             "How does the plate's response change with temperature?",

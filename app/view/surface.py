@@ -7,9 +7,10 @@ import numpy as np
 import pyqtgraph
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QPolygonF
+from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPolygonF
 from scipy.ndimage import map_coordinates
 
+from analysis.experiment import Plate
 from app.view.chart import Chart, Map
 from app.view.theme import Theme, two_sided
 
@@ -31,18 +32,29 @@ class SurfaceItem(pyqtgraph.GraphicsObject):
     x, y : (X,), (Y,) ndarray
         m.
     outlines : sequence of (ndarray, color)
-        Corners (C, 2), m, of rectangles drawn on the surface, closed.
+        Corners (C, 2), m, of what is drawn on the surface, closed.
     theme : Theme
+    edges : sequence of ndarray
+        Corners (C, 2), m, of the plate's outline and holes, between which the surface is shown.
     """
 
-    def __init__(self, x: Real, y: Real, outlines: Sequence[tuple[Real, str]], theme: Theme) -> None:
+    def __init__(
+        self,
+        x: Real,
+        y: Real,
+        outlines: Sequence[tuple[Real, str]],
+        theme: Theme,
+        edges: Sequence[Real] = (),
+    ) -> None:
         super().__init__()
         self._x, self._y, self._theme = x, y, theme
         self._plane = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
         self._center = np.array([x.mean(), y.mean()])
         self._relief = RELIEF * float(np.hypot(np.ptp(x), np.ptp(y)))
         self._height = np.zeros(self._plane.shape[:2])
-        self._outlines = [(_densely(corners), QPen(QColor(color), 0.0)) for corners, color in outlines]
+        self._edges = [_densely(corners) for corners in edges]
+        drawn = [*outlines, *((corners, theme.muted) for corners in edges)]
+        self._outlines = [(_densely(corners), QPen(QColor(color), 0.0)) for corners, color in drawn]
         for _, pen in self._outlines:
             pen.setCosmetic(True)
             pen.setWidthF(2.0)
@@ -72,6 +84,8 @@ class SurfaceItem(pyqtgraph.GraphicsObject):
         shade = np.clip(127.5 * (1.0 + 0.25 * sum(self._corners(self._height), np.zeros(1))), 0, 255).astype(int)
         columns = shade.shape[1]
         colors = shade.ravel()[self._order].tolist()
+        painter.save()
+        self._clip(painter)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, on=False)
         painter.setPen(Qt.PenStyle.NoPen)
         for place, color in zip(self._order.tolist(), colors, strict=True):
@@ -79,13 +93,27 @@ class SurfaceItem(pyqtgraph.GraphicsObject):
             painter.setBrush(self._brushes[color])
             near, far = points[i], points[i + 1]
             painter.drawConvexPolygon(QPolygonF([near[j], far[j], far[j + 1], near[j + 1]]))
+        painter.restore()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, on=True)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for corners, pen in self._outlines:
-            places = [np.interp(corners[:, k], at, np.arange(len(at))) for k, at in enumerate((self._x, self._y))]
-            a, b = self._projected(corners, map_coordinates(self._height, places, order=1))
             painter.setPen(pen)
-            painter.drawPolyline(QPolygonF([QPointF(p, q) for p, q in zip(a.tolist(), b.tolist(), strict=True)]))
+            painter.drawPolyline(self._on_surface(corners))
+
+    def _clip(self, painter: QPainter) -> None:
+        """Draw between the plate's edges only, wherever they have moved to."""
+        if self._edges:
+            path = QPainterPath()
+            path.setFillRule(Qt.FillRule.OddEvenFill)
+            for corners in self._edges:
+                path.addPolygon(self._on_surface(corners))
+            painter.setClipPath(path, Qt.ClipOperation.IntersectClip)
+
+    def _on_surface(self, corners: Real) -> QPolygonF:
+        """Return a line drawn on the surface, projected."""
+        places = [np.interp(corners[:, k], at, np.arange(len(at))) for k, at in enumerate((self._x, self._y))]
+        a, b = self._projected(corners, map_coordinates(self._height, places, order=1))
+        return QPolygonF([QPointF(p, q) for p, q in zip(a.tolist(), b.tolist(), strict=True)])
 
     def _projected(self, plane: Real, height: Real) -> tuple[Real, Real]:
         across, depth = self._turned(plane)
@@ -115,16 +143,25 @@ class SurfaceChart(Chart):
     outlines : sequence of (ndarray, color)
         See `SurfaceItem`.
     theme : Theme
+    edges : sequence of ndarray
+        See `SurfaceItem`.
     """
 
     def __init__(
-        self, name: str, title: str, x: Real, y: Real, outlines: Sequence[tuple[Real, str]], theme: Theme
+        self,
+        name: str,
+        title: str,
+        x: Real,
+        y: Real,
+        outlines: Sequence[tuple[Real, str]],
+        theme: Theme,
+        edges: Sequence[Real] = (),
     ) -> None:
         super().__init__(name, title, "x [m]", "y [m]", theme)
         self._at = x, y
-        self._field = np.zeros((len(x), len(y)), complex)
+        self._field = self._shown = np.zeros((len(x), len(y)), complex)
         self._phase = 0.0
-        self._item = SurfaceItem(x, y, outlines, theme)
+        self._item = SurfaceItem(x, y, outlines, theme, edges)
         self.addItem(self._item)
         self.hideAxis("bottom")
         self.hideAxis("left")
@@ -135,18 +172,19 @@ class SurfaceChart(Chart):
 
     @property
     def deflection(self) -> Real:
-        """Deflection (X, Y) shown now, share of the largest."""
+        """Deflection (X, Y) shown now, share of the largest; NaN off the plate."""
         return np.real(self._field * np.exp(1j * self._phase))
 
     def show_field(self, field: NDArray[np.complex128]) -> None:
-        """Show a field (X, Y) of any unit; it is scaled to its largest amplitude."""
-        self._field = field / (np.abs(field).max() or 1.0)
+        """Show a field (X, Y) of any unit, NaN off the plate; it is scaled to its largest amplitude."""
+        self._field = field / (np.nanmax(np.abs(field)) or 1.0)
+        self._shown = filled(self._field)
         self.turn(0.0)
 
     def turn(self, by: float) -> None:
         """Let the phase go on by so many radians."""
         self._phase = (self._phase + by) % (2.0 * np.pi)
-        self._item.show_height(self.deflection)
+        self._item.show_height(np.real(self._shown * np.exp(1j * self._phase)))
         self.map = Map(*self._at, self.deflection.T)
 
     def fit(self) -> None:
@@ -154,15 +192,31 @@ class SurfaceChart(Chart):
         self.plotItem.vb.setRange(self._item.boundingRect(), padding=0.0)
 
 
-def rectangle(center: Sequence[float], size: Sequence[float]) -> Real:
-    """Corners (4, 2) of a rectangle, m."""
-    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
-    return np.asarray(np.array(center) + corners * np.array(size))
+def edges_of(plate: Plate) -> list[Real]:
+    """Corners (C, 2), m, of a plate's outline and holes."""
+    return [loop.polygon for loop in (plate.loop, *plate.hole_loops)]
 
 
-def _densely(corners: Real, steps: int = 12) -> Real:
-    """Points along the closed line through `corners`."""
+def filled(field: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Continue a field (X, Y) past the plate's edge, where it is NaN, by the mean of its neighbours."""
+    found = field.copy()
+    while np.isnan(found).any() and not np.isnan(found).all():
+        wide = np.pad(found, 1, constant_values=np.nan)
+        beside = np.stack([wide[:-2, 1:-1], wide[2:, 1:-1], wide[1:-1, :-2], wide[1:-1, 2:]])
+        known = ~np.isnan(beside)
+        reached = np.isnan(found) & known.any(axis=0)
+        total = np.where(known, beside, 0.0).sum(axis=0)
+        found[reached] = (total / np.maximum(known.sum(axis=0), 1))[reached]
+    return found
+
+
+def _densely(corners: Real, steps: int = 48) -> Real:
+    """Points along the closed line through `corners`, about `steps` of them besides."""
     ends = np.roll(corners, -1, axis=0)
-    share = np.linspace(0.0, 1.0, steps, endpoint=False)[:, None]
-    sides = [start + share * (end - start) for start, end in zip(corners, ends, strict=True)]
+    length = np.hypot(*(ends - corners).T)
+    counts = np.ceil(steps * length / length.sum()).astype(int)
+    sides = [
+        start + np.linspace(0.0, 1.0, count, endpoint=False)[:, None] * (end - start)
+        for start, end, count in zip(corners, ends, counts, strict=True)
+    ]
     return np.vstack([*sides, corners[:1]])

@@ -12,13 +12,14 @@ Run = Callable[..., tuple[int, str, str]]
 
 
 def refused(run_flexura: Run, folder: Path, *options: str) -> str:
-    """Import `folder`, expect a refusal that leaves nothing, and return what it said."""
+    """Import `folder`, expect a refusal that leaves nothing but a picture, and return what it said."""
     before = sorted(folder.parent.rglob("*"))
     status, output, message = run_flexura("import", folder, *options)
     assert status == 2, message
     assert output == ""
     assert "Traceback" not in message
-    assert sorted(folder.parent.rglob("*")) == before
+    left = set(folder.parent.rglob("*")) - set(before)
+    assert left == ({folder.parent / f"{folder.name}-geometry.png"} if "picture: " in message else set())
     return message
 
 
@@ -85,6 +86,14 @@ def test_declaration(tiny: Any, tmp_path: Path, run_flexura: Run, old: str, new:
     message = refused(run_flexura, tiny.write(tmp_path / "plate"))
     assert re.search(said, message), message
     assert "campaign.toml" in message or "sweeps/" in message
+
+
+def test_a_wrong_geometry_is_told_with_its_place_and_drawn(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
+    hole = '\n[[plate.hole]]\nkind = "circle"\ncenter = [0.05, 0.035]\nradius = 0.02\n\n[[patch]]\n'
+    tiny.toml = tiny.toml.replace("\n[[patch]]\n", hole, 1)
+    message = refused(run_flexura, tiny.write(tmp_path / "plate"))
+    assert re.search(r"patch 'S1' reaches into hole 1 at \(0\.0\d+, 0\.0\d+\) m; move it", message), message
+    assert f"picture: {tmp_path / 'plate-geometry.png'}" in message
 
 
 def test_faults_of_a_declaration_are_told_together(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:

@@ -1,6 +1,7 @@
 """The guide tells what is true: its commands run, its links lead somewhere, its messages are the program's."""
 
 import ast
+import json
 import os
 import re
 import runpy
@@ -9,11 +10,15 @@ import shutil
 import stat
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import click
 import pytest
 
+from analysis.layout import check_patches
+from analysis.patch import Patch
+from analysis.plate import Plate
 from app.files.campaign_toml import read_experiment
 from app.main import flexura
 from simulation.effects.library import LIBRARY
@@ -108,6 +113,15 @@ def test_every_page_is_in_the_index() -> None:
     index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
     for page in [*GUIDE.glob("*.md"), *(ROOT / "docs").glob("*.md")]:
         assert page.name == "README.md" or f"{page.name})" in index, page.name
+
+
+def test_the_plate_of_any_shape_is_one() -> None:
+    page = (GUIDE / "file-formats.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    declared = json.loads(json.dumps(tomllib.loads(example)))
+    plate = Plate.model_validate(declared["plate"])
+    check_patches(plate, [Patch.model_validate(patch) for patch in declared["patch"]])
+    assert len(plate.supported_edges()) == 2
 
 
 def sentences() -> str:

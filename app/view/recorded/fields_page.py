@@ -12,7 +12,7 @@ from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
 from app.view.recorded.fields import MODES, Fields
 from app.view.recorded.maker import Maker
-from app.view.surface import FRAME, TURN, SurfaceChart, rectangle
+from app.view.surface import FRAME, TURN, SurfaceChart, edges_of
 from app.view.theme import Theme, one_sided
 
 Real = NDArray[np.float64]
@@ -51,20 +51,20 @@ class FieldsPage(QWidget):
     def show_fields(self, fields: Fields) -> None:
         """Build the plots, once the twin is there."""
         self.fields = fields
-        theme, outlines = self._theme, self._outlines()
+        theme, outlines, edges = self._theme, self._outlines(), edges_of(self._panel.plate)
         self._mode_choice, self._filters = QComboBox(), QComboBox()
         self._filters.addItems(
             ["of each temperature", f"of {fields.focusing.reference_temperature:g} °C everywhere"]
         )
         self._play = QPushButton("Still")
         self._play.clicked.connect(self.play_or_stop)
-        self.shape = SurfaceChart("mode-shape", "mode", fields.plate.x, fields.plate.y, outlines, theme)
-        self.field = SurfaceChart("focused-field", "field", fields.plate.x, fields.plate.y, outlines, theme)
+        self.shape = SurfaceChart("mode-shape", "mode", fields.plate.x, fields.plate.y, outlines, theme, edges)
+        self.field = SurfaceChart("focused-field", "field", fields.plate.x, fields.plate.y, outlines, theme, edges)
         self.amplitude = Chart("field-amplitude", "its amplitude", "x [m]", "y [m]", theme)
         quiet = Map(fields.plate.x, fields.plate.y, np.full((len(fields.plate.y), len(fields.plate.x)), QUIET_DB))
         self.amplitude.image(quiet, one_sided(), (QUIET_DB, 0.0), "dB re largest")
         self.amplitude.setAspectLocked(lock=True)
-        for corners, color in outlines:
+        for corners, color in (*outlines, *((edge, theme.text) for edge in edges)):
             closed = np.vstack([corners, corners[:1]])
             self.amplitude.curve(closed[:, 0], closed[:, 1], "outline", color, width=2.0)
         self._tip = Chart("amplitude-along-x", "across the target, along x", "x [m]", "share of largest", theme)
@@ -119,12 +119,8 @@ class FieldsPage(QWidget):
             self._mode_choice.setCurrentIndex(int(np.clip(place, 0, self._mode_choice.count() - 1)))
 
     def _outlines(self) -> list[tuple[Real, str]]:
-        plate, target = self._panel.plate, self._panel.target
-        sides = (plate.length_x, plate.length_y)
-        size = [target.size[axis] * sides[axis] for axis in (0, 1)]
-        boxes = [(self._panel.target_center, size, self._theme.warning)]
-        boxes += [(patch.center, list(patch.size), self._theme.muted) for patch in self._panel.patch]
-        return [(rectangle(center, extent), color) for center, extent, color in boxes]
+        patches = [(patch.loop.polygon, self._theme.muted) for patch in self._panel.patch]
+        return [(self._panel.target_loop.polygon, self._theme.warning), *patches]
 
     def _refresh(self) -> None:
         """Fetch everything at another temperature."""
@@ -161,7 +157,7 @@ class FieldsPage(QWidget):
         self.field.setTitle(
             f"field of the filters {self._filters.currentText()}, {temperature:g} °C, {frequency:.1f} Hz"
         )
-        share = np.abs(field) / np.abs(field).max()
+        share = np.abs(field) / np.nanmax(np.abs(field))
         level = np.maximum(20.0 * np.log10(share + 1e-12), QUIET_DB)
         self.amplitude.show_map(Map(self.fields.plate.x, self.fields.plate.y, level.T))
         row = int(np.abs(self.fields.plate.y - self._panel.target_center[1]).argmin())

@@ -10,7 +10,7 @@ from app.progress import Report
 from app.twin import campaign_twin
 from app.view.recorded.maker import Maker
 from app.view.recorded.shapes import Shapes
-from app.view.surface import FRAME, TURN, SurfaceChart, rectangle
+from app.view.surface import FRAME, TURN, SurfaceChart, edges_of
 from app.view.theme import Theme
 
 MODES = 80
@@ -53,10 +53,11 @@ class ModeShape(QWidget):
         """Build the plot, once the twin is there."""
         self._shapes, theme = shapes, self._theme
         outlines = [
-            (rectangle(patch.center, patch.size), theme.warning if patch.role == "actuator" else theme.muted)
+            (patch.loop.polygon, theme.warning if patch.role == "actuator" else theme.muted)
             for patch in self._experiment.patch
         ]
-        self.chart = SurfaceChart("plate-mode-shape", "", shapes.x, shapes.y, outlines, theme)
+        edges = edges_of(self._experiment.plate)
+        self.chart = SurfaceChart("plate-mode-shape", "", shapes.x, shapes.y, outlines, theme, edges)
         self._told.hide()
         self._layout.addWidget(self.chart)
         self.show_nearest(*self._wanted)

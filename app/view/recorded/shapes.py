@@ -26,7 +26,7 @@ class Shapes:
     deflection : (K, r) ndarray
         Of every coordinate at `points`.
     points : (K, 2) ndarray
-        A grid, x slowest, m.
+        Points of a grid that lie on the plate, x slowest, m.
     laws : MaterialLaws
     """
 
@@ -62,5 +62,8 @@ class Shapes:
         return np.sqrt(values.real) / (2.0 * np.pi), values.imag / values.real, self.on_grid(found)
 
     def on_grid(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values at the points (..., K) as (..., X, Y)."""
-        return values.reshape(*values.shape[:-1], len(self.x), len(self.y))
+        """Values at the points (..., K) as (..., X, Y); NaN off the plate."""
+        found = np.full((*values.shape[:-1], len(self.x), len(self.y)), np.nan, values.dtype)
+        row, column = (np.searchsorted(at, self.points[:, k]) for k, at in enumerate((self.x, self.y)))
+        found[..., row, column] = values
+        return found

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.focusing.grid import Grid
+from analysis.focusing.panel import Panel
 
 
 @pytest.mark.parametrize("cells", [(40, 30), (37, 23), (11, 7)])
@@ -27,3 +28,46 @@ def test_arrays_of_other_lengths_are_refused(supported):
         Grid(grid.points[:-1], grid.area, grid.target, grid.length, grid.center)
     with pytest.raises(ValueError, match="covers no cell"):
         Grid(grid.points, grid.area, 0.0 * grid.target, grid.length, grid.center)
+
+
+def disc_with_a_hole(cells=(40, 40), **target):
+    return Panel.model_validate(
+        {
+            "title": "disc",
+            "plate": {
+                "outline": {"kind": "circle", "center": (0.1, -0.2), "radius": 0.15},
+                "hole": ({"kind": "circle", "center": (0.17, -0.2), "radius": 0.03},),
+                "thickness": 0.003,
+                "mass": 0.2,
+            },
+            "patch": (
+                {"id": "A1", "role": "actuator", "center": (0.1, -0.3), "diameter": 0.02, "thickness": 5e-4},
+            ),
+            "target": {"center": (0.35, 0.5), "size": (0.2, 0.3)} | target,
+            "grid": cells,
+        }
+    )
+
+
+@pytest.mark.parametrize("cells", [(40, 40), (23, 37)])
+def test_cells_off_any_plate_are_left_out_and_their_areas_are_those_on_it(cells):
+    panel = disc_with_a_hole(cells)
+    grid = Grid.of(panel)
+    assert panel.plate.contains(grid.points).all()
+    assert len(grid.points) < 0.8 * cells[0] * cells[1]
+    assert grid.area.sum() == pytest.approx(np.pi * (0.15**2 - 0.03**2), rel=1e-12)
+    assert grid.area @ grid.target == pytest.approx(0.06 * 0.09, rel=0.01)
+    assert grid.center == pytest.approx((0.1 - 0.15 * 0.3, -0.2))
+    assert grid.length == pytest.approx((0.3, 0.3))
+
+
+def test_integrals_over_any_plate_converge_to_the_closed_form():
+    """The mean of r squared over the disc less that over the hole, by the parallel-axis theorem."""
+    disc, hole = np.pi * 0.15**4 / 2, np.pi * 0.03**2 * (0.03**2 / 2 + 0.07**2)
+    errors = []
+    for count in (10, 40):
+        grid = Grid.of(disc_with_a_hole((count, count)))
+        away = grid.points - (0.1, -0.2)
+        errors.append(abs(grid.area @ (away**2).sum(axis=1) / (disc - hole) - 1.0))
+    assert errors[1] < 0.005
+    assert errors[1] < errors[0]

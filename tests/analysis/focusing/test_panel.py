@@ -37,6 +37,25 @@ def test_a_target_off_the_plate_is_refused():
         Target(center=(0.5, 0.9), size=(0.2, 0.3))
 
 
+@pytest.mark.parametrize("center", [(0.9, 0.9), (0.5, 0.5)])
+def test_a_target_off_the_outline_or_over_a_hole_is_refused(center):
+    declared = {
+        "title": "disc",
+        "plate": {
+            "outline": {"kind": "circle", "center": (0.0, 0.0), "radius": 0.15},
+            "hole": ({"kind": "circle", "center": (0.0, 0.0), "radius": 0.02},),
+            "thickness": 0.003,
+            "mass": 0.2,
+        },
+        "patch": ({"id": "A1", "role": "actuator", "center": (0.0, 0.1), "diameter": 0.02, "thickness": 5e-4},),
+    }
+    with pytest.raises(ValidationError, match="target reaches over the plate's edge at"):
+        Panel.model_validate(declared | {"target": {"center": center, "size": (0.1, 0.1)}})
+    found = Panel.model_validate(declared | {"target": {"center": (0.3, 0.4), "size": (0.1, 0.2)}})
+    assert found.target_center == pytest.approx((-0.06, -0.03))
+    assert found.target_loop.area == pytest.approx(0.03 * 0.06)
+
+
 def test_a_sensor_or_overlapping_patches_are_refused(supported):
     declared = supported.panel.model_dump()
     declared["patch"][2]["role"] = "sensor"

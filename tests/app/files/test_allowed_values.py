@@ -3,12 +3,22 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import BaseModel, Field
 
-from app.files.allowed_values import allowed_at, keys_at
+from app.files.allowed_values import allowed_at, key_at, keys_at
 
 
 class Inner(BaseModel):
     side: Literal["top", "bottom"]
     note: str | None = None
+
+
+class Round(BaseModel):
+    kind: Literal["round"]
+    radius: Annotated[float, Field(gt=0.0, description="m")]
+
+
+class Square(BaseModel):
+    kind: Literal["square"]
+    side: Annotated[float, Field(gt=0.0, alias="from")]
 
 
 class Outer(BaseModel):
@@ -23,6 +33,8 @@ class Outer(BaseModel):
     maybe: Inner | None = None
     share: Annotated[float | None, Field(ge=0.0, le=1.0)] = None
     either: int | str | None = None
+    number: int | Literal["all"] | None = None
+    shape: Annotated[Round | Square, Field(discriminator="kind")] | None = None
 
 
 @pytest.mark.parametrize(
@@ -41,6 +53,13 @@ class Outer(BaseModel):
         (("share",), "a number from 0 to 1"),
         (("either",), "an integer or a text"),
         (("unknown", "deeper"), "a value"),
+        (("number",), "an integer or 'all'"),
+        (("number", "literal['all']"), "an integer or 'all'"),
+        (("shape",), "a table"),
+        (("shape", "kind"), "'round' or 'square'"),
+        (("shape", "round", "radius"), "a number above 0 (m)"),
+        (("shape", "square"), "a table with the keys kind, from"),
+        (("shape", "square", "from"), "a number above 0"),
     ],
 )
 def test_every_kind_of_key_in_words(place: tuple[int | str, ...], words: str) -> None:
@@ -49,6 +68,15 @@ def test_every_kind_of_key_in_words(place: tuple[int | str, ...], words: str) ->
 
 def test_keys_of_tables() -> None:
     assert keys_at(Outer, ("many", 0)) == ("side", "note")
-    assert keys_at(Outer, ()) == ("length", "count", "band", "steps", "inner", "many", "maybe", "share", "either")
+    assert keys_at(Outer, ())[:4] == ("length", "count", "band", "steps")
+    assert keys_at(Outer, ("shape", "square")) == ("kind", "from")
     assert keys_at(Outer, ("maybe",)) == ("side", "note")
     assert keys_at(Outer, ("length",)) == ()
+
+
+def test_keys_are_those_of_the_file() -> None:
+    assert key_at(Outer, ("many", 1, "side")) == "many[1].side"
+    assert key_at(Outer, ("shape", "round", "radius")) == "shape.radius"
+    assert key_at(Outer, ("number", "int")) == "number"
+    assert key_at(Outer, ("shape", "kind")) == "shape.kind"
+    assert key_at(Outer, ()) == ""

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPointF, Qt
 
+from analysis.experiment import Plate
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
 from analysis.focusing.methods import Modes, compare
@@ -24,6 +25,7 @@ from app.files.filter_files import save_focusing
 from app.files.gap_file import GapFigures, GapMap, save_gap
 from app.files.laws_file import load_laws
 from app.files.provenance import provenance
+from app.twin import shape_points
 from app.view.application import application
 from app.view.chart import Chart, Map
 from app.view.folder import viewed
@@ -31,8 +33,9 @@ from app.view.recorded import fields
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.focusing_page import FocusingPage
 from app.view.recorded.gap_page import GapPage
+from app.view.recorded.shapes import Shapes
 from app.view.recorded.window import RecordedWindow
-from app.view.surface import SurfaceChart
+from app.view.surface import SurfaceChart, edges_of, filled
 from app.view.theme import LIGHT, one_sided
 
 Real = NDArray[np.float64]
@@ -310,3 +313,46 @@ def test_the_gap_map_is_that_of_the_sensor_chosen(opened: Callable[[Path], Recor
     assert before.y.tolist() == pytest.approx([0.0, 20.025, 40.0])
     page._channel.setCurrentIndex(1)
     assert page._before.map.value.max() == 0.0
+
+
+def test_a_field_on_any_outline_is_shown_between_its_edges_and_left_open_off_the_plate(qtbot: Any) -> None:
+    application()
+    plate = Plate.model_validate(
+        {
+            "outline": {"kind": "circle", "center": (0.0, 0.0), "radius": 0.15},
+            "hole": [{"kind": "circle", "center": (0.05, 0.0), "radius": 0.04}],
+            "thickness": 0.003,
+            "mass": 0.2,
+        }
+    )
+    points = shape_points(plate)
+    assert plate.contains(points).all()
+    assert len(points) < 0.75 * 32**2
+    shapes = Shapes(SinePanel.squared, np.zeros((0, 0)), points, None)  # type: ignore[arg-type]
+    field = shapes.on_grid((points @ (1.0, 2.0)).astype(complex))
+    assert np.isfinite(field).sum() == len(points)
+    x, y = shapes.x, shapes.y
+    lattice = x[:, None] + 2.0 * y
+    np.testing.assert_array_equal(field.real[np.isfinite(field)], lattice[np.isfinite(field)])
+    whole = filled(field)
+    assert np.isfinite(whole).all()
+    np.testing.assert_array_equal(whole[np.isfinite(field)], field[np.isfinite(field)])
+    chart = SurfaceChart("round", "", x, y, [], LIGHT, edges_of(plate))
+    qtbot.addWidget(chart)
+    chart.resize(500, 400)
+    chart.show_field(np.where(np.isfinite(field), 1.0 + 0.0j, np.nan))
+    chart.show()
+    qtbot.waitExposed(chart)
+    picture = chart.grab().toImage()
+
+    def color(at: tuple[float, float]) -> tuple[int, int, int]:
+        u, v = chart._item._projected(np.array([at]), np.ones(1))
+        seen = chart.plotItem.vb.mapViewToScene(QPointF(float(u[0]), float(v[0])))
+        place = chart.mapFromScene(seen)
+        ratio = picture.devicePixelRatio()
+        pixel = picture.pixelColor(round(place.x() * ratio), round(place.y() * ratio))
+        return pixel.red(), pixel.green(), pixel.blue()
+
+    ground = color((0.149, 0.149))
+    assert color((0.05, 0.0)) == ground
+    assert all(color(place) != ground for place in ((-0.05, 0.0), (0.0, 0.1), (0.0, -0.1)))

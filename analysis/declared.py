@@ -1,0 +1,40 @@
+"""What every declaration is made of: strict settings, and numbers whose ranges catch a wrong unit."""
+
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
+
+Point = tuple[float, float]
+Length = Annotated[float, Field(ge=0.01, le=5.0, description="m")]
+Width = Annotated[float, Field(ge=0.001, le=1.0, description="m")]
+Thickness = Annotated[float, Field(ge=1e-4, le=0.05, description="m")]
+Temperature = Annotated[float, Field(ge=-80.0, le=200.0, description="degrees Celsius")]
+Degrees = Annotated[float, Field(ge=-360.0, le=360.0, description="degrees, counter-clockwise")]
+
+
+class Declared(BaseModel):
+    """Frozen settings that accept no unknown key and no infinite or missing number."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Sparse(Declared):
+    """Settings that are dumped without what is as it is by default, except the keys in `always`.
+
+    A declaration that uses nothing new is written, and named in caches, as it was before there was anything new.
+    """
+
+    always: ClassVar[frozenset[str]] = frozenset()
+
+    @model_serializer(mode="wrap")
+    def _declared_only(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        left_out = self._left_out()
+        return {name: value for name, value in dump(self).items() if name not in left_out}
+
+    def _left_out(self) -> set[str]:
+        """Keys that are not dumped."""
+        found = set()
+        for name, field in type(self).model_fields.items():
+            if name not in self.always and not field.is_required() and getattr(self, name) == field.default:
+                found |= {name, field.alias or name}
+        return found

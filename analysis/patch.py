@@ -1,0 +1,74 @@
+"""Piezo patches as declared: rectangular, turned or round, on either face."""
+
+from functools import cached_property
+from typing import Annotated, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from analysis.declared import Degrees, Point, Sparse, Width
+from analysis.geometry import shapes
+from analysis.geometry.loop import Loop
+from analysis.geometry.relations import overlap
+
+UNSET = float("nan")
+
+
+class Patch(Sparse):
+    """A piezo patch glued to one face: of `size`, its first side turned by `angle`, or round, of `diameter`.
+
+    A round patch has the `size` of the square around it.
+    """
+
+    always: ClassVar[frozenset[str]] = frozenset({"side", "material"})
+
+    id: Annotated[str, Field(min_length=1, max_length=32)]
+    role: Literal["actuator", "sensor"]
+    center: Point
+    size: tuple[Width, Width] = (UNSET, UNSET)
+    diameter: Annotated[float | None, Field(ge=0.001, le=1.0, description="m")] = None
+    angle: Degrees = 0.0
+    thickness: Annotated[float, Field(ge=5e-5, le=5e-3, description="m")]
+    side: Literal["top", "bottom"] = "top"
+    material: Literal["NCE51", "PIC255", "PZT-5A", "PZT-5H"] = "NCE51"
+
+    @cached_property
+    def loop(self) -> Loop:
+        """Its border."""
+        if self.diameter is not None:
+            return shapes.circle(self.center, 0.5 * self.diameter)
+        return shapes.rectangle(self.center, self.size, float(np.deg2rad(self.angle)))
+
+    @property
+    def area(self) -> float:
+        """Area covered, m2."""
+        return self.loop.area
+
+    def span(self, axis: int) -> tuple[float, float]:
+        """Lowest and highest place along x (0) or y (1), m."""
+        if self.diameter is not None or self.angle == 0.0:
+            half = self.size[axis] / 2.0
+            return self.center[axis] - half, self.center[axis] + half
+        low, high = self.loop.bounds
+        return float(low[axis]), float(high[axis])
+
+    def overlaps(self, other: "Patch") -> bool:
+        """Whether both cover a common area of the same face."""
+        return self.side == other.side and overlap(self.loop, other.loop) is not None
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        if self.diameter is None:
+            if "size" not in self.model_fields_set:
+                raise ValueError(f"patch {self.id!r} has no extent; give size = [along, across] or diameter, in m")
+            return self
+        if "size" in self.model_fields_set and set(self.size) != {self.diameter}:
+            raise ValueError(f"patch {self.id!r} has a size and a diameter; keep one of them")
+        if self.angle != 0.0:
+            raise ValueError(f"patch {self.id!r} is round; remove angle")
+        self.__dict__["size"] = (self.diameter, self.diameter)
+        return self
+
+    def _left_out(self) -> set[str]:
+        """Leave out the size that the diameter gives."""
+        return super()._left_out() | (set() if self.diameter is None else {"size"})

@@ -1,0 +1,229 @@
+"""A plate as declared: outline, holes, thickness zones, supports and shallow curvature."""
+
+from typing import Annotated, ClassVar, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from analysis.curvature import STEEPEST, Curvature
+from analysis.declared import Length, Sparse, Temperature, Thickness
+from analysis.geometry import shapes
+from analysis.geometry.fault import GeometryError, at
+from analysis.geometry.loop import Loop
+from analysis.geometry.relations import TOUCH, just_inside
+from analysis.outline import AnyOutline, AnyZone, RectangleOutline
+from analysis.plate_parts import check_parts
+from analysis.support import Support, SupportedEdge, without
+
+Real = NDArray[np.float64]
+
+UNSET = float("nan")
+
+
+class Plate(Sparse):
+    """A plate of any outline: `length_x` times `length_y` with a corner at the origin, or what `outline` says.
+
+    Attributes
+    ----------
+    length_x, length_y : float
+        Extent of the bounding box, m; declared for a rectangle, found for every other outline.
+    outline, hole, zone
+        Closed outlines; zones have a thickness of their own.
+    thickness, mass : float
+        m; kg, weighed bare.
+    boundary : {"free", "clamped"}
+        Of all of the outline; `support` says more.
+    dimensions_at : float, optional
+        Temperature of the surroundings at which the dimensions hold, degrees Celsius.
+    expansion : float
+        Coefficient of thermal expansion, 1/K.
+    """
+
+    always: ClassVar[frozenset[str]] = frozenset({"length_x", "length_y", "thickness", "mass", "boundary"})
+
+    length_x: Length = UNSET
+    length_y: Length = UNSET
+    outline: AnyOutline | None = None
+    hole: Annotated[tuple[AnyOutline, ...], Field(max_length=200)] = ()
+    zone: Annotated[tuple[AnyZone, ...], Field(max_length=200)] = ()
+    thickness: Thickness
+    mass: Annotated[float, Field(gt=0.0, le=200.0, description="kg, weighed bare")]
+    boundary: Literal["free", "clamped"] = "free"
+    support: Annotated[tuple[Support, ...], Field(max_length=200)] = ()
+    curvature: Curvature | None = None
+    dimensions_at: Temperature | None = None
+    expansion: Annotated[float, Field(ge=-1e-4, le=1e-3, description="1/K")] = 0.0
+
+    @property
+    def loop(self) -> Loop:
+        """The outline."""
+        if self.outline is None:
+            return shapes.rectangle((0.5 * self.length_x, 0.5 * self.length_y), (self.length_x, self.length_y))
+        return self.outline.loop
+
+    @property
+    def hole_loops(self) -> tuple[Loop, ...]:
+        """The holes, in the order declared."""
+        return tuple(hole.loop for hole in self.hole)
+
+    @property
+    def zone_loops(self) -> tuple[Loop, ...]:
+        """The thickness zones, in the order declared."""
+        return tuple(zone.loop for zone in self.zone)
+
+    @property
+    def area(self) -> float:
+        """Area of the plate without its holes, m2."""
+        return self.loop.area - sum(hole.area for hole in self.hole_loops)
+
+    @property
+    def volume(self) -> float:
+        """Volume with the zones' own thickness, m3."""
+        found = self.area * self.thickness
+        for zone, loop in zip(self.zone, self.zone_loops, strict=True):
+            holes = sum(hole.area for hole in self.hole_loops if loop.contains(just_inside(hole)[:1])[0])
+            found += (zone.thickness - self.thickness) * (loop.area - holes)
+        return found
+
+    @property
+    def density(self) -> float:
+        """Mass over volume, kg/m3."""
+        return self.mass / self.volume
+
+    @property
+    def bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Lower left and upper right corner of the bounding box, m."""
+        if self.outline is None:
+            return (0.0, 0.0), (self.length_x, self.length_y)
+        low, high = self.outline.loop.bounds
+        return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
+
+    def contains(self, points: Real) -> NDArray[np.bool_]:
+        """Which of the points (K, 2), m, lie on the plate: its edges belong to it, its holes do not."""
+        inside = self.loop.contains(points, within=TOUCH)
+        for hole in self.hole_loops:
+            inside &= ~hole.contains(points) | (hole.nearest(points).distance <= TOUCH)
+        return inside
+
+    def normalised(self, points: Real) -> tuple[Real, Real]:
+        """Return xi and zeta (K,) of points (K, 2), m: -1 to 1 over the bounding box along x and y."""
+        low, high = np.array(self.bounds)
+        scaled = 2.0 * (np.asarray(points, float) - low) / (high - low) - 1.0
+        return scaled[..., 0], scaled[..., 1]
+
+    def height(self, points: Real) -> Real:
+        """Height (K,) of the mid-plane over the plane of the drawing at points (K, 2), m."""
+        if self.curvature is None:
+            return np.zeros(len(points))
+        return self.curvature.height_at(*self.normalised(points), self._half)
+
+    def slope(self, points: Real) -> Real:
+        """Slopes (K, 2) of the mid-plane along x and y at points (K, 2), m."""
+        if self.curvature is None:
+            return np.zeros((len(points), 2))
+        return self.curvature.slope_at(*self.normalised(points), self._half)
+
+    def supported_edges(self) -> list[SupportedEdge]:
+        """Return what is held along the edges; where two supports meet, the later one counts."""
+        declared = self.support
+        if self.boundary == "clamped":
+            declared = (Support(kind="clamped", edge="all"),)
+        found: list[SupportedEdge] = []
+        for support in declared:
+            if support.at_point:
+                continue
+            number = support.hole or 0
+            outline = self.outline if number == 0 else self.hole[number - 1]
+            names = outline is None or isinstance(outline, RectangleOutline)
+            pieces = support.pieces(self.loop if outline is None else outline.loop, names)
+            found = [
+                SupportedEdge(
+                    one.support, one.loop, without(one.pieces, pieces) if one.loop == number else one.pieces
+                )
+                for one in found
+            ]
+            found.append(SupportedEdge(support, number, pieces))
+        return [one for one in found if one.pieces and one.support.kind != "free"]
+
+    def supported_points(self) -> tuple[Support, ...]:
+        """Return the supports at points."""
+        return tuple(support for support in self.support if support.at_point)
+
+    @property
+    def _half(self) -> tuple[float, float]:
+        return 0.5 * self.length_x, 0.5 * self.length_y
+
+    @model_validator(mode="after")
+    def _extent(self) -> Self:
+        if self.outline is None:
+            for name in ("length_x", "length_y"):
+                if name not in self.model_fields_set:
+                    raise ValueError(f"plate.{name} is missing; give it in m (0.01 to 5), or [plate.outline]")
+            return self
+        for axis, name in enumerate(("length_x", "length_y")):
+            low, high = (corner[axis] for corner in self.bounds)
+            # What the plate was dumped with comes back as it went; anything else declares the outline twice.
+            if name in self.model_fields_set and not abs(getattr(self, name) - (high - low)) < TOUCH:
+                raise ValueError(f"{name} and [plate.outline] both declare the outline; remove {name}")
+            if not 0.01 <= high - low <= 5.0:
+                raise GeometryError(
+                    f"the outline spans {high - low:g} m along {'xy'[axis]}; allowed 0.01 to 5 (points in m?)",
+                    *self.bounds,
+                )
+            self.__dict__[name] = high - low
+        return self
+
+    @model_validator(mode="after")
+    def _apart(self) -> Self:
+        check_parts(self.loop, self.hole_loops, self.zone_loops)
+        return self
+
+    @model_validator(mode="after")
+    def _plausible(self) -> Self:
+        if not 20.0 <= self.density <= 25_000.0:
+            raise ValueError(
+                f"mass {self.mass:g} kg over the plate's volume gives a density of {self.density:.4g} kg/m3; "
+                f"allowed 20 to 25000: mass inconsistent with the area, {self.area:.4g} m2, and the thickness, "
+                f"{self.thickness:g} m (lengths in m, mass in kg?)"
+            )
+        thickest = max(self.thickness, *(zone.thickness for zone in self.zone), 0.0)
+        if thickest > min(self.length_x, self.length_y) / 5.0:
+            raise ValueError(
+                f"thickness {thickest:g} m is more than a fifth of the shorter side, "
+                f"{min(self.length_x, self.length_y):g} m: not a plate"
+            )
+        edge = self.loop.polygon
+        steepest = np.hypot(*self.slope(edge).T)
+        if steepest.max() > STEEPEST:
+            place = edge[int(steepest.argmax())]
+            raise GeometryError(
+                f"curvature: the plate rises by {steepest.max():.3g} m per m at {at(place)}; allowed {STEEPEST:g} "
+                "in a shallow shell (radius in m?)",
+                place,
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _supported(self) -> Self:
+        if self.boundary == "clamped" and self.support:
+            raise ValueError(
+                'boundary = "clamped" holds every edge already; remove it, and keep [[plate.support]]'
+            )
+        for number, support in enumerate(self.support):
+            if support.hole is not None and support.hole > len(self.hole):
+                raise ValueError(
+                    f"support[{number}]: hole {support.hole} does not exist; the plate has {len(self.hole)}"
+                )
+            if support.point is not None and not self.contains(np.array([support.point]))[0]:
+                raise GeometryError(
+                    f"support[{number}]: point {at(support.point)} is off the plate or in a hole; move it onto "
+                    "the plate",
+                    support.point,
+                )
+        self.supported_edges()
+        return self
+
+    def _left_out(self) -> set[str]:
+        """Leave out the extent that the outline gives."""
+        return super()._left_out() | (set() if self.outline is None else {"length_x", "length_y"})

@@ -1,0 +1,51 @@
+"""How outline, holes and thickness zones of a plate may lie to each other."""
+
+from collections.abc import Sequence
+
+from analysis.geometry.fault import GeometryError, at
+from analysis.geometry.loop import Loop
+from analysis.geometry.relations import gap, leaves, overlap
+
+CLEAR = 1e-4
+"""Least distance between the edges of outline, holes and zones, m."""
+
+
+def check_parts(outline: Loop, holes: Sequence[Loop], zones: Sequence[Loop]) -> None:
+    """Raise GeometryError unless all lie inside the outline, clear of it and of each other.
+
+    A zone may hold all of a hole.
+    """
+    cuts = [(f"hole {n + 1}", loop) for n, loop in enumerate(holes)]
+    areas = [(f"zone {n + 1}", loop) for n, loop in enumerate(zones)]
+    for name, loop in (*cuts, *areas):
+        place = leaves(loop, outline)
+        if place is not None:
+            raise GeometryError(f"{name} reaches out of the outline at {at(place)}; move it inside", place)
+        _require_clear(name, loop, "the outline", outline)
+    for group in (cuts, areas):
+        for k, (name, loop) in enumerate(group):
+            for other_name, other in group[k + 1 :]:
+                place = overlap(loop, other)
+                if place is not None:
+                    raise GeometryError(f"{name} and {other_name} overlap at {at(place)}; part them", place)
+                _require_clear(name, loop, other_name, other)
+    for name, zone in areas:
+        for hole_name, hole in cuts:
+            place = overlap(zone, hole)
+            if place is not None and leaves(hole, zone) is not None:
+                raise GeometryError(
+                    f"{hole_name} crosses the border of {name} at {at(place)}; part them, or have the zone "
+                    "hold all of the hole",
+                    place,
+                )
+            _require_clear(name, zone, hole_name, hole)
+
+
+def _require_clear(name: str, loop: Loop, other_name: str, other: Loop) -> None:
+    distance, place = gap(loop, other)
+    if distance < CLEAR:
+        raise GeometryError(
+            f"{name} and {other_name} are {1e3 * distance:.3g} mm apart at {at(place)}; allowed {1e3 * CLEAR:g} "
+            "mm and more",
+            place,
+        )

@@ -1,0 +1,27 @@
+"""A picture of a declaration whose geometry is wrong, beside what was declared."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from app.files.campaign_toml import NAME
+from app.files.misplaced import Misplaced
+
+
+def fault_picture(wrong: Misplaced, options: Mapping[str, object]) -> str:
+    """Draw what is wrong, and return the sentence that says where; it is beside --out, else the declaration."""
+    from app.report.declared import picture
+    from app.report.refused import pieces_declared
+
+    target = _target(wrong.source, options.get("out"))
+    figure = picture(pieces_declared(wrong), wrong.places)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(target, dpi=120)
+    except OSError as error:
+        return f"(a picture of it could not be written to {target}: {error.strerror})"
+    return f"picture: {target}"
+
+
+def _target(source: Path, out: object) -> Path:
+    beside = source.parent if source.name == NAME else source.with_suffix("")
+    return (out if isinstance(out, Path) else beside).resolve().with_name(f"{beside.resolve().name}-geometry.png")

@@ -1,0 +1,158 @@
+"""Curves of a DXF drawing: lines, arcs, circles, ellipses, polylines with bulges, and splines."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.geometry.curves import Arc, Cubic, Curve, Point, Segment
+
+METRES = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0}
+"""Metres in a unit, by the file's ``$INSUNITS``."""
+SPLINE_PARTS = 8
+"""Cubic curves for each span of a spline that is not cubic, or rational."""
+WITHOUT_AREA = {
+    "TEXT",
+    "MTEXT",
+    "DIMENSION",
+    "POINT",
+    "LEADER",
+    "MULTILEADER",
+    "HATCH",
+    "ATTDEF",
+    "ATTRIB",
+    "XLINE",
+}
+"""Entities that outline nothing."""
+
+
+def dxf_curves(path: Path, layer: str | None = None) -> tuple[list[Curve], float | None]:
+    """Curves in the drawing's own unit, and how many metres that is; None where the file does not say.
+
+    Parameters
+    ----------
+    path : Path
+    layer : str, optional
+        Only what stands on this layer.
+
+    Raises
+    ------
+    ImportError
+        Where ezdxf is not installed.
+    ValueError
+        For what is no DXF, and for entities that cannot be read.
+    """
+    from ezdxf.filemanagement import readfile
+    from ezdxf.lldxf.const import DXFError
+
+    try:
+        drawing = readfile(path)
+        entities = [e for e in drawing.modelspace() if layer is None or e.dxf.layer == layer]
+        curves = [curve for entity in entities for curve in _curves(entity)]
+        unit = int(drawing.header.get("$INSUNITS", 0))
+    except UnicodeError as error:
+        raise ValueError("no DXF drawing: its text cannot be decoded") from error
+    except (DXFError, OSError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+        raise ValueError(f"no DXF drawing that can be read ({error})") from error
+    return curves, METRES.get(unit)
+
+
+def _curves(entity: Any) -> Iterator[Curve]:
+    kind = entity.dxftype()
+    if kind in WITHOUT_AREA:
+        return
+    flipped = kind != "LINE" and entity.dxf.get("extrusion", (0.0, 0.0, 1.0))[2] < 0.0
+    if kind == "LINE":
+        yield Segment(_point(entity.dxf.start), _point(entity.dxf.end))
+    elif kind in ("ARC", "CIRCLE"):
+        begin, end = (0.0, 360.0) if kind == "CIRCLE" else (entity.dxf.start_angle, entity.dxf.end_angle)
+        sweep = np.deg2rad((end - begin) % 360.0 or 360.0)
+        radius = float(entity.dxf.radius)
+        center = _point(entity.dxf.center)
+        for arc in quarters(Arc(center, (radius, radius), 0.0, float(np.deg2rad(begin)), float(sweep))):
+            yield _mirrored(arc) if flipped else arc
+    elif kind == "ELLIPSE":
+        yield from _ellipse(entity, flipped)
+    elif kind == "LWPOLYLINE":
+        rows = [(float(x), float(y), float(b)) for x, y, b in entity.get_points("xyb")]
+        yield from (_mirrored(c) if flipped else c for c in _polyline(rows, bool(entity.closed)))
+    elif kind == "POLYLINE" and entity.is_2d_polyline:
+        rows = [(float(v.dxf.location.x), float(v.dxf.location.y), float(v.dxf.bulge)) for v in entity.vertices]
+        yield from (_mirrored(c) if flipped else c for c in _polyline(rows, bool(entity.is_closed)))
+    elif kind == "SPLINE":
+        yield from _spline(entity.construction_tool())
+    else:
+        raise ValueError(
+            f"holds a {kind}, which is not read; break blocks up, and keep lines, arcs, circles, ellipses, "
+            "polylines and splines"
+        )
+
+
+def _point(place: Any) -> Point:
+    return float(place[0]), float(place[1])
+
+
+def _mirrored(curve: Curve) -> Curve:
+    """Return a curve drawn on a plane seen from below: x runs the other way."""
+    if isinstance(curve, Segment):
+        return Segment((-curve.start[0], curve.start[1]), (-curve.end[0], curve.end[1]))
+    if isinstance(curve, Arc):
+        return Arc(
+            (-curve.center[0], curve.center[1]), curve.radii, np.pi - curve.rotation, -curve.start, -curve.sweep
+        )
+    one, two, three, four = ((-x, y) for x, y in curve.control)
+    return Cubic((one, two, three, four))
+
+
+def quarters(arc: Arc) -> list[Arc]:
+    """Cut an arc into parts of at most a quarter of the ellipse."""
+    count = max(1, int(np.ceil(abs(arc.sweep) / (0.5 * np.pi) - 1e-9)))
+    return [arc.part(k / count, (k + 1) / count) for k in range(count)]
+
+
+def _ellipse(entity: Any, flipped: bool) -> Iterator[Curve]:
+    major = np.array(_point(entity.dxf.major_axis))
+    radii = float(np.hypot(*major)), float(np.hypot(*major) * entity.dxf.ratio)
+    begin, end = float(entity.dxf.start_param), float(entity.dxf.end_param)
+    sweep = (end - begin) % (2.0 * np.pi) or 2.0 * np.pi
+    if abs(end - begin - 2.0 * np.pi) < 1e-9:
+        sweep = 2.0 * np.pi
+    sign = -1.0 if flipped else 1.0  # seen from below, the second axis points the other way
+    rotation = float(np.arctan2(major[1], major[0]))
+    yield from quarters(Arc(_point(entity.dxf.center), radii, rotation, sign * begin, sign * sweep))
+
+
+def _polyline(rows: list[tuple[float, float, float]], closed: bool) -> Iterator[Curve]:
+    ends = [*rows[1:], rows[0]] if closed else rows[1:]
+    for (x, y, bulge), (u, v, _) in zip(rows, ends, strict=False):
+        if (x, y) == (u, v):
+            continue
+        if bulge == 0.0:
+            yield Segment((x, y), (u, v))
+            continue
+        # The bulge is the tangent of a quarter of the angle swept.
+        sweep, chord = 4.0 * np.arctan(bulge), complex(u - x, v - y)
+        center = complex(x, y) + 0.5 * chord * (1.0 + 1j / np.tan(0.5 * sweep))
+        radius = abs(complex(x, y) - center)
+        begin = float(np.angle(complex(x, y) - center))
+        yield from quarters(Arc((center.real, center.imag), (radius, radius), 0.0, begin, float(sweep)))
+
+
+def _spline(spline: Any) -> Iterator[Curve]:
+    """Cubic curves with the spline's own points and slopes: exact where it is cubic and not rational."""
+    knots = np.unique(np.array(spline.knots(), float))
+    knots = knots[(knots >= 0.0) & (knots <= spline.max_t)]
+    parts = 1 if spline.degree == 3 and not spline.is_rational else SPLINE_PARTS
+    for low, high in pairwise(knots):
+        # A knot belongs to two spans: a cubic's slope is the same in both unless the knot is a corner.
+        inside = np.linspace(low, high, parts + 1)
+        reach = 1e-9 * (high - low)
+        inside[0], inside[-1] = low + reach, high - reach
+        found = [[_point(value) for value in values] for values in spline.derivatives(inside.tolist(), 1)]
+        third = (high - low) / parts / 3.0
+        for (a, u), (d, v) in pairwise(found):
+            b = (a[0] + third * u[0], a[1] + third * u[1])
+            c = (d[0] - third * v[0], d[1] - third * v[1])
+            yield Cubic((a, b, c, d))

@@ -1,0 +1,127 @@
+"""A plate as declared, drawn: outline, holes, zones, supports, patches, points, and where any of it is wrong."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from analysis.experiment import Experiment
+from analysis.geometry.curves import Curve, Point
+from analysis.patch import Patch
+from analysis.plate import Plate
+from app.report.style import BAND, MEASURED, MODEL, drawing, panels
+
+Real = NDArray[np.float64]
+HELD = {
+    "clamped": "#222222",
+    "hard-simple": "#cc79a7",
+    "soft-simple": "#e69f00",
+    "elastic": "#009e73",
+    "free": "0.7",
+}
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """All of a declaration that can be drawn.
+
+    Attributes
+    ----------
+    outline, holes, zones, loose : tuple of Curve
+    patches : tuple of (str, tuple of Curve)
+        With their names.
+    points : tuple of (str, (float, float))
+        Strings, cables and supports at points.
+    held : tuple of (str, Curve)
+        Parts of edges, with the kind of support.
+    """
+
+    outline: tuple[Curve, ...]
+    holes: tuple[Curve, ...] = ()
+    zones: tuple[Curve, ...] = ()
+    patches: tuple[tuple[str, tuple[Curve, ...]], ...] = ()
+    points: tuple[tuple[str, Point], ...] = ()
+    held: tuple[tuple[str, Curve], ...] = ()
+    loose: tuple[Curve, ...] = ()
+
+
+def pieces_of(plate: Plate, patches: Iterable[Patch], points: Iterable[tuple[str, Point]] = ()) -> Pieces:
+    """Take the pieces of a declaration that is right."""
+    loops = (plate.loop, *plate.hole_loops)
+    supports = [(support.kind, support.point) for support in plate.supported_points() if support.point]
+    return Pieces(
+        plate.loop.curves,
+        tuple(curve for loop in plate.hole_loops for curve in loop.curves),
+        tuple(curve for loop in plate.zone_loops for curve in loop.curves),
+        tuple((patch.id, patch.loop.curves) for patch in patches),
+        (*points, *supports),
+        tuple(
+            (edge.support.kind, loops[edge.loop].curves[k].part(first, last))
+            for edge in plate.supported_edges()
+            for k, first, last in edge.pieces
+        ),
+    )
+
+
+def picture(pieces: Pieces, wrong: Sequence[Point] = ()) -> Figure:
+    """Draw the pieces, m, and a ring around every place that is wrong."""
+    with drawing():
+        figure, axes = panels(1, 1, width=7.0, height=5.5)
+        _lines(axes, pieces.zones, "zones", color="#56b4e9", ls="--", lw=1.2)
+        for number, (name, curves) in enumerate(pieces.patches):
+            points = _along(curves)
+            axes.fill(*points.T, color=BAND, alpha=0.7, lw=0.0, label=None if number else "patches")
+            axes.annotate(name, points.mean(axis=0), ha="center", va="center", fontsize=8)
+        _lines(axes, pieces.outline, "plate", color="0.3", lw=2.0)
+        _lines(axes, pieces.holes, "holes", color="0.3", lw=1.2)
+        _lines(axes, pieces.loose, "drawing", color="#cc79a7", lw=1.2)
+        for kind, color in HELD.items():
+            _lines(
+                axes, [curve for held, curve in pieces.held if held == kind], kind, color=color, lw=4.5, alpha=0.6
+            )
+        for name in dict.fromkeys(name for name, _ in pieces.points):
+            places = np.array([place for other, place in pieces.points if other == name])
+            axes.plot(*places.T, "+", color=HELD.get(name, MEASURED), ms=9, label=name)
+        if wrong:
+            places = np.array(wrong)
+            axes.plot(*places.T, "o", mfc="none", mec=MODEL, mew=2.2, ms=22, label="wrong here")
+            axes.plot(*places.T, "x", color=MODEL, ms=7)
+        axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.margins(0.08)
+        figure.legend(loc="outside lower center", ncols=5)
+        figure.canvas.draw()
+    return figure
+
+
+def plate_words(plate: Plate) -> str:
+    """Say in a line what plate it is: "240 × 190 × 3 mm, free"."""
+    size = " × ".join(f"{1e3 * side:.4g}" for side in (plate.length_x, plate.length_y, plate.thickness))
+    counted = (("hole", plate.hole), ("thickness zone", plate.zone), ("support", plate.support))
+    return ", ".join(
+        [
+            f"{size} mm" + ("" if plate.outline is None else f" over all ({plate.outline.kind})"),
+            *(f"{len(items)} {name}{'s' * (len(items) > 1)}" for name, items in counted if items),
+            *([] if plate.support else [plate.boundary]),
+            *(["curved"] if plate.curvature else []),
+        ]
+    )
+
+
+def experiment_points(experiment: Experiment) -> list[tuple[str, Point]]:
+    """Points at which strings and cables hold the plate, with what they are."""
+    named = (("string", experiment.string), ("cable", experiment.cable))
+    return [(name, attached.point) for name, items in named for attached in items]
+
+
+def _along(curves: Sequence[Curve]) -> Real:
+    return np.vstack([curve.at(np.linspace(0.0, 1.0, 49)) for curve in curves])
+
+
+def _lines(axes: Axes, curves: Sequence[Curve], label: str, **look: Any) -> None:
+    for number, curve in enumerate(curves):
+        axes.plot(*_along([curve]).T, label=None if number else label, solid_capstyle="butt", **look)

@@ -1,0 +1,72 @@
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from analysis.patch import Patch
+from analysis.plate import Plate
+from app.files.misplaced import Misplaced
+from app.report.declared import picture, pieces_of, plate_words
+from app.report.refused import pieces_declared
+
+DECLARED: dict[str, Any] = {
+    "plate": {
+        "outline": {"kind": "polygon", "points": [[0.0, 0.0], [0.4, 0.0], [0.4, 0.3], [0.0, 0.2]]},
+        "hole": [{"kind": "circle", "center": [0.1, 0.1], "radius": 0.02}],
+        "zone": [{"kind": "ellipse", "center": [0.3, 0.1], "radii": [0.04, 0.02], "thickness": 0.004}],
+        "support": [
+            {"kind": "clamped", "edge": 2},
+            {"kind": "elastic", "point": [0.2, 0.2], "stiffness": 1e4},
+        ],
+        "thickness": 0.003,
+        "mass": 0.3,
+    },
+    "patch": [{"id": "A1", "role": "actuator", "center": [0.2, 0.1], "diameter": 0.02, "thickness": 5e-4}],
+}
+
+
+def test_a_declaration_and_what_can_be_drawn_of_it_unchecked_are_the_same() -> None:
+    plate = Plate.model_validate(DECLARED["plate"])
+    checked = pieces_of(plate, [Patch.model_validate(item) for item in DECLARED["patch"]])
+    unchecked = pieces_declared(Misplaced(Path("a.toml"), DECLARED, ()))
+    assert unchecked == checked
+    assert [len(part) for part in (checked.outline, checked.holes, checked.zones)] == [4, 4, 4]
+    assert [kind for kind, _ in checked.held] == ["clamped"]
+
+
+def test_the_picture_shows_every_piece_and_rings_the_fault() -> None:
+    pieces = pieces_declared(Misplaced(Path("a.toml"), DECLARED, ()))
+    (axes,) = picture(pieces, [(0.35, 0.02)]).axes
+    labels = {artist.get_label() for artist in (*axes.lines, *axes.patches)}
+    assert {"plate", "holes", "zones", "patches", "clamped", "elastic", "wrong here"} <= labels
+    (ring,) = [line for line in axes.lines if line.get_label() == "wrong here"]
+    assert ring.get_xydata().tolist() == [[0.35, 0.02]]
+    low, high = axes.get_xlim()
+    assert low < 0.0
+    assert high > 0.4
+
+
+@pytest.mark.parametrize(
+    "plate",
+    [
+        {"outline": {"kind": "polygon", "points": [[0, 0], [0.3, 0.3], [0.3, 0], [0, 0.3]]}},
+        {"outline": {"kind": "polygon", "points": "none"}},
+        {"outline": {"kind": "oval"}},
+        {"outline": 3},
+        {"length_x": 0.2, "length_y": 0.1, "hole": [{"kind": "circle"}], "support": [{"kind": "clamped"}]},
+        {"length_x": "a", "length_y": 0.1, "zone": 3},
+        7,
+    ],
+)
+def test_a_picture_is_made_of_anything(plate: Any) -> None:
+    declared = {"plate": plate, "patch": [{"id": 3}, 4], "string": [{"point": [0.1]}, {"point": [0.1, 0.1]}]}
+    pieces = pieces_declared(Misplaced(Path("a.toml"), declared, ()))
+    assert pieces.points == (("string", (0.1, 0.1)),)
+    picture(pieces, [(0.1, 0.1)])
+
+
+def test_a_plate_in_a_line() -> None:
+    rectangle = Plate(length_x=0.24, length_y=0.19, thickness=0.003, mass=0.13)
+    assert plate_words(rectangle) == "240 × 190 × 3 mm, free"
+    words = "400 × 300 × 3 mm over all (polygon), 1 hole, 1 thickness zone, 2 supports"
+    assert plate_words(Plate.model_validate(DECLARED["plate"])) == words
