@@ -1,0 +1,165 @@
+"""Which functions a plate's answers need: chosen by solutions with all of them.
+
+A few answers of the plate are computed with functions of high degree everywhere; a function is kept where its share
+of the energy of some answer exceeds a tolerance. What is dropped tells the error that is left. Insides of cells are
+eliminated cell by cell, so that only functions of edges and points enter the sparse solver.
+"""
+
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix, csr_matrix
+
+from simulation.shell.edges import LineBlock
+from simulation.shell.factors import factorize
+from simulation.shell.space import ShapeSpace
+from simulation.shell.strain_energy import Block
+from simulation.shell.unknowns import Unknowns, elimination_order
+
+Real = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Whole = NDArray[np.int_]
+
+CHUNK = 16
+"""Cells eliminated at a time."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Functions kept, and how much was dropped.
+
+    Attributes
+    ----------
+    kept : (5, N) ndarray of bool
+    dropped : float
+        Largest share of the energy of an answer that the dropped functions hold.
+    """
+
+    kept: Mask
+    dropped: float
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One dynamic stiffness Z = K - w**2 M for which answers are wanted.
+
+    Attributes
+    ----------
+    blocks : list of Block
+        Of Z.
+    lines : list of LineBlock
+        Springs along edges.
+    loads : (5, N, L) ndarray
+    energy : (5, N) ndarray
+        Diagonal of K + w**2 M.
+    """
+
+    blocks: list[Block]
+    lines: list[LineBlock]
+    loads: Real
+    energy: Real
+
+
+def chosen(
+    space: ShapeSpace, held: Mask, problems: Sequence[Problem], tolerance: float, executor: Executor | None = None
+) -> Choice:
+    """Keep the functions whose share |x|**2 K_ii / (x' K x) of some answer x exceeds `tolerance`.
+
+    Functions of points stay in any case.
+    """
+    order = elimination_order(space)
+    run = map if executor is None else executor.map
+    shares = list(run(lambda problem: _shares(space, held, problem, order), problems))
+    worst = np.max([share.max(axis=2) for share in shares], axis=0)
+    kept = worst > tolerance
+    kept[:, : len(space.mesh.points)] = True
+    kept &= ~held
+    dropped = max(float(share[~kept].sum(axis=0).max(initial=0.0)) for share in shares)
+    return Choice(kept, dropped)
+
+
+def diagonal(space: ShapeSpace, blocks: Iterable[Block]) -> Real:
+    """Diagonal of a matrix given by its blocks, (5, N)."""
+    found = np.zeros((5, space.size))
+    for f, g, group, block in blocks:
+        if f == g:
+            np.add.at(found[f], space.groups[group].functions, np.einsum("cii->ci", block))
+    return found
+
+
+def _shares(space: ShapeSpace, held: Mask, problem: Problem, order: Whole) -> Real:
+    """Share of every function in the energy of every answer, (5, N, L)."""
+    size, edges = space.size, len(space.mesh.points) + len(space.mesh.edges) * (space.degree - 1)
+    free = ~held
+    free[:, edges:] = False
+    outer = Unknowns.ordered(space, free, order)
+    rows, columns, values = [], [], []
+    load = problem.loads.reshape(5 * size, -1)[outer.chosen].copy()
+    inner: list[tuple[Whole, Whole, Real]] = []
+    for group in (0, 1):
+        blocks = [(f, g, block) for f, g, which, block in problem.blocks if which == group]
+        functions = space.groups[group].functions
+        for start in range(0, len(functions), CHUNK):
+            mine = slice(start, start + CHUNK)
+            numbers = (np.arange(5)[:, None] * size + functions[mine][:, None, :]).reshape(len(functions[mine]), -1)
+            z = _dense([(f, g, block[mine]) for f, g, block in blocks], functions.shape[1])
+            inside = (functions[0] >= edges).nonzero()[0]
+            count = functions.shape[1]
+            i = (np.arange(5)[:, None] * count + inside).ravel()
+            e = np.setdiff1d(np.arange(5 * count), i)
+            local = outer.number.ravel()[numbers[:, e]]
+            local[~free.ravel()[numbers[:, e]]] = -1
+            b = problem.loads.reshape(5 * size, -1)[numbers[:, i]]
+            schur = z[:, e[:, None], e]
+            if i.size:
+                z_ie = z[:, i[:, None], e]
+                x = np.linalg.solve(z[:, i[:, None], i], np.concatenate([z_ie, b], axis=2))
+                schur = schur - z_ie.transpose(0, 2, 1) @ x[:, :, : e.size]
+                lost = np.einsum("cie,cil->cel", z_ie, x[:, :, e.size :])
+                used = local >= 0
+                np.subtract.at(load, local[used], lost[used])
+                inner.append((numbers[:, i], local, x))
+            used = (local >= 0)[:, :, None] & (local >= 0)[:, None, :]
+            cell, r, c = np.nonzero(used)
+            rows.append(local[cell, r])
+            columns.append(local[cell, c])
+            values.append(schur[cell, r, c])
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    matrix = csr_matrix(coo_matrix(entries, shape=(outer.size, outer.size))) + outer.lines(problem.lines)
+    answer = np.zeros((5 * size, load.shape[1]))
+    solved = factorize(csr_matrix(0.5 * (matrix + matrix.T))).solve(load)
+    answer[outer.chosen] = solved
+    padded = np.vstack([solved, np.zeros((1, load.shape[1]))])  # number -1: held at zero
+    for numbers, local, x in inner:
+        answer[numbers] = x[:, :, local.shape[1] :] - x[:, :, : local.shape[1]] @ padded[local]
+    energy = problem.energy.reshape(-1, 1) * answer**2
+    total = np.maximum(_energy(space, problem.blocks, answer), energy.max(axis=0))
+    return np.asarray((energy / total).reshape(5, size, -1))
+
+
+def _dense(blocks: list[tuple[int, int, Real]], count: int) -> Real:
+    """Blocks of pairs of fields as whole matrices of cells, (C, 5 N, 5 N)."""
+    cells = len(blocks[0][2])
+    z = np.zeros((cells, 5 * count, 5 * count))
+    for f, g, block in blocks:
+        rows, columns = slice(f * count, (f + 1) * count), slice(g * count, (g + 1) * count)
+        z[:, rows, columns] = block
+        if f != g:
+            z[:, columns, rows] = block.transpose(0, 2, 1)
+    return z
+
+
+def _energy(space: ShapeSpace, blocks: list[Block], answer: Real) -> Real:
+    """Size of x' Z x for every answer, (L,): the scale of what its functions hold."""
+    size = space.size
+    by_field = answer.reshape(5, size, -1)
+    total = np.zeros(answer.shape[1])
+    for f, g, group, block in blocks:
+        functions = space.groups[group].functions
+        left, right = by_field[f][functions], by_field[g][functions]
+        part = np.einsum("cil,cil->l", left, block @ right)
+        total += part if f == g else 2.0 * part
+    return np.abs(total)

@@ -1,0 +1,104 @@
+"""What supports along edges do: functions held at zero, and springs."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from numpy.typing import NDArray
+
+from analysis.plate import Plate
+from analysis.support import SupportedEdge
+from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges
+from simulation.shell.lobatto import lobatto
+from simulation.shell.space import ShapeSpace
+from simulation.shell.strain_energy import THX, THY, U, V, W
+
+Real = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Whole = NDArray[np.int_]
+
+LineBlock = tuple[int, int, Whole, Real]
+"""Two fields, functions (K, m) of K edges, and their matrices (K, m, m)."""
+
+STIFF = 1e4
+"""Penalty on the rotation along an oblique hard edge, in bending stiffnesses of the plate per its thickness squared."""
+
+
+def held_functions(space: ShapeSpace, plate: Plate) -> Mask:
+    """Functions of every field that supports hold at zero, (5, N)."""
+    held = np.zeros((5, space.size), bool)
+    for one in plate.supported_edges():
+        edges = supported(space, one)
+        fields = {"soft-simple": (W,), "hard-simple": (W,), "clamped": (U, V, W, THX, THY)}
+        for field in fields.get(one.support.kind, ()):
+            held[field] |= space.on_edges(edges)
+        if one.support.kind == "hard-simple":
+            along_x, along_y = _straight(space, edges)
+            held[THX] |= space.on_edges(edges[along_x])
+            held[THY] |= space.on_edges(edges[along_y])
+    return held
+
+
+def supported(space: ShapeSpace, one: SupportedEdge) -> Whole:
+    """Mesh edges that a support holds, (K,)."""
+    border = space.mesh.borders["outline" if one.loop == 0 else f"hole {one.loop}"]
+    return np.concatenate([border.edge[_within(border, *piece)] for piece in one.pieces])
+
+
+def spring_blocks(space: ShapeSpace, plate: Plate, *, damping: bool = False) -> Iterator[LineBlock]:
+    """Springs along elastic edges (their dashpots instead, if `damping`), and the penalty of oblique hard ones."""
+    for one in plate.supported_edges():
+        support, edges = one.support, supported(space, one)
+        if support.kind == "elastic":
+            across = support.damping if damping else support.translation
+            about = support.rotation_damping if damping else support.rotation
+            if across:
+                yield from _line(space, edges, {W: None}, across)
+            if about:
+                yield from _line(space, edges, {THX: 0, THY: 1}, about, normal=True)
+        elif support.kind == "hard-simple" and not damping:
+            along_x, along_y = _straight(space, edges)
+            oblique = edges[~(along_x | along_y)]
+            if oblique.size:
+                yield from _line(space, oblique, {THX: 0, THY: 1}, penalty(plate), normal=False)
+
+
+def penalty(plate: Plate) -> float:
+    """Stiffness against the rotation along an oblique hard edge, N m/rad per m: far above that of a plate of 1 GPa."""
+    return STIFF * 1e9 * plate.thickness**2 / 12.0
+
+
+def _straight(space: ShapeSpace, edges: Whole) -> tuple[Mask, Mask]:
+    """Which mesh edges run along x, and which along y."""
+    ends = space.mesh.points[space.mesh.edges[edges]]
+    step = np.abs(ends[:, 1] - ends[:, 0])
+    flat = ~space.mesh.bow[edges].any(axis=(1, 2))
+    return flat & (step[:, 1] < 1e-9 * step[:, 0]), flat & (step[:, 0] < 1e-9 * step[:, 1])
+
+
+def _within(border: BorderEdges, curve: int, first: float, last: float) -> Mask:
+    middle = border.span.mean(axis=1)
+    return np.asarray((border.curve == curve) & (middle > first) & (middle < last))
+
+
+def _line(
+    space: ShapeSpace, edges: Whole, fields: dict[int, int | None], stiffness: float, normal: bool = True
+) -> Iterator[LineBlock]:
+    """Integral along edges of stiffness times the square of a field, or of a direction's share of the rotations."""
+    nodes, weights = leggauss(space.degree + 3 + CURVE_DEGREE // 2)
+    value = np.vstack([0.5 * (1.0 - nodes), 0.5 * (1.0 + nodes), lobatto(space.degree, nodes)[0]])
+    slope = lobatto(CURVE_DEGREE, nodes)[1]
+    ends = space.mesh.points[space.mesh.edges[edges]]
+    along = 0.5 * (ends[:, 1] - ends[:, 0])[:, None] + np.einsum("kcd,cq->kqd", space.mesh.bow[edges], slope)
+    speed = np.hypot(along[..., 0], along[..., 1])
+    tangent = along / speed[..., None]
+    functions = np.hstack([space.mesh.edges[edges], space.edge_functions(edges)])
+    toward = np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1) if normal else tangent
+    names = list(fields)
+    for k, f in enumerate(names):
+        for g in names[k:]:
+            weight = stiffness * weights * speed
+            for axis in (fields[f], fields[g]):
+                if axis is not None:
+                    weight = weight * toward[..., axis]
+            yield f, g, functions, np.einsum("iq,kq,jq->kij", value, weight, value, optimize=True)

@@ -1,0 +1,245 @@
+"""A declared plate with patches on a mesh: what every cell is made of, and the blocks of its matrices."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.experiment import Patch, Plate
+from simulation.laminate import SHEAR_FACTOR
+from simulation.meshing.mesher import Border, mesh_plate
+from simulation.meshing.recipe import MeshRecipe
+from simulation.piezo_material import PIEZO_MATERIALS, PiezoMaterial
+from simulation.shell.edges import LineBlock, held_functions, spring_blocks
+from simulation.shell.space import ShapeSpace
+from simulation.shell.strain_energy import (
+    THX,
+    THY,
+    U,
+    V,
+    Block,
+    CellMatrices,
+    Rigidity,
+    Weight,
+    laminate,
+)
+
+Real = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+DEGREE = 8
+"""Of the functions among which a reduced model's are chosen."""
+
+InPlane = tuple[Weight, Weight, Weight, Weight, Weight, Weight]
+"""Q11, Q22, Q12, Q66, Q16, Q26 of a layer, Pa."""
+
+
+@dataclass(frozen=True)
+class ShellPlate:
+    """A plate, its patches and the space of functions on its mesh.
+
+    Attributes
+    ----------
+    plate : Plate
+    patches : tuple of Patch
+    space : ShapeSpace
+    materials : mapping
+        Piezo material of each ``Patch.material``.
+    """
+
+    plate: Plate
+    patches: tuple[Patch, ...]
+    space: ShapeSpace
+    materials: Mapping[str, PiezoMaterial] = field(default_factory=lambda: PIEZO_MATERIALS)
+
+    @classmethod
+    def of(
+        cls,
+        plate: Plate,
+        patches: Sequence[Patch] = (),
+        *,
+        recipe: MeshRecipe | None = None,
+        degree: int = DEGREE,
+        materials: Mapping[str, PiezoMaterial] = PIEZO_MATERIALS,
+    ) -> "ShellPlate":
+        """Mesh a plate and its patches; ValueError, with the place, where that is not possible."""
+        borders = [Border("outline", plate.loop, "outline")]
+        borders += [Border(f"hole {k + 1}", loop, "hole") for k, loop in enumerate(plate.hole_loops)]
+        borders += [Border(f"zone {k + 1}", loop) for k, loop in enumerate(plate.zone_loops)]
+        borders += [Border(f"patch {k + 1}", patch.loop) for k, patch in enumerate(patches)]
+        loops = (plate.loop, *plate.hole_loops)
+        cuts = [
+            (float(x), float(y))
+            for held in plate.supported_edges()
+            for curve, first, last in held.pieces
+            for x, y in loops[held.loop].curves[curve].at([first, last])
+        ]
+        mesh = mesh_plate(borders, plate.thickness, recipe, cuts)
+        return cls(plate, tuple(patches), ShapeSpace.on(mesh, degree), materials)
+
+    @cached_property
+    def cells(self) -> CellMatrices:
+        """Matrices of the cells."""
+        return CellMatrices(self.space)
+
+    @cached_property
+    def thickness(self) -> Real:
+        """Of every cell as declared, (cells,), m."""
+        found = np.full(self.space.mesh.cells, self.plate.thickness)
+        for k, zone in enumerate(self.plate.zone):
+            found[self.space.mesh.inside[f"zone {k + 1}"]] = zone.thickness
+        return found
+
+    @cached_property
+    def under(self) -> tuple[Mask, ...]:
+        """Cells under each patch, (cells,) each."""
+        return tuple(self.space.mesh.inside[f"patch {k + 1}"] for k in range(len(self.patches)))
+
+    @cached_property
+    def capacitance(self) -> Real:
+        """Cp of every patch at zero in-plane strain, (P,), F."""
+        ceramics = [self.materials[patch.material] for patch in self.patches]
+        return np.array(
+            [c.permittivity * p.area / p.thickness for c, p in zip(ceramics, self.patches, strict=True)]
+        )
+
+    @cached_property
+    def tilt(self) -> tuple[Real, Real] | None:
+        """Slopes of a shallow shell at the points of quadrature, (Q,) each; None for a flat plate."""
+        if self.plate.curvature is None:
+            return None
+        slope = self.plate.slope(self.space.points)
+        return slope[:, 0], slope[:, 1]
+
+    @cached_property
+    def held(self) -> Mask:
+        """Functions of every field that supports hold at zero, (5, N)."""
+        return held_functions(self.space, self.plate)
+
+    def springs(self) -> Iterator[LineBlock]:
+        """Stiffness of elastic supports along edges."""
+        return spring_blocks(self.space, self.plate)
+
+    def spread(self, per_cell: Real) -> Real:
+        """Values of cells (cells,) at the points of quadrature, (Q,)."""
+        counts = [group.dx.shape[1] for group in self.space.groups]
+        quads = len(self.space.mesh.quads)
+        return np.concatenate([np.repeat(per_cell[:quads], counts[0]), np.repeat(per_cell[quads:], counts[1])])
+
+    def plate_stiffness(self, q: InPlane, shear_modulus: Weight, thickness: Weight) -> Rigidity:
+        """Return the rigidity of the plate alone: a layer symmetric about the mid-plane."""
+        plane = _matrix(q)
+        return self._rigidity(
+            [[_times(m, thickness) for m in row] for row in plane],
+            None,
+            [[_times(m, _times(1.0 / 12.0, _power(thickness, 3))) for m in row] for row in plane],
+            _times(SHEAR_FACTOR, _times(shear_modulus, thickness)),
+        )
+
+    def patch_stiffness(self, thickness: Real, bond: float = 1.0) -> Rigidity:
+        """Return the rigidity of all patches on a plate of this thickness, per cell or per point.
+
+        `bond` multiplies the membrane stiffness that acts at the patches' mid-height.
+        """
+        a = [[np.zeros_like(thickness) for _ in range(3)] for _ in range(3)]
+        b = [[np.zeros_like(thickness) for _ in range(3)] for _ in range(3)]
+        d = [[np.zeros_like(thickness) for _ in range(3)] for _ in range(3)]
+        shear = np.zeros_like(thickness)
+        for patch, place, height in self._layers(thickness):
+            q11, q12 = self.materials[patch.material].stiffness
+            t = patch.thickness
+            plane = _matrix((q11, q11, q12, 0.5 * (q11 - q12), 0.0, 0.0))
+            for i in range(3):
+                for j in range(3):
+                    value = plane[i][j]
+                    a[i][j] = a[i][j] + value * bond * t * place
+                    b[i][j] = b[i][j] + value * bond * t * height * place
+                    d[i][j] = d[i][j] + value * (bond * t * height**2 + t**3 / 12.0) * place
+            shear = shear + SHEAR_FACTOR * 0.5 * (q11 - q12) * t * place
+        return self._rigidity(a, b, d, shear)
+
+    def inertia(self, thickness: Real, *, plate: bool = True, patches: bool = True) -> Iterator[Block]:
+        """Mass of plate and patches for a thickness per cell or per point, m."""
+        density = self.plate.density if plate else 0.0
+        straight, turning = density * thickness, density * thickness**3 / 12.0
+        first = np.zeros_like(thickness)
+        for patch, place, height in self._layers(thickness) if patches else ():
+            area = self.materials[patch.material].density * patch.thickness * place
+            straight = straight + area
+            first = first + area * height
+            turning = turning + area * (height**2 + patch.thickness**2 / 12.0)
+        return self.cells.inertia(straight, first if first.any() else None, turning)
+
+    def couplings(self, thickness: Real, bond: float = 1.0) -> list[dict[int, Real]]:
+        """Force per volt b of every patch, N/V: field -> values over the functions (N,)."""
+        found = []
+        for k, patch in enumerate(self.patches):
+            h = thickness if len(thickness) == len(self.space.dx) else self.spread(thickness)
+            sign = 1.0 if patch.side == "top" else -1.0
+            height = 0.5 * sign * (h + patch.thickness)
+            factor = bond * self.materials[patch.material].e31
+            found.append(self.dilatation(k, factor * np.ones_like(h), factor * height))
+        return found
+
+    def dilatation(self, patch: int, flat: Real, height: Real) -> dict[int, Real]:
+        """Integral under a patch of flat (u,x + v,y) + height (thx,x + thy,y), by field, (N,) each.
+
+        `flat` and `height` are given at the points of quadrature, (Q,).
+        """
+        cells = self.under[patch]
+        moments = self.space.moments
+        found = {
+            U: moments("x", flat, cells),
+            V: moments("y", flat, cells),
+            THX: moments("x", height, cells),
+            THY: moments("y", height, cells),
+        }
+        if self.tilt is not None:
+            tilted = [moments(d, flat * slope, cells) for d, slope in zip("xy", self.tilt, strict=True)]
+            found[2] = tilted[0] + tilted[1]
+        return found
+
+    def on(self, space: ShapeSpace) -> "ShellPlate":
+        """Return the same plate on another space."""
+        return replace(self, space=space)
+
+    def _layers(self, thickness: Real) -> Iterator[tuple[Patch, Real, Real]]:
+        """Every patch, where it is (1 or 0), and its mid-height over the mid-plane, m."""
+        for patch, cells in zip(self.patches, self.under, strict=True):
+            place = cells.astype(float)
+            if len(thickness) != len(place):
+                place = self.spread(place)
+            height = 0.5 * (thickness + patch.thickness)
+            yield patch, place, height if patch.side == "top" else -height
+
+    def _rigidity(
+        self,
+        a: Sequence[Sequence[Weight]],
+        b: Sequence[Sequence[Weight]] | None,
+        d: Sequence[Sequence[Weight]],
+        shear: Weight,
+    ) -> Rigidity:
+        entries = laminate(a, b, d, shear)
+        used = tuple((place, value) for place, value in entries if np.any(value))
+        if self.tilt is None:
+            return Rigidity(used)
+        spread = tuple(
+            (place, self.spread(v) if not isinstance(v, float) and len(v) == self.space.mesh.cells else v)
+            for place, v in used
+        )
+        return Rigidity(spread, self.tilt)
+
+
+def _matrix(q: InPlane) -> list[list[Weight]]:
+    q11, q22, q12, q66, q16, q26 = q
+    return [[q11, q12, q16], [q12, q22, q26], [q16, q26, q66]]
+
+
+def _times(one: Weight, other: Weight) -> Weight:
+    return one * other
+
+
+def _power(value: Weight, exponent: int) -> Weight:
+    return value**exponent  # type: ignore[no-any-return]

@@ -1,0 +1,155 @@
+"""Strain energy and inertia of a laminated Reissner-Mindlin shell, cell by cell.
+
+Five fields: mid-plane displacements u, v, w (m) and the rotations thx, thy (rad) of the normal towards +x and +y, so
+that a point at height z moves by (u + z thx, v + z thy, w). Eight strains follow from them: membrane (u,x; v,y;
+u,y + v,x), curvature (thx,x; thy,y; thx,y + thy,x) and transverse shear (w,x + thx; w,y + thy). On a shallow shell of
+height Z(x, y) the membrane strains gain Z,x w,x; Z,y w,y; Z,x w,y + Z,y w,x (Marguerre, 1938).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.shell.space import ShapeSpace
+
+Real = NDArray[np.float64]
+
+FIELDS = ("u", "v", "w", "thx", "thy")
+U, V, W, THX, THY = range(5)
+STRAINS: tuple[tuple[tuple[int, str], ...], ...] = (
+    ((U, "x"),),
+    ((V, "y"),),
+    ((U, "y"), (V, "x")),
+    ((THX, "x"),),
+    ((THY, "y"),),
+    ((THX, "y"), (THY, "x")),
+    ((W, "x"), (THX, "0")),
+    ((W, "y"), (THY, "0")),
+)
+"""Of every strain: the fields it is made of, each differentiated by a letter (``0``: as it is)."""
+TILTED: tuple[tuple[tuple[str, int], ...], ...] = ((("x", 0),), (("y", 1),), (("y", 0), ("x", 1)))
+"""What the deflection adds to the three membrane strains: its derivative, times a slope of the mid-surface."""
+
+Weight = float | Real
+"""A number, a value for every cell (cells,) or one for every point of quadrature (Q,)."""
+Block = tuple[int, int, int, Real]
+"""Two fields (row, column), a group of cells, and its cells' matrices (C, N, N)."""
+
+
+@dataclass(frozen=True)
+class Rigidity:
+    """Symmetric 8 x 8 matrix of a laminate: section forces per strain, N/m, N and N m.
+
+    Attributes
+    ----------
+    entries : mapping-like tuple of ((row, column), Weight)
+        Upper triangle; what is not named is zero.
+    tilt : pair of (Q,) ndarray, optional
+        Slopes Z,x and Z,y of a shallow shell's mid-surface at the points of quadrature.
+    """
+
+    entries: tuple[tuple[tuple[int, int], Weight], ...]
+    tilt: tuple[Real, Real] | None = None
+
+    def terms(self) -> dict[tuple[int, int], dict[tuple[str, str], Weight]]:
+        """Weights of products of derivatives, by pair of fields (row <= column) and pair of letters."""
+        found: dict[tuple[int, int], dict[tuple[str, str], Weight]] = {}
+        for (a, b), weight in self.entries:
+            for row, column in {(a, b), (b, a)}:
+                for f, d, more in self._parts(row):
+                    for g, e, other in self._parts(column):
+                        if f > g:
+                            continue
+                        term = _times(_times(weight, more), other)
+                        pair = found.setdefault((f, g), {})
+                        pair[d, e] = term if (d, e) not in pair else _plus(pair[d, e], term)
+        return found
+
+    def _parts(self, strain: int) -> list[tuple[int, str, Weight]]:
+        parts: list[tuple[int, str, Weight]] = [(f, d, 1.0) for f, d in STRAINS[strain]]
+        if self.tilt is not None and strain < len(TILTED):
+            parts += [(W, d, self.tilt[axis]) for d, axis in TILTED[strain]]
+        return parts
+
+
+def _times(one: Weight, other: Weight) -> Weight:
+    if isinstance(one, float) or isinstance(other, float) or np.shape(one) == np.shape(other):
+        return one * other
+    raise ValueError(f"weights of {np.shape(one)} and {np.shape(other)} values: give all per point, or all per cell")
+
+
+def _plus(one: Weight, other: Weight) -> Weight:
+    return one + other
+
+
+class CellMatrices:
+    """Matrices of cells from weights over them; products of functions without a weight are kept for the next call."""
+
+    def __init__(self, space: ShapeSpace) -> None:
+        self.space = space
+        self._plain: dict[tuple[str, str, int], Real] = {}
+
+    def of(self, rigidity: Rigidity) -> Iterator[Block]:
+        """Stiffness: blocks of all pairs of fields with row <= column."""
+        return self._summed(rigidity.terms())
+
+    def inertia(self, straight: Weight, first: Weight | None, turning: Weight) -> Iterator[Block]:
+        """Mass from moments over the thickness: per area [kg/m2], its first [kg/m] and second [kg] moment."""
+        terms: dict[tuple[int, int], dict[tuple[str, str], Weight]] = {
+            **{(k, k): {("0", "0"): straight} for k in (U, V, W)},
+            **{(k, k): {("0", "0"): turning} for k in (THX, THY)},
+        }
+        if first is not None:
+            terms |= {(U, THX): {("0", "0"): first}, (V, THY): {("0", "0"): first}}
+        return self._summed(terms)
+
+    def normal(self) -> Iterator[Block]:
+        """Integral of w times w, m2."""
+        return self._summed({(W, W): {("0", "0"): 1.0}})
+
+    def _summed(self, terms: dict[tuple[int, int], dict[tuple[str, str], Weight]]) -> Iterator[Block]:
+        for (f, g), pairs in terms.items():
+            for group in (0, 1):
+                if not len(self.space.groups[group].functions):
+                    continue
+                blocks = [self._product(d, e, group, weight) for (d, e), weight in pairs.items()]
+                yield f, g, group, sum(blocks[1:], start=blocks[0])
+
+    def _product(self, row: str, column: str, group: int, weight: Weight) -> Real:
+        """Integral of weight times N_i (by ``row``) times N_j (by ``column``) on the cells of a group, (C, N, N)."""
+        count, each = self.space.groups[group].dx.shape
+        if isinstance(weight, float):
+            return weight * self._unweighted(row, column, group)
+        first = 0 if group == 0 else len(self.space.groups[0].dx)
+        if len(weight) == self.space.mesh.cells:
+            return np.asarray(weight[first : first + count, None, None] * self._unweighted(row, column, group))
+        start = 0 if group == 0 else self.space.groups[0].dx.size
+        return self.space.blocks(row, column, group, weight[start : start + count * each].reshape(count, each))
+
+    def _unweighted(self, row: str, column: str, group: int) -> Real:
+        key = (row, column, group)
+        if key not in self._plain:
+            turned = (column, row, group)
+            self._plain[key] = (
+                self._plain[turned].transpose(0, 2, 1) if turned in self._plain else self.space.blocks(row, column, group)
+            )
+        return self._plain[key]
+
+
+def laminate(
+    membrane: Sequence[Sequence[Weight]],
+    coupling: Sequence[Sequence[Weight]] | None,
+    bending: Sequence[Sequence[Weight]],
+    shear: Weight,
+) -> tuple[tuple[tuple[int, int], Weight], ...]:
+    """Entries of `Rigidity` from the 3 x 3 matrices A, B and D of a laminate and its transverse shear stiffness."""
+    entries: list[tuple[tuple[int, int], Weight]] = []
+    for i in range(3):
+        for j in range(i, 3):
+            entries += [((i, j), membrane[i][j]), ((3 + i, 3 + j), bending[i][j])]
+        if coupling is not None:
+            entries += [((i, 3 + j), coupling[i][j]) for j in range(3)]
+    entries += [((6, 6), shear), ((7, 7), shear)]
+    return tuple((place, value) for place, value in entries if not (isinstance(value, float) and value == 0.0))

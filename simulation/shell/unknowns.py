@@ -1,0 +1,130 @@
+"""Which functions of which field are unknowns, in which order, and matrices over them."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, diags_array
+from scipy.sparse.linalg import splu
+
+from simulation.shell.edges import LineBlock
+from simulation.shell.space import ShapeSpace
+from simulation.shell.strain_energy import Block
+
+Real = NDArray[np.float64]
+Whole = NDArray[np.int_]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Unknowns of a shell on a space, in elimination order.
+
+    Attributes
+    ----------
+    space : ShapeSpace
+    chosen : (n,) ndarray of int
+        Field times the number of functions plus the function.
+    """
+
+    space: ShapeSpace
+    chosen: Whole
+
+    @classmethod
+    def of(cls, space: ShapeSpace, kept: Mask) -> "Unknowns":
+        """Order the functions (5, N) that are kept so that factors of matrices over them stay sparse."""
+        return cls.ordered(space, kept, elimination_order(space))
+
+    @classmethod
+    def ordered(cls, space: ShapeSpace, kept: Mask, order: Whole) -> "Unknowns":
+        """Take the functions (5, N) that are kept in a given order of functions (N,)."""
+        rank = np.empty(space.size, int)
+        rank[order] = np.arange(space.size)
+        field, function = np.nonzero(kept)
+        by = np.lexsort((field, rank[function]))
+        return cls(space, field[by] * space.size + function[by])
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns n."""
+        return int(self.chosen.size)
+
+    @cached_property
+    def number(self) -> Whole:
+        """Unknown of every field and function, (5, N); -1 where it is none."""
+        found = np.full(5 * self.space.size, -1)
+        found[self.chosen] = np.arange(self.size)
+        return found.reshape(5, -1)
+
+    def matrix(self, blocks: Iterable[Block]) -> csr_matrix:
+        """Sum of cells' matrices, (n, n); blocks of two different fields are taken both ways."""
+        rows, columns, values = [], [], []
+        for f, g, group, block in blocks:
+            functions = self.space.groups[group].functions
+            row, column = self.number[f][functions], self.number[g][functions]
+            largest = np.abs(block).max(axis=(1, 2), keepdims=True, initial=0.0)
+            used = (np.abs(block) > 1e-13 * largest) & (row >= 0)[:, :, None] & (column >= 0)[:, None, :]
+            cell, i, j = np.nonzero(used)
+            r, c, value = row[cell, i], column[cell, j], block[cell, i, j]
+            rows += [r] if f == g else [r, c]
+            columns += [c] if f == g else [c, r]
+            values += [value] if f == g else [value, value]
+        if not values:
+            return csr_matrix((self.size, self.size))
+        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+        return csr_matrix(coo_matrix(entries, shape=(self.size, self.size)))
+
+    def lines(self, blocks: Iterable[LineBlock]) -> csr_matrix:
+        """Sum of matrices along edges, (n, n)."""
+        found = csr_matrix((self.size, self.size))
+        for f, g, functions, block in blocks:
+            row, column = self.number[f][functions], self.number[g][functions]
+            edge, i, j = np.nonzero((row >= 0)[:, :, None] & (column >= 0)[:, None, :])
+            entries = (block[edge, i, j], (row[edge, i], column[edge, j]))
+            part = csr_matrix(coo_matrix(entries, shape=(self.size, self.size)))
+            found = found + part if f == g else found + part + part.T
+        return csr_matrix(found)
+
+    def vector(self, parts: dict[int, Real]) -> Real:
+        """Values over the functions (N,) of some fields as a vector over the unknowns, (n,)."""
+        found = np.zeros((5, self.space.size))
+        for field, values in parts.items():
+            found[field] = values
+        return np.asarray(found.ravel()[self.chosen])
+
+    def rows(self, matrix: csr_matrix, field: int) -> csr_matrix:
+        """Matrix (K, N) over the functions of one field as one over the unknowns, (K, n)."""
+        wide = coo_matrix(matrix)
+        column = self.number[field][wide.col]
+        used = column >= 0
+        entries = (wide.data[used], (wide.row[used], column[used]))
+        return csr_matrix(coo_matrix(entries, shape=(matrix.shape[0], self.size)))
+
+
+def elimination_order(space: ShapeSpace) -> Whole:
+    """Order of the functions (N,) that keeps factors sparse: insides of cells, then edges and points by degree.
+
+    Functions of one cell, edge or point have the same neighbours: the order is found on the graph of cells, edges
+    and points (minimum degree on the graph of edges and points, once the insides are gone).
+    """
+    mesh, p = space.mesh, space.degree
+    points, edges = len(mesh.points), len(mesh.edges)
+    members = [
+        np.hstack([mesh.quads, points + mesh.quad_edges]),
+        np.hstack([mesh.triangles, points + mesh.triangle_edges]),
+    ]
+    rows = np.concatenate([np.repeat(part, part.shape[1], axis=1).ravel() for part in members])
+    columns = np.concatenate([np.tile(part, (1, part.shape[1])).ravel() for part in members])
+    graph = csr_matrix((np.ones(rows.size), (rows, columns)), shape=(points + edges,) * 2)
+    graph.data[:] = 1.0
+    dominant = csc_matrix(graph + diags_array(2.0 * np.asarray(graph.sum(axis=1)).ravel() + 1.0))
+    factors = splu(
+        dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options={"SymmetricMode": True}
+    )
+    order = [np.arange(points + edges * (p - 1), space.size)]
+    for entity in np.argsort(factors.perm_c):
+        first = points + (entity - points) * (p - 1)
+        order.append(np.array([entity]) if entity < points else np.arange(first, first + p - 1))
+    return np.concatenate(order)
