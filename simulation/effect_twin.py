@@ -30,6 +30,9 @@ from simulation.strain_energy import SPECTRA, EnergySlopes, StateOf, StrainEnerg
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+REFERENCE = 25.0
+"""Temperature of the plate whose largest strain energy is one, degrees Celsius."""
+
 
 @dataclass(frozen=True)
 class EffectTwin:
@@ -77,7 +80,7 @@ class EffectTwin:
     def referred(self, laws: LocalLaws) -> Self:
         """Return the twin with strain energies counted from those at 25 degrees Celsius of these laws."""
         low, high = max(100.0, self.operators.band[0]), min(1500.0, self.operators.band[1])
-        point = SweepPoint(25.0, 0.0, 1.0)
+        point = SweepPoint(REFERENCE, 0.0, 1.0)
 
         def energies(lines: Real) -> Real:
             state = self._state(point, laws, {}, lines, np.ones(lines.size))
@@ -88,6 +91,12 @@ class EffectTwin:
         # a resonance of a sheet metal is narrower than the distance of these lines
         near = np.linspace(lines[max(first - 1, 0)], lines[min(first + 1, 700)], 401)
         return replace(self, peak_energy=float(energies(near).max()))
+
+    def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> Self:
+        """Return the twin referred to the laws nearest to 25 degrees Celsius, where an effect needs energies."""
+        if not any(self.library[name].needs_strain_energy for name in effects):
+            return self
+        return self.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE)))
 
     def state(
         self, point: SweepPoint, laws: LocalLaws, effects: Mapping[str, Mapping[str, Any]], frequency: Real

@@ -217,6 +217,16 @@ def test_an_effect_that_is_not_on_yet_is_tried_at_the_linear_energy(twin: Effect
     np.testing.assert_allclose(line.by_material, plain.by_material, rtol=1e-12)
 
 
+def test_energies_are_counted_by_the_laws_that_a_fit_has_come_to(twin: EffectTwin) -> None:
+    lossier = replace(LAWS, value=LAWS.value + np.array([0.0, 0.0, 0.1]))
+    away = replace(LAWS, reference=60.0, slope=np.zeros(3))
+    found = twin.counted([away, lossier], ["point_mass", "amplitude_softening"])
+    assert found.peak_energy == twin.referred(lossier).peak_energy
+    assert twin.peak_energy is not None
+    assert found.peak_energy < 0.9 * twin.peak_energy
+    assert twin.counted([away, lossier], ["point_mass"]) is twin
+
+
 def test_an_energy_without_reference_is_refused(twin: EffectTwin) -> None:
     with pytest.raises(ValueError, match="call `referred` first"):
         replace(twin, peak_energy=None).frf(POINT, LAWS, SOFT, LINES)
