@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from app.files.campaign_toml import NAME
 from app.files.misplaced import Misplaced
 
 
@@ -23,5 +22,7 @@ def fault_picture(wrong: Misplaced, options: Mapping[str, object]) -> str:
 
 
 def _target(source: Path, out: object) -> Path:
+    from app.files.campaign_toml import NAME
+
     beside = source.parent if source.name == NAME else source.with_suffix("")
     return (out if isinstance(out, Path) else beside).resolve().with_name(f"{beside.resolve().name}-geometry.png")

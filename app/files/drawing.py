@@ -15,8 +15,8 @@ from analysis.geometry.loop import Loop
 from analysis.outline import MOST_POINTS, row_of
 from app.files.allowed_values import allowed_at
 
-LARGEST = 5_000_000
-"""Bytes of a drawing: outlines are a page of numbers."""
+LARGEST = {".dxf": 5_000_000, ".svg": 1_000_000}
+"""Bytes of a drawing: outlines are a page of numbers, which DXF wraps in much else."""
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 NEEDS = "reading drawings needs the extra drawings: pip install 'flexura[drawings]'"
 
@@ -130,14 +130,14 @@ def _loops(folder: Path, declared: Mapping[str, Any], key: str) -> tuple[Loop, .
 def _curves(path: Path, drawing: Drawing) -> list[Curve]:
     """Curves of a file, m; ValueError for a file that cannot be taken."""
     kind = path.suffix.lower()
-    if kind not in (".dxf", ".svg"):
+    if kind not in LARGEST:
         raise ValueError("allowed: a .dxf or .svg file")
     try:
         size = path.stat().st_size if path.is_file() else -1
         if size < 0:
             raise ValueError("there is no such file beside the declaration")
-        if size > LARGEST:
-            raise ValueError(f"{size} bytes; allowed at most {LARGEST}: keep the outline only")
+        if size > LARGEST[kind]:
+            raise ValueError(f"{size} bytes; allowed at most {LARGEST[kind]}: keep the outline only")
         if kind == ".dxf":
             from app.files.dxf_curves import dxf_curves
 

@@ -3,12 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pydantic_core import ErrorDetails
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
-from analysis.geometry.curves import Curve, Point
-from analysis.geometry.fault import GeometryError
+    from analysis.geometry.curves import Curve, Point
 
 
 @dataclass(frozen=True)
@@ -29,12 +29,14 @@ class Misplaced:
 
     source: Path
     declared: Mapping[str, Any]
-    places: tuple[Point, ...]
-    loose: tuple[Curve, ...] = ()
+    places: "tuple[Point, ...]"
+    loose: "tuple[Curve, ...]" = ()
 
 
-def misplaced(source: Path, declared: Mapping[str, Any], details: Sequence[ErrorDetails]) -> Misplaced | None:
+def misplaced(source: Path, declared: Mapping[str, Any], details: "Sequence[ErrorDetails]") -> Misplaced | None:
     """Gather the places that pydantic's errors name; None where no geometry is wrong."""
+    from analysis.geometry.fault import GeometryError  # --help waits for no library
+
     errors = [detail.get("ctx", {}).get("error") for detail in details]
     places = [place for error in errors if isinstance(error, GeometryError) for place in error.places]
     return Misplaced(source, declared, tuple(places)) if places else None

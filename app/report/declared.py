@@ -16,6 +16,7 @@ from analysis.plate import Plate
 from app.report.style import BAND, MEASURED, MODEL, drawing, panels
 
 Real = NDArray[np.float64]
+MARKS = {"string": "v", "cable": "D"}
 HELD = {
     "clamped": "#222222",
     "hard-simple": "#cc79a7",
@@ -85,7 +86,7 @@ def picture(pieces: Pieces, wrong: Sequence[Point] = ()) -> Figure:
             )
         for name in dict.fromkeys(name for name, _ in pieces.points):
             places = np.array([place for other, place in pieces.points if other == name])
-            axes.plot(*places.T, "+", color=HELD.get(name, MEASURED), ms=9, label=name)
+            axes.plot(*places.T, MARKS.get(name, "P"), color=HELD.get(name, MEASURED), ms=7, label=name)
         if wrong:
             places = np.array(wrong)
             axes.plot(*places.T, "o", mfc="none", mec=MODEL, mew=2.2, ms=22, label="wrong here")

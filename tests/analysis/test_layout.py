@@ -45,6 +45,12 @@ def test_round_trip(one: Patch) -> None:
     assert Patch.model_validate(one.model_dump()) == one
 
 
+def test_a_moved_copy_has_a_border_of_its_own() -> None:
+    first = patch((0.3, 0.2))
+    assert first.loop.centroid == pytest.approx((0.3, 0.2))
+    assert first.model_copy(update={"center": (0.1, 0.05)}).loop.centroid == pytest.approx((0.1, 0.05))
+
+
 def test_a_rectangular_patch_is_dumped_as_it_always_was() -> None:
     assert list(patch((0.3, 0.2)).model_dump()) == [
         "id",
