@@ -8,7 +8,7 @@ from analysis.experiment import Plate
 from analysis.geometry.curves import Segment
 from simulation.mesh import MeshRecipe
 from simulation.mindlin import FIELDS, assemble
-from simulation.shell_model import factorize
+from simulation.shell.shell_model import factorize
 from simulation.verification.case import Case
 from simulation.verification.report import NotCovered
 

@@ -25,7 +25,7 @@ from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast
 from analysis.focusing.placement import clearance, exchange
 from app.files.panel_file import SECTION_2, read_panel
-from simulation.piezo_material import PIEZO_MATERIALS
+from simulation.shell.piezo_material import PIEZO_MATERIALS
 
 ORDERS, MODES, GAP = 14, 80, 0.0049
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.mesh import MeshRecipe
-from simulation.piezo_material import PIEZO_MATERIALS
+from simulation.shell.piezo_material import PIEZO_MATERIALS
 from simulation.reduction import Training
 
 METHOD = 3

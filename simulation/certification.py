@@ -6,7 +6,7 @@ from scipy.stats import qmc
 
 from analysis.material import MaterialBox
 from simulation.reduced_model import ReducedModel
-from simulation.shell_model import ShellModel
+from simulation.shell.shell_model import ShellModel
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -10,7 +10,7 @@ from simulation.extreme_states import STEEPEST, combined_state
 from simulation.field_basis import field_basis
 from simulation.local_solution import LocalSolution
 from simulation.plate_state import PlateState
-from simulation.shell_model import factorize
+from simulation.shell.factors import factorize
 from simulation.state_matrices import FullPlate
 
 Real = NDArray[np.float64]

@@ -1,212 +1,241 @@
-"""Projection of every field-weighted energy of a plate with patches onto given vectors."""
+"""Projection of every field-weighted energy of a plate with patches onto given vectors.
 
-from collections.abc import Callable, Collection
+Strains and displacements of the vectors are evaluated at the points of quadrature, some cells at a time; every
+energy is then a product of dense matrices.
+"""
+
+from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from simulation.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
 from simulation.field_basis import polynomial, polynomials
-from simulation.laminate import SHEAR_FACTOR
-from simulation.plane_forms import MODULI, Blocks, Modulus, plane_form, weighted_sum
-from simulation.shape_space import ShapeSpace
-from simulation.state_matrices import FullPlate, mean_height_dilatation
+from simulation.shell.rigidity import FIELDS, SHEAR_FACTOR, STRAINS, THX, THY, TILTED, U, V, W
+from simulation.shell.space import ShapeSpace
+from simulation.state_matrices import FullPlate
 
 Real = NDArray[np.float64]
+Whole = NDArray[np.int_]
 Mask = NDArray[np.bool_]
 Step = Callable[[], None]
 
 STRAIN_SPACING = 0.004
 """Distance of the points at which strains are kept, m: some thirty within a spot of 24 mm."""
+CHUNK = 24
+"""Cells whose strains are held at a time."""
 
-U, V, W, THX, THY = range(5)
-IN_PLANE, ROTATIONS = (U, V), (THX, THY)
+PLANE = (((0, 0),), ((1, 1),), ((0, 1), (1, 0)), ((2, 2),))
+"""Pairs of in-plane strains (x, y, xy) that Q11, Q22, Q12 and Q66 multiply."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Strains (8, Q, r) and displacements (5, Q, r) of vectors at some points, areas (Q,) and numbers (Q,) of these."""
+
+    strain: Real
+    motion: Real
+    dx: Real
+    points: Whole
 
 
 @dataclass(frozen=True)
 class Projector:
-    """Vectors (n, r) of a plate, field by field."""
+    """Vectors (n, r) of a plate."""
 
     full: FullPlate
     vectors: Real
 
     @cached_property
-    def _by_field(self) -> list[tuple[NDArray[np.int_], Real]]:
-        field, function = np.divmod(self.full.unknowns, self.full.space.size)
-        return [(function[field == k], self.vectors[field == k]) for k in range(5)]
+    def fields(self) -> list[Real]:
+        """Vectors over the functions of each field, (N + 1, r) each, the last row zero."""
+        number = self.full.unknowns.number
+        padded = np.vstack([self.vectors, np.zeros((1, self.vectors.shape[1]))])
+        return [padded[np.append(number[field], -1)] for field in range(len(FIELDS))]
 
-    def rows(self, field: int) -> tuple[NDArray[np.int_], Real]:
-        """Functions that a field uses, and the vectors there."""
-        return self._by_field[field]
+    def rows(self, space: ShapeSpace, cells: Mask | None = None) -> Iterator[Rows]:
+        """Strains and displacements over all or some cells of a space, `CHUNK` cells at a time."""
+        first, offset = 0, 0
+        tilt = self.full.shell.tilt
+        for group in space.groups:
+            count, each = group.dx.shape
+            chosen = np.arange(count) if cells is None else np.flatnonzero(cells[first : first + count])
+            for start in range(0, chosen.size, CHUNK):
+                mine = chosen[start : start + CHUNK]
+                points = (offset + mine[:, None] * each + np.arange(each)).ravel()
+                here = {
+                    letter: group.factor(letter, mine).transpose(0, 2, 1) for letter in ("0", "x", "y")
+                }
+                coordinates = [field[group.functions[mine]] for field in self.fields]
+                cache: dict[tuple[int, str], Real] = {}
 
-    def gram(self, matrix: csr_matrix, left: int, right: int) -> Real:
-        """V_left' A V_right for a matrix over the shape functions, (r, r)."""
-        (rows, first), (columns, second) = self.rows(left), self.rows(right)
-        cut = csr_matrix(matrix[rows][:, columns])
-        used = np.flatnonzero(np.diff(cut.indptr))
-        return np.asarray(first[used].T @ (cut[used] @ second))
+                def value(field: int, letter: str) -> Real:
+                    if (field, letter) not in cache:
+                        found = here[letter] @ coordinates[field]  # noqa: B023 (called within this round)
+                        cache[field, letter] = found.reshape(-1, found.shape[-1])  # noqa: B023
+                    return cache[field, letter]  # noqa: B023
 
-    def plane(self, blocks: Blocks, left: tuple[int, int], right: tuple[int, int]) -> Real:
-        """Energy of two in-plane motions (or rotations), (r, r)."""
-        r = self.vectors.shape[1]
-        total = np.zeros((r, r))
-        for i in range(2):
-            for j in range(2):
-                if blocks[i][j].nnz and not (left == right and i > j):
-                    part = self.gram(blocks[i][j], left[i], right[j])
-                    total += part + part.T if left == right and i != j else part
-        return total
+                strain = [sum((value(f, d) for f, d in parts[1:]), value(*parts[0])) for parts in STRAINS]
+                if tilt is not None:
+                    for k, parts in enumerate(TILTED):
+                        for letter, axis in parts:
+                            strain[k] = strain[k] + tilt[axis][points, None] * value(W, letter)
+                motion = [value(field, "0") for field in range(len(FIELDS))]
+                yield Rows(np.array(strain), np.array(motion), group.dx[mine].ravel(), points)
+            first, offset = first + count, offset + count * each
 
-    def weight(self, degrees: tuple[int, int]) -> Real:
-        """Return a polynomial at the quadrature points, (elements, points)."""
-        xi, zeta = self.full.sampling
-        return polynomial(degrees, xi, zeta).reshape(self.full.space.basis.dx.shape)
+
+def weight_table(p: Projector, degrees: Collection[tuple[int, int]]) -> Real:
+    """Polynomials at the points of quadrature, (terms, Q)."""
+    xi, zeta = p.full.sampling
+    return np.array([polynomial(pair, xi, zeta) for pair in degrees])
 
 
 def plate_energies(p: Projector, executor: Executor, step: Step) -> dict[str, Real]:
     """Stacks ``bending``, ``membrane``, ``shear``, ``mass``, ``rotary`` and ``normal`` of `EffectOperators`."""
-
-    def of(degrees: tuple[int, int]) -> dict[str, Real]:
-        wanted = {"bending", "membrane", "shear", "mass"} if sum(degrees) <= MEMBRANE_DEGREE else {"bending"}
-        return weighed_energies(p, p.full.space, p.weight(degrees), wanted)
-
-    found = []
-    for energies in executor.map(of, polynomials(BENDING_DEGREE)):
-        found.append(energies)
-        step()
-    stacks = {name: np.array([energies[name] for energies in found if name in energies]) for name in found[0]}
-    for name in ("bending", "membrane"):  # by modulus first
-        stacks[name] = np.moveaxis(stacks[name], 1, 0)
-    return {**stacks, "normal": p.gram(p.full.space.product("0", "0"), W, W)}
+    fine, coarse = (len(polynomials(degree)) for degree in (BENDING_DEGREE, MEMBRANE_DEGREE))
+    table = weight_table(p, polynomials(BENDING_DEGREE))
+    counts = {"bending": fine, "membrane": coarse, "shear": coarse, "mass": coarse}
+    found = weighed_energies(p, p.full.shell.space, table, counts, executor, step=step)
+    normal = np.zeros((p.vectors.shape[1],) * 2)
+    for rows in p.rows(p.full.shell.space):
+        normal += rows.motion[W].T @ (rows.dx[:, None] * rows.motion[W])
+    return {**found, "normal": normal}
 
 
 def weighed_energies(
-    p: Projector, space: ShapeSpace, weight: Real, wanted: Collection[str], covered: Mask | None = None
+    p: Projector,
+    space: ShapeSpace,
+    table: Real,
+    counts: dict[str, int],
+    executor: Executor,
+    cells: Mask | None = None,
+    step: Step | None = None,
 ) -> dict[str, Real]:
-    """Energies of the plate with a weight over some elements: those `wanted`; with ``mass`` comes ``rotary``."""
-    h, rho = p.full.plate.thickness, p.full.plate.density
-    forms = [plane_form(space, modulus, weight, covered) for modulus in MODULI]
-    found = {}
-    if "bending" in wanted:
-        found["bending"] = h**3 / 12.0 * np.array([p.plane(form, ROTATIONS, ROTATIONS) for form in forms])
-    if "membrane" in wanted:
-        found["membrane"] = h * np.array([p.plane(form, IN_PLANE, IN_PLANE) for form in forms])
-    if "shear" in wanted:
-        found["shear"] = SHEAR_FACTOR * h * transverse_shear(p, space, weight, covered)
-    if "mass" in wanted:
-        inertia = space.product("0", "0", covered, weight)
-        displaced, turned = (sum(p.gram(inertia, k, k) for k in fields) for fields in ((U, V, W), ROTATIONS))
-        found["mass"] = np.asarray(rho * h * displaced)
-        found["rotary"] = np.asarray(rho * h**3 / 12.0 * turned)
+    """Energies of the plate with weights over some cells, a stack for each kind; with ``mass`` comes ``rotary``.
+
+    Parameters
+    ----------
+    p : Projector
+    space : ShapeSpace
+        Of the plate, or of the plate with its sensor moved.
+    table : (terms, Q) ndarray
+        Weights at the points of quadrature.
+    counts : dict
+        How many of them each kind takes: ``bending``, ``membrane``, ``shear``, ``mass``.
+    """
+    r, shell = p.vectors.shape[1], p.full.shell
+    h, rho = shell.spread(shell.thickness), shell.plate.density
+    scale = {"bending": h**3 / 12.0, "membrane": h, "shear": SHEAR_FACTOR * h, "mass": rho * h, "rotary": rho * h**3 / 12.0}
+    counts = {**counts, **({"rotary": counts["mass"]} if "mass" in counts else {})}
+    found = {
+        name: np.zeros((4, count, r, r) if name in ("bending", "membrane") else (count, r, r))
+        for name, count in counts.items()
+    }
+
+    def add(task: tuple[str, int]) -> None:
+        name, term = task
+        weight = (rows.dx * scale[name][rows.points] * table[term, rows.points])[:, None]  # noqa: B023
+        if name in ("bending", "membrane"):
+            strain = rows.strain[3:6] if name == "bending" else rows.strain[:3]  # noqa: B023
+            for modulus, pairs in enumerate(PLANE):
+                a, b = pairs[0]
+                part = strain[a].T @ (weight * strain[b])
+                found[name][modulus, term] += part if len(pairs) == 1 else part + part.T
+            return
+        motions = {
+            "shear": rows.strain[6:],  # noqa: B023
+            "mass": rows.motion[[U, V, W]],  # noqa: B023
+            "rotary": rows.motion[[THX, THY]],  # noqa: B023
+        }
+        for motion in motions[name]:
+            found[name][term] += motion.T @ (weight * motion)
+
+    tasks = [(name, term) for name, count in counts.items() for term in range(count)]
+    for rows in p.rows(space, cells):
+        list(executor.map(add, tasks))
+        if step is not None:
+            step()
     return found
 
 
-def transverse_shear(p: Projector, space: ShapeSpace, weight: Real | None, covered: Mask | None = None) -> Real:
-    """Transverse shear energy for a shear stiffness of 1 N/m times a weight over some elements, (r, r)."""
-    ww = space.product("x", "x", covered, weight) + space.product("y", "y", covered, weight)
-    mass = space.product("0", "0", covered, weight)
-    cross = p.gram(space.product("x", "0", covered, weight), W, THX)
-    cross += p.gram(space.product("y", "0", covered, weight), W, THY)
-    return p.gram(ww, W, W) + cross + cross.T + p.gram(mass, THX, THX) + p.gram(mass, THY, THY)
-
-
-def patch_energies(p: Projector, executor: Executor) -> dict[str, Real]:
+def patch_energies(p: Projector) -> dict[str, Real]:
     """Stacks ``patch_own``, ``patch_membrane``, ``patch_mass`` and ``coupling`` of `EffectOperators`."""
-    r, terms = p.vectors.shape[1], polynomials(BENDING_DEGREE)
+    r, terms, shell = p.vectors.shape[1], polynomials(BENDING_DEGREE), p.full.shell
     own, mass = np.zeros((r, r)), np.zeros((r, r))
     membrane = np.zeros((1 + 2 * len(terms), r, r))
-    coupling = np.zeros((1 + len(terms), r, len(p.full.patches)))
-    flat = np.ones(p.full.space.basis.dx.shape)
-    for k, (patch, covered) in enumerate(zip(p.full.patches, p.full.under, strict=True)):
-        ceramic, t, h = p.full.materials[patch.material], patch.thickness, p.full.plate.thickness
+    coupling = np.zeros((1 + len(terms), r, len(shell.patches)))
+    table, nominal = weight_table(p, terms), shell.spread(shell.thickness)
+    for k, (patch, covered) in enumerate(zip(shell.patches, shell.under, strict=True)):
+        ceramic, t = shell.materials[patch.material], patch.thickness
         sign = 1.0 if patch.side == "top" else -1.0
-        z0 = 0.5 * sign * (h + t)
-        form = _laminate(p, ceramic.stiffness, flat, covered)
-        mb, bb = _levers(p, form)
-        own += t**3 / 12.0 * bb
-        own += (
-            SHEAR_FACTOR
-            * t
-            * 0.5
-            * (ceramic.stiffness[0] - ceramic.stiffness[1])
-            * transverse_shear(p, p.full.space, None, covered)
-        )
-        membrane[0] += t * (p.plane(form, IN_PLANE, IN_PLANE) + z0 * mb + z0**2 * bb)
-        mass += _patch_mass(p, covered, ceramic.density * t, z0, t)
-        coupling[0, :, k] = ceramic.e31 * _dilatation(p, covered, flat, z0 * flat)
-        weights = [p.weight(degrees) for degrees in terms]
-        forms = (_laminate(p, ceramic.stiffness, weight, covered) for weight in weights)
-        for j, (mb, bb) in enumerate(executor.map(partial(_levers, p), forms)):
-            membrane[1 + j] += t * (0.5 * sign * h * mb + 0.5 * sign * h * 2.0 * z0 * bb)
-            membrane[1 + len(terms) + j] += t * 0.25 * h**2 * bb
-            lever = 0.5 * sign * h * weights[j]
-            coupling[1 + j, :, k] = ceramic.e31 * _dilatation(p, covered, np.zeros_like(flat), lever)
+        q11, q12 = ceramic.stiffness
+        plane = np.array([[q11, q12, 0.0], [q12, q11, 0.0], [0.0, 0.0, 0.5 * (q11 - q12)]])
+        for rows in p.rows(shell.space, covered):
+            dx, h = rows.dx, nominal[rows.points]
+            z0 = 0.5 * sign * (h + t)
+            lever = 0.5 * sign * h
+            flat = rows.strain[:3] + z0[:, None] * rows.strain[3:6]
+            bent = rows.strain[3:6]
+            own += t**3 / 12.0 * _form(bent, bent, plane, dx)
+            for shear in rows.strain[6:]:
+                own += SHEAR_FACTOR * t * plane[2, 2] * shear.T @ (dx[:, None] * shear)
+            membrane[0] += t * _form(flat, flat, plane, dx)
+            mass += ceramic.density * t * _inertia(rows, z0, t)
+            coupling[0, :, k] += ceramic.e31 * (flat[0] + flat[1]).T @ dx
+            for j in range(len(terms)):
+                weight = dx * table[j, rows.points]
+                cross = _form(flat, bent, plane, weight * lever)
+                membrane[1 + j] += t * (cross + cross.T)
+                membrane[1 + len(terms) + j] += t * _form(bent, bent, plane, weight * lever**2)
+                coupling[1 + j, :, k] += ceramic.e31 * (bent[0] + bent[1]).T @ (weight * lever)
+    own += p.vectors.T @ (p.full.supports @ p.vectors)
     return {"patch_own": own, "patch_membrane": membrane, "patch_mass": mass, "coupling": coupling}
 
 
-def _laminate(p: Projector, stiffness: tuple[float, float], weight: Real, covered: Mask) -> Blocks:
-    """In-plane energy of an isotropic layer of moduli Q11, Q12, weighted, over some elements."""
-    q11, q12 = stiffness
-    moduli: dict[Modulus, float] = {"q11": q11, "q22": q11, "q12": q12, "q66": 0.5 * (q11 - q12)}
-    return weighted_sum([plane_form(p.full.space, m, value * weight, covered) for m, value in moduli.items()])
+def _form(left: Real, right: Real, plane: Real, weight: Real) -> Real:
+    """Energy of two sets of in-plane strains (3, Q, r) for moduli (3, 3) and weights (Q,)."""
+    total = np.zeros((left.shape[2], right.shape[2]))
+    for a, b in zip(*np.nonzero(plane), strict=True):
+        total += plane[a, b] * (left[a].T @ (weight[:, None] * right[b]))
+    return total
 
 
-def _levers(p: Projector, form: Blocks) -> tuple[Real, Real]:
-    """Energies of membrane with bending (both ways), and of bending."""
-    cross = p.plane(form, IN_PLANE, ROTATIONS)
-    return cross + cross.T, p.plane(form, ROTATIONS, ROTATIONS)
-
-
-def _patch_mass(p: Projector, covered: Mask, area: float, height: float, thickness: float) -> Real:
-    inertia = p.full.space.product("0", "0", covered)
-    straight = sum(p.gram(inertia, k, k) for k in (U, V, W))
-    turning = sum(p.gram(inertia, k, k) for k in ROTATIONS)
-    cross = p.gram(inertia, U, THX) + p.gram(inertia, V, THY)
-    second = height**2 + thickness**2 / 12.0
-    return np.asarray(area * (straight + second * turning + height * (cross + cross.T)))
-
-
-def _dilatation(p: Projector, covered: Mask, flat: Real, height: Real) -> Real:
-    """Integral of (flat (u,x + v,y) + height (thx,x + thy,y)) over some elements, (r,)."""
-    full = mean_height_dilatation(p.full.space, covered, height, flat)
-    return np.asarray(full[p.full.unknowns] @ p.vectors)
+def _inertia(rows: Rows, height: Real, thickness: float) -> Real:
+    """Inertia per area density of a layer whose middle lies `height` (Q,) over the mid-plane."""
+    total = np.zeros((rows.motion.shape[2],) * 2)
+    for straight, turning in ((U, THX), (V, THY)):
+        moving = rows.motion[straight] + height[:, None] * rows.motion[turning]
+        total += moving.T @ (rows.dx[:, None] * moving)
+        total += thickness**2 / 12.0 * rows.motion[turning].T @ (rows.dx[:, None] * rows.motion[turning])
+    return total + rows.motion[W].T @ (rows.dx[:, None] * rows.motion[W])
 
 
 def strains(p: Projector) -> dict[str, Any]:
-    """Entries ``strain``, ``strain_points`` and ``cell`` of `EffectOperators`."""
-    plate = p.full.plate
-    counts = [int(np.ceil(length / STRAIN_SPACING)) for length in (plate.length_x, plate.length_y)]
-    x, y = (
-        (np.arange(n) + 0.5) * length / n
-        for n, length in zip(counts, (plate.length_x, plate.length_y), strict=True)
-    )
-    points = np.array([(a, b) for a in x for b in y])
-    by_x, by_y = p.full.space.slopes(points)
-    value = p.full.space.values(points)
-
-    def of(matrix: csr_matrix, field: int) -> Real:
-        functions, vectors = p.rows(field)
-        return np.asarray(matrix[:, functions] @ vectors)
-
+    """Entries ``strain``, ``strain_points``, ``cell`` and ``thickness`` of `EffectOperators`."""
+    shell = p.full.shell
+    plate, space, over = shell.plate, shell.space, p.full.unknowns
+    low, high = np.array(plate.bounds)
+    counts = np.ceil((high - low) / STRAIN_SPACING).astype(int)
+    x, y = (low[axis] + (np.arange(n) + 0.5) * (high - low)[axis] / n for axis, n in enumerate(counts))
+    grid = np.array([(a, b) for a in x for b in y])
+    points = grid[plate.contains(grid)]
+    by_x, by_y = space.slopes(points)
+    matrices = {"x": by_x, "y": by_y, "0": space.values(points)}
+    parts: list[list[tuple[int, str, Any]]] = [[(f, d, 1.0) for f, d in row] for row in STRAINS]
+    if plate.curvature is not None:
+        slope = plate.slope(points)
+        for k, row in enumerate(TILTED):
+            parts[k] += [(W, d, slope[:, axis, None]) for d, axis in row]
     return {
         "strain": np.array(
-            [
-                of(by_x, U),
-                of(by_y, V),
-                of(by_y, U) + of(by_x, V),
-                of(by_x, THX),
-                of(by_y, THY),
-                of(by_y, THX) + of(by_x, THY),
-                of(by_x, W) + of(value, THX),
-                of(by_y, W) + of(value, THY),
-            ]
+            [sum(factor * (over.rows(matrices[d], f) @ p.vectors) for f, d, factor in row) for row in parts]
         ),
         "strain_points": points,
-        "cell": plate.length_x * plate.length_y / len(points),
+        "cell": float(np.prod((high - low) / counts)),
         "thickness": plate.thickness,
     }

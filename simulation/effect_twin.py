@@ -18,7 +18,7 @@ from simulation.composition import STEP, Coefficients, composed
 from simulation.damaged_spots import spots_slope, with_spots
 from simulation.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.effects.effect import Effect
-from simulation.electric_load import ElectricLoad
+from simulation.shell.electric_load import ElectricLoad
 from simulation.field_basis import field_basis
 from simulation.local_slopes import LocalSlopes
 from simulation.local_solution import REACH, LocalPlate, LocalSolution

@@ -13,7 +13,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import SuperLU
 
 from simulation.damped_modes import DampedModes, relative_error
-from simulation.shell_model import ShellModel, factorize
+from simulation.shell.factors import factorize
+from simulation.shell.shell_model import ShellModel
 
 Real = NDArray[np.float64]
 

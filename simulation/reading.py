@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from simulation.composition import STEP
 from simulation.effect_operators import EffectOperators
-from simulation.electric_load import ElectricLoad
+from simulation.shell.electric_load import ElectricLoad
 from simulation.local_solution import LocalSolution
 from simulation.plate_state import PlateState
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from analysis.material import MaterialBox
 from simulation.modal_form import ModalForm
-from simulation.shell_model import plane_stress_moduli
+from simulation.shell.shell_model import plane_stress_moduli
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -17,7 +17,7 @@ from simulation.certification import measured_error
 from simulation.energy_decomposition import decomposition, energy_shift, middle, orthonormal, training_loss
 from simulation.rational_krylov import material_space
 from simulation.reduced_model import ReducedModel
-from simulation.shell_model import ShellModel
+from simulation.shell.shell_model import ShellModel
 
 Real = NDArray[np.float64]
 Progress = Callable[[str, float], None]

@@ -5,7 +5,7 @@ do not change at all, and those of the elements around it are smooth functions o
 """
 
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from simulation.effect_operators import BENDING_DEGREE, OFFSET_DEGREE, ZONE_DEGREES, monomials
 from simulation.effect_projection import Projector, weighed_energies
 from simulation.field_basis import polynomial, polynomials
-from simulation.shape_space import ShapeSpace
+from simulation.shell.space import ShapeSpace
 from simulation.state_matrices import FullPlate
 
 Real = NDArray[np.float64]
@@ -42,37 +42,38 @@ class Zone:
     @classmethod
     def of(cls, full: FullPlate) -> "Zone":
         """Look what a small offset changes."""
-        mesh = full.space.basis.mesh
-        moved = full.moved_by(1e-3 * OFFSET_RANGE, 1e-3 * OFFSET_RANGE).space.basis.mesh
-        elements = np.asarray((mesh.p != moved.p).any(axis=0)[mesh.t].any(axis=0))
-        area = np.where(elements[:, None], full.space.basis.dx, 0.0).ravel()
+        mesh = full.shell.space.mesh
+        moved = full.moved_by(1e-3 * OFFSET_RANGE, 1e-3 * OFFSET_RANGE).shell.space.mesh
+        shifts = (mesh.points != moved.points).any(axis=1)
+        elements = np.concatenate([shifts[mesh.quads].any(axis=1), shifts[mesh.triangles].any(axis=1)])
+        area = np.where(full.shell.space.spread(elements), full.shell.space.dx, 0.0)
         xi, zeta = (float(np.average(place, weights=area)) for place in full.sampling)
         return cls(elements, (xi, zeta))
 
-    def power(self, degrees: tuple[int, int], full: FullPlate) -> Real:
-        """Product of powers of xi and zeta about the middle at the quadrature points, (elements, points)."""
+    def powers(self, full: FullPlate) -> Real:
+        """Products of powers of xi and zeta about the middle at the points of quadrature, (powers, Q)."""
         xi, zeta = (place - middle for place, middle in zip(full.sampling, self.middle, strict=True))
-        return np.asarray(xi ** degrees[0] * zeta ** degrees[1]).reshape(full.space.basis.dx.shape)
+        return np.array([xi**i * zeta**j for i, j in _powers()])
 
     def fit(self, full: FullPlate) -> Real:
         """Return ``zone_fit`` of `EffectOperators`."""
-        root = np.sqrt(full.space.basis.dx[self.elements]).ravel()
-        xi, zeta = (place.reshape(full.space.basis.dx.shape)[self.elements].ravel() for place in full.sampling)
-        powers = [self.power(degrees, full)[self.elements].ravel() for degrees in _powers()]
+        here = full.shell.space.spread(self.elements)
+        root = np.sqrt(full.shell.space.dx[here])
+        xi, zeta = (place[here] for place in full.sampling)
+        powers = self.powers(full)[:, here]
         fields = [polynomial(degrees, xi, zeta) for degrees in polynomials(BENDING_DEGREE)]
-        return np.asarray(np.linalg.lstsq((root * np.array(powers)).T, (root * np.array(fields)).T)[0])
+        return np.asarray(np.linalg.lstsq((root * powers).T, (root * np.array(fields)).T)[0])
 
 
 def can_move(full: FullPlate) -> bool:
-    """Whether the first sensor has room for offsets up to `OFFSET_RANGE`, and no other patch stretches with it."""
+    """Whether the first sensor has room for offsets up to `OFFSET_RANGE`."""
     try:
         for x in (-OFFSET_RANGE, OFFSET_RANGE):
             for y in (-OFFSET_RANGE, OFFSET_RANGE):
                 full.moved_by(x, y)
     except ValueError:
         return False
-    zone = Zone.of(full).elements
-    return not any((zone & under).any() for k, under in enumerate(full.under) if k != full.moved)
+    return True
 
 
 def offset_energies(p: Projector, executor: Executor) -> dict[str, object]:
@@ -80,11 +81,12 @@ def offset_energies(p: Projector, executor: Executor) -> dict[str, object]:
     if not can_move(p.full):
         return _unmoved(p.vectors.shape[1])
     zone = Zone.of(p.full)
-    near, motions = _around(p, zone)
-    origin = _energies(near, near.full.space, zone)
+    near, motions = _around(p, zone, executor)
+    origin = _energies(near, p.full, zone, executor)
     places = padua_points(OFFSET_DEGREE)
-    spaces = [p.full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y).space for x, y in places]
-    moved = list(executor.map(lambda space: _energies(near, space, zone), spaces))
+    moved = [
+        _energies(near, p.full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y), zone, executor) for x, y in places
+    ]
     fit = np.linalg.pinv(np.array([monomials(x, y) for x, y in places]))
     found: dict[str, object] = {"zone": motions, "zone_fit": zone.fit(p.full), "offset_range": OFFSET_RANGE}
     for name, start in origin.items():
@@ -118,34 +120,24 @@ def _unmoved(size: int) -> dict[str, object]:
     return found
 
 
-def _around(p: Projector, zone: Zone) -> tuple[Projector, Real]:
+def _around(p: Projector, zone: Zone, executor: Executor) -> tuple[Projector, Real]:
     """Vectors (n, q) of the leading motions in the zone, and the reduced coordinates' shares in them (q, r)."""
-    energies = _weighed(p, p.full.space, zone, (0, 0))
-    in_plane = energies["bending"] + energies["membrane"]
-    elastic = in_plane[0] + in_plane[1] + 0.5 * in_plane[3] + energies["shear"]  # moduli of 1 Pa, nu = 0
-    energy = elastic + energies["mass"] * np.trace(elastic) / np.trace(energies["mass"])
+    ones = np.ones((1, p.full.shell.space.dx.size))
+    found = weighed_energies(p, p.full.shell.space, ones, dict.fromkeys(ZONE_DEGREES, 1), executor, zone.elements)
+    in_plane = found["bending"][:, 0] + found["membrane"][:, 0]
+    elastic = in_plane[0] + in_plane[1] + 0.5 * in_plane[3] + found["shear"][0]  # moduli of 1 Pa, nu = 0
+    inertia = found["mass"][0] + found["rotary"][0]
+    energy = elastic + inertia * np.trace(elastic) / np.trace(inertia)
     values, basis = np.linalg.eigh(0.5 * (energy + energy.T))
     kept = values > KEPT**2 * values[-1]
     root = np.sqrt(values[kept])
-    touched = np.unique(np.asarray(p.full.space.basis.element_dofs)[:, zone.elements])
-    rows = np.flatnonzero(np.isin(p.full.unknowns % p.full.space.size, touched))
-    cut = replace(p.full, unknowns=p.full.unknowns[rows])
-    return Projector(cut, p.vectors[rows] @ (basis[:, kept] / root)), root[:, None] * basis[:, kept].T
+    return Projector(p.full, p.vectors @ (basis[:, kept] / root)), root[:, None] * basis[:, kept].T
 
 
-def _energies(p: Projector, space: ShapeSpace, zone: Zone) -> dict[str, Real]:
-    """Energies of the plate over the zone, by the keys of `ZONE_DEGREES`, ([4,] powers, q, q)."""
-    found: dict[str, list[Real]] = {name: [] for name in ZONE_DEGREES}
-    for degrees in _powers():
-        for name, energy in _weighed(p, space, zone, degrees).items():
-            found[name].append(energy)
-    return {name: np.moveaxis(np.array(rows), 0, -3) for name, rows in found.items()}
-
-
-def _weighed(p: Projector, space: ShapeSpace, zone: Zone, degrees: tuple[int, int]) -> dict[str, Real]:
-    """Energies weighed with one power, as in `effect_projection`: those of `ZONE_DEGREES` that reach so high."""
-    wanted = {name for name, degree in ZONE_DEGREES.items() if sum(degrees) <= degree}
-    found = weighed_energies(p, space, zone.power(degrees, replace(p.full, space=space)), wanted, zone.elements)
-    if "mass" in found:
-        found["mass"] = found["mass"] + found.pop("rotary")
+def _energies(p: Projector, full: FullPlate, zone: Zone, executor: Executor) -> dict[str, Real]:
+    """Energies over the zone of a plate whose sensor may be moved, by the keys of `ZONE_DEGREES`, ([4,] powers, q, q)."""
+    counts = {name: len(polynomials(degree)) for name, degree in ZONE_DEGREES.items()}
+    here = Projector(full, p.vectors)
+    found = weighed_energies(here, full.shell.space, zone.powers(full), counts, executor, zone.elements)
+    found["mass"] = found["mass"] + found.pop("rotary")
     return found

@@ -1,18 +1,16 @@
-"""Sparse matrices of a plate in any state, fields taken at the quadrature points."""
+"""Sparse matrices of a plate in any state, fields taken at the points of quadrature."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import block_diag, bmat, csr_matrix
+from scipy.sparse import csr_matrix
 
-from analysis.experiment import Patch, Plate
-from simulation.laminate import SHEAR_FACTOR
-from simulation.piezo_material import PIEZO_MATERIALS, PiezoMaterial
-from simulation.plane_forms import MODULI, Blocks, ShearForm, plane_form, shell_matrix, weighted_sum
 from simulation.plate_state import PlateState
-from simulation.shape_space import ShapeSpace
+from simulation.shell.moving import moved_space
+from simulation.shell.shell_model import ShellModel
+from simulation.shell.shell_plate import InPlane, ShellPlate
+from simulation.shell.unknowns import Unknowns
 
 Real = NDArray[np.float64]
 
@@ -42,188 +40,71 @@ class FullPlate:
 
     Attributes
     ----------
-    space : ShapeSpace
-    plate : Plate
-    patches : tuple of Patch
-    under : tuple of (elements,) bool ndarray
-        The elements under each patch.
-    unknowns : (n,) ndarray
-        As in `ShellModel`.
-    moved : int
-        The patch that a state's offset moves.
-    materials : mapping
-        Piezo material of each ``Patch.material``.
+    shell : ShellPlate
+    unknowns : Unknowns
+    supports : (n, n) csr_matrix
+        Stiffness of springs along edges and at points.
     """
 
-    space: ShapeSpace
-    plate: Plate
-    patches: tuple[Patch, ...]
-    under: tuple[NDArray[np.bool_], ...]
-    unknowns: NDArray[np.int_]
-    moved: int
-    materials: Mapping[str, PiezoMaterial]
+    shell: ShellPlate
+    unknowns: Unknowns
+    supports: csr_matrix
 
     @classmethod
-    def of(
-        cls,
-        space: ShapeSpace,
-        plate: Plate,
-        patches: Sequence[Patch],
-        unknowns: NDArray[np.int_],
-        materials: Mapping[str, PiezoMaterial] = PIEZO_MATERIALS,
-    ) -> "FullPlate":
-        """Take the mesh and the unknowns of a `ShellModel`; the first sensor patch is the one that can move."""
-        moved = next((k for k, patch in enumerate(patches) if patch.role == "sensor"), 0)
-        under = tuple(space.inside((patch.span(0), patch.span(1))) for patch in patches)
-        return cls(space, plate, tuple(patches), under, unknowns, moved, materials)
+    def of(cls, model: ShellModel) -> "FullPlate":
+        """Take mesh and unknowns of an assembled plate."""
+        return cls(model.shell, model.unknowns, model.unknowns.springs(model.shell))
+
+    @property
+    def moved(self) -> int:
+        """The patch that a state's offset moves: the first sensor."""
+        roles = [patch.role for patch in self.shell.patches]
+        return roles.index("sensor") if "sensor" in roles else 0
 
     @property
     def sampling(self) -> tuple[Real, Real]:
-        """Return xi and zeta of all quadrature points, flat; of a moved sensor's, see `moved_by`."""
-        x, y = self.space.quadrature_points
-        return (2.0 * x / self.plate.length_x - 1.0).ravel(), (2.0 * y / self.plate.length_y - 1.0).ravel()
+        """Return xi and zeta of all points of quadrature; of a moved sensor's, see `moved_by`."""
+        return self.shell.plate.normalised(self.shell.space.points)
 
     def moved_by(self, dx: float, dy: float) -> "FullPlate":
         """Return the plate with its first sensor (dx, dy) m off its place; ValueError where it has no room."""
-        others = [under for k, under in enumerate(self.under) if k != self.moved]
-        return replace(self, space=self.space.shifted(self.under[self.moved], dx, dy, others))
+        return replace(self, shell=self.shell.on(moved_space(self.shell, self.moved, (dx, dy))))
 
-    def matrices(self, state: PlateState) -> StateMatrices:
-        """Assemble `state`; discs and point loads are not in it.
+    def matrices(self, state: PlateState, *, loss: bool = True) -> StateMatrices:
+        """Assemble `state`; discs and point loads are not in it. Without `loss`, K_loss is left at zero.
 
         Its fields stand at the points of `sampling`, those of the moved plate if the state has an offset.
         """
         here = self
         if state.offset_x or state.offset_y:
             here = self.moved_by(state.offset_x, state.offset_y)
-        shape = here.space.basis.dx.shape
-        thickness = self.plate.thickness * state.thickness.reshape(shape)
-        temperature = state.temperature.reshape(shape)
-        nu = state.laws.poisson_ratio(temperature)
-        c1 = state.laws.youngs_modulus(temperature) / (1.0 - nu**2)
-        loss = state.laws.loss_factor(temperature)
-        normal = here.space.product("0", "0")
-        nothing = csr_matrix((here.space.size,) * 2)
-        stiffness, mass, coupling = here._patches(state, thickness)
-        density = self.plate.density
-        mass = mass + plate_inertia(here.space, density * thickness, density * thickness**3 / 12.0)
+        shell, over = here.shell, self.unknowns
+        thickness = shell.spread(shell.thickness) * state.thickness
+        lossy = state.laws.loss_factor(state.temperature)
+        plate = here._plate(state, np.ones_like(lossy), thickness)
+        columns = [over.vector(coupling) for coupling in shell.couplings(thickness, state.bond)]
         return StateMatrices(
-            plate=here._kept(here._plate(state, c1, nu, thickness)),
-            plate_loss=here._kept(here._plate(state, c1 * loss, nu, thickness)),
-            patches=here._kept(stiffness),
-            mass=here._kept(mass),
-            normal=here._kept(csr_matrix(block_diag([nothing, nothing, normal, nothing, nothing]))),
-            coupling=coupling[here.unknowns],
+            plate=plate,
+            plate_loss=here._plate(state, lossy, thickness) if loss else csr_matrix(plate.shape),
+            patches=csr_matrix(
+                over.matrix(shell.cells.of(shell.patch_stiffness(thickness, state.bond))) + self.supports
+            ),
+            mass=over.matrix(shell.inertia(thickness)),
+            normal=over.matrix(shell.cells.normal()),
+            coupling=np.array(columns).reshape(len(columns), over.size).T,
         )
 
-    def _plate(self, state: PlateState, c1: Real, nu: Real, thickness: Real) -> csr_matrix:
+    def _plate(self, state: PlateState, factor: Real, thickness: Real) -> csr_matrix:
+        """Stiffness of the plate with all moduli multiplied by a factor at the points."""
+        nu = state.laws.poisson_ratio(state.temperature)
+        c1 = factor * state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
         shear = 0.5 * c1 * (1.0 - nu)
-        moduli = {
-            "q11": c1 * state.modulus_x,
-            "q22": c1 * state.modulus_y,
-            "q12": c1 * nu * np.sqrt(state.modulus_x * state.modulus_y),
-            "q66": shear * state.in_plane_shear,
-        }
-
-        def plane(power: Real) -> Blocks:
-            return weighted_sum([plane_form(self.space, name, moduli[name] * power) for name in MODULI])
-
-        return shell_matrix(
-            plane(thickness),
-            None,
-            plane(thickness**3 / 12.0),
-            ShearForm.of(self.space, SHEAR_FACTOR * shear * thickness),
+        q: InPlane = (
+            c1 * state.modulus_x,
+            c1 * state.modulus_y,
+            c1 * nu * np.sqrt(state.modulus_x * state.modulus_y),
+            shear * state.in_plane_shear,
+            0.0,
+            0.0,
         )
-
-    def _patches(self, state: PlateState, thickness: Real) -> tuple[csr_matrix, csr_matrix, Real]:
-        """Stiffness and mass of all patches (5 n, 5 n), and their couplings (5 n, P)."""
-        shape = (5 * self.space.size,) * 2
-        stiffness, mass, columns = csr_matrix(shape), csr_matrix(shape), []
-        for patch, covered in zip(self.patches, self.under, strict=True):
-            ceramic = self.materials[patch.material]
-            k, m, b = patch_parts(self.space, patch, ceramic, covered, thickness, state.bond)
-            stiffness, mass = stiffness + k, mass + m
-            columns.append(b)
-        return stiffness, mass, np.array(columns).reshape(len(self.patches), shape[0]).T
-
-    def _kept(self, matrix: csr_matrix) -> csr_matrix:
-        smaller = csr_matrix(matrix[self.unknowns][:, self.unknowns])
-        return csr_matrix(0.5 * (smaller + smaller.T))
-
-
-def patch_parts(
-    space: ShapeSpace,
-    patch: Patch,
-    ceramic: PiezoMaterial,
-    covered: NDArray[np.bool_],
-    thickness: Real,
-    bond: float = 1.0,
-) -> tuple[csr_matrix, csr_matrix, Real]:
-    """Stiffness and mass (5 n, 5 n) and coupling (5 n,) of one patch on a plate whose thickness [m] is a field."""
-    q11, q12 = ceramic.stiffness
-    moduli = {"q11": q11, "q22": q11, "q12": q12, "q66": 0.5 * (q11 - q12)}
-    height = _height(patch, thickness)
-
-    def plane(weight: Real) -> Blocks:
-        return weighted_sum([plane_form(space, m, moduli[m] * weight, covered) for m in MODULI])
-
-    flat = np.full_like(thickness, patch.thickness)
-    own = np.full_like(thickness, patch.thickness**3 / 12.0)
-    bonded = bond * flat
-    stiffness = shell_matrix(
-        plane(bonded),
-        plane(bonded * height),
-        plane(bonded * height**2 + own),
-        ShearForm.of(space, SHEAR_FACTOR * moduli["q66"] * flat, covered),
-    )
-    area = ceramic.density * flat
-    mass = plate_inertia(space, area, area * height**2 + ceramic.density * own, area * height, covered)
-    return stiffness, mass, bond * ceramic.e31 * mean_height_dilatation(space, covered, height)
-
-
-def mean_height_dilatation(
-    space: ShapeSpace, elements: NDArray[np.bool_], height: Real, flat: Real | None = None
-) -> Real:
-    """Integral over some elements of flat (u,x + v,y) + height (thx,x + thy,y), (5 n,), m2.
-
-    `height` [m] and `flat` (ones unless given) are fields, (elements, quadrature points).
-    """
-    chosen = np.flatnonzero(elements)
-    index = np.asarray(space.basis.element_dofs)[:, chosen].T
-    columns = []
-    for field in (np.ones_like(height) if flat is None else flat, height):
-        measure = space.basis.dx[chosen] * field[chosen]
-        for derivative in "xy":
-            column = np.zeros(space.size)
-            np.add.at(column, index, np.einsum("edq,eq->ed", space.at_quadrature(derivative, chosen), measure))
-            columns.append(column)
-    return np.concatenate([columns[0], columns[1], np.zeros(space.size), columns[2], columns[3]])
-
-
-def _height(patch: Patch, thickness: Real) -> Real:
-    """Mid-height of a patch above the plate's mid-plane, a field, m."""
-    height = 0.5 * (thickness + patch.thickness)
-    return height if patch.side == "top" else -height
-
-
-def plate_inertia(
-    space: ShapeSpace,
-    area: Real,
-    second: Real,
-    first: Real | None = None,
-    elements: NDArray[np.bool_] | None = None,
-) -> csr_matrix:
-    """Mass matrix (5 n, 5 n) of moments given as fields."""
-    m0, m2 = (space.product("0", "0", elements, field) for field in (area, second))
-    m1 = None if first is None else space.product("0", "0", elements, first)
-    return csr_matrix(
-        bmat(
-            [
-                [m0, None, None, m1, None],
-                [None, m0, None, None, m1],
-                [None, None, m0, None, None],
-                [m1, None, None, m2, None],
-                [None, m1, None, None, m2],
-            ]
-        )
-    )
+        return self.unknowns.matrix(self.shell.cells.of(self.shell.plate_stiffness(q, shear, thickness)))

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
-from simulation.electric_load import ElectricLoad
+from simulation.shell.electric_load import ElectricLoad
 from simulation.reduced_model import ReducedModel
 
 Real = NDArray[np.float64]

@@ -16,7 +16,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from simulation.shell.edges import LineBlock
 from simulation.shell.factors import factorize
 from simulation.shell.space import ShapeSpace
-from simulation.shell.strain_energy import Block
+from simulation.shell.rigidity import Block
 from simulation.shell.unknowns import Unknowns, elimination_order
 
 Real = NDArray[np.float64]

@@ -11,7 +11,7 @@ from analysis.support import SupportedEdge
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges
 from simulation.shell.lobatto import lobatto
 from simulation.shell.space import ShapeSpace
-from simulation.shell.strain_energy import THX, THY, U, V, W
+from simulation.shell.rigidity import THX, THY, U, V, W
 
 Real = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.experiment import Patch, Plate
-from simulation.laminate import SHEAR_FACTOR
+
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.recipe import MeshRecipe
-from simulation.piezo_material import PIEZO_MATERIALS, PiezoMaterial
+from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.edges import LineBlock, held_functions, spring_blocks
 from simulation.shell.space import ShapeSpace
-from simulation.shell.strain_energy import (
+from simulation.shell.rigidity import (
+    SHEAR_FACTOR,
     THX,
     THY,
     U,

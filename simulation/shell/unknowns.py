@@ -10,8 +10,10 @@ from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, diags_array
 from scipy.sparse.linalg import splu
 
 from simulation.shell.edges import LineBlock
+from simulation.shell.points import point_springs
+from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
-from simulation.shell.strain_energy import Block
+from simulation.shell.rigidity import Block
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.int_]
@@ -86,6 +88,14 @@ class Unknowns:
             part = csr_matrix(coo_matrix(entries, shape=(self.size, self.size)))
             found = found + part if f == g else found + part + part.T
         return csr_matrix(found)
+
+    def springs(self, shell: ShellPlate) -> csr_matrix:
+        """Stiffness of a plate's supports along edges and at points, (n, n)."""
+        total = self.lines(shell.springs())
+        for field, row, stiffness in point_springs(shell.space, shell.plate):
+            mean = self.rows(row, field)
+            total = csr_matrix(total + stiffness * (mean.T @ mean))
+        return total
 
     def vector(self, parts: dict[int, Real]) -> Real:
         """Values over the functions (N,) of some fields as a vector over the unknowns, (n,)."""

@@ -10,7 +10,7 @@ from simulation.mesh import MeshRecipe
 from simulation.mindlin import assemble
 from simulation.reduced_model import ReducedModel
 from simulation.reduction import reduce
-from simulation.shell_model import ShellModel
+from simulation.shell.shell_model import ShellModel
 
 
 def patch(name: str, role: str, center: tuple[float, float], side: str = "top") -> Patch:

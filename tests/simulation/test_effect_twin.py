@@ -19,7 +19,7 @@ from simulation.extreme_states import STEEPEST, combined_state, extreme_states
 from simulation.field_basis import field_basis
 from simulation.mesh import MeshRecipe
 from simulation.plate_state import PlateState
-from simulation.shell_model import factorize
+from simulation.shell.shell_model import factorize
 
 Real = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from simulation.electric_load import ElectricLoad
+from simulation.shell.electric_load import ElectricLoad
 
 F = np.array([100.0, 450.0, 1500.0])
 

@@ -9,8 +9,8 @@ from analysis.experiment import Patch, Plate
 from simulation.laminate import SHEAR_FACTOR
 from simulation.mesh import MeshRecipe
 from simulation.mindlin import assemble
-from simulation.piezo_material import NCE51, VACUUM_PERMITTIVITY
-from simulation.shell_model import factorize
+from simulation.shell.piezo_material import NCE51, VACUUM_PERMITTIVITY
+from simulation.shell.shell_model import factorize
 
 SIMPLY_SUPPORTED = {
     "left": ("u", "v", "w", "thy"),

@@ -4,7 +4,7 @@ from typing import get_args
 import pytest
 
 from analysis.experiment import Patch
-from simulation.piezo_material import NCE51, PIEZO_MATERIALS, VACUUM_PERMITTIVITY, PiezoMaterial
+from simulation.shell.piezo_material import NCE51, PIEZO_MATERIALS, VACUUM_PERMITTIVITY, PiezoMaterial
 
 
 def test_derived_constants_of_nce51():

@@ -7,7 +7,7 @@ import pytest
 from nptdms import TdmsFile
 from scipy.interpolate import CubicSpline
 
-from simulation.electric_load import ElectricLoad
+from simulation.shell.electric_load import ElectricLoad
 from simulation.twin import Twin
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "campaigns" / "pp-plate-nominal"

@@ -10,7 +10,7 @@ from simulation.mesh import MeshRecipe
 from simulation.mindlin import assemble
 from simulation.plate_state import PlateState
 from simulation.sensor_offset import OFFSET_RANGE, can_move, padua_points
-from simulation.shell_model import factorize
+from simulation.shell.shell_model import factorize
 from simulation.state_matrices import FullPlate
 
 RECIPE = MeshRecipe(degree=3, spacing=0.06)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simulation.electric_load import ElectricLoad
+from simulation.shell.electric_load import ElectricLoad
 from simulation.twin import Twin
 
 LOAD = ElectricLoad(305e3, 120e-12)

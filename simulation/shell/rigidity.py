@@ -16,6 +16,8 @@ from simulation.shell.space import ShapeSpace
 
 Real = NDArray[np.float64]
 
+SHEAR_FACTOR = 5.0 / 6.0
+"""Of transverse shear: that of a parabola over the thickness."""
 FIELDS = ("u", "v", "w", "thx", "thy")
 U, V, W, THX, THY = range(5)
 STRAINS: tuple[tuple[tuple[int, str], ...], ...] = (
@@ -64,7 +66,7 @@ class Rigidity:
                             continue
                         term = _times(_times(weight, more), other)
                         pair = found.setdefault((f, g), {})
-                        pair[d, e] = term if (d, e) not in pair else _plus(pair[d, e], term)
+                        pair[d, e] = term if (d, e) not in pair else pair[d, e] + term
         return found
 
     def _parts(self, strain: int) -> list[tuple[int, str, Weight]]:
@@ -78,10 +80,6 @@ def _times(one: Weight, other: Weight) -> Weight:
     if isinstance(one, float) or isinstance(other, float) or np.shape(one) == np.shape(other):
         return one * other
     raise ValueError(f"weights of {np.shape(one)} and {np.shape(other)} values: give all per point, or all per cell")
-
-
-def _plus(one: Weight, other: Weight) -> Weight:
-    return one + other
 
 
 class CellMatrices:
@@ -112,10 +110,9 @@ class CellMatrices:
     def _summed(self, terms: dict[tuple[int, int], dict[tuple[str, str], Weight]]) -> Iterator[Block]:
         for (f, g), pairs in terms.items():
             for group in (0, 1):
-                if not len(self.space.groups[group].functions):
-                    continue
-                blocks = [self._product(d, e, group, weight) for (d, e), weight in pairs.items()]
-                yield f, g, group, sum(blocks[1:], start=blocks[0])
+                if len(self.space.groups[group].functions):
+                    blocks = [self._product(d, e, group, weight) for (d, e), weight in pairs.items()]
+                    yield f, g, group, sum(blocks[1:], start=blocks[0])
 
     def _product(self, row: str, column: str, group: int, weight: Weight) -> Real:
         """Integral of weight times N_i (by ``row``) times N_j (by ``column``) on the cells of a group, (C, N, N)."""

@@ -5,11 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csc_matrix, csr_matrix, diags_array, hstack
-from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
+from scipy.sparse import csr_matrix
+from scipy.sparse.linalg import LinearOperator, eigsh
 
-from simulation.electric_load import ElectricLoad
-from simulation.shape_space import ShapeSpace
+from simulation.shell.electric_load import ElectricLoad
+from simulation.shell.factors import factorize
+from simulation.shell.points import disc_means
+from simulation.shell.rigidity import W
+from simulation.shell.shell_plate import ShellPlate
+from simulation.shell.space import ShapeSpace
+from simulation.shell.unknowns import Unknowns
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -30,33 +35,40 @@ class ShellModel:
 
     Attributes
     ----------
-    space : ShapeSpace
-    unknowns : (n,) ndarray
-        Which of the 5 fields x functions are unknowns (counted field by field), in elimination order.
+    shell : ShellPlate
+    unknowns : Unknowns
     stiffness_1, stiffness_2 : (n, n) csr_matrix
         K1 and K2, m3 and the like: times Pa gives a stiffness.
     stiffness_patch : (n, n) csr_matrix
-        Kp, patches short-circuited.
+        Kp: patches short-circuited, and springs of supports.
     mass : (n, n) csr_matrix
     coupling : (n, P) ndarray
         b of every patch, N/V.
     capacitance : (P,) ndarray
         Cp of every patch at zero in-plane strain, F.
+    dropped : float
+        Share of the energy of the answers for which the functions were chosen that none of them holds.
     """
 
-    space: ShapeSpace
-    unknowns: NDArray[np.int_]
+    shell: ShellPlate
+    unknowns: Unknowns
     stiffness_1: csr_matrix
     stiffness_2: csr_matrix
     stiffness_patch: csr_matrix
     mass: csr_matrix
     coupling: Real
     capacitance: Real
+    dropped: float = 0.0
+
+    @property
+    def space(self) -> ShapeSpace:
+        """Functions among which the unknowns were chosen."""
+        return self.shell.space
 
     @property
     def size(self) -> int:
         """Number of unknowns n."""
-        return int(self.unknowns.size)
+        return self.unknowns.size
 
     def stiffness(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float = 0.0) -> csr_matrix:
         """K at one set of plate constants, (n, n); real without loss."""
@@ -101,22 +113,9 @@ class ShellModel:
             coupled[chosen, actuator], coupled[np.ix_(chosen, chosen)], self.capacitance[chosen], frequency
         )
 
-    def deflection(self, points: Real) -> csr_matrix:
-        """Matrix (K, n) that gives w at points (K, 2) in m."""
-        points = np.asarray(points, float).reshape(-1, 2)
-        if not len(points):
-            return csr_matrix((0, self.size))
-        low = np.array([self.space.x.position[0], self.space.y.position[0]])
-        high = np.array([self.space.x.position[-1], self.space.y.position[-1]])
-        outside = np.any((points < low) | (points > high), axis=1)
-        if outside.any():
-            raise ValueError(
-                f"point {points[outside][0].tolist()} m is off the plate, "
-                f"which spans {low.tolist()} to {high.tolist()} m"
-            )
-        values = self.space.values(points)
-        empty = csr_matrix(values.shape)
-        return csr_matrix(hstack([empty, empty, values, empty, empty], format="csc")[:, self.unknowns])
+    def deflection(self, points: Real, radius: float = 0.0) -> csr_matrix:
+        """Matrix (K, n) that gives w at points (K, 2) in m, or its mean over discs round them."""
+        return self.unknowns.rows(disc_means(self.space, points, radius), W)
 
     def eigenfrequencies(self, youngs_modulus: float, poisson_ratio: float, count: int) -> Real:
         """Lowest `count` undamped natural frequencies, rigid body modes included, Hz, ascending."""
@@ -133,31 +132,3 @@ class ShellModel:
             return_eigenvectors=False,
         )
         return np.sort(np.sqrt(np.abs(values))) / (2 * np.pi)
-
-
-def elimination_order(pattern: csr_matrix) -> NDArray[np.int_]:
-    """Order of the unknowns that keeps the factors of matrices of this pattern sparse, (n,).
-
-    Minimum degree, found by factorizing a matrix of the pattern that is surely positive definite.
-    """
-    ones = csr_matrix((np.ones_like(pattern.data, dtype=float), pattern.indices, pattern.indptr), pattern.shape)
-    dominant = csc_matrix(ones + diags_array(2.0 * np.asarray(ones.sum(axis=1)).ravel() + 1.0))
-    factors = splu(
-        dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options={"SymmetricMode": True}
-    )
-    return np.argsort(factors.perm_c).astype(np.int64)
-
-
-def factorize(matrix: csr_matrix) -> SuperLU:
-    """Factors of a (complex) symmetric matrix whose unknowns stand in elimination order.
-
-    No pivoting: it would undo the order. Solutions stay good to about 1e-12 all the same, because a
-    plate's dynamic stiffness away from an undamped resonance is far from singular.
-    """
-    return splu(
-        csc_matrix(matrix),
-        permc_spec="NATURAL",
-        diag_pivot_thresh=0.0,
-        relax=1,
-        options={"SymmetricMode": True},
-    )

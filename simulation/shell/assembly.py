@@ -1,0 +1,145 @@
+"""From a declared plate to its matrices: with all functions, or with those that its answers need."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from analysis.experiment import Patch, Plate
+from analysis.material import MaterialBox
+from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.choice import Problem, chosen, diagonal
+from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
+from simulation.shell.points import disc_means
+from simulation.shell.rigidity import Block, W
+from simulation.shell.shell_model import ShellModel, plane_stress_moduli
+from simulation.shell.shell_plate import DEGREE, ShellPlate
+from simulation.shell.unknowns import Unknowns
+
+Real = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Parts = tuple[list[Block], list[Block], list[Block], list[Block]]
+"""Blocks of K1, K2, Kp and M."""
+
+TOLERANCE = 3e-9
+"""Share of an answer's energy for which a function is kept: transfers are good to 0.01 to 0.03 % of their rms."""
+WORKERS = 2
+
+
+def assemble(
+    plate: Plate,
+    patches: Sequence[Patch] = (),
+    *,
+    recipe: MeshRecipe | None = None,
+    degree: int = 6,
+    materials: Mapping[str, PiezoMaterial] = PIEZO_MATERIALS,
+) -> ShellModel:
+    """Matrices of a plate with patches, all functions of one degree kept.
+
+    Parameters
+    ----------
+    plate : Plate
+    patches : sequence of Patch
+        Voltages and charges keep this order.
+    recipe : MeshRecipe, optional
+    degree : int
+    materials : mapping
+        Piezo material of each ``Patch.material``.
+    """
+    shell = ShellPlate.of(plate, patches, recipe=recipe, degree=degree, materials=materials)
+    return assembled(shell, ~shell.held, _parts(shell))
+
+
+def assemble_for(
+    plate: Plate,
+    patches: Sequence[Patch],
+    box: MaterialBox,
+    band: tuple[float, float],
+    *,
+    points: Real | None = None,
+    radius: float = 0.0,
+    recipe: MeshRecipe | None = None,
+    tolerance: float = TOLERANCE,
+    degree: int = DEGREE,
+) -> ShellModel:
+    """Matrices of a plate with the functions that its answers to patches and to forces at points need.
+
+    Parameters
+    ----------
+    plate, patches
+        As in `assemble`.
+    box : MaterialBox
+        Of the materials that will be asked: answers are computed at its extremes.
+    band : (float, float)
+        Hz.
+    points : (K, 2) ndarray, optional
+        Where forces act, m.
+    radius : float
+        Of the discs on which they act, m.
+    tolerance : float
+        Share of an answer's energy for which a function is kept.
+    """
+    shell = ShellPlate.of(plate, patches, recipe=recipe, degree=degree)
+    parts = _parts(shell)
+    loads = np.zeros((5, shell.space.size, len(patches)))
+    for k, coupling in enumerate(shell.couplings(shell.thickness)):
+        for field, values in coupling.items():
+            loads[field, :, k] = values
+    if points is not None and len(points):
+        forces = np.zeros((5, shell.space.size, len(points)))
+        forces[W] = disc_means(shell.space, points, radius).toarray().T
+        loads = np.concatenate([loads, forces], axis=2)
+    (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
+    asked = [(e0, n1, band[1]), (e1, n0, band[1]), (e0, n0, 0.5 * sum(band))]
+    lines = list(shell.springs())
+
+    def problem(youngs_modulus: float, poisson_ratio: float, frequency: float) -> Problem:
+        c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
+        omega2 = (2 * np.pi * frequency) ** 2
+        elastic = ((c1, parts[0]), (c2, parts[1]), (1.0, parts[2]))
+        energy = diagonal(shell.space, _sum((*elastic, (omega2, parts[3]))))
+        return Problem(_sum((*elastic, (-omega2, parts[3]))), lines, loads, energy)
+
+    with ThreadPoolExecutor(WORKERS) as executor:
+        choice = chosen(shell.space, shell.held, [problem(*constants) for constants in asked], tolerance, executor)
+    return assembled(shell, choice.kept, parts, choice.dropped)
+
+
+def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0) -> ShellModel:
+    """Sparse matrices over the functions (5, N) that are kept."""
+    unknowns = Unknowns.of(shell.space, kept)
+    first, second, patches, mass = (unknowns.matrix(blocks) for blocks in parts)
+    patches = csr_matrix(patches + unknowns.springs(shell))
+    columns = [unknowns.vector(coupling) for coupling in shell.couplings(shell.thickness)]
+    return ShellModel(
+        shell=shell,
+        unknowns=unknowns,
+        stiffness_1=first,
+        stiffness_2=second,
+        stiffness_patch=patches,
+        mass=mass,
+        coupling=np.array(columns).reshape(len(columns), unknowns.size).T,
+        capacitance=shell.capacitance,
+        dropped=dropped,
+    )
+
+
+def _parts(shell: ShellPlate) -> Parts:
+    thickness = shell.thickness
+    return (
+        list(shell.cells.of(shell.plate_stiffness((1.0, 1.0, 0.0, 0.5, 0.0, 0.0), 0.5, thickness))),
+        list(shell.cells.of(shell.plate_stiffness((0.0, 0.0, 1.0, -0.5, 0.0, 0.0), -0.5, thickness))),
+        list(shell.cells.of(shell.patch_stiffness(thickness))),
+        list(shell.inertia(thickness)),
+    )
+
+
+def _sum(weighted: Iterable[tuple[float, list[Block]]]) -> list[Block]:
+    found: dict[tuple[int, int, int], Real] = {}
+    for weight, blocks in weighted:
+        for f, g, group, block in blocks:
+            place = (f, g, group)
+            found[place] = found[place] + weight * block if place in found else weight * block
+    return [(f, g, group, block) for (f, g, group), block in found.items()]

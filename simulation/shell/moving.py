@@ -1,0 +1,48 @@
+"""A mesh whose cells stretch so that one patch sits beside its declared place."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.geometry.loop import Loop
+from simulation.shell.shell_plate import ShellPlate
+from simulation.shell.space import ShapeSpace
+
+Real = NDArray[np.float64]
+
+REACH = 0.020
+"""How far from the patch cells stretch at most, m."""
+RIGID = 1.0 / 6.0
+"""Share of the room around the patch, at most, that moves along or stays, as strips do where there is room."""
+LEAST_ROOM = 0.4
+"""Share of the room that has to be left."""
+
+
+def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> ShapeSpace:
+    """Space over the mesh with one patch moved by `shift` m; functions and their numbers stay.
+
+    What is integrated depends smoothly on the shift. ValueError where there is no room for it.
+    """
+    mesh, plate = shell.space.mesh, shell.plate
+    own = shell.patches[patch].loop
+    others = [plate.loop, *plate.hole_loops, *plate.zone_loops]
+    others += [other.loop for k, other in enumerate(shell.patches) if k != patch]
+    room = min(float(other.distance(own.polygon).min()) for other in others)
+    room = min(room, min(float(own.distance(other.polygon).min()) for other in others))
+    if np.hypot(*shift) > (1.0 - LEAST_ROOM) * room:
+        raise ValueError(f"patch {shell.patches[patch].id!r} moved by {shift} m has not the room around it")
+    rigid = min(RIGID * room, plate.thickness)
+    near = np.maximum(_outside(own, mesh.points) - rigid, 0.0)
+    far = np.min([other.distance(mesh.points) for other in others], axis=0)
+    far = np.maximum(np.minimum(far - rigid, REACH), 0.0)
+    share = np.maximum(0.0, np.minimum(far / np.maximum(near + far, 1e-12), 1.0 - near / REACH))
+    share = np.where(near == 0.0, 1.0, share)
+    moved = shell.space.moved(share[:, None] * np.asarray(shift))
+    for here, there in zip(shell.space.groups, moved.groups, strict=True):
+        if len(here.dx) and (there.dx < 0.2 * here.dx).any():
+            raise ValueError(f"patch {shell.patches[patch].id!r} moved by {shift} m leaves cells no room")
+    return moved
+
+
+def _outside(loop: Loop, points: Real) -> Real:
+    """Distance from the inside of a loop, (K,); zero within."""
+    return np.where(loop.contains(points), 0.0, loop.distance(points))
