@@ -7,18 +7,15 @@ for degrees Celsius, kHz for Hz).
 
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from analysis.declared import Declared
+from analysis.plate_material import PlateMaterial
 
 Point = tuple[float, float]
 Length = Annotated[float, Field(ge=0.01, le=5.0, description="m")]
 Width = Annotated[float, Field(ge=0.001, le=1.0, description="m")]
 Temperature = Annotated[float, Field(ge=-80.0, le=200.0, description="degrees Celsius")]
-
-
-class Declared(BaseModel):
-    """Frozen settings that accept no unknown key and no infinite or missing number."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Plate(Declared):
@@ -29,6 +26,7 @@ class Plate(Declared):
     thickness: Annotated[float, Field(ge=1e-4, le=0.05, description="m")]
     mass: Annotated[float, Field(gt=0.0, le=200.0, description="kg, weighed bare")]
     boundary: Literal["free", "clamped"] = "free"
+    material: Annotated[PlateMaterial | None, Field(exclude_if=lambda declared: declared is None)] = None
 
     @property
     def density(self) -> float:

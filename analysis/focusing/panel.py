@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from analysis.experiment import Declared, Patch, Plate, Temperature, check_patches
+from analysis.declared import Declared
+from analysis.experiment import Patch, Plate, Temperature, check_patches
 
 Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
 Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
