@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from analysis.experiment import Experiment, Plate
 from analysis.plate_material import material_box
-from app.files.basis_cache import cached_reduction
+from app.files.basis_cache import basis_file, cached_reduction
 from app.progress import Report
 from simulation.twin import Twin
 
@@ -27,6 +27,20 @@ def campaign_twin(experiment: Experiment, report: Report) -> Twin:
             progress=report,
         ),
     )
+
+
+def twin_is_built(experiment: Experiment) -> bool:
+    """Whether `campaign_twin` would find its reduced model in the cache."""
+    plate = experiment.plate
+    file = basis_file(
+        plate,
+        experiment.patch,
+        material_box(plate.material),
+        experiment.protocol.band,
+        shape_points(plate),
+        field_certified=False,
+    )
+    return file.is_file()
 
 
 def shape_points(plate: Plate) -> NDArray[np.float64]:

@@ -94,8 +94,8 @@ def material_space(
 ) -> Real:
     """Vectors (n, N) that hold every transfer between patches at one material.
 
-    Chains grow until the transfers over the even grid `lines`, Hz, and on its resonances, lightly damped, change by
-    less than `tolerance` of their rms; RuntimeError if they do not.
+    Chains grow until the transfers over the even grid `lines`, Hz, and on its resonances, lightly damped, change
+    by less than `tolerance` of their rms; RuntimeError if they do not.
     """
     stiffness = model.stiffness(youngs_modulus, poisson_ratio)
     chains = [

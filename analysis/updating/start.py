@@ -41,8 +41,8 @@ def start_material(
 ) -> Real:
     """Best (E, nu, eta), a (3,) ndarray, of a grid over the model's box, the gain eliminated.
 
-    The grid of E and nu is walked at a loss factor near the top of the box, where the minima are widest; eta follows
-    on its own. Where a fit from the best point ends far from the data, fits from the grid's other minima are tried.
+    The grid of E and nu is walked at a loss factor near the top of the box, where the minima are widest; eta
+    follows on its own. Where a fit from the best point ends far from the data, the grid's other minima are tried.
     Unless `signed`, every channel may have either sign.
     """
 
