@@ -55,10 +55,10 @@ def sentence(experiment: Experiment, temperature: float, look: CoarseLook) -> st
         1e3 * plate.thickness * (look.modulus / e) ** (1.0 / 3.0) for e in (high, np.sqrt(low * high), low)
     )
     return (
-        f"thickness {1e3 * plate.thickness:.3g} mm declared; the resonances at {temperature:.0f} °C say {middle:.3g} "
-        f"mm ({thinnest:.2g} to {thickest:.2g} mm for E of {high / 1e9:.3g} to {low / 1e9:.3g} GPa), or {ratio:.3g} "
-        f"times the modulus, {look.modulus / 1e9:.3g} GPa. Check thickness, mass, lengths and units; if they are "
-        f"right, declare in [plate.material] {_material(look.modulus)}"
+        f"thickness {1e3 * plate.thickness:.3g} mm declared; the resonances at {temperature:.0f} °C say "
+        f"{middle:.3g} mm ({thinnest:.2g} to {thickest:.2g} mm for E of {high / 1e9:.3g} to {low / 1e9:.3g} GPa), "
+        f"or {ratio:.3g} times the modulus, {look.modulus / 1e9:.3g} GPa. Check thickness, mass, lengths and "
+        f"units; if they are right, declare in [plate.material] {_material(look.modulus)}"
     )
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from analysis.campaign import Campaign
 from analysis.frf import Frf, campaign_frf
 from analysis.material import Material, MaterialLaws
+from analysis.protocol.advice import unresolved
 from analysis.updating.laws import fit_laws
 from analysis.updating.polarity import upright
 from analysis.updating.strays import stray_sweeps
@@ -81,7 +82,13 @@ def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin
                 strays, "no plate explains it as it does its neighbours: clipped, knocked, or mixed up"
             )
             updated = update(frf, twin, progress=report)
-        return frf, twin, updated
+        lines = frf.frequency
+        told = unresolved(
+            (float(lines[0]), float(lines[-1])),
+            float(lines[1] - lines[0]),
+            float(np.median(updated.material.loss_factor)),
+        )
+        return replace(frf, notes=(*frf.notes, *told)), twin, updated
 
 
 def updated_under_effects(

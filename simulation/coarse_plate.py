@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from analysis.experiment import Experiment, Patch, Plate
 from analysis.material import MaterialBox
 from simulation.damped_modes import DampedModes
+from simulation.electric_load import ElectricLoad
 from simulation.mesh import MeshRecipe
 from simulation.mindlin import assemble
 from simulation.rational_krylov import Chain
@@ -31,7 +32,7 @@ VECTORS = 24
 
 @dataclass(frozen=True)
 class CoarsePlate:
-    """Compliances between patches, read at sensors on their inputs; see `analysis.updating.coarse_look`.
+    """Voltage-to-voltage transfer of a plate known roughly; see `analysis.updating.coarse_look`.
 
     Attributes
     ----------
@@ -39,17 +40,14 @@ class CoarsePlate:
         Of no certified error.
     actuator : int
     sensors : tuple of int
-    across : (K,) ndarray
-        Capacitance of each sensor and its input, F.
-    resistance : float
-        Of the input, ohm.
+    load : ElectricLoad
+        Across every sensor.
     """
 
     reduced: ReducedModel
     actuator: int
     sensors: tuple[int, ...]
-    across: Real
-    resistance: float
+    load: ElectricLoad
 
     @classmethod
     def of(cls, experiment: Experiment, box: MaterialBox) -> Self:
@@ -57,23 +55,22 @@ class CoarsePlate:
         reduced = coarse_reduction(experiment.plate, experiment.patch, box, experiment.protocol.band)
         sensors = tuple(k for k, patch in enumerate(experiment.patch) if patch.role == "sensor")
         inputs = experiment.acquisition
-        across = reduced.capacitance[list(sensors)] + inputs.input_capacitance
-        return cls(reduced, experiment.patch.index(experiment.actuator), sensors, across, inputs.input_resistance)
+        load = ElectricLoad(inputs.input_resistance, inputs.input_capacitance)
+        return cls(reduced, experiment.patch.index(experiment.actuator), sensors, load)
 
     def frf(self, youngs_modulus: float, poisson_ratio: float, frequency: Real) -> Complex:
         """Sensor volts per actuator volt, about, (K, F), damped by `LOSS_FACTOR`."""
         stiffness = self.reduced.stiffness(youngs_modulus, poisson_ratio, 0.0).real
         sensors = list(self.sensors)
         coupling = self.reduced.coupling[:, [*sensors, self.actuator]]
-        answer = DampedModes.of(stiffness, coupling).transfers(frequency, LOSS_FACTOR)[:-1, -1]
-        load = self.across[:, None] + 1.0 / (2j * np.pi * frequency * self.resistance)
-        return np.asarray(-answer / load)
+        answer = DampedModes.of(stiffness, coupling).transfers(frequency, LOSS_FACTOR)
+        return self.load.voltages(answer[:-1, -1], answer[:-1, :-1], self.reduced.capacitance[sensors], frequency)
 
 
 def coarse_reduction(
     plate: Plate, patches: Sequence[Patch], box: MaterialBox, band: tuple[float, float]
 ) -> ReducedModel:
-    """Galerkin model on Krylov vectors at a few moduli and the middle Poisson's ratio; its error is not measured."""
+    """Galerkin model on Krylov vectors at a few moduli and the middle nu; its error is not measured."""
     shorter, longer = sorted((plate.length_x, plate.length_y))
     recipe = MeshRecipe(degree=DEGREE, spacing=shorter / CELLS, strip=longer, edge_strip=longer)  # no strips
     model = assemble(plate, patches, recipe=recipe)

@@ -1,12 +1,13 @@
 """The start grid: a first material near enough that no fit can land in a neighbouring minimum."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.updating.broadening import narrowed
 from analysis.updating.model import TransferModel
 from analysis.updating.normal_equations import SweepData, best_gain
 from analysis.updating.sweep_fit import fit_sweep
@@ -18,6 +19,8 @@ ROUGH, NOISY = 0.1, 2.0
 """Misfit of a fit, and ratio of it to the noise, below both of which its minimum is taken for the right one."""
 STARTS = 6
 """Minima of the grid from which a fit is tried."""
+SHARP = 0.05
+"""Largest loss factor of a box below which data are broadened for a start; beyond, resonances overlap anyway."""
 LEAST_LOSS = 0.005
 """Loss factor at which fits start at least: wide resonances overlap with those they are to become."""
 
@@ -60,17 +63,27 @@ def start_material(
         misfits[i, j] = misfit(float(moduli[i]), float(ratios[j]), eta_high)
         progress((done + 1) / misfits.size)
     etas = np.geomspace(min(eta_low, eta_high), eta_high, 5)
+
+    def from_grid() -> Iterator[Real]:
+        for i, j in _minima(misfits)[:STARTS]:
+            e, nu = float(moduli[i]), float(ratios[j])
+            yield np.array([e, nu, etas[int(np.argmin([misfit(e, nu, float(eta)) for eta in etas]))]])
+
     best, least = np.zeros(3), np.inf
-    for i, j in _minima(misfits)[:STARTS]:
-        e, nu = float(moduli[i]), float(ratios[j])
-        eta = float(etas[int(np.argmin([misfit(e, nu, float(eta)) for eta in etas]))])
-        sign = turned(model.frf(e, nu, eta, data.frequency))
-        found = fit_sweep(model, replace(data, h=sign * data.h), np.array([e, nu, eta])).point.misfit
+    for start in chain(from_grid(), _narrowed(model, data, moduli) if signed else ()):
+        sign = turned(model.frf(float(start[0]), float(start[1]), float(start[2]), data.frequency))
+        found = fit_sweep(model, replace(data, h=sign * data.h), start).point.misfit
         if found < least:
-            best, least = np.array([e, nu, eta]), found
+            best, least = start, found
         if least < max(ROUGH, NOISY * _noise(data)):
             break
     return best
+
+
+def _narrowed(model: TransferModel, data: SweepData, moduli: Real) -> Iterator[Real]:
+    """Yield starts by way of broadened data, where resonances are sharp; each computed when asked for."""
+    if model.box.loss_factor[1] < SHARP:
+        yield from narrowed(model, data, moduli)
 
 
 def _grid(model: TransferModel, loss_factor: float) -> tuple[Real, Real]:
