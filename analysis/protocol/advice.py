@@ -9,7 +9,7 @@ WORTH_TELLING = 0.01
 
 
 def unresolved(lines: tuple[float, float], spacing: float, loss_factor: float) -> tuple[str, ...]:
-    """Say where resonances of `loss_factor` are narrower than the `spacing` of lines, Hz, in mid-band.
+    """Say where resonances of `loss_factor` are narrower than the `spacing` of lines, Hz, between two ends.
 
     A record as long as 1/spacing cuts the ringing of such a plate off, too.
     """

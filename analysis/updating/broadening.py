@@ -37,7 +37,7 @@ def broadened(data: SweepData, loss_factor: float) -> SweepData:
 
 
 def narrowed(model: TransferModel, data: SweepData, moduli: Real) -> list[Real]:
-    """Return starts (E, nu, eta), (3,) ndarrays, reached by fits to ever less broadened data, most promising first.
+    """Return starts (E, nu, eta), (3,) ndarrays, reached by fits to less and less broadened data, best first.
 
     `moduli` (N,) lie as close as resonances of half the box's largest loss factor need them.
     """

@@ -83,6 +83,7 @@ def cached_reduction(
     stored = load_basis(file)
     if stored is not None:
         return stored
+    require_isotropic(plate)
     model = assemble(plate, patches, recipe=recipe)
     with reducing(box, band):
         reduced = reduce(
@@ -116,6 +117,15 @@ def basis_file(
         cache_folder()
         / f"basis-{basis_key(plate, patches, box, band, points, recipe, training, field_certified)}.h5"
     )
+
+
+def require_isotropic(plate: Plate) -> None:
+    """ResultFileError for a sheet declared orthotropic: plates are assembled isotropic, and it would not count."""
+    if plate.material is not None and plate.material.departure is not None:
+        raise ResultFileError(
+            "plate.material.orthotropy: the twin is that of an isotropic sheet. Leave it out; flexura gap finds "
+            "delta_e and delta_g from the recording (effect orthotropy)"
+        )
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
 from app.files.campaign import load_campaign
 from app.first_look import first_look
+from app.twin import campaign_twin
 
 
 def silent(stage: str, share: float) -> None:
@@ -84,3 +85,13 @@ def test_a_basis_that_does_not_converge_is_a_sentence(tmp_path: Path, measured, 
             recipe=MeshRecipe(degree=3, spacing=0.06, strip=0.004, edge_strip=0.004),
             training=Training(tolerance=1e-18),
         )
+
+
+def test_a_sheet_declared_orthotropic_is_not_taken_for_an_isotropic_one(
+    measured, tmp_path: Path, monkeypatch
+) -> None:
+    monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path))
+    experiment, _ = measured
+    material = PlateMaterial(kind="pp-gf", orthotropy={"delta_e": 0.05, "delta_g": 0.02})
+    with pytest.raises(ResultFileError, match=r"plate\.material\.orthotropy"):
+        campaign_twin(declared(experiment, material=material), silent)
