@@ -13,6 +13,7 @@ from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import TOUCH, just_inside
 from analysis.outline import AnyOutline, AnyZone, RectangleOutline
+from analysis.plate_material import PlateMaterial
 from analysis.plate_parts import check_parts
 from analysis.support import Support, SupportedEdge, without
 
@@ -38,6 +39,8 @@ class Plate(Sparse):
         Temperature of the surroundings at which the dimensions hold, degrees Celsius.
     expansion : float
         Coefficient of thermal expansion, 1/K.
+    material : PlateMaterial, optional
+        Of which elastic constants the twin has to know.
     """
 
     always: ClassVar[frozenset[str]] = frozenset({"length_x", "length_y", "thickness", "mass", "boundary"})
@@ -54,6 +57,7 @@ class Plate(Sparse):
     curvature: Curvature | None = None
     dimensions_at: Temperature | None = None
     expansion: Annotated[float, Field(ge=-1e-4, le=1e-3, description="1/K")] = 0.0
+    material: PlateMaterial | None = None
 
     @property
     def loop(self) -> Loop:

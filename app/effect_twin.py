@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from analysis.experiment import Experiment
+from analysis.plate_material import material_box
 from app.files.effect_cache import cached_operators
 from app.progress import Report
-from app.twin import UPDATING_BOX
 from simulation.effect_twin import EffectTwin
 from simulation.effects.library import library
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def effect_twin(experiment: Experiment, report: Report, folder: Path | None = None) -> EffectTwin:
     """Twin of a campaign's plate over its band, with the project's effects and those of a user's `folder`."""
     known: Mapping[str, Effect] = library(experiment, folder)
-    operators = cached_operators(experiment, UPDATING_BOX, report)
+    operators = cached_operators(experiment, material_box(experiment.plate.material), report)
     if not operators.offset_range:
         known = {name: effect for name, effect in known.items() if name != "sensor_offset"}
     return EffectTwin(experiment, operators, known)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import analysis
 from analysis.campaign import Campaign
+from analysis.plate_material import material_box
 from app.corrected_twin import CorrectedTwin, material_of
 from app.files.atomic import write_json
 from app.files.effect_cache import operators_key
@@ -20,7 +21,6 @@ from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance, sha256
 from app.files.twin_file import Basis, Estimated, Origin, TwinEffect, TwinFile, TwinLaws, write_twin
 from app.gap import Comparison
-from app.twin import UPDATING_BOX
 
 GAP, FIGURES, TWIN, LAWS = "gap.json", "gap.h5", "twin.toml", "laws-corrected.h5"
 
@@ -102,7 +102,8 @@ def twin_file(campaign: Campaign, found: Comparison, based_on: str | None) -> Tw
             for name, values in corrected.effects.items()
         ),
         basis=Basis(
-            operators=operators_key(experiment, UPDATING_BOX), error=_rounded(found.twin.operators.error, 4)
+            operators=operators_key(experiment, material_box(experiment.plate.material)),
+            error=_rounded(found.twin.operators.error, 4),
         ),
         origin=Origin(
             flexura=analysis.__version__,

@@ -10,7 +10,7 @@ from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
 from analysis.focusing.methods import Constants, Modes
 from analysis.focusing.panel import Panel
-from analysis.material import MaterialBox, MaterialLaws
+from analysis.material import MaterialLaws
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
 from app.progress import Report
@@ -64,16 +64,16 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Report) -> PanelTwin:
         Where the laws leave the panel's twin box.
     """
     grid = Grid.of(panel)
+    box = panel.box
     for constants in _materials(laws):
-        if not panel.twin.holds(*constants):
+        if not (box.clip(np.array(constants)) == np.array(constants)).all():
             e, nu, eta = constants
             raise ResultFileError(
                 f"the laws ask the panel for E {e:.4g} Pa, nu {nu:.4g}, eta {eta:.4g}, outside the panel's "
-                f"twin: youngs_modulus {list(panel.twin.youngs_modulus)}, "
-                f"poisson_ratio {list(panel.twin.poisson_ratio)}, "
-                f"loss_factor {list(panel.twin.loss_factor)}; widen [twin] in the panel's file"
+                f"twin: youngs_modulus {list(box.youngs_modulus)}, "
+                f"poisson_ratio {list(box.poisson_ratio)}, "
+                f"loss_factor {list(box.loss_factor)}; widen [twin] in the panel's file"
             )
-    box = MaterialBox(panel.twin.youngs_modulus, panel.twin.poisson_ratio, panel.twin.loss_factor)
     band = panel.filters.twin_band
     reduced = cached_reduction(
         panel.plate,

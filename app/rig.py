@@ -12,6 +12,7 @@ import numpy as np
 from analysis.experiment import Experiment
 from analysis.gap.model import SweepPoint
 from analysis.material import MaterialLaws
+from analysis.plate_material import material_box
 from app.effect_twin import effect_twin
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredExperiment, RigKind, Simulation
@@ -19,7 +20,7 @@ from app.files.hidden_effects import with_shapes
 from app.plate_transfer import EffectTransfer, PlainTransfer, Transfer
 from app.progress import Report
 from app.simulated_plate import TwinPlate
-from app.twin import UPDATING_BOX, campaign_twin
+from app.twin import campaign_twin
 from drivers.clock import SystemClock
 from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.modules import KNOWN, InputModule
@@ -127,14 +128,21 @@ def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: P
             )
         )
     else:
+        box = material_box(experiment.plate.material)
         values = laws.at(range(math.ceil(wanted[0]), math.floor(wanted[1]) + 1))
         for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
             least, most = float(getattr(values, name).min()), float(getattr(values, name).max())
-            bottom, top = getattr(UPDATING_BOX, name)
+            bottom, top = getattr(box, name)
             if least < bottom or most > top:
                 seen = f"{least:.4g} to {most:.4g} between the values given"
                 problems.append(
-                    Problem(file.name, f"simulation.laws.{name}", seen, f"{bottom:g} to {top:g}, the twin's range")
+                    Problem(
+                        file.name,
+                        f"simulation.laws.{name}",
+                        seen,
+                        f"{bottom:g} to {top:g}, the twin's range",
+                        "or declare what the plate is made of: [plate.material]",
+                    )
                 )
     if problems:
         raise CampaignFileError(file.parent, problems)

@@ -4,33 +4,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.experiment import Experiment, Plate
-from analysis.material import MaterialBox
-from app.files.basis_cache import cached_reduction
+from analysis.plate_material import material_box
+from app.files.basis_cache import basis_file, cached_reduction
 from app.progress import Report
 from simulation.twin import Twin
-
-UPDATING_BOX = MaterialBox((0.8e9, 4.0e9), (0.30, 0.49), (0.005, 0.15))
-"""What thermoplastics from a cold to a warm car interior can be, with room for a fit to walk in."""
-
 
 SHAPE_POINTS = 32
 """Points along the longer side of the box around a plate on which its mode shapes are known."""
 
 
 def campaign_twin(experiment: Experiment, report: Report) -> Twin:
-    """Twin of a campaign's plate over its band, certified over `UPDATING_BOX`; its shapes known on a grid."""
+    """Twin of a campaign's plate over its band, certified over its material's box; its shapes known on a grid."""
     return Twin.of(
         experiment,
         cached_reduction(
             experiment.plate,
             experiment.patch,
-            UPDATING_BOX,
+            material_box(experiment.plate.material),
             experiment.protocol.band,
             points=shape_points(experiment.plate),
             field_certified=False,
             progress=report,
         ),
     )
+
+
+def twin_is_built(experiment: Experiment) -> bool:
+    """Whether `campaign_twin` would find its reduced model in the cache."""
+    plate = experiment.plate
+    file = basis_file(
+        plate,
+        experiment.patch,
+        material_box(plate.material),
+        experiment.protocol.band,
+        shape_points(plate),
+        field_certified=False,
+    )
+    return file.is_file()
 
 
 def shape_points(plate: Plate) -> NDArray[np.float64]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from analysis.campaign import Campaign
 from analysis.frf import Frf, campaign_frf
 from analysis.material import Material, MaterialLaws
+from analysis.protocol.advice import unresolved
 from analysis.updating.laws import fit_laws
 from analysis.updating.polarity import upright
 from analysis.updating.strays import stray_sweeps
@@ -21,9 +22,10 @@ from app.corrected_twin import corrected_twin, fit_twin, reached
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance
+from app.first_look import first_look
 from app.held_effects import HeldEffects
 from app.progress import Report
-from app.twin import campaign_twin
+from app.twin import campaign_twin, twin_is_built
 from simulation.twin import Twin
 
 GOOD_MISFIT = 1.3
@@ -69,6 +71,8 @@ def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin
     with judging(campaign):
         frf = campaign_frf(campaign, mains=mains)
         frf.require_noise()  # before a twin is built for nothing
+        if not twin_is_built(campaign.experiment):
+            frf = replace(frf, notes=(*frf.notes, *first_look(campaign.experiment, frf, report)))
         twin = campaign_twin(campaign.experiment, report)
         frf, begin = upright(frf, twin, report)
         updated = update(frf, twin, begin=begin, progress=report)
@@ -78,7 +82,13 @@ def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin
                 strays, "no plate explains it as it does its neighbours: clipped, knocked, or mixed up"
             )
             updated = update(frf, twin, progress=report)
-        return frf, twin, updated
+        lines = frf.frequency
+        told = unresolved(
+            (float(lines[0]), float(lines[-1])),
+            float(lines[1] - lines[0]),
+            float(np.median(updated.material.loss_factor)),
+        )
+        return replace(frf, notes=(*frf.notes, *told)), twin, updated
 
 
 def updated_under_effects(

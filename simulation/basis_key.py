@@ -14,7 +14,7 @@ from simulation.mesh import MeshRecipe
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 from simulation.reduction import Training
 
-METHOD = 3
+METHOD = 4
 """Raised whenever the same declaration would give another reduced model."""
 
 
@@ -35,7 +35,7 @@ def basis_key(
     geometry = [patch.model_dump(exclude={"id", "role"}) for patch in patches]
     declared = {
         "method": METHOD,
-        "plate": plate.model_dump(),
+        "plate": plate.model_dump(exclude={"material"}),  # of an isotropic one only the box counts
         "patches": geometry,
         "materials": {patch.material: asdict(PIEZO_MATERIALS[patch.material]) for patch in patches},
         "box": asdict(box),
@@ -43,6 +43,8 @@ def basis_key(
         "recipe": asdict(recipe or MeshRecipe()),
         "training": asdict(training or Training()),
     }
+    if plate.material is not None and plate.material.departure is not None:
+        declared["orthotropy"] = asdict(plate.material.departure)
     digest = hashlib.sha256(json.dumps(declared, sort_keys=True, allow_nan=False).encode())
     if points is not None:
         digest.update(np.ascontiguousarray(points, dtype="<f8").tobytes())

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from analysis.material import MaterialBox
 from simulation.damped_modes import DampedModes, relative_error
 from simulation.reduced_model import ReducedModel
+from simulation.resonance_lines import root_mean_square
 
 Real = NDArray[np.float64]
 
@@ -20,7 +21,7 @@ MODULI, RATIOS = 6, 4
 FIELD_LINES = 5
 """The field is compared at every so many lines."""
 
-LEAST_LOSS = 0.01
+LEAST_LOSS = 1e-4
 """An undamped plate has no finite response at resonance to train on."""
 
 
@@ -71,7 +72,7 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
     candidate : ReducedModel
         Of N coordinates.
     lines : (F,) ndarray
-        Hz.
+        Hz, even; lines on narrow resonances are added at every material.
     tolerance : float
         Of any transfer between patches, relative to its rms, against the candidate.
 
@@ -87,20 +88,21 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
         )
     )
     modes = [_modes(candidate, e, nu) for e, nu in materials]
-    references = [_Reference.of(mode, candidate, lines, loss) for mode in modes]
+    places = [mode.lines(loss, lines) for mode in modes]
+    references = [_Reference.of(*pair, candidate, loss) for pair in zip(modes, places, strict=True)]
     energy = candidate.stiffness(*middle(candidate.box), 0.0).real
     energy = energy + energy_shift(candidate.band) * np.eye(candidate.size)
     root = scipy.linalg.cholesky(energy, lower=True)
     gram = np.zeros_like(energy)
-    for mode in modes:
-        weighed = root.T @ mode.responses(lines, loss)
+    for mode, there in zip(modes, places, strict=True):
+        weighed = root.T @ mode.responses(there, loss)
         gram += weighed @ weighed.T
     directions = scipy.linalg.solve_triangular(root.T, np.linalg.eigh(gram)[1][:, ::-1], lower=False)
 
     def good(size: int) -> bool:
         small = candidate.restricted(np.linalg.qr(directions[:, :size])[0])
         return all(
-            reference.error(_modes(small, e, nu), small, lines, loss) <= tolerance
+            reference.error(_modes(small, e, nu), small, loss) <= tolerance
             for (e, nu), reference in zip(materials, references, strict=True)
         )
 
@@ -115,23 +117,29 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
 class _Reference:
     """Transfers, and the field at the points on some of the lines, that a smaller model must meet."""
 
+    lines: Real
     transfers: NDArray[np.complex128]
     field: Real
 
     @classmethod
-    def of(cls, modes: DampedModes, model: ReducedModel, lines: Real, loss: float) -> Self:
-        return cls(modes.transfers(lines, loss), model.deflection @ modes.responses(lines[::FIELD_LINES], loss))
+    def of(cls, modes: DampedModes, lines: Real, model: ReducedModel, loss: float) -> Self:
+        field = model.deflection @ modes.responses(lines[::FIELD_LINES], loss)
+        return cls(lines, modes.transfers(lines, loss), field)
 
-    def error(self, modes: DampedModes, model: ReducedModel, lines: Real, loss: float) -> float:
+    def error(self, modes: DampedModes, model: ReducedModel, loss: float) -> float:
         """Larger of the errors of transfers and field, as `ReducedModel.error` counts them."""
-        transfer = relative_error(modes.transfers(lines, loss), self.transfers)
+        transfer = relative_error(modes.transfers(self.lines, loss), self.transfers, self.lines)
         if not self.field.size:
             return transfer
-        wrong = model.deflection @ modes.responses(lines[::FIELD_LINES], loss) - self.field
-        # Columns are real parts, then imaginary parts, of every input and line.
-        squares = np.mean(wrong**2, axis=0).reshape(2, -1).sum(axis=0)
-        rms = np.sqrt(2.0 * np.mean(self.field**2))
-        return max(transfer, float(np.sqrt(squares.max()) / rms))
+        some = self.lines[::FIELD_LINES]
+        wrong = np.sqrt(_power(model.deflection @ modes.responses(some, loss) - self.field, some.size))
+        rms = np.sqrt(np.mean(root_mean_square(np.sqrt(_power(self.field, some.size)), some) ** 2))
+        return max(transfer, float(wrong.max() / rms))
+
+
+def _power(field: Real, lines: int) -> Real:
+    """Mean over the points of |w|**2, (inputs, lines); columns are real, then imaginary parts of both."""
+    return np.asarray(np.mean(field**2, axis=0).reshape(2, -1, lines).sum(axis=0))
 
 
 def _modes(model: ReducedModel, youngs_modulus: float, poisson_ratio: float) -> DampedModes:

@@ -95,8 +95,8 @@ def material_space(
 ) -> Real:
     """Vectors (n, N) that hold every transfer between patches at one material.
 
-    Chains grow until the transfers over `lines` Hz, lightly damped, change by less than `tolerance`
-    of their rms; RuntimeError if they do not.
+    Chains grow until the transfers over the even grid `lines`, Hz, and on its resonances, lightly damped, change
+    by less than `tolerance` of their rms; RuntimeError if they do not.
     """
     stiffness = model.stiffness(youngs_modulus, poisson_ratio)
     chains = [
@@ -104,17 +104,21 @@ def material_space(
         for shift in shifts
     ]
     space = Galerkin(stiffness, model.coupling, np.zeros((model.size, 0)))
-    last: NDArray[np.complex128] | None = None
+    last: DampedModes | None = None
     while len(chains[0].blocks) < LONGEST:
         for chain in chains:
             space.add(*chain.extend(STEPS))
-        now = space.modes().transfers(lines, loss_factor)
-        if last is not None and relative_error(now, last) < tolerance:
+        now = space.modes()
+        if last is not None and _change(last, now, loss_factor, now.lines(loss_factor, lines)) < tolerance:
             return space.vectors
         last = now
     raise RuntimeError(
         f"the Krylov space at E {youngs_modulus:.4g} Pa, nu {poisson_ratio:.3g} did not converge to {tolerance:g}"
     )
+
+
+def _change(before: DampedModes, now: DampedModes, loss_factor: float, lines: Real) -> float:
+    return relative_error(before.transfers(lines, loss_factor), now.transfers(lines, loss_factor), lines)
 
 
 def _bordered(gram: Real, columns: Real) -> Real:

@@ -129,7 +129,7 @@ def reduction(
     vectors = _candidates(model, box, band, lines, training, report)
     error = float("inf")
     for attempt in range(training.rounds):
-        candidate, vectors = _projected(model, vectors, box, band)
+        candidate, vectors = projected(model, vectors, box, band)
         candidate = replace(candidate, deflection=probe[counted] @ vectors, points=places[counted])
         report(STAGE, 0.65 + 0.1 * attempt)
         basis = decomposition(candidate, lines, 0.25 * training.tolerance)
@@ -188,7 +188,7 @@ def _candidates(
     return np.hstack(spaces)
 
 
-def _projected(
+def projected(
     model: ShellModel, vectors: Real, box: MaterialBox, band: tuple[float, float]
 ) -> tuple[ReducedModel, Real]:
     """Galerkin model on candidate vectors, and the vectors made orthonormal in the mass (n, N)."""

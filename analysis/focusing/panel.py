@@ -11,6 +11,8 @@ from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import leaves, overlap
 from analysis.geometry.shapes import rectangle
+from analysis.material import MaterialBox
+from analysis.plate_material import material_box
 
 Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
 Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
@@ -114,11 +116,11 @@ class Illustration(Declared):
 
 
 class TwinSettings(Declared):
-    """Elastic constants between which the panel's reduced twin is trained, and how finely it is made."""
+    """How finely the panel's reduced twin is made, and for which constants, if not those of its material."""
 
-    youngs_modulus: Annotated[tuple[Modulus, Modulus], Field(description="Pa")] = (0.8e9, 4.0e9)
-    poisson_ratio: tuple[Ratio, Ratio] = (0.30, 0.49)
-    loss_factor: tuple[Loss, Loss] = (0.005, 0.15)
+    youngs_modulus: Annotated[tuple[Modulus, Modulus] | None, Field(description="Pa")] = None
+    poisson_ratio: tuple[Ratio, Ratio] | None = None
+    loss_factor: tuple[Loss, Loss] | None = None
     mesh_degree: Annotated[int, Field(ge=3, le=8)] = 4
     mesh_strip: Annotated[float, Field(ge=5e-4, le=0.02, description="m, on both sides of every patch edge")] = (
         0.005
@@ -128,19 +130,10 @@ class TwinSettings(Declared):
     @model_validator(mode="after")
     def _ascending(self) -> Self:
         for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
-            low, high = getattr(self, name)
-            if low >= high:
-                raise ValueError(f"{name} [{low:g}, {high:g}] must ascend")
+            pair = getattr(self, name)
+            if pair is not None and pair[0] >= pair[1]:
+                raise ValueError(f"{name} [{pair[0]:g}, {pair[1]:g}] must ascend")
         return self
-
-    def holds(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> bool:
-        """Whether constants lie in the box, walls included."""
-        pairs = (
-            (youngs_modulus, self.youngs_modulus),
-            (poisson_ratio, self.poisson_ratio),
-            (loss_factor, self.loss_factor),
-        )
-        return all(low <= value <= high for value, (low, high) in pairs)
 
 
 class Panel(Declared):
@@ -167,12 +160,25 @@ class Panel(Declared):
                 f"target reaches over the plate's edge at {at(place)}; move it onto the plate", place
             )
         constants = self.illustration
-        if not self.twin.holds(constants.youngs_modulus, constants.poisson_ratio, constants.loss_factor):
-            raise ValueError("illustration lies outside the ranges of twin; widen them or move it")
+        values = np.array([constants.youngs_modulus, constants.poisson_ratio, constants.loss_factor])
+        if not (self.box.clip(values) == values).all():
+            raise ValueError(
+                "illustration lies outside the ranges of twin (or else of plate.material); widen them or move it"
+            )
         for patch in self.patch:
             if patch.role != "actuator":
                 raise ValueError(f"patch {patch.id!r} has the role {patch.role}; a panel has actuators only")
         return self
+
+    @property
+    def box(self) -> MaterialBox:
+        """Materials for which the panel's twin is made: of ``[twin]``, else of ``[plate.material]``."""
+        known = material_box(self.plate.material)
+        return MaterialBox(
+            self.twin.youngs_modulus or known.youngs_modulus,
+            self.twin.poisson_ratio or known.poisson_ratio,
+            self.twin.loss_factor or known.loss_factor,
+        )
 
     @property
     def target_center(self) -> tuple[float, float]:

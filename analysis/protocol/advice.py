@@ -2,8 +2,25 @@
 
 STIFFNESS_CHANGE, LOSS_FACTOR = 0.02, 0.05
 """|d ln E / dT| [1/K] and loss factor of a soft polymer: polypropylene between 0 and 60 degrees Celsius."""
+LEAST_LINES = 2.0
+"""Over the width of a resonance, in the middle of the band."""
 WORTH_TELLING = 0.01
 """Change of a resonance within one sweep, as a share of its peak, from which on it is more than usual noise."""
+
+
+def unresolved(lines: tuple[float, float], spacing: float, loss_factor: float) -> tuple[str, ...]:
+    """Say where resonances of `loss_factor` are narrower than the `spacing` of lines, Hz, between two ends.
+
+    A record as long as 1/spacing cuts the ringing of such a plate off, too.
+    """
+    width = loss_factor * float((lines[0] * lines[1]) ** 0.5)
+    if width >= LEAST_LINES * spacing:
+        return ()
+    return (
+        f"lines are {spacing:.2g} Hz apart, resonances of a loss factor of {loss_factor:.2g} about {width:.2g} Hz "
+        f"wide: record for {LEAST_LINES / width:.2g} s or longer (sweep.duration and sweep.tail), else the damping "
+        "is no better than the lines",
+    )
 
 
 def smeared(duration: float, ramp_rate: float) -> tuple[str, ...]:

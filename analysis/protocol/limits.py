@@ -4,7 +4,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from analysis.experiment import Declared, Temperature
+from analysis.declared import Declared
+from analysis.experiment import Temperature
 
 
 class Limits(Declared):

@@ -4,7 +4,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.experiment import Declared, Temperature
+from analysis.declared import Declared
+from analysis.experiment import Temperature
 
 Direction = Literal["up", "down"]
 Rate = Annotated[float, Field(gt=0.0, le=60.0, description="K/min, magnitude")]

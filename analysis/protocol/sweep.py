@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.experiment import Declared
+from analysis.declared import Declared
 
 Level = Annotated[float, Field(gt=0.0, le=100.0)]
 

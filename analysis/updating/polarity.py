@@ -41,7 +41,7 @@ def upright(
         Where lines carry no variance, so that no weight can be given.
     """
     frf.require_noise()
-    data = SweepData.of(frf, middle_sweep(frf), stride(frf))
+    data = SweepData.of(frf, middle_sweep(frf), stride(frf, model.box))
     begin = start_material(model, data, lambda share: progress("start grid", share))
     if _explained(model, data, begin):
         return frf, begin

@@ -1,23 +1,37 @@
 """The start grid: a first material near enough that no fit can land in a neighbouring minimum."""
 
-from collections.abc import Callable
-from itertools import product
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import chain, product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.updating.broadening import narrowed
 from analysis.updating.model import TransferModel
 from analysis.updating.normal_equations import SweepData, best_gain
+from analysis.updating.sweep_fit import fit_sweep
 
-MODULUS_STEP = 1.07
-"""Resonances of a plate with eta = 0.04 stay within each other's half-power bandwidth over this ratio of E."""
+MODULUS_STEP, RESONANCE_STEP = 1.07, 1.7
+"""The modulus climbs by at most this ratio, and by at most so many loss factors: resonances of the damping at
+which the grid is walked stay within each other's half-power bandwidth."""
+ROUGH, NOISY = 0.1, 2.0
+"""Misfit of a fit, and ratio of it to the noise, below both of which its minimum is taken for the right one."""
+STARTS = 6
+"""Minima of the grid from which a fit is tried."""
+SHARP = 0.05
+"""Largest loss factor of a box below which data are broadened for a start; beyond, resonances overlap anyway."""
+LEAST_LOSS = 0.005
+"""Loss factor at which fits start at least: wide resonances overlap with those they are to become."""
+
+Real = NDArray[np.float64]
 
 
-def in_phase(transfer: NDArray[np.complex128], data: SweepData) -> NDArray[np.float64]:
+def in_phase(transfer: NDArray[np.complex128], data: SweepData) -> Real:
     """Correlation of a transfer (K, F) with the data of each channel, (K,), -1 to 1: negative where inverted."""
     product = (data.weight * (transfer.conj() * data.h).real).sum(1)
     power = (data.weight * np.abs(transfer) ** 2).sum(1) * (data.weight * np.abs(data.h) ** 2).sum(1)
-    correlation: NDArray[np.float64] = product / np.sqrt(power)
+    correlation: Real = product / np.sqrt(power)
     return correlation
 
 
@@ -27,30 +41,68 @@ def start_material(
     progress: Callable[[float], None] = lambda share: None,
     *,
     signed: bool = True,
-) -> NDArray[np.float64]:
+) -> Real:
     """Best (E, nu, eta), a (3,) ndarray, of a grid over the model's box, the gain eliminated.
 
-    The grid of E and nu is walked at a loss factor near the top of the box, where the minima are widest;
-    eta follows on its own. Unless `signed`, every channel may have either sign.
+    The grid of E and nu is walked at a loss factor near the top of the box, where the minima are widest; eta
+    follows on its own. Where a fit from the best point ends far from the data, the grid's other minima are tried.
+    Unless `signed`, every channel may have either sign.
     """
+
+    def turned(transfer: NDArray[np.complex128]) -> Real | float:
+        return 1.0 if signed else np.where(in_phase(transfer, data) < 0.0, -1.0, 1.0)[:, None]
 
     def misfit(e: float, nu: float, eta: float) -> float:
         transfer = model.frf(e, nu, eta, data.frequency)
-        sign = 1.0 if signed else np.where(in_phase(transfer, data) < 0.0, -1.0, 1.0)[:, None]
-        return best_gain(sign * transfer, data)[1]
+        return best_gain(turned(transfer) * transfer, data)[1]
 
-    box = model.box
-    low, high = box.youngs_modulus
-    moduli = np.geomspace(low, high, int(np.ceil(np.log(high / low) / np.log(MODULUS_STEP))) + 1)
-    nu_low, nu_high = box.poisson_ratio
-    ratios = nu_low + (nu_high - nu_low) * np.array([0.2, 0.5, 0.85])
-    eta_low, eta_high = max(box.loss_factor[0], 0.005), 0.8 * box.loss_factor[1]
-    grid = list(product(moduli, ratios))
-    misfits = []
-    for done, (e, nu) in enumerate(grid):
-        misfits.append(misfit(e, nu, eta_high))
-        progress((done + 1) / len(grid))
-    e, nu = grid[int(np.argmin(misfits))]
-    etas = np.geomspace(eta_low, eta_high, 5)
-    misfits = [misfit(e, nu, eta) for eta in etas]
-    return np.array([e, nu, etas[int(np.argmin(misfits))]])
+    eta_low, eta_high = max(model.box.loss_factor[0], LEAST_LOSS), 0.8 * model.box.loss_factor[1]
+    moduli, ratios = _grid(model, eta_high)
+    misfits = np.empty((moduli.size, ratios.size))
+    for done, (i, j) in enumerate(product(range(moduli.size), range(ratios.size))):
+        misfits[i, j] = misfit(float(moduli[i]), float(ratios[j]), eta_high)
+        progress((done + 1) / misfits.size)
+    etas = np.geomspace(min(eta_low, eta_high), eta_high, 5)
+
+    def from_grid() -> Iterator[Real]:
+        for i, j in _minima(misfits)[:STARTS]:
+            e, nu = float(moduli[i]), float(ratios[j])
+            yield np.array([e, nu, etas[int(np.argmin([misfit(e, nu, float(eta)) for eta in etas]))]])
+
+    best, least = np.zeros(3), np.inf
+    for start in chain(from_grid(), _narrowed(model, data, moduli) if signed else ()):
+        sign = turned(model.frf(float(start[0]), float(start[1]), float(start[2]), data.frequency))
+        found = fit_sweep(model, replace(data, h=sign * data.h), start).point.misfit
+        if found < least:
+            best, least = start, found
+        if least < max(ROUGH, NOISY * _noise(data)):
+            break
+    return best
+
+
+def _narrowed(model: TransferModel, data: SweepData, moduli: Real) -> Iterator[Real]:
+    """Yield starts by way of broadened data, where resonances are sharp; each computed when asked for."""
+    if model.box.loss_factor[1] < SHARP:
+        yield from narrowed(model, data, moduli)
+
+
+def _grid(model: TransferModel, loss_factor: float) -> tuple[Real, Real]:
+    """Moduli and Poisson's ratios over the box, as close as resonances of a loss factor need them."""
+    low, high = model.box.youngs_modulus
+    step = np.log(min(MODULUS_STEP, 1.0 + RESONANCE_STEP * loss_factor))
+    moduli = np.geomspace(low, high, int(np.ceil(np.log(high / low) / step)) + 1)
+    nu_low, nu_high = model.box.poisson_ratio
+    return np.asarray(moduli), nu_low + (nu_high - nu_low) * np.array([0.2, 0.5, 0.85])
+
+
+def _minima(misfits: Real) -> list[tuple[int, int]]:
+    """Places (i, j) of an array at which no neighbour along the first axis is lower, lowest first."""
+    walled = np.pad(misfits, ((1, 1), (0, 0)), constant_values=np.inf)
+    lowest = (misfits <= walled[:-2]) & (misfits <= walled[2:])
+    places = [(int(i), int(j)) for i, j in np.argwhere(lowest)]
+    return sorted(places, key=lambda place: float(misfits[place]))
+
+
+def _noise(data: SweepData) -> float:
+    """Rms of the noise over that of the data."""
+    return float(np.sqrt((1.0 / data.weight).sum()) / np.linalg.norm(data.h))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.material import Material
+from analysis.material import Material, MaterialBox
 from analysis.updating.common_gain import fit_common_gain
 from analysis.updating.model import TransferModel
 from analysis.updating.normal_equations import NormalEquations, SweepData
@@ -24,7 +24,9 @@ from analysis.updating.sweep_fit import SweepFit, fit_sweep
 Progress = Callable[[str, float], None]
 
 LINES_OF_THE_WALK = 500
-"""Lines that take part while sweeps are fitted on their own: modes are many lines wide, the end uses all."""
+"""Lines that take part while sweeps are fitted on their own, where modes are many lines wide; the end uses all."""
+LINES_OF_A_MODE = 2.0
+"""Lines that a resonance keeps over its half-power width, at the middle of the box's loss factors."""
 STRAYED = 3.0
 """A misfit this many times the neighbour's is taken for a wrong minimum: the sweep starts from the grid."""
 
@@ -93,7 +95,7 @@ def update(
     """
     frf.require_noise()
     report = progress or (lambda stage, share: None)
-    coarse = [SweepData.of(frf, t, stride(frf)) for t in range(len(frf.temperature))]
+    coarse = [SweepData.of(frf, t, stride(frf, model.box)) for t in range(len(frf.temperature))]
     data = [SweepData.of(frf, t) for t in range(len(frf.temperature))]
     order = [int(t) for t in np.argsort(frf.temperature, kind="stable")]
     middle = order.index(middle_sweep(frf))
@@ -119,9 +121,12 @@ def middle_sweep(frf: Frf) -> int:
     return int(np.argsort(frf.temperature, kind="stable")[len(frf.temperature) // 2])
 
 
-def stride(frf: Frf) -> int:
+def stride(frf: Frf, box: MaterialBox) -> int:
     """Return how many lines on is the next that takes part in fits of single sweeps."""
-    return max(1, len(frf.frequency) // LINES_OF_THE_WALK)
+    lines = frf.frequency
+    width = float(np.sqrt(np.prod(box.loss_factor)) * np.sqrt(lines[0] * lines[-1]))
+    enough = width / (LINES_OF_A_MODE * float(lines[1] - lines[0]))
+    return max(1, min(len(lines) // LINES_OF_THE_WALK, int(enough)))
 
 
 def _walk(

@@ -9,6 +9,7 @@ import numpy as np
 from analysis.experiment import Attachment, Experiment
 from analysis.gap.effect_card import EffectCard, Values
 from analysis.material import MaterialLaws
+from analysis.plate_material import material_box
 from app.blind_trial.plates import OTHER_MESH, PlateKind
 from app.blind_trial.strangers import RESONATOR, STRANGERS, ResonatorTransfer
 from app.files.effect_cache import cached_operators
@@ -17,7 +18,6 @@ from app.plate_transfer import EffectTransfer, Followed, Transfer
 from app.progress import Report
 from app.rig import REFERENCE, parts_around
 from app.simulated_plate import TwinPlate
-from app.twin import UPDATING_BOX
 from drivers.rig.rig import Rig
 from simulation.campaign_basis import for_materials
 from simulation.effect_operators import EffectOperators
@@ -115,4 +115,5 @@ def with_hidden_point(declared: Experiment, kind: PlateKind) -> Experiment:
 def specimen_operators(declared: Experiment, kind: PlateKind, report: Report | None = None) -> EffectOperators:
     """Operators on the trial's own mesh, from the cache or made and kept there."""
     silent: Report = report or (lambda stage, share: None)
-    return cached_operators(with_hidden_point(declared, kind), UPDATING_BOX, silent, OTHER_MESH)
+    box = material_box(declared.plate.material)
+    return cached_operators(with_hidden_point(declared, kind), box, silent, OTHER_MESH)

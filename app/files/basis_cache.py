@@ -6,7 +6,8 @@ damaged, cut short or of another layout is made again, never trusted.
 
 import hashlib
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from platformdirs import user_cache_path
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from app.files.atomic import atomic_hdf5
+from app.files.bad_file import ResultFileError
 
 if TYPE_CHECKING:
     from simulation.mesh import MeshRecipe
@@ -68,31 +70,76 @@ def cached_reduction(
         The strict one unless given.
     progress : callable, optional
         Told the stage's name and the share done.
+
+    Raises
+    ------
+    ResultFileError
+        Where the plate cannot be reduced, with what to change.
     """
-    from simulation.basis_key import basis_key
     from simulation.mindlin import assemble
     from simulation.reduction import reduce
 
-    file = (
-        cache_folder()
-        / f"basis-{basis_key(plate, patches, box, band, points, recipe, training, field_certified)}.h5"
-    )
+    file = basis_file(plate, patches, box, band, points, recipe, training, field_certified)
     stored = load_basis(file)
     if stored is not None:
         return stored
+    require_isotropic(plate)
     model = assemble(plate, patches, recipe=recipe)
-    reduced = reduce(
-        model,
-        box,
-        band,
-        points=points,
-        field_certified=field_certified,
-        training=training,
-        progress=progress,
-    )
+    with reducing(box, band):
+        reduced = reduce(
+            model,
+            box,
+            band,
+            points=points,
+            field_certified=field_certified,
+            training=training,
+            progress=progress,
+        )
     save_basis(file, reduced)
     # as it will be read next time: arrays laid out otherwise in memory round otherwise in the last digit
     return load_basis(file) or reduced
+
+
+def basis_file(
+    plate: Plate,
+    patches: Sequence[Patch],
+    box: MaterialBox,
+    band: tuple[float, float],
+    points: ArrayLike | None = None,
+    recipe: "MeshRecipe | None" = None,
+    training: "Training | None" = None,
+    field_certified: bool = True,
+) -> Path:
+    """Return where the cache keeps a reduced model, there or not; arguments of `cached_reduction`."""
+    from simulation.basis_key import basis_key
+
+    return (
+        cache_folder()
+        / f"basis-{basis_key(plate, patches, box, band, points, recipe, training, field_certified)}.h5"
+    )
+
+
+def require_isotropic(plate: Plate) -> None:
+    """ResultFileError for a sheet declared orthotropic: plates are assembled isotropic, and it would not count."""
+    if plate.material is not None and plate.material.departure is not None:
+        raise ResultFileError(
+            "plate.material.orthotropy: the twin is that of an isotropic sheet. Leave it out; flexura gap finds "
+            "delta_e and delta_g from the recording (effect orthotropy)"
+        )
+
+
+@contextmanager
+def reducing(box: MaterialBox, band: tuple[float, float]) -> Iterator[None]:
+    """Turn a reduction that does not converge into a ResultFileError that says what to change."""
+    try:
+        yield
+    except RuntimeError as error:
+        (low, high), least = box.youngs_modulus, box.loss_factor[0]
+        raise ResultFileError(
+            f"no reduced model of this plate is exact enough over E {low / 1e9:.4g} to {high / 1e9:.4g} GPa, loss "
+            f"factor from {least:g}, {band[0]:g} to {band[1]:g} Hz ({error}). Lower the upper end of the band, or "
+            "narrow youngs_modulus or raise the lower loss_factor in [plate.material]; is the thickness right?"
+        ) from error
 
 
 def save_basis(file: Path, reduced: "ReducedModel") -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
 from app.files.atomic import atomic_hdf5
-from app.files.basis_cache import cache_folder
+from app.files.basis_cache import cache_folder, reducing, require_isotropic
 from app.progress import Report
 
 if TYPE_CHECKING:
@@ -42,7 +42,9 @@ def cached_operators(
     stored = load_operators(file)
     if stored is not None:
         return stored
-    operators = reduce_with_effects(experiment, box, recipe=recipe, progress=report)[0]
+    require_isotropic(experiment.plate)
+    with reducing(box, experiment.protocol.band):
+        operators = reduce_with_effects(experiment, box, recipe=recipe, progress=report)[0]
     save_operators(file, operators)
     return load_operators(file) or operators
 

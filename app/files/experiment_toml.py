@@ -6,7 +6,8 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from analysis.experiment import Acquisition, Attachment, Declared, Experiment, Oven, Patch, Plate, Temperature
+from analysis.declared import Declared
+from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Temperature
 from analysis.material import Material, MaterialLaws
 from analysis.material_table import laws_through
 from analysis.protocol.limits import Limits

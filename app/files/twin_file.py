@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from analysis.declared import Declared
 from analysis.experiment import (
     Acquisition,
     Attachment,
-    Declared,
     Experiment,
     Oven,
     Patch,

@@ -4,7 +4,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.experiment import Declared, Temperature
+from analysis.declared import Declared
+from analysis.experiment import Temperature
 from drivers.clock import Clock, SystemClock
 from drivers.ovens.espec import Espec
 from drivers.ovens.eurotherm import MODEL_2400, MODEL_3500, Eurotherm

@@ -1,0 +1,72 @@
+"""A measured FRF as if the plate were damped more, so that sharp resonances can be met from afar.
+
+A causal response is analytic where damping grows: its mean over a Cauchy (Lorentz) kernel of half-width s is the
+response at the frequency f - js. With s = eta f/2 that is the plate with a loss factor larger by eta; noise
+averages out besides. Fits that follow the data from wide to narrow resonances start where their minima overlap.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.updating.model import TransferModel
+from analysis.updating.normal_equations import SweepData
+from analysis.updating.sweep_fit import fit_sweep
+
+Real = NDArray[np.float64]
+
+PER_WIDTH = 3.0
+"""Lines over the half-power width of a broadened resonance."""
+NARROWER = 3.0
+"""Ratio of the broadenings of two stages."""
+RATIOS = 5
+"""Poisson's ratios from which fits start."""
+NARROWEST = 1.5
+"""Width of the lowest resonance, in lines, at which the data are taken as they are."""
+
+
+def broadened(data: SweepData, loss_factor: float) -> SweepData:
+    """Return data, on as many lines as they then need, of the plate with a loss factor larger by `loss_factor`."""
+    f = data.frequency
+    count = int(np.ceil(np.log(f[-1] / f[0]) * PER_WIDTH / loss_factor)) + 1
+    centers = np.geomspace(f[0], f[-1], min(count, f.size))
+    half = 0.5 * loss_factor * centers[:, None]
+    kernel = half / ((f[None, :] - centers[:, None]) ** 2 + half**2) * np.gradient(f)
+    kernel /= kernel.sum(axis=1, keepdims=True)
+    variance = (1.0 / data.weight) @ (kernel**2).T
+    return SweepData(centers, data.h @ kernel.T, 1.0 / variance)
+
+
+def narrowed(model: TransferModel, data: SweepData, moduli: Real) -> list[Real]:
+    """Return starts (E, nu, eta), (3,) ndarrays, reached by fits to less and less broadened data, best first.
+
+    `moduli` (N,) lie as close as resonances of half the box's largest loss factor need them.
+    """
+    broad = 0.5 * model.box.loss_factor[1]
+    own = max(model.box.loss_factor[0], 0.1 * broad)
+    wide = broadened(data, broad)
+    places = []
+    for nu in np.linspace(*model.box.poisson_ratio, RATIOS + 2)[1:-1]:
+        misfits = [_misfit(model, wide, float(e), float(nu), broad + own) for e in moduli]
+        places.append((min(misfits), float(moduli[int(np.argmin(misfits))]), float(nu)))
+    return [_followed(model, data, np.array([e, nu, broad + own]), broad) for _, e, nu in sorted(places)]
+
+
+def _followed(model: TransferModel, data: SweepData, material: Real, broad: float) -> Real:
+    """Material (3,) that follows the data from a broadening to none."""
+    spacing = float(np.median(np.diff(data.frequency)))
+    least = model.box.loss_factor[0]
+    while True:
+        fitted = fit_sweep(model, broadened(data, broad), material).point.material
+        own = max(float(fitted[2]) - broad, least)
+        broad /= NARROWER
+        if broad * data.frequency[0] < NARROWEST * spacing:
+            return np.array([fitted[0], fitted[1], own])
+        material = np.array([fitted[0], fitted[1], own + broad])
+
+
+def _misfit(model: TransferModel, data: SweepData, e: float, nu: float, eta: float) -> float:
+    """Share of the data, in power, that the best real gain leaves; half of each power where signs disagree."""
+    transfer = model.frf(e, nu, eta, data.frequency)
+    product = float((transfer.conj() * data.h).real.sum())
+    size = float((np.abs(transfer) ** 2).sum() * (np.abs(data.h) ** 2).sum())
+    return 1.0 - max(product, 0.0) ** 2 / size

@@ -1,0 +1,55 @@
+"""Orthotropic sheets: shares and moduli say the same, and isotropy is their zero."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from analysis.plate_material import PlateMaterial
+from analysis.sheet_orthotropy import DeclaredOrthotropy, Orthotropy
+
+
+def test_no_departure_is_the_isotropic_sheet() -> None:
+    q11, q22, q12, q66 = Orthotropy(0.0, 0.0).plane_stress(2e9, 0.4)
+    assert (q11, q12, q66) == pytest.approx((q22, 0.4 * q11, 0.5 * (q11 - q12)))
+    assert q11 == pytest.approx(2e9 / 0.84)
+
+
+def test_moduli_are_those_of_uniaxial_stress() -> None:
+    """The compliance's diagonal is 1/Ex and 1/Ey, and nu_xy nu_yx is nu squared."""
+    q11, q22, q12, q66 = Orthotropy(0.2, 0.1).plane_stress(3e9, 0.35)
+    compliance = np.linalg.inv([[q11, q12], [q12, q22]])
+    assert 1.0 / np.diag(compliance) == pytest.approx([2.4e9, 3.6e9])
+    assert compliance[0, 1] ** 2 / (compliance[0, 0] * compliance[1, 1]) == pytest.approx(0.35**2)
+    assert q66 == pytest.approx(1.1 * 3e9 / 2.7)
+
+
+def test_moduli_and_shares_say_the_same() -> None:
+    shares = DeclaredOrthotropy(delta_e=0.2, delta_g=0.1, angle=30.0).at(0.35)
+    moduli = DeclaredOrthotropy(
+        youngs_modulus_x=2.4e9, youngs_modulus_y=3.6e9, shear_modulus=1.1 * 3e9 / 2.7, angle=30.0
+    ).at(0.35)
+    assert (moduli.delta_e, moduli.delta_g) == pytest.approx((shares.delta_e, shares.delta_g))
+    assert moduli.angle == shares.angle == pytest.approx(np.pi / 6)
+
+
+def test_a_material_has_its_orthotropy_as_a_value() -> None:
+    material = PlateMaterial(kind="pp-gf", orthotropy={"delta_e": 0.05, "delta_g": 0.02, "angle": 30})  # type: ignore[arg-type]
+    assert material.departure == Orthotropy(0.05, 0.02, pytest.approx(np.pi / 6))
+    assert PlateMaterial(kind="pp-gf").departure is None
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"delta_e": 0.1}, "either delta_e and delta_g, or youngs_modulus_x"),
+        ({"delta_e": 0.1, "delta_g": 0.0, "shear_modulus": 1e9}, "all of one group and none of the other"),
+        ({}, "either delta_e and delta_g"),
+        ({"delta_e": 0.9, "delta_g": 0.0}, "delta_e"),
+        ({"delta_e": 0.1, "delta_g": 0.0, "angle": 400.0}, "angle"),
+        ({"youngs_modulus_x": 1e9, "youngs_modulus_y": 90e9, "shear_modulus": 1e9}, r"is 0\.978; allowed"),
+        ({"youngs_modulus_x": 1e9, "youngs_modulus_y": 1e9, "shear_modulus": 9e9}, "times an isotropic sheet's"),
+    ],
+)
+def test_nonsense_is_refused(table: dict[str, float], said: str) -> None:
+    with pytest.raises(ValidationError, match=said):
+        PlateMaterial(kind="pp-gf", orthotropy=table)  # type: ignore[arg-type]

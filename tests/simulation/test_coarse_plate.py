@@ -1,0 +1,40 @@
+"""The coarse plate against a finer one: resonances over a hundredfold range of moduli."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from analysis.experiment import Experiment, Patch
+from analysis.material import MaterialBox
+from simulation.coarse_plate import CoarsePlate
+from simulation.electric_load import ElectricLoad
+from simulation.shell_model import ShellModel
+
+
+@pytest.fixture(scope="module")
+def experiment(declare: Callable[..., Experiment], three_patches: list[Patch]) -> Experiment:
+    return declare(three_patches, (100.0, 700.0))
+
+
+@pytest.fixture(scope="module")
+def known(experiment: Experiment) -> CoarsePlate:
+    return CoarsePlate.of(experiment, MaterialBox((0.5e9, 50e9), (0.34, 0.42), (0.01, 0.1)))
+
+
+@pytest.mark.parametrize("modulus", [0.6e9, 2e9, 40e9])
+def test_resonances_are_those_of_the_mesh(coarse_model: ShellModel, known: CoarsePlate, modulus: float) -> None:
+    full = coarse_model.eigenfrequencies(modulus, 0.38, 40)
+    full = full[(full > 100.0) & (full < 700.0)]
+    stiffness = known.reduced.stiffness(modulus, 0.38, 0.0).real
+    found = np.sqrt(np.abs(np.linalg.eigvalsh(stiffness))) / (2 * np.pi)
+    assert full.size >= 2
+    assert [np.abs(found / f - 1.0).min() for f in full] == pytest.approx([0.0] * full.size, abs=0.03)
+
+
+def test_voltages_are_nearly_those_of_direct_solution(coarse_model: ShellModel, known: CoarsePlate) -> None:
+    lines = np.linspace(150.0, 650.0, 6)
+    load = ElectricLoad(305e3, 1.2e-10)
+    full = coarse_model.frf(2e9, 0.38, 0.04, lines, actuator=0, sensors=(1, 2), load=load)
+    wrong = np.abs(known.frf(2e9, 0.38, lines) - full)
+    assert wrong.max() < 0.25 * np.abs(full).max()

@@ -1,0 +1,34 @@
+"""Metals: a reduced plate keeps its promise on the flanks of resonances a fraction of a hertz wide."""
+
+import numpy as np
+import pytest
+
+from analysis.experiment import Patch, Plate
+from analysis.plate_material import PlateMaterial, material_box
+from simulation.mesh import MeshRecipe
+from simulation.mindlin import assemble
+from simulation.reduction import reduce
+from simulation.resonance_lines import resonance_lines, root_mean_square
+
+BAND = (150.0, 900.0)
+
+
+@pytest.mark.parametrize(("kind", "modulus", "ratio", "density"), [("aluminium", 70e9, 0.33, 2700.0)])
+def test_transfers_hold_on_the_flanks(
+    patches: list[Patch], kind: str, modulus: float, ratio: float, density: float
+) -> None:
+    plate = Plate(length_x=0.24, length_y=0.19, thickness=0.003, mass=density * 0.24 * 0.19 * 0.003)
+    recipe = MeshRecipe(degree=4, spacing=0.06, strip=0.004, edge_strip=0.004)
+    model = assemble(plate, patches, recipe=recipe)
+    box = material_box(PlateMaterial(kind=kind))  # type: ignore[arg-type]
+    reduced = reduce(model, box, BAND)
+    assert reduced.error <= 1e-4
+    natural = model.eigenfrequencies(modulus, ratio, 20)
+    natural = natural[(natural > BAND[0]) & (natural < BAND[1])]
+    assert natural.size >= 4
+    loss = 1e-3
+    lines = resonance_lines(natural, loss, np.linspace(*BAND, 400))
+    rms = root_mean_square(reduced.compliance(modulus, ratio, loss, lines), lines)[..., None]
+    flanks = natural * (1.0 + 0.5 * loss)
+    wrong = reduced.compliance(modulus, ratio, loss, flanks) - model.compliance(modulus, ratio, loss, flanks)
+    assert (np.abs(wrong) / rms).max() <= 2e-4
