@@ -5,7 +5,8 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
 
-Point = tuple[float, float]
+Coordinate = Annotated[float, Field(ge=-1000.0, le=1000.0, description="m")]
+Point = tuple[Coordinate, Coordinate]
 Length = Annotated[float, Field(ge=0.01, le=5.0, description="m")]
 Width = Annotated[float, Field(ge=0.001, le=1.0, description="m")]
 Thickness = Annotated[float, Field(ge=1e-4, le=0.05, description="m")]

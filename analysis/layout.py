@@ -31,15 +31,15 @@ def check_patches(plate: Plate, patches: Sequence[Patch]) -> None:
 
 
 def _check_place(plate: Plate, patch: Patch) -> None:
+    place = leaves(patch.loop, plate.loop)
     for axis, (low, high) in enumerate(zip(*plate.bounds, strict=True)):
         first, last = patch.span(axis)
         if first < low - 1e-9 or last > high + 1e-9:
             raise GeometryError(
                 f"patch {patch.id!r} spans {first:g} to {last:g} m along {'xy'[axis]}; "
                 f"the plate allows {low:g} to {high:g}",
-                patch.center,
+                patch.center if place is None else place,
             )
-    place = leaves(patch.loop, plate.loop)
     if place is not None:
         raise GeometryError(f"patch {patch.id!r} reaches over the plate's edge at {at(place)}; move it", place)
     for number, hole in enumerate(plate.hole_loops):

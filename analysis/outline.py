@@ -11,7 +11,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared, Degrees, Point, Thickness
+from analysis.declared import Coordinate, Declared, Degrees, Point, Thickness
 from analysis.geometry import shapes
 from analysis.geometry.curves import Arc, Cubic, Curve, Segment
 from analysis.geometry.fault import GeometryError, at
@@ -20,7 +20,7 @@ from analysis.geometry.relations import TOUCH, self_crossing
 
 Extent = Annotated[float, Field(ge=0.001, le=5.0, description="m")]
 Radius = Annotated[float, Field(ge=0.0005, le=5.0, description="m")]
-Row = Annotated[tuple[float, ...], Field(min_length=4, max_length=8)]
+Row = Annotated[tuple[Coordinate, ...], Field(min_length=4, max_length=8)]
 MOST_POINTS = 1000
 """Points of a polygon or a spline, and curves of an outline: more is a defective export."""
 

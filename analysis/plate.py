@@ -15,7 +15,7 @@ from analysis.geometry.relations import TOUCH, just_inside
 from analysis.outline import AnyOutline, AnyZone, RectangleOutline
 from analysis.plate_material import PlateMaterial
 from analysis.plate_parts import check_parts
-from analysis.support import Support, SupportedEdge, without
+from analysis.support import Piece, Support, SupportedEdge, without
 
 Real = NDArray[np.float64]
 
@@ -137,10 +137,7 @@ class Plate(Sparse):
         for support in declared:
             if support.at_point:
                 continue
-            number = support.hole or 0
-            outline = self.outline if number == 0 else self.hole[number - 1]
-            names = outline is None or isinstance(outline, RectangleOutline)
-            pieces = support.pieces(self.loop if outline is None else outline.loop, names)
+            number, pieces = support.hole or 0, self._pieces(support)
             found = [
                 SupportedEdge(
                     one.support, one.loop, without(one.pieces, pieces) if one.loop == number else one.pieces
@@ -149,6 +146,11 @@ class Plate(Sparse):
             ]
             found.append(SupportedEdge(support, number, pieces))
         return [one for one in found if one.pieces and one.support.kind != "free"]
+
+    def _pieces(self, support: Support) -> tuple[Piece, ...]:
+        outline = self.outline if support.hole is None else self.hole[support.hole - 1]
+        names = outline is None or isinstance(outline, RectangleOutline)
+        return support.pieces(self.loop if outline is None else outline.loop, names)
 
     def supported_points(self) -> tuple[Support, ...]:
         """Return the supports at points."""
@@ -225,7 +227,14 @@ class Plate(Sparse):
                     "the plate",
                     support.point,
                 )
-        self.supported_edges()
+            if support.at_point:
+                continue
+            try:
+                self._pieces(support)
+            except GeometryError as error:
+                raise GeometryError(f"support[{number}]: {error}", *error.places) from error
+            except ValueError as error:
+                raise ValueError(f"support[{number}]: {error}") from error
         return self
 
     def _left_out(self) -> set[str]:

@@ -10,6 +10,7 @@
 ``cursors``         the frequency and the temperature that all plots share
 ``window``          keys, help, themes and export: what both windows have in common
 ``surface``         a moving field, drawn in perspective
+``lattice``         fields shown up to the edges of the plate, whatever its outline
 ``recorded``        the window on a recorded campaign
 ``live``            the window on a campaign being acquired
 ``opening``         which of the two a folder is shown in

@@ -10,8 +10,8 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPolygonF
 from scipy.ndimage import map_coordinates
 
-from analysis.experiment import Plate
 from app.view.chart import Chart, Map
+from app.view.lattice import filled, widened
 from app.view.theme import Theme, two_sided
 
 Real = NDArray[np.float64]
@@ -159,9 +159,12 @@ class SurfaceChart(Chart):
     ) -> None:
         super().__init__(name, title, "x [m]", "y [m]", theme)
         self._at = x, y
-        self._field = self._shown = np.zeros((len(x), len(y)), complex)
+        self._field = np.zeros((len(x), len(y)), complex)
+        self._beside = 2 if edges else 0
+        self._shown = self._surface(self._field)
         self._phase = 0.0
-        self._item = SurfaceItem(x, y, outlines, theme, edges)
+        wide = [widened(at, self._beside) for at in (x, y)]
+        self._item = SurfaceItem(wide[0], wide[1], outlines, theme, edges)
         self.addItem(self._item)
         self.hideAxis("bottom")
         self.hideAxis("left")
@@ -178,8 +181,12 @@ class SurfaceChart(Chart):
     def show_field(self, field: NDArray[np.complex128]) -> None:
         """Show a field (X, Y) of any unit, NaN off the plate; it is scaled to its largest amplitude."""
         self._field = field / (np.nanmax(np.abs(field)) or 1.0)
-        self._shown = filled(self._field)
+        self._shown = self._surface(self._field)
         self.turn(0.0)
+
+    def _surface(self, field: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Return the field continued past the plate's edges, between which it is shown."""
+        return filled(np.pad(field, self._beside, constant_values=np.nan))
 
     def turn(self, by: float) -> None:
         """Let the phase go on by so many radians."""
@@ -190,24 +197,6 @@ class SurfaceChart(Chart):
     def fit(self) -> None:
         """Show the whole plate."""
         self.plotItem.vb.setRange(self._item.boundingRect(), padding=0.0)
-
-
-def edges_of(plate: Plate) -> list[Real]:
-    """Corners (C, 2), m, of a plate's outline and holes."""
-    return [loop.polygon for loop in (plate.loop, *plate.hole_loops)]
-
-
-def filled(field: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Continue a field (X, Y) past the plate's edge, where it is NaN, by the mean of its neighbours."""
-    found = field.copy()
-    while np.isnan(found).any() and not np.isnan(found).all():
-        wide = np.pad(found, 1, constant_values=np.nan)
-        beside = np.stack([wide[:-2, 1:-1], wide[2:, 1:-1], wide[1:-1, :-2], wide[1:-1, 2:]])
-        known = ~np.isnan(beside)
-        reached = np.isnan(found) & known.any(axis=0)
-        total = np.where(known, beside, 0.0).sum(axis=0)
-        found[reached] = (total / np.maximum(known.sum(axis=0), 1))[reached]
-    return found
 
 
 def _densely(corners: Real, steps: int = 48) -> Real:

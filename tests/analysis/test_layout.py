@@ -80,7 +80,7 @@ def test_what_lies_right_is_taken() -> None:
     [
         ([patch((0.2, 0.205))], "'P' reaches over the plate's edge", (0.19, 0.215)),
         ([disc((0.2, 0.2), 0.01)], "'D' reaches over the plate's edge", (0.197, 0.203)),
-        ([patch((0.012, 0.1), angle=45.0)], "spans -0.00214.* along x; the plate allows 0 to 0.4", (0.012, 0.1)),
+        ([patch((0.012, 0.1), angle=45.0)], "spans -0.00214.* along x; the plate allows 0 to 0.4", (-0.002, 0.1)),
         ([patch((0.13, 0.1), angle=45.0)], "'P' reaches into hole 1", (0.118, 0.1)),
         ([patch((0.1, 0.1), size=(0.005, 0.005))], "'P' reaches into hole 1", (0.1, 0.1)),
         ([patch((0.1, 0.1), size=(0.06, 0.06))], "'P' reaches into hole 1", (0.1, 0.1)),

@@ -82,6 +82,15 @@ def test_the_area_leaves_out_holes_and_the_volume_counts_zones_without_them() ->
     assert len(plate(zone=[pad, rib]).zone_loops) == 2
 
 
+def test_zones_may_reach_to_the_outline_and_to_each_other() -> None:
+    declared = {"kind": "rectangle", "size": [0.1, 0.1], "thickness": 0.005}
+    zones = [declared | {"center": [0.35, 0.05]}, declared | {"center": [0.25, 0.05]}]
+    found = plate(zone=zones)
+    assert found.volume == pytest.approx(0.003 * found.area + 0.002 * 0.02, rel=1e-12)
+    sliver = declared | {"center": [0.24995, 0.05]}
+    assert "zone 1 and zone 2 are 0.05 mm apart" in str(fault_of(zone=[zones[0], sliver]))
+
+
 def test_edges_belong_to_the_plate_and_holes_do_not() -> None:
     edge = np.deg2rad(np.arange(0.0, 360.0, 7.0))
     rim = np.stack([0.1 + 0.02 * np.cos(edge), 0.1 + 0.02 * np.sin(edge)], axis=1)

@@ -99,11 +99,14 @@ def test_points_are_kept_apart_and_survive_a_dump() -> None:
     [
         (
             {"kind": "clamped", "from": (0.1, 0.01), "to": (0.2, 0.0)},
-            r"from \(0.1, 0.01\) m lies 10 mm off the edge",
+            r"support\[0\]: from \(0.1, 0.01\) m lies 10 mm off the edge",
         ),
         ({"kind": "clamped", "from": (0.1, 0.0), "to": (0.1, 0.0)}, "the part has no length"),
         ({"kind": "clamped", "from": (0.1, 0.0)}, "one of them is missing"),
-        ({"kind": "clamped", "edge": 5}, "has the edges 1 to 4"),
+        (
+            {"kind": "clamped", "edge": 5},
+            r"support\[0\]: edge 5 does not exist; this outline has the edges 1 to 4",
+        ),
         ({"kind": "clamped", "hole": 1}, "hole 1 does not exist"),
         ({"kind": "clamped"}, "names no place"),
         ({"kind": "clamped", "edge": "left", "point": (0.1, 0.1)}, "different places"),

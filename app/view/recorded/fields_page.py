@@ -1,5 +1,7 @@
 """Mode shapes and the focused field, moving."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QTimer
@@ -10,9 +12,10 @@ from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
+from app.view.lattice import FromAbove, edges_of
 from app.view.recorded.fields import MODES, Fields
 from app.view.recorded.maker import Maker
-from app.view.surface import FRAME, TURN, SurfaceChart, edges_of
+from app.view.surface import FRAME, TURN, SurfaceChart
 from app.view.theme import Theme, one_sided
 
 Real = NDArray[np.float64]
@@ -60,6 +63,7 @@ class FieldsPage(QWidget):
         self._play.clicked.connect(self.play_or_stop)
         self.shape = SurfaceChart("mode-shape", "mode", fields.plate.x, fields.plate.y, outlines, theme, edges)
         self.field = SurfaceChart("focused-field", "field", fields.plate.x, fields.plate.y, outlines, theme, edges)
+        self._from_above = FromAbove(fields.plate.x, fields.plate.y, self._panel.plate)
         self.amplitude = Chart("field-amplitude", "its amplitude", "x [m]", "y [m]", theme)
         quiet = Map(fields.plate.x, fields.plate.y, np.full((len(fields.plate.y), len(fields.plate.x)), QUIET_DB))
         self.amplitude.image(quiet, one_sided(), (QUIET_DB, 0.0), "dB re largest")
@@ -158,8 +162,9 @@ class FieldsPage(QWidget):
             f"field of the filters {self._filters.currentText()}, {temperature:g} °C, {frequency:.1f} Hz"
         )
         share = np.abs(field) / np.nanmax(np.abs(field))
-        level = np.maximum(20.0 * np.log10(share + 1e-12), QUIET_DB)
-        self.amplitude.show_map(Map(self.fields.plate.x, self.fields.plate.y, level.T))
+        above = self._from_above.amplitude(field)
+        level = 20.0 * np.log10(above.value / np.nanmax(np.abs(field)) + 1e-12)
+        self.amplitude.show_map(replace(above, value=np.clip(level, QUIET_DB, 0.0)))
         row = int(np.abs(self.fields.plate.y - self._panel.target_center[1]).argmin())
         self._section.setData(self.fields.plate.x, share[:, row])
         self._tip.fit()

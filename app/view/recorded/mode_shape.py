@@ -8,9 +8,10 @@ from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
 from app.progress import Report
 from app.twin import campaign_twin
+from app.view.lattice import edges_of
 from app.view.recorded.maker import Maker
 from app.view.recorded.shapes import Shapes
-from app.view.surface import FRAME, TURN, SurfaceChart, edges_of
+from app.view.surface import FRAME, TURN, SurfaceChart
 from app.view.theme import Theme
 
 MODES = 80

@@ -1,9 +1,11 @@
 """Settings written as TOML and read back by Python's own reader."""
 
+import json
 import tomllib
 
 import pytest
 
+from analysis.plate import Plate
 from app.files.toml_text import toml_text
 
 
@@ -34,3 +36,27 @@ def test_numbers_must_be_finite(value: float) -> None:
 def test_what_toml_cannot_hold_is_refused() -> None:
     with pytest.raises(ValueError, match="object"):
         toml_text({"a": object()})
+
+
+def test_a_plate_of_any_shape_is_read_back_as_it_was() -> None:
+    plate = Plate.model_validate(
+        {
+            "outline": {"kind": "polygon", "points": [(0.0, 0.0), (0.4, 0.0), (0.4, 0.3), (0.0, 0.2)]},
+            "hole": [{"kind": "circle", "center": (0.1, 0.1), "radius": 0.02}],
+            "zone": [{"kind": "rectangle", "center": (0.3, 0.1), "size": (0.1, 0.1), "thickness": 0.004}],
+            "support": [
+                {"kind": "elastic", "from": (0.1, 0.0), "to": (0.3, 0.0), "translation": 1e5},
+                {"kind": "clamped", "hole": 1},
+                {"kind": "elastic", "point": (0.2, 0.1), "stiffness": 1e4},
+            ],
+            "curvature": {"height": [[0.0, 0.001], [0.002]]},
+            "dimensions_at": 23.0,
+            "thickness": 0.003,
+            "mass": 0.3,
+        }
+    )
+    text = toml_text({"plate": plate.model_dump(mode="json")})
+    assert "[[plate.support]]" in text
+    assert "length_x" not in text
+    again = Plate.model_validate_json(json.dumps(tomllib.loads(text)["plate"]), strict=True)
+    assert again == plate

@@ -29,13 +29,14 @@ from app.twin import shape_points
 from app.view.application import application
 from app.view.chart import Chart, Map
 from app.view.folder import viewed
+from app.view.lattice import FromAbove, edges_of, filled
 from app.view.recorded import fields
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.focusing_page import FocusingPage
 from app.view.recorded.gap_page import GapPage
 from app.view.recorded.shapes import Shapes
 from app.view.recorded.window import RecordedWindow
-from app.view.surface import SurfaceChart, edges_of, filled
+from app.view.surface import SurfaceChart
 from app.view.theme import LIGHT, one_sided
 
 Real = NDArray[np.float64]
@@ -337,6 +338,14 @@ def test_a_field_on_any_outline_is_shown_between_its_edges_and_left_open_off_the
     whole = filled(field)
     assert np.isfinite(whole).all()
     np.testing.assert_array_equal(whole[np.isfinite(field)], field[np.isfinite(field)])
+    straight = filled(np.pad(field, 2, constant_values=np.nan))[2:-2, 2:-2]
+    near = np.isfinite(np.pad(field, 1, constant_values=np.nan)[2:, 1:-1])
+    np.testing.assert_allclose(straight.real[near], lattice[near], atol=0.02)
+    above = FromAbove(x, y, plate).amplitude(field)
+    places = np.stack(np.meshgrid(above.x, above.y), axis=-1)
+    on = plate.contains(places.reshape(-1, 2)).reshape(above.value.shape)
+    np.testing.assert_array_equal(np.isfinite(above.value), on)
+    np.testing.assert_allclose(above.value[on], np.abs(places @ (1.0, 2.0))[on], atol=0.02)
     chart = SurfaceChart("round", "", x, y, [], LIGHT, edges_of(plate))
     qtbot.addWidget(chart)
     chart.resize(500, 400)
