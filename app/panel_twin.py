@@ -14,9 +14,9 @@ from analysis.material import MaterialLaws
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
 from app.progress import Report
-from simulation.mesh import MeshRecipe
 from simulation.reduced_model import ReducedModel
 from simulation.reduction import Training
+from simulation.shell.fineness import Fineness
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -81,7 +81,7 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Report) -> PanelTwin:
         box,
         band,
         points=grid.points,
-        recipe=MeshRecipe(degree=panel.twin.mesh_degree, strip=panel.twin.mesh_strip),
+        fineness=Fineness(tolerance=panel.twin.function_tolerance),
         training=Training(tolerance=panel.twin.basis_tolerance),
         progress=report,
     )

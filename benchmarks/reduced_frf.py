@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.shell.electric_load import ElectricLoad
-from simulation.mindlin import assemble
+from simulation.shell.assembly import assemble
 from simulation.reduction import reduce
 from simulation.twin import Twin
 

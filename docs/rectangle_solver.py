@@ -6,9 +6,9 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from analysis.experiment import Plate
 from analysis.geometry.curves import Segment
-from simulation.mesh import MeshRecipe
+from simulation.meshing.recipe import MeshRecipe
 from simulation.mindlin import FIELDS, assemble
-from simulation.shell.shell_model import factorize
+from simulation.shell.factors import factorize
 from simulation.verification.case import Case
 from simulation.verification.report import NotCovered
 

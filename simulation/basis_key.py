@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from simulation.mesh import MeshRecipe
-from simulation.shell.piezo_material import PIEZO_MATERIALS
 from simulation.reduction import Training
+from simulation.shell.fineness import Fineness
+from simulation.shell.piezo_material import PIEZO_MATERIALS
 
-METHOD = 4
+METHOD = 5
 """Raised whenever the same declaration would give another reduced model."""
 
 
@@ -24,7 +24,7 @@ def basis_key(
     box: MaterialBox,
     band: tuple[float, float],
     points: ArrayLike | None = None,
-    recipe: MeshRecipe | None = None,
+    fineness: Fineness | None = None,
     training: Training | None = None,
     field_certified: bool = True,
 ) -> str:
@@ -40,7 +40,7 @@ def basis_key(
         "materials": {patch.material: asdict(PIEZO_MATERIALS[patch.material]) for patch in patches},
         "box": asdict(box),
         "band": [float(edge) for edge in band],
-        "recipe": asdict(recipe or MeshRecipe()),
+        "fineness": asdict(fineness or Fineness()),
         "training": asdict(training or Training()),
     }
     if plate.material is not None and plate.material.departure is not None:

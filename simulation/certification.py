@@ -6,8 +6,8 @@ from scipy.stats import qmc
 
 from analysis.material import MaterialBox
 from simulation.reduced_model import ReducedModel
-from simulation.shell.shell_model import ShellModel
 from simulation.resonance_lines import resonance_lines, root_mean_square
+from simulation.shell.shell_model import ShellModel
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from analysis.experiment import Experiment, Patch, Plate
 from analysis.material import MaterialBox
 from simulation.damped_modes import DampedModes
-from simulation.electric_load import ElectricLoad
-from simulation.mesh import MeshRecipe
-from simulation.mindlin import assemble
+from simulation.meshing.recipe import MeshRecipe
 from simulation.rational_krylov import Chain
 from simulation.reduced_model import ReducedModel
 from simulation.reduction import projected
-from simulation.shell_model import factorize
+from simulation.shell.assembly import assemble
+from simulation.shell.electric_load import ElectricLoad
+from simulation.shell.factors import factorize
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -71,9 +71,9 @@ def coarse_reduction(
     plate: Plate, patches: Sequence[Patch], box: MaterialBox, band: tuple[float, float]
 ) -> ReducedModel:
     """Galerkin model on Krylov vectors at a few moduli and the middle nu; its error is not measured."""
-    shorter, longer = sorted((plate.length_x, plate.length_y))
-    recipe = MeshRecipe(degree=DEGREE, spacing=shorter / CELLS, strip=longer, edge_strip=longer)  # no strips
-    model = assemble(plate, patches, recipe=recipe)
+    shorter = min(plate.length_x, plate.length_y)
+    spacing = shorter / CELLS * float((0.003 / plate.thickness) ** 0.5)
+    model = assemble(plate, patches, recipe=MeshRecipe(spacing=spacing, grading=0.0, growth=2.0), degree=DEGREE)
     low, high = box.youngs_modulus
     count = int(np.ceil(np.log(high / low) / np.log(MODULUS_RATIO))) + 1
     shifts = np.array([max(band[0], 0.05 * band[1]), 0.5 * sum(band), band[1]])

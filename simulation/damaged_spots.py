@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from simulation.composition import STEP, Composite
 from simulation.effect_operators import EffectOperators
-from simulation.laminate import SHEAR_FACTOR
 from simulation.plate_state import Disc, PlateState
+from simulation.shell.rigidity import SHEAR_FACTOR
 
 Real = NDArray[np.float64]
 Numbers = NDArray[Any]

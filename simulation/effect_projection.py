@@ -30,12 +30,12 @@ CHUNK = 24
 """Cells whose strains are held at a time."""
 
 PLANE = (((0, 0),), ((1, 1),), ((0, 1), (1, 0)), ((2, 2),))
-"""Pairs of in-plane strains (x, y, xy) that Q11, Q22, Q12 and Q66 multiply."""
+"""Pairs of in-plane strains (x, y, xy) that Q11, Q22, Q12 and Q66 multiply, in the sheet's own axes."""
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Strains (8, Q, r) and displacements (5, Q, r) of vectors at some points, areas (Q,) and numbers (Q,) of these."""
+    """Strains (8, Q, r) and displacements (5, Q, r) of vectors at points; areas and numbers (Q,) of these."""
 
     strain: Real
     motion: Real
@@ -67,14 +67,12 @@ class Projector:
             for start in range(0, chosen.size, CHUNK):
                 mine = chosen[start : start + CHUNK]
                 points = (offset + mine[:, None] * each + np.arange(each)).ravel()
-                here = {
-                    letter: group.factor(letter, mine).transpose(0, 2, 1) for letter in ("0", "x", "y")
-                }
+                here = {letter: group.factor(letter, mine).transpose(0, 2, 1) for letter in ("0", "x", "y")}
                 coordinates = [field[group.functions[mine]] for field in self.fields]
                 cache: dict[tuple[int, str], Real] = {}
 
                 def value(field: int, letter: str) -> Real:
-                    if (field, letter) not in cache:
+                    if (field, letter) not in cache:  # noqa: B023
                         found = here[letter] @ coordinates[field]  # noqa: B023 (called within this round)
                         cache[field, letter] = found.reshape(-1, found.shape[-1])  # noqa: B023
                     return cache[field, letter]  # noqa: B023
@@ -130,7 +128,13 @@ def weighed_energies(
     """
     r, shell = p.vectors.shape[1], p.full.shell
     h, rho = shell.spread(shell.thickness), shell.plate.density
-    scale = {"bending": h**3 / 12.0, "membrane": h, "shear": SHEAR_FACTOR * h, "mass": rho * h, "rotary": rho * h**3 / 12.0}
+    scale = {
+        "bending": h**3 / 12.0,
+        "membrane": h,
+        "shear": SHEAR_FACTOR * h,
+        "mass": rho * h,
+        "rotary": rho * h**3 / 12.0,
+    }
     counts = {**counts, **({"rotary": counts["mass"]} if "mass" in counts else {})}
     found = {
         name: np.zeros((4, count, r, r) if name in ("bending", "membrane") else (count, r, r))
@@ -139,28 +143,47 @@ def weighed_energies(
 
     def add(task: tuple[str, int]) -> None:
         name, term = task
-        weight = (rows.dx * scale[name][rows.points] * table[term, rows.points])[:, None]  # noqa: B023
+        weight = (rows.dx * scale[name][rows.points] * table[term, rows.points])[:, None]
         if name in ("bending", "membrane"):
-            strain = rows.strain[3:6] if name == "bending" else rows.strain[:3]  # noqa: B023
+            strain = bent if name == "bending" else flat
             for modulus, pairs in enumerate(PLANE):
                 a, b = pairs[0]
-                part = strain[a].T @ (weight * strain[b])
+                part = strain[a].T @ (declared[modulus] * weight * strain[b])
                 found[name][modulus, term] += part if len(pairs) == 1 else part + part.T
             return
         motions = {
-            "shear": rows.strain[6:],  # noqa: B023
-            "mass": rows.motion[[U, V, W]],  # noqa: B023
-            "rotary": rows.motion[[THX, THY]],  # noqa: B023
+            "shear": rows.strain[6:],
+            "mass": rows.motion[[U, V, W]],
+            "rotary": rows.motion[[THX, THY]],
         }
         for motion in motions[name]:
             found[name][term] += motion.T @ (weight * motion)
 
+    sheet = shell.sheet
+    x, y = 1.0 - sheet.delta_e, 1.0 + sheet.delta_e
+    declared = (x, y, (x * y) ** 0.5, 1.0 + sheet.delta_g)
     tasks = [(name, term) for name, count in counts.items() for term in range(count)]
     for rows in p.rows(space, cells):
+        flat, bent = (_in_axes(part, shell.sheet.angle) for part in (rows.strain[:3], rows.strain[3:6]))
         list(executor.map(add, tasks))
         if step is not None:
             step()
     return found
+
+
+def _in_axes(strain: Real, angle: float) -> Real:
+    """In-plane strains (x, y, xy) of (3, Q, r) in axes turned by `angle`."""
+    if angle == 0.0:
+        return strain
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, xy = strain
+    return np.array(
+        [
+            c * c * x + s * s * y + c * s * xy,
+            s * s * x + c * c * y - c * s * xy,
+            2.0 * c * s * (y - x) + (c * c - s * s) * xy,
+        ]
+    )
 
 
 def patch_energies(p: Projector) -> dict[str, Real]:
@@ -212,7 +235,7 @@ def _inertia(rows: Rows, height: Real, thickness: float) -> Real:
         moving = rows.motion[straight] + height[:, None] * rows.motion[turning]
         total += moving.T @ (rows.dx[:, None] * moving)
         total += thickness**2 / 12.0 * rows.motion[turning].T @ (rows.dx[:, None] * rows.motion[turning])
-    return total + rows.motion[W].T @ (rows.dx[:, None] * rows.motion[W])
+    return np.asarray(total + rows.motion[W].T @ (rows.dx[:, None] * rows.motion[W]))
 
 
 def strains(p: Projector) -> dict[str, Any]:

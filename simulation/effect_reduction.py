@@ -23,13 +23,13 @@ from simulation.effect_operators import EffectOperators
 from simulation.effect_projection import CHUNK, Projector, patch_energies, plate_energies, strains
 from simulation.energy_decomposition import energy_shift, middle, orthonormal
 from simulation.extreme_states import SLIP, STEEPEST, extreme_states, offset_states
-from simulation.meshing.recipe import MeshRecipe
 from simulation.plate_state import PlateState
 from simulation.rational_krylov import Chain
 from simulation.reduction import Training, reduction
 from simulation.sensor_offset import OFFSET_RANGE, can_move, offset_energies
 from simulation.shell.assembly import assemble_for
 from simulation.shell.factors import factorize
+from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel
 from simulation.state_matrices import FullPlate, StateMatrices
 
@@ -46,15 +46,15 @@ WORKERS = 2
 BLOCKS = 10
 BOX_TAIL = 4e-4
 """See `simulation.campaign_basis.for_materials`."""
-TOLERANCE = 1e-9
-"""See `simulation.shell.assembly`: a comparison with data wants the plate to 0.02 % of rms."""
+FINE = Fineness(tolerance=1e-9)
+"""A comparison with data wants the plate to 0.01 % of rms."""
 
 
 def reduce_with_effects(
     experiment: Experiment,
     box: MaterialBox,
     *,
-    recipe: MeshRecipe | None = None,
+    fineness: Fineness | None = None,
     training: Training | None = None,
     progress: Progress | None = None,
 ) -> tuple[EffectOperators, FullPlate, Real]:
@@ -66,9 +66,7 @@ def reduce_with_effects(
     report(STAGE, 0.0)
     band = experiment.protocol.band
     places = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
-    model = assemble_for(
-        experiment.plate, experiment.patch, box, band, points=places, recipe=recipe, tolerance=TOLERANCE
-    )
+    model = assemble_for(experiment.plate, experiment.patch, box, band, points=places, fineness=fineness or FINE)
     full = FullPlate.of(model)
     probe = model.deflection(places).toarray()
     inputs = replace(

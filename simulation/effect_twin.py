@@ -18,13 +18,13 @@ from simulation.composition import STEP, Coefficients, composed
 from simulation.damaged_spots import spots_slope, with_spots
 from simulation.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.effects.effect import Effect
-from simulation.shell.electric_load import ElectricLoad
 from simulation.field_basis import field_basis
 from simulation.local_slopes import LocalSlopes
 from simulation.local_solution import REACH, LocalPlate, LocalSolution
 from simulation.plate_state import Circumstances, PlateState
 from simulation.reading import Reading
 from simulation.sensitivity import Sensitivity
+from simulation.shell.electric_load import ElectricLoad
 from simulation.strain_energy import SPECTRA, EnergySlopes, StateOf, StrainEnergy
 
 Real = NDArray[np.float64]

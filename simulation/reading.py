@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from simulation.composition import STEP
 from simulation.effect_operators import EffectOperators
-from simulation.shell.electric_load import ElectricLoad
 from simulation.local_solution import LocalSolution
 from simulation.plate_state import PlateState
+from simulation.shell.electric_load import ElectricLoad
 
 Complex = NDArray[np.complex128]
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from simulation.effect_operators import BENDING_DEGREE, OFFSET_DEGREE, ZONE_DEGREES, monomials
 from simulation.effect_projection import Projector, weighed_energies
 from simulation.field_basis import polynomial, polynomials
-from simulation.shell.space import ShapeSpace
 from simulation.state_matrices import FullPlate
 
 Real = NDArray[np.float64]
@@ -135,7 +134,7 @@ def _around(p: Projector, zone: Zone, executor: Executor) -> tuple[Projector, Re
 
 
 def _energies(p: Projector, full: FullPlate, zone: Zone, executor: Executor) -> dict[str, Real]:
-    """Energies over the zone of a plate whose sensor may be moved, by the keys of `ZONE_DEGREES`, ([4,] powers, q, q)."""
+    """Energies over the zone of a plate, by the keys of `ZONE_DEGREES`, ([4,] powers, q, q)."""
     counts = {name: len(polynomials(degree)) for name, degree in ZONE_DEGREES.items()}
     here = Projector(full, p.vectors)
     found = weighed_energies(here, full.shell.space, zone.powers(full), counts, executor, zone.elements)

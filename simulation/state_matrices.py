@@ -9,7 +9,7 @@ from scipy.sparse import csr_matrix
 from simulation.plate_state import PlateState
 from simulation.shell.moving import moved_space
 from simulation.shell.shell_model import ShellModel
-from simulation.shell.shell_plate import InPlane, ShellPlate
+from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.unknowns import Unknowns
 
 Real = NDArray[np.float64]
@@ -99,12 +99,5 @@ class FullPlate:
         nu = state.laws.poisson_ratio(state.temperature)
         c1 = factor * state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
         shear = 0.5 * c1 * (1.0 - nu)
-        q: InPlane = (
-            c1 * state.modulus_x,
-            c1 * state.modulus_y,
-            c1 * nu * np.sqrt(state.modulus_x * state.modulus_y),
-            shear * state.in_plane_shear,
-            0.0,
-            0.0,
-        )
+        q = self.shell.moduli(c1, nu * c1, state.modulus_x, state.modulus_y, state.in_plane_shear)
         return self.unknowns.matrix(self.shell.cells.of(self.shell.plate_stiffness(q, shear, thickness)))

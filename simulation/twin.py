@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
-from simulation.shell.electric_load import ElectricLoad
 from simulation.reduced_model import ReducedModel
+from simulation.shell.electric_load import ElectricLoad
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -121,11 +121,21 @@ class TwinSettings(Declared):
     youngs_modulus: Annotated[tuple[Modulus, Modulus] | None, Field(description="Pa")] = None
     poisson_ratio: tuple[Ratio, Ratio] | None = None
     loss_factor: tuple[Loss, Loss] | None = None
-    mesh_degree: Annotated[int, Field(ge=3, le=8)] = 4
-    mesh_strip: Annotated[float, Field(ge=5e-4, le=0.02, description="m, on both sides of every patch edge")] = (
-        0.005
-    )
+    function_tolerance: Annotated[
+        float, Field(ge=1e-12, le=1e-4, description="share of an answer's energy for which a function is kept")
+    ] = 3e-8
     basis_tolerance: Annotated[float, Field(ge=1e-6, le=1e-2, description="share of a transfer's rms")] = 1e-3
+
+    @model_validator(mode="before")
+    @classmethod
+    def _mesh_follows_thickness(cls, declared: object) -> object:
+        old = [name for name in ("mesh_degree", "mesh_strip") if isinstance(declared, dict) and name in declared]
+        if old:
+            raise ValueError(
+                f"{' and '.join(old)}: the mesh now follows the plate's thickness and wavelengths; remove "
+                "the key, and give function_tolerance (3e-8 unless given) for a finer or coarser twin"
+            )
+        return declared
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:

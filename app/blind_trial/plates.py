@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from analysis.experiment import Attachment, Patch, Plate, Point
-from simulation.mesh import MeshRecipe
+from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.fineness import Fineness
 
 PATCH = 0.02
 """Edge of every patch, m."""
@@ -16,8 +17,8 @@ MODES = (11.0, 15.0)
 """How many modes the band holds, by Weyl's law, at room temperature: to tell effects apart."""
 LOWEST = 100.0
 """Hz, where bands begin."""
-OTHER_MESH = MeshRecipe(degree=6, spacing=0.055, strip=0.0032, edge_strip=0.0038)
-"""How the plates that are measured are meshed: other lines and another degree than the twin's."""
+OTHER_MESH = Fineness(MeshRecipe(spacing=0.055, strip=1.07, edge_strip=1.27, growth=0.9), degree=9, tolerance=2e-9)
+"""How the plates that are measured are meshed: other cells and another degree than the twin's."""
 
 
 @dataclass(frozen=True)

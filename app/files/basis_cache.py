@@ -22,9 +22,9 @@ from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 
 if TYPE_CHECKING:
-    from simulation.mesh import MeshRecipe
     from simulation.reduced_model import ReducedModel
     from simulation.reduction import Training
+    from simulation.shell.fineness import Fineness
 
 Progress = Callable[[str, float], None]
 
@@ -46,7 +46,7 @@ def cached_reduction(
     *,
     points: ArrayLike | None = None,
     field_certified: bool = True,
-    recipe: "MeshRecipe | None" = None,
+    fineness: "Fineness | None" = None,
     training: "Training | None" = None,
     progress: Progress | None = None,
 ) -> "ReducedModel":
@@ -64,8 +64,8 @@ def cached_reduction(
         Where the deflection will be asked for, m.
     field_certified : bool
         Whether the deflection there counts in the error.
-    recipe : MeshRecipe, optional
-        The converged recipe unless given.
+    fineness : Fineness, optional
+        The converged one unless given.
     training : Training, optional
         The strict one unless given.
     progress : callable, optional
@@ -76,15 +76,14 @@ def cached_reduction(
     ResultFileError
         Where the plate cannot be reduced, with what to change.
     """
-    from simulation.mindlin import assemble
     from simulation.reduction import reduce
+    from simulation.shell.assembly import assemble_for
 
-    file = basis_file(plate, patches, box, band, points, recipe, training, field_certified)
+    file = basis_file(plate, patches, box, band, points, fineness, training, field_certified)
     stored = load_basis(file)
     if stored is not None:
         return stored
-    require_isotropic(plate)
-    model = assemble(plate, patches, recipe=recipe)
+    model = assemble_for(plate, patches, box, band, fineness=fineness)
     with reducing(box, band):
         reduced = reduce(
             model,
@@ -106,7 +105,7 @@ def basis_file(
     box: MaterialBox,
     band: tuple[float, float],
     points: ArrayLike | None = None,
-    recipe: "MeshRecipe | None" = None,
+    fineness: "Fineness | None" = None,
     training: "Training | None" = None,
     field_certified: bool = True,
 ) -> Path:
@@ -115,17 +114,8 @@ def basis_file(
 
     return (
         cache_folder()
-        / f"basis-{basis_key(plate, patches, box, band, points, recipe, training, field_certified)}.h5"
+        / f"basis-{basis_key(plate, patches, box, band, points, fineness, training, field_certified)}.h5"
     )
-
-
-def require_isotropic(plate: Plate) -> None:
-    """ResultFileError for a sheet declared orthotropic: plates are assembled isotropic, and it would not count."""
-    if plate.material is not None and plate.material.departure is not None:
-        raise ResultFileError(
-            "plate.material.orthotropy: the twin is that of an isotropic sheet. Leave it out; flexura gap finds "
-            "delta_e and delta_g from the recording (effect orthotropy)"
-        )
 
 
 @contextmanager

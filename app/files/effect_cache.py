@@ -18,43 +18,42 @@ from numpy.typing import NDArray
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
 from app.files.atomic import atomic_hdf5
-from app.files.basis_cache import cache_folder, reducing, require_isotropic
+from app.files.basis_cache import cache_folder, reducing
 from app.progress import Report
 
 if TYPE_CHECKING:
     from simulation.effect_operators import EffectOperators
-    from simulation.mesh import MeshRecipe
+    from simulation.shell.fineness import Fineness
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 5
+METHOD = 6
 """Raised whenever the same declaration would give other operators."""
 SCALARS = ("offset_range", "cell", "thickness", "error")
 PLAIN = ("capacitance", "coupling", "points", "deflection", "zone", "zone_fit", "strain", "strain_points")
 
 
 def cached_operators(
-    experiment: Experiment, box: MaterialBox, report: Report, recipe: "MeshRecipe | None" = None
+    experiment: Experiment, box: MaterialBox, report: Report, fineness: "Fineness | None" = None
 ) -> "EffectOperators":
     """Operators of an experiment's plate, from the cache or made and kept there; about a minute where made."""
     from simulation.effect_reduction import reduce_with_effects
 
-    file = cache_folder() / f"effects-{operators_key(experiment, box, recipe)}.h5"
+    file = cache_folder() / f"effects-{operators_key(experiment, box, fineness)}.h5"
     stored = load_operators(file)
     if stored is not None:
         return stored
-    require_isotropic(experiment.plate)
     with reducing(box, experiment.protocol.band):
-        operators = reduce_with_effects(experiment, box, recipe=recipe, progress=report)[0]
+        operators = reduce_with_effects(experiment, box, fineness=fineness, progress=report)[0]
     save_operators(file, operators)
     return load_operators(file) or operators
 
 
-def operators_key(experiment: Experiment, box: MaterialBox, recipe: "MeshRecipe | None" = None) -> str:
+def operators_key(experiment: Experiment, box: MaterialBox, fineness: "Fineness | None" = None) -> str:
     """SHA-256, hexadecimal, over all that decides an experiment's operators."""
     from simulation.basis_key import basis_key
 
     points = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
-    plain = basis_key(experiment.plate, experiment.patch, box, experiment.protocol.band, points, recipe)
+    plain = basis_key(experiment.plate, experiment.patch, box, experiment.protocol.band, points, fineness)
     first = next(k for k, patch in enumerate(experiment.patch) if patch.role == "sensor")
     return hashlib.sha256(json.dumps([plain, first, METHOD]).encode()).hexdigest()
 

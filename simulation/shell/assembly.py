@@ -11,11 +11,12 @@ from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.choice import Problem, chosen, diagonal
+from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.points import disc_means
 from simulation.shell.rigidity import Block, W
 from simulation.shell.shell_model import ShellModel, plane_stress_moduli
-from simulation.shell.shell_plate import DEGREE, ShellPlate
+from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.unknowns import Unknowns
 
 Real = NDArray[np.float64]
@@ -23,8 +24,6 @@ Mask = NDArray[np.bool_]
 Parts = tuple[list[Block], list[Block], list[Block], list[Block]]
 """Blocks of K1, K2, Kp and M."""
 
-TOLERANCE = 3e-9
-"""Share of an answer's energy for which a function is kept: transfers are good to 0.01 to 0.03 % of their rms."""
 WORKERS = 2
 
 
@@ -60,9 +59,7 @@ def assemble_for(
     *,
     points: Real | None = None,
     radius: float = 0.0,
-    recipe: MeshRecipe | None = None,
-    tolerance: float = TOLERANCE,
-    degree: int = DEGREE,
+    fineness: Fineness | None = None,
 ) -> ShellModel:
     """Matrices of a plate with the functions that its answers to patches and to forces at points need.
 
@@ -78,11 +75,13 @@ def assemble_for(
         Where forces act, m.
     radius : float
         Of the discs on which they act, m.
-    tolerance : float
-        Share of an answer's energy for which a function is kept.
+    fineness : Fineness, optional
     """
-    shell = ShellPlate.of(plate, patches, recipe=recipe, degree=degree)
+    fine = fineness or Fineness()
+    shell = ShellPlate.of(plate, patches, recipe=fine.mesh, degree=fine.degree)
     parts = _parts(shell)
+    if not fine.tolerance:
+        return assembled(shell, ~shell.held, parts)
     loads = np.zeros((5, shell.space.size, len(patches)))
     for k, coupling in enumerate(shell.couplings(shell.thickness)):
         for field, values in coupling.items():
@@ -103,7 +102,9 @@ def assemble_for(
         return Problem(_sum((*elastic, (-omega2, parts[3]))), lines, loads, energy)
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        choice = chosen(shell.space, shell.held, [problem(*constants) for constants in asked], tolerance, executor)
+        choice = chosen(
+            shell.space, shell.held, [problem(*constants) for constants in asked], fine.tolerance, executor
+        )
     return assembled(shell, choice.kept, parts, choice.dropped)
 
 
@@ -129,8 +130,8 @@ def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0)
 def _parts(shell: ShellPlate) -> Parts:
     thickness = shell.thickness
     return (
-        list(shell.cells.of(shell.plate_stiffness((1.0, 1.0, 0.0, 0.5, 0.0, 0.0), 0.5, thickness))),
-        list(shell.cells.of(shell.plate_stiffness((0.0, 0.0, 1.0, -0.5, 0.0, 0.0), -0.5, thickness))),
+        list(shell.cells.of(shell.plate_stiffness(shell.moduli(1.0, 0.0), 0.5, thickness))),
+        list(shell.cells.of(shell.plate_stiffness(shell.moduli(0.0, 1.0), -0.5, thickness))),
         list(shell.cells.of(shell.patch_stiffness(thickness))),
         list(shell.inertia(thickness)),
     )

@@ -1,8 +1,8 @@
 """Which functions a plate's answers need: chosen by solutions with all of them.
 
-A few answers of the plate are computed with functions of high degree everywhere; a function is kept where its share
-of the energy of some answer exceeds a tolerance. What is dropped tells the error that is left. Insides of cells are
-eliminated cell by cell, so that only functions of edges and points enter the sparse solver.
+A few answers of the plate are computed with functions of high degree everywhere; a function is kept where its
+share of the energy of some answer exceeds a tolerance. What is dropped tells the error that is left. Insides of
+cells are eliminated cell by cell, so that only functions of edges and points enter the sparse solver.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,8 +15,8 @@ from scipy.sparse import coo_matrix, csr_matrix
 
 from simulation.shell.edges import LineBlock
 from simulation.shell.factors import factorize
-from simulation.shell.space import ShapeSpace
 from simulation.shell.rigidity import Block
+from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns, elimination_order
 
 Real = NDArray[np.float64]
@@ -104,7 +104,9 @@ def _shares(space: ShapeSpace, held: Mask, problem: Problem, order: Whole) -> Re
         functions = space.groups[group].functions
         for start in range(0, len(functions), CHUNK):
             mine = slice(start, start + CHUNK)
-            numbers = (np.arange(5)[:, None] * size + functions[mine][:, None, :]).reshape(len(functions[mine]), -1)
+            numbers = (np.arange(5)[:, None] * size + functions[mine][:, None, :]).reshape(
+                len(functions[mine]), -1
+            )
             z = _dense([(f, g, block[mine]) for f, g, block in blocks], functions.shape[1])
             inside = (functions[0] >= edges).nonzero()[0]
             count = functions.shape[1]

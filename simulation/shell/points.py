@@ -1,7 +1,7 @@
 """Forces, masses, springs and sensors at points: means over small discs.
 
-The deflection of a Mindlin plate under a point force grows without bound as the mesh is refined: what acts at a point
-needs a radius.
+The deflection of a Mindlin plate under a point force grows without bound as the mesh is refined: what acts at a
+point needs a radius.
 """
 
 from collections.abc import Iterator
@@ -17,13 +17,13 @@ from simulation.shell.space import ShapeSpace
 Real = NDArray[np.float64]
 
 RINGS = ((0.0, 1, 0.25), (float(np.sqrt(2.0 / 3.0)), 6, 0.125))
-"""Radius over the disc's, number of places and weight of each: exact for cubics (Stroud, S2 3-1 and its centre)."""
+"""Radius over the disc's, number of places and weight of each: exact for cubics (Stroud, S2 3-1)."""
 HELD = 1e3
-"""Stiffness of a point support that holds, in bending stiffnesses of a plate of 10 GPa over its radius squared."""
+"""Stiffness of a point support that holds, in bending stiffnesses at 10 GPa over its radius squared."""
 
 
 def disc_means(space: ShapeSpace, points: Real, radius: float) -> csr_matrix:
-    """Matrix (K, N) that gives the mean of a field over discs round points (K, 2), m; radius 0: its value there."""
+    """Matrix (K, N) that gives the mean of a field over discs round points (K, 2), m; radius 0: the value."""
     points = np.asarray(points, float).reshape(-1, 2)
     if not radius:
         return space.values(points)

@@ -1,9 +1,9 @@
 """Strain energy and inertia of a laminated Reissner-Mindlin shell, cell by cell.
 
-Five fields: mid-plane displacements u, v, w (m) and the rotations thx, thy (rad) of the normal towards +x and +y, so
-that a point at height z moves by (u + z thx, v + z thy, w). Eight strains follow from them: membrane (u,x; v,y;
-u,y + v,x), curvature (thx,x; thy,y; thx,y + thy,x) and transverse shear (w,x + thx; w,y + thy). On a shallow shell of
-height Z(x, y) the membrane strains gain Z,x w,x; Z,y w,y; Z,x w,y + Z,y w,x (Marguerre, 1938).
+Five fields: mid-plane displacements u, v, w (m) and the rotations thx, thy (rad) of the normal towards +x and +y,
+so that a point at height z moves by (u + z thx, v + z thy, w). Eight strains follow from them: membrane (u,x; v,y;
+u,y + v,x), curvature (thx,x; thy,y; thx,y + thy,x) and transverse shear (w,x + thx; w,y + thy). On a shallow shell
+of height Z(x, y) the membrane strains gain Z,x w,x; Z,y w,y; Z,x w,y + Z,y w,x (Marguerre, 1938).
 """
 
 from collections.abc import Iterator, Sequence
@@ -79,11 +79,13 @@ class Rigidity:
 def _times(one: Weight, other: Weight) -> Weight:
     if isinstance(one, float) or isinstance(other, float) or np.shape(one) == np.shape(other):
         return one * other
-    raise ValueError(f"weights of {np.shape(one)} and {np.shape(other)} values: give all per point, or all per cell")
+    raise ValueError(
+        f"weights of {np.shape(one)} and {np.shape(other)} values: give all per point, or all per cell"
+    )
 
 
 class CellMatrices:
-    """Matrices of cells from weights over them; products of functions without a weight are kept for the next call."""
+    """Matrices of cells from weights over them; unweighted products are kept for the next call."""
 
     def __init__(self, space: ShapeSpace) -> None:
         self.space = space
@@ -115,7 +117,7 @@ class CellMatrices:
                     yield f, g, group, sum(blocks[1:], start=blocks[0])
 
     def _product(self, row: str, column: str, group: int, weight: Weight) -> Real:
-        """Integral of weight times N_i (by ``row``) times N_j (by ``column``) on the cells of a group, (C, N, N)."""
+        """Integral of weight times N_i (by ``row``) times N_j (by ``column``) on a group's cells, (C, N, N)."""
         count, each = self.space.groups[group].dx.shape
         if isinstance(weight, float):
             return weight * self._unweighted(row, column, group)
@@ -130,7 +132,9 @@ class CellMatrices:
         if key not in self._plain:
             turned = (column, row, group)
             self._plain[key] = (
-                self._plain[turned].transpose(0, 2, 1) if turned in self._plain else self.space.blocks(row, column, group)
+                self._plain[turned].transpose(0, 2, 1)
+                if turned in self._plain
+                else self.space.blocks(row, column, group)
             )
         return self._plain[key]
 
@@ -141,7 +145,7 @@ def laminate(
     bending: Sequence[Sequence[Weight]],
     shear: Weight,
 ) -> tuple[tuple[tuple[int, int], Weight], ...]:
-    """Entries of `Rigidity` from the 3 x 3 matrices A, B and D of a laminate and its transverse shear stiffness."""
+    """Entries of `Rigidity` from the matrices A, B, D (3, 3) of a laminate and its transverse shear stiffness."""
     entries: list[tuple[tuple[int, int], Weight]] = []
     for i in range(3):
         for j in range(i, 3):

@@ -8,30 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.experiment import Patch, Plate
-
+from analysis.sheet_orthotropy import Orthotropy
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.edges import LineBlock, held_functions, spring_blocks
-from simulation.shell.space import ShapeSpace
+from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.rigidity import (
     SHEAR_FACTOR,
     THX,
     THY,
-    U,
-    V,
     Block,
     CellMatrices,
     Rigidity,
+    U,
+    V,
     Weight,
     laminate,
 )
+from simulation.shell.space import ShapeSpace
 
 Real = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-DEGREE = 8
-"""Of the functions among which a reduced model's are chosen."""
 
 InPlane = tuple[Weight, Weight, Weight, Weight, Weight, Weight]
 """Q11, Q22, Q12, Q66, Q16, Q26 of a layer, Pa."""
@@ -62,7 +59,7 @@ class ShellPlate:
         patches: Sequence[Patch] = (),
         *,
         recipe: MeshRecipe | None = None,
-        degree: int = DEGREE,
+        degree: int = 6,
         materials: Mapping[str, PiezoMaterial] = PIEZO_MATERIALS,
     ) -> "ShellPlate":
         """Mesh a plate and its patches; ValueError, with the place, where that is not possible."""
@@ -128,6 +125,23 @@ class ShellPlate:
         counts = [group.dx.shape[1] for group in self.space.groups]
         quads = len(self.space.mesh.quads)
         return np.concatenate([np.repeat(per_cell[:quads], counts[0]), np.repeat(per_cell[quads:], counts[1])])
+
+    def moduli(self, c1: Weight, c2: Weight, x: Weight = 1.0, y: Weight = 1.0, shear: Weight = 1.0) -> InPlane:
+        """Q of the sheet along the plate's axes, from C1 = E/(1 - nu**2) and C2 = nu C1.
+
+        `x`, `y` and `shear` multiply E_x, E_y and the in-plane shear modulus in the sheet's own axes, besides what
+        is declared of its orthotropy.
+        """
+        sheet = self.sheet
+        x, y, shear = (1.0 - sheet.delta_e) * x, (1.0 + sheet.delta_e) * y, (1.0 + sheet.delta_g) * shear
+        own = (c1 * x, c1 * y, c2 * (x * y) ** 0.5, 0.5 * (c1 - c2) * shear)
+        return (*own, 0.0, 0.0) if sheet.angle == 0.0 else _turned(own, sheet.angle)
+
+    @cached_property
+    def sheet(self) -> Orthotropy:
+        """Declared orthotropy of the material; none unless declared."""
+        material = self.plate.material
+        return (material.departure if material is not None else None) or Orthotropy(0.0, 0.0)
 
     def plate_stiffness(self, q: InPlane, shear_modulus: Weight, thickness: Weight) -> Rigidity:
         """Return the rigidity of the plate alone: a layer symmetric about the mid-plane."""
@@ -233,6 +247,21 @@ class ShellPlate:
         return Rigidity(spread, self.tilt)
 
 
+def _turned(own: tuple[Weight, Weight, Weight, Weight], angle: float) -> InPlane:
+    """Q of a layer whose own axes are turned by `angle` (Jones, Mechanics of Composite Materials, eq. 2.80)."""
+    q11, q22, q12, q66 = own
+    c, s = float(np.cos(angle)), float(np.sin(angle))
+    mixed = q12 + 2.0 * q66
+    return (
+        c**4 * q11 + 2.0 * c * c * s * s * mixed + s**4 * q22,
+        s**4 * q11 + 2.0 * c * c * s * s * mixed + c**4 * q22,
+        c * c * s * s * (q11 + q22 - 4.0 * q66) + (c**4 + s**4) * q12,
+        c * c * s * s * (q11 + q22 - 2.0 * q12 - 2.0 * q66) + (c**4 + s**4) * q66,
+        c**3 * s * (q11 - mixed) - c * s**3 * (q22 - mixed),
+        c * s**3 * (q11 - mixed) - c**3 * s * (q22 - mixed),
+    )
+
+
 def _matrix(q: InPlane) -> list[list[Weight]]:
     q11, q22, q12, q66, q16, q26 = q
     return [[q11, q12, q16], [q12, q22, q26], [q16, q26, q66]]
@@ -243,4 +272,4 @@ def _times(one: Weight, other: Weight) -> Weight:
 
 
 def _power(value: Weight, exponent: int) -> Weight:
-    return value**exponent  # type: ignore[no-any-return]
+    return value**exponent

@@ -11,9 +11,9 @@ from scipy.sparse.linalg import splu
 
 from simulation.shell.edges import LineBlock
 from simulation.shell.points import point_springs
+from simulation.shell.rigidity import Block
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
-from simulation.shell.rigidity import Block
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.int_]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.laminate import SHEAR_FACTOR
+from simulation.shell.rigidity import SHEAR_FACTOR
 
 Real = NDArray[np.float64]
 

@@ -71,7 +71,7 @@ def test_verbs_stop_with_status_2(
 
 
 def test_a_basis_that_does_not_converge_is_a_sentence(tmp_path: Path, measured, monkeypatch) -> None:
-    from simulation.mesh import MeshRecipe
+    from simulation.meshing.recipe import MeshRecipe
     from simulation.reduction import Training
 
     monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path))

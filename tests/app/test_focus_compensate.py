@@ -59,8 +59,7 @@ delay = 32
 youngs_modulus = [0.9e9, 3.4e9]
 poisson_ratio = [0.33, 0.46]
 loss_factor = [0.05, 0.09]
-mesh_degree = 3
-mesh_strip = 0.02
+function_tolerance = 1e-6
 basis_tolerance = 1e-2
 """
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from simulation.effect_reduction import reduce_with_effects
-from simulation.mesh import MeshRecipe
+from simulation.meshing.recipe import MeshRecipe
 
 Run = Callable[..., tuple[int, str, str]]
 Cut = Callable[[Path, tuple[int, ...]], None]

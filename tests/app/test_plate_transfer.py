@@ -21,8 +21,8 @@ from app.simulated_plate import TwinPlate
 from simulation.effect_reduction import reduce_with_effects
 from simulation.effect_twin import EffectTwin
 from simulation.effects.library import LIBRARY
-from simulation.mesh import MeshRecipe
-from simulation.mindlin import assemble
+from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.assembly import assemble
 from simulation.reduction import reduce
 from simulation.twin import Twin
 

@@ -6,8 +6,8 @@ import pytest
 
 from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
 from analysis.material import MaterialBox
-from simulation.mesh import MeshRecipe
-from simulation.mindlin import assemble
+from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.assembly import assemble
 from simulation.reduced_model import ReducedModel
 from simulation.reduction import reduce
 from simulation.shell.shell_model import ShellModel

@@ -5,7 +5,7 @@ import pytest
 
 from analysis.material import MaterialBox
 from simulation.basis_key import basis_key
-from simulation.mesh import MeshRecipe
+from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction import Training
 
 BOX, BAND = MaterialBox((1e9, 4e9), (0.3, 0.45), (0.02, 0.1)), (100.0, 900.0)

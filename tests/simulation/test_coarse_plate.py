@@ -8,8 +8,8 @@ import pytest
 from analysis.experiment import Experiment, Patch
 from analysis.material import MaterialBox
 from simulation.coarse_plate import CoarsePlate
-from simulation.electric_load import ElectricLoad
-from simulation.shell_model import ShellModel
+from simulation.shell.electric_load import ElectricLoad
+from simulation.shell.shell_model import ShellModel
 
 
 @pytest.fixture(scope="module")

@@ -17,9 +17,9 @@ from simulation.effect_twin import EffectTwin
 from simulation.effects.library import library
 from simulation.extreme_states import STEEPEST, combined_state, extreme_states
 from simulation.field_basis import field_basis
-from simulation.mesh import MeshRecipe
+from simulation.meshing.recipe import MeshRecipe
 from simulation.plate_state import PlateState
-from simulation.shell.shell_model import factorize
+from simulation.shell.factors import factorize
 
 Real = NDArray[np.float64]
 

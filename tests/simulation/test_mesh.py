@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from simulation.mesh import MeshRecipe, mesh_lines
+from simulation.meshing.recipe import MeshRecipe, mesh_lines
 
 
 def test_lines_follow_edges_strips_and_spacing():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from analysis.material import MaterialBox
-from simulation.mesh import MeshRecipe
+from simulation.meshing.recipe import MeshRecipe
 from simulation.mesh_refinement import refined
-from simulation.mindlin import assemble
+from simulation.shell.assembly import assemble
 from simulation.reduction import reduction
 
 BAND = (100.0, 700.0)

@@ -10,9 +10,9 @@ from analysis.experiment import Patch, Plate
 from analysis.frf import Frf
 from analysis.plate_material import material_box
 from analysis.updating.update import update
-from simulation.electric_load import ElectricLoad
-from simulation.mesh import MeshRecipe
-from simulation.mindlin import assemble
+from simulation.shell.electric_load import ElectricLoad
+from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.assembly import assemble
 from simulation.reduction import reduce
 from simulation.twin import Twin
 

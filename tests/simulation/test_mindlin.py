@@ -7,10 +7,10 @@ import pytest
 
 from analysis.experiment import Patch, Plate
 from simulation.laminate import SHEAR_FACTOR
-from simulation.mesh import MeshRecipe
-from simulation.mindlin import assemble
+from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.assembly import assemble
 from simulation.shell.piezo_material import NCE51, VACUUM_PERMITTIVITY
-from simulation.shell.shell_model import factorize
+from simulation.shell.factors import factorize
 
 SIMPLY_SUPPORTED = {
     "left": ("u", "v", "w", "thy"),

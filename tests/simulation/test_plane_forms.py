@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
-from simulation.mesh import MeshRecipe, mesh_lines
+from simulation.meshing.recipe import MeshRecipe, mesh_lines
 from simulation.plane_forms import MODULI, ShearForm, plane_form, shell_matrix, weighted_sum
 from simulation.shape_space import ShapeSpace
 

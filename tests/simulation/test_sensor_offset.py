@@ -6,11 +6,11 @@ import pytest
 from analysis.experiment import Patch, Plate
 from analysis.local_laws import LocalLaws
 from simulation.effect_operators import OFFSET_DEGREE, monomials
-from simulation.mesh import MeshRecipe
-from simulation.mindlin import assemble
+from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.assembly import assemble
 from simulation.plate_state import PlateState
 from simulation.sensor_offset import OFFSET_RANGE, can_move, padua_points
-from simulation.shell.shell_model import factorize
+from simulation.shell.factors import factorize
 from simulation.state_matrices import FullPlate
 
 RECIPE = MeshRecipe(degree=3, spacing=0.06)

@@ -6,10 +6,10 @@ from scipy.sparse.linalg import eigsh
 
 from analysis.experiment import Plate
 from analysis.local_laws import LocalLaws
-from simulation.mesh import MeshRecipe
-from simulation.mindlin import assemble
+from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.assembly import assemble
 from simulation.plate_state import PlateState
-from simulation.shell.shell_model import factorize, plane_stress_moduli
+from simulation.shell.factors import factorize, plane_stress_moduli
 from simulation.state_matrices import FullPlate
 
 E, NU, ETA = 2e9, 0.38, 0.06

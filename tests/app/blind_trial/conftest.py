@@ -14,8 +14,8 @@ from app.blind_trial.specimen import with_hidden_point
 from app.files.experiment_toml import AcquiredExperiment
 from simulation.effect_operators import EffectOperators
 from simulation.effect_reduction import reduce_with_effects
-from simulation.mesh import MeshRecipe
-from simulation.mindlin import assemble
+from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.assembly import assemble
 from simulation.reduced_model import ReducedModel
 from simulation.reduction import Training, reduce
 
