@@ -22,7 +22,7 @@ from simulation.effect_certification import measured_error
 from simulation.effect_operators import EffectOperators
 from simulation.effect_projection import CHUNK, Projector, patch_energies, plate_energies, strains
 from simulation.energy_decomposition import energy_shift, middle, orthonormal
-from simulation.extreme_states import SLIP, STEEPEST, extreme_states, offset_states
+from simulation.extreme_states import SLIP, SOFT, STEEPEST, STIFF, extreme_states, laws_within, offset_states
 from simulation.meshing.recipe import MeshRecipe
 from simulation.plate_state import PlateState
 from simulation.rational_krylov import Chain
@@ -38,10 +38,6 @@ Real = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 STAGE = "reducing the plate with its effects"
-SOFT = LocalLaws.of_material(1.1e9, 0.43, 0.05, slope=STEEPEST)
-"""The material of the extreme states: soft, so that the most modes lie in the band."""
-STIFF = LocalLaws.of_material(3.0e9, 0.35, 0.05)
-"""Beside it for the bond: patches that hardly hold change a stiff plate in another way than a soft one."""
 WORKERS = 2
 """Energies projected at a time."""
 BLOCKS = 10
@@ -78,7 +74,7 @@ def reduce_with_effects(
     _, vectors = reduction(
         inputs, box, band, training=training, progress=lambda stage, share: report(STAGE, 0.1 + 0.2 * share)
     )
-    states = training_states(full)
+    states = training_states(full, box)
     for k, state in enumerate(states):
         report(STAGE, 0.3 + 0.3 * k / len(states))
         vectors = extended(vectors, full.matrices(state, loss=False), band, (training or Training()).tolerance)
@@ -105,15 +101,20 @@ def compressed(ops: EffectOperators) -> EffectOperators:
     return for_materials(ops, materials, BOX_TAIL)
 
 
-def training_states(full: FullPlate) -> list[PlateState]:
-    """States in which the vectors must answer: what an offset does is no mirror of what the opposite one does."""
+def training_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
+    """States in which the vectors must answer: what an offset does is no mirror of what the opposite one does.
+
+    The bond is loosened on a stiff plate too: patches that hardly hold change it in another way than a soft one.
+    """
     xi, zeta = full.sampling
     reach = OFFSET_RANGE if can_move(full) else 0.0
+    laws = laws_within(box, SOFT)
     soft, stiff = (
-        PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0])) for laws in (SOFT, STIFF)
+        PlateState.baseline(xi, zeta, there, there.reference, np.array([500.0]))
+        for there in (laws, laws_within(box, STIFF))
     )
     loose = stiff.with_(bond=1.0 - SLIP)
-    return [*extreme_states(xi, zeta, SOFT, reach), *offset_states(soft, -reach), loose]
+    return [*extreme_states(xi, zeta, laws, reach), *offset_states(soft, -reach), loose]
 
 
 def extended(vectors: Real, matrices: StateMatrices, band: tuple[float, float], tolerance: float) -> Real:
