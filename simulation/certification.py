@@ -1,5 +1,7 @@
 """The error of a reduced model, measured against the full one where it was not trained."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
@@ -13,6 +15,9 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 Constants = tuple[float, float, float]
+
+WORKERS = 2
+"""Materials solved at a time."""
 
 
 def held_out(box: MaterialBox, attempt: int) -> list[Constants]:
@@ -39,8 +44,10 @@ def measured_error(
     `ReducedModel.error`.
     """
     rng = np.random.default_rng(100 + attempt)
-    worst, seen = 0.0, []
-    for material in held_out(small.box, attempt):
+    materials = held_out(small.box, attempt)
+    drawn = [np.random.default_rng(seed) for seed in rng.integers(2**32, size=len(materials))]
+
+    def at(material: Constants, rng: np.random.Generator) -> tuple[float, Complex]:
         places = _lines(small, material, lines)
         over_band = small.compliance(*material, places)
         rms = root_mean_square(over_band, places)[..., None]
@@ -51,9 +58,12 @@ def measured_error(
         full = model.responses(*material, chosen)
         transfer = np.einsum("ni,nkf->ikf", model.coupling, full)
         wrong = np.abs(small.compliance(*material, chosen) - transfer) / rms
-        worst = max(worst, float(wrong.max()), _field_error(model, small, material, chosen, full, places))
-        seen.append(full.reshape(model.size, -1))
-    return worst, np.hstack(seen)
+        worst = max(float(wrong.max()), _field_error(model, small, material, chosen, full, places))
+        return worst, full.reshape(model.size, -1)
+
+    with ThreadPoolExecutor(WORKERS) as executor:
+        found = list(executor.map(at, materials, drawn))
+    return max(worst for worst, _ in found), np.hstack([seen for _, seen in found])
 
 
 def _field_error(

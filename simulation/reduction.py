@@ -6,6 +6,7 @@ keeps about half of them; the full model is solved only to measure the error tha
 """
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +24,8 @@ Real = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 STAGE = "reducing the plate"
+WORKERS = 2
+"""Materials solved at a time: sparse factorization lets other threads run."""
 
 
 @dataclass(frozen=True)
@@ -171,20 +174,22 @@ def _candidates(
     """Krylov vectors (n, N) of all trained materials; the real shifts span the band."""
     shifts = np.array([max(band[0], 0.05 * band[1]), 0.5 * sum(band), band[1]])
     materials = training.materials(box)
-    spaces = []
-    for k, (e, nu) in enumerate(materials):
-        report(STAGE, 0.6 * k / len(materials))
-        spaces.append(
-            material_space(
-                model,
-                e,
-                nu,
-                shifts=shifts,
-                lines=lines,
-                loss_factor=training_loss(box),
-                tolerance=0.1 * training.tolerance,
-            )
+
+    def space(constants: tuple[float, float]) -> Real:
+        return material_space(
+            model,
+            *constants,
+            shifts=shifts,
+            lines=lines,
+            loss_factor=training_loss(box),
+            tolerance=0.1 * training.tolerance,
         )
+
+    spaces = []
+    with ThreadPoolExecutor(WORKERS) as executor:
+        for k, found in enumerate(executor.map(space, materials)):
+            spaces.append(found)
+            report(STAGE, 0.6 * (k + 1) / len(materials))
     return np.hstack(spaces)
 
 
