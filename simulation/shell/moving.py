@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.geometry.loop import Loop
+from analysis.geometry.relations import overlap
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 
@@ -20,19 +21,24 @@ LEAST_ROOM = 0.4
 def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> ShapeSpace:
     """Space over the mesh with one patch moved by `shift` m; functions and their numbers stay.
 
-    What is integrated depends smoothly on the shift. ValueError where there is no room for it.
+    What is integrated depends smoothly on the shift. Cells under other patches stay, and so do their matrices.
+    ValueError where there is no room for it, or where another patch lies on the other face.
     """
     mesh, plate = shell.space.mesh, shell.plate
     own = shell.patches[patch].loop
-    others = [plate.loop, *plate.hole_loops, *plate.zone_loops]
-    others += [other.loop for k, other in enumerate(shell.patches) if k != patch]
+    neighbours = [other.loop for k, other in enumerate(shell.patches) if k != patch]
+    if any(overlap(own, other) is not None for other in neighbours):
+        raise ValueError(f"patch {shell.patches[patch].id!r} lies over another one and cannot move without it")
+    walls = [plate.loop, *plate.hole_loops, *plate.zone_loops]
+    others = walls + neighbours
     room = min(float(other.distance(own.polygon).min()) for other in others)
     room = min(room, min(float(own.distance(other.polygon).min()) for other in others))
     if np.hypot(*shift) > (1.0 - LEAST_ROOM) * room:
         raise ValueError(f"patch {shell.patches[patch].id!r} moved by {shift} m has not the room around it")
     rigid = min(RIGID * room, plate.thickness)
     near = np.maximum(_outside(own, mesh.points) - rigid, 0.0)
-    far = np.min([other.distance(mesh.points) for other in others], axis=0)
+    away = [wall.distance(mesh.points) for wall in walls] + [_outside(other, mesh.points) for other in neighbours]
+    far = np.min(away, axis=0)
     far = np.maximum(np.minimum(far - rigid, REACH), 0.0)
     share = np.maximum(0.0, np.minimum(far / np.maximum(near + far, 1e-12), 1.0 - near / REACH))
     share = np.where(near == 0.0, 1.0, share)

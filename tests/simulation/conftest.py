@@ -7,10 +7,15 @@ import pytest
 from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.assembly import assemble
 from simulation.reduced_model import ReducedModel
 from simulation.reduction import reduce
+from simulation.shell.assembly import assemble, assemble_for
+from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel
+
+COARSE = MeshRecipe(spacing=0.08, strip=1.5, edge_strip=1.5, growth=2.0, grading=0.0, pieces=1)
+"""Few cells: for what holds on any mesh."""
+BOX, BAND = MaterialBox((0.8e9, 4e9), (0.30, 0.48), (0.02, 0.12)), (100.0, 1500.0)
 
 
 def patch(name: str, role: str, center: tuple[float, float], side: str = "top") -> Patch:
@@ -64,13 +69,13 @@ def declare(plate: Plate) -> Callable[..., Experiment]:
 
 @pytest.fixture(scope="session")
 def nominal_model(plate: Plate, patches: list[Patch]) -> ShellModel:
-    return assemble(plate, patches)
+    return assemble_for(plate, patches, BOX, BAND, fineness=Fineness(degree=7, tolerance=1e-8))
 
 
 @pytest.fixture(scope="session")
 def nominal(nominal_model: ShellModel) -> ReducedModel:
-    """Reduce as for the recorded campaigns: on the converged mesh, over the whole box and band."""
-    return reduce(nominal_model, MaterialBox((0.8e9, 4e9), (0.30, 0.48), (0.02, 0.12)), (100.0, 1500.0))
+    """Reduce as for the recorded campaigns: over the whole box and band."""
+    return reduce(nominal_model, BOX, BAND)
 
 
 @pytest.fixture(scope="session")
@@ -79,9 +84,14 @@ def three_patches(patches: list[Patch]) -> list[Patch]:
 
 
 @pytest.fixture(scope="session")
+def coarse_mesh() -> MeshRecipe:
+    return COARSE
+
+
+@pytest.fixture(scope="session")
 def coarse_model(plate: Plate, three_patches: list[Patch]) -> ShellModel:
     """Few unknowns: for what holds on any mesh."""
-    return assemble(plate, three_patches, recipe=MeshRecipe(degree=3, spacing=0.06, strip=0.004, edge_strip=0.004))
+    return assemble(plate, three_patches, recipe=COARSE, degree=3)
 
 
 @pytest.fixture(scope="session")

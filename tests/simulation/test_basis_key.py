@@ -7,6 +7,7 @@ from analysis.material import MaterialBox
 from simulation.basis_key import basis_key
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction import Training
+from simulation.shell.fineness import Fineness
 
 BOX, BAND = MaterialBox((1e9, 4e9), (0.3, 0.45), (0.02, 0.1)), (100.0, 900.0)
 
@@ -41,7 +42,9 @@ def test_everything_else_counts(plate, patches, key):
         basis_key(plate, patches, BOX, BAND, points),
         basis_key(plate, patches, BOX, BAND, points + 1e-12),
         basis_key(plate, patches, BOX, BAND, points, field_certified=False),
-        basis_key(plate, patches, BOX, BAND, recipe=MeshRecipe(degree=5)),
+        basis_key(plate, patches, BOX, BAND, fineness=Fineness(degree=5)),
+        basis_key(plate, patches, BOX, BAND, fineness=Fineness(tolerance=1e-8)),
+        basis_key(plate, patches, BOX, BAND, fineness=Fineness(MeshRecipe(spacing=0.05))),
         basis_key(plate, patches, BOX, BAND, training=Training(tolerance=1e-5)),
     ]
     assert len({key, *others}) == len(others) + 1

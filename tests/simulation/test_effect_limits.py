@@ -24,10 +24,10 @@ LAWS = LocalLaws.of_material(2e9, 0.38, 0.06, reference=40.0, slope=(-0.02, 0.00
 
 
 @pytest.fixture(scope="module")
-def twin(declare, plate, three_patches, coarse_model) -> EffectTwin:
+def twin(declare, three_patches, coarse_model) -> EffectTwin:
     """Modes of one material and the static answers to patches and points; two sensors, every effect available."""
     experiment = declare(three_patches, BAND)
-    full = FullPlate.of(coarse_model.space, plate, three_patches, coarse_model.unknowns)
+    full = FullPlate.of(coarse_model)
     places = np.array([attached.point for attached in (*experiment.string, *experiment.cable)])
     probe = np.asarray(coarse_model.deflection(places).todense())
     energy = coarse_model.stiffness(2e9, 0.38) + (2 * np.pi * 300.0) ** 2 * coarse_model.mass

@@ -17,13 +17,13 @@ from simulation.effect_twin import EffectTwin
 from simulation.effects.library import library
 from simulation.extreme_states import STEEPEST, combined_state, extreme_states
 from simulation.field_basis import field_basis
-from simulation.meshing.recipe import MeshRecipe
 from simulation.plate_state import PlateState
 from simulation.shell.factors import factorize
+from simulation.shell.fineness import Fineness
+from simulation.shell.rigidity import W
 
 Real = NDArray[np.float64]
 
-MESH = MeshRecipe(degree=3, spacing=0.06, strip=0.004, edge_strip=0.004)
 BAND = (100.0, 500.0)
 LINES = np.linspace(*BAND, 120)
 POINT = SweepPoint(24.0, 0.4 / 60.0, 2.0)
@@ -39,10 +39,9 @@ def experiment(declare, patches):
 
 
 @pytest.fixture(scope="module")
-def reduced(experiment):
-    return reduce_with_effects(
-        experiment, MaterialBox((1e9, 3.2e9), (0.33, 0.46), (0.02, 0.12)), recipe=MESH, fine_degree=MESH.degree
-    )
+def reduced(experiment, coarse_mesh):
+    box = MaterialBox((1e9, 3.2e9), (0.33, 0.46), (0.02, 0.12))
+    return reduce_with_effects(experiment, box, fineness=Fineness(coarse_mesh, degree=4, tolerance=1e-6))
 
 
 @pytest.fixture(scope="module")
@@ -149,21 +148,18 @@ def test_softening_grows_with_the_square_of_the_level(twin):
 
 def test_point_loads_against_the_full_plate(twin, reduced):
     ops, full, _ = reduced
-    row = np.zeros(full.unknowns.size)
     order = {(0.03, 0.187): 0, (0.058, 0.03): 1}
     state = twin.state(POINT, LAWS, {}, LINES)
     xi, zeta = full.sampling
     exact = full.matrices(type(state).baseline(xi, zeta, LAWS, POINT.temperature, LINES))
-    values = full.space.values(np.array(list(order)))
-    size = full.space.size
-    bending = full.unknowns // size == 2
+    values = full.shell.space.values(np.array(list(order)))
+    rows = full.unknowns.rows(values, W).toarray()
     peak = np.abs(twin.frf(POINT, LAWS, {}, LINES)).max()
     for effects, place, k, c, m in (
         ({"point_mass": {"mass": 0.002}}, (0.058, 0.03), 0.0, 0.0, 0.002),
         ({"suspension": {"stiffness": 300.0, "damping": 0.4}}, (0.03, 0.187), 300.0, 0.4, 0.0),
     ):
-        row[:] = 0.0
-        row[bending] = np.asarray(values[order[place]].todense()).ravel()[full.unknowns[bending] - 2 * size]
+        row = rows[order[place]]
         for f in (141.0, 263.0, 407.0):
             omega = 2 * np.pi * f
             z = exact.plate + 1j * exact.plate_loss + exact.patches - omega**2 * exact.mass

@@ -6,7 +6,6 @@ import pytest
 from analysis.material import MaterialBox
 from simulation.damped_modes import relative_error
 from simulation.energy_decomposition import orthonormal
-from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble
 from simulation.rational_krylov import material_space
 from simulation.reduction import Training, reduce
@@ -166,8 +165,8 @@ def test_nonsense_is_refused(coarse_model, box, band, named):
         reduce(coarse_model, box, band)
 
 
-def test_a_plate_without_patches_is_refused(plate):
-    bare = assemble(plate, recipe=MeshRecipe(degree=3, spacing=0.1))
+def test_a_plate_without_patches_is_refused(plate, coarse_mesh):
+    bare = assemble(plate, recipe=coarse_mesh, degree=3)
     with pytest.raises(ValueError, match="without patches"):
         reduce(bare, MaterialBox((1e9, 2e9), (0.3, 0.4), (0.02, 0.1)), (100.0, 300.0))
 

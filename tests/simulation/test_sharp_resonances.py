@@ -15,11 +15,10 @@ BAND = (150.0, 900.0)
 
 @pytest.mark.parametrize(("kind", "modulus", "ratio", "density"), [("aluminium", 70e9, 0.33, 2700.0)])
 def test_transfers_hold_on_the_flanks(
-    patches: list[Patch], kind: str, modulus: float, ratio: float, density: float
+    patches: list[Patch], coarse_mesh: MeshRecipe, kind: str, modulus: float, ratio: float, density: float
 ) -> None:
     plate = Plate(length_x=0.24, length_y=0.19, thickness=0.003, mass=density * 0.24 * 0.19 * 0.003)
-    recipe = MeshRecipe(degree=4, spacing=0.06, strip=0.004, edge_strip=0.004)
-    model = assemble(plate, patches, recipe=recipe)
+    model = assemble(plate, patches, recipe=coarse_mesh, degree=4)
     box = material_box(PlateMaterial(kind=kind))  # type: ignore[arg-type]
     reduced = reduce(model, box, BAND)
     assert reduced.error <= 1e-4

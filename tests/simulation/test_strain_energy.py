@@ -68,10 +68,10 @@ def test_one_mode_takes_the_lowest_root_of_its_cubic(force: float, a: float, b: 
 
 
 @pytest.fixture(scope="module")
-def twin(declare, plate, three_patches, coarse_model) -> EffectTwin:
+def twin(declare, three_patches, coarse_model) -> EffectTwin:
     """Modes of one material and no more, every effect available, energies counted from 25 degrees Celsius."""
     experiment = declare(three_patches, BAND)
-    full = FullPlate.of(coarse_model.space, plate, three_patches, coarse_model.unknowns)
+    full = FullPlate.of(coarse_model)
     places = np.array([attached.point for attached in (*experiment.string, *experiment.cable)])
     probe = np.asarray(coarse_model.deflection(places).todense())
     energy = coarse_model.stiffness(2e9, 0.38) + (2 * np.pi * 300.0) ** 2 * coarse_model.mass
@@ -183,7 +183,8 @@ def test_derivatives_follow_the_energy_with_every_other_effect_on(twin: EffectTw
         def moved(d: float, name: str = name, p: str = p):
             return twin.frf(POINT, LAWS, {**on, name: {**on[name], p: on[name][p] + d}}, lines)
 
-        check(found, moved, 2e-5 if name == "local_damage" and p in "xy" else 3e-3 * sigma)
+        share = 3e-4 if name == "amplitude_softening" else 3e-3  # a line close to bending over is sharply curved
+        check(found, moved, 2e-5 if name == "local_damage" and p in "xy" else share * sigma)
     for law in range(3):
         unit = np.eye(3)[law]
         check(
