@@ -5,6 +5,8 @@ the repeats differ by noise alone. Drive and response come from the same card, s
 delays cancel in the ratio.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
@@ -27,7 +29,8 @@ def h1(
     Returns
     -------
     h : (M // 2 + 1,) complex ndarray
-        G_yu / G_uu, the cross and auto spectra averaged over the repeats (paper section 3.2).
+        G_yu / G_uu, the cross and auto spectra averaged over the repeats (paper section 3.2); NaN, like all
+        else, at a line where the drive is exactly zero, as at 0 Hz where it has no mean.
     residual_power : (M // 2 + 1,) ndarray
         Unbiased variance of a single repeat's ratio about h; NaN for one repeat. From three repeats on, a straight
         drift over them is no noise: the oven ramps on, and h stands for the temperature in the middle.
@@ -39,7 +42,7 @@ def h1(
     g_uu = (np.abs(u) ** 2).sum(0)
     g_yu = (y * u.conj()).sum(0)
     g_yy = (np.abs(y) ** 2).sum(0)
-    h = g_yu / g_uu
+    h = _ratio(g_yu, g_uu)
     repeats = drive.shape[0]
     residual, freedom = y - h * u, repeats - 1
     if repeats > 2:
@@ -48,22 +51,30 @@ def h1(
         freedom -= 1
     power = np.full(h.shape, np.nan)
     if freedom:
-        power = (np.abs(residual) ** 2).sum(0) / freedom * repeats / g_uu
-    return h, power, np.abs(g_yu) ** 2 / (g_uu * g_yy)
+        power = _ratio((np.abs(residual) ** 2).sum(0) / freedom * repeats, g_uu)
+    return h, power, _ratio(np.abs(g_yu) ** 2, g_uu * g_yy)
 
 
 def bad_repeats(drive: NDArray[np.float32], response: NDArray[np.float32], lines: slice) -> list[int]:
     """Repeats whose ratio lies far from the others': a knock, a dropout, a loose cable.
 
     Each repeat's energy about the median repeat is compared with the median of these energies; more
-    than sixteen times (four times in amplitude) is no noise of a steady rig. Needs three repeats.
+    than sixteen times (four times in amplitude) is no noise of a steady rig. Needs three repeats. Only `lines` are
+    divided: beyond the band a drive may be exactly zero.
     """
     if drive.shape[0] < 3:
         return []
-    ratio = (np.fft.rfft(response.astype(float), axis=1) / np.fft.rfft(drive.astype(float), axis=1))[:, lines]
+    u, y = (np.fft.rfft(signal.astype(float), axis=1)[:, lines] for signal in (drive, response))
+    ratio = _ratio(y, u)
     middle = np.median(ratio.real, axis=0) + 1j * np.median(ratio.imag, axis=0)
     energy = (np.abs(ratio - middle) ** 2).sum(1)
     return [int(r) for r in np.flatnonzero(energy > 16.0 * np.median(energy))]
+
+
+def _ratio(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDArray[Any]:
+    """Quotient, NaN where the denominator is zero."""
+    undefined = np.full(denominator.shape, np.nan, np.result_type(numerator, denominator))
+    return np.asarray(np.divide(numerator, denominator, out=undefined, where=denominator != 0.0))
 
 
 def smooth_power(power: NDArray[np.float64], excluded: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -105,6 +105,7 @@ def corrected_twin(
     groups = TemperatureGroups.of(frf.temperature)
     open_slopes = groups.slope_sigma(mean_laws(plain.material, groups))
     local = groups.laws(fitted.state.laws)
+    model = model.counted(local, fitted.state.effects)
     rate, gain = protocol.ramp_rate / 60.0, float(np.exp(fitted.state.log_gain))
     answers, material = [], []
     for sweep, (reading, way, level) in enumerate(zip(frf.temperature, frf.direction, frf.level, strict=True)):

@@ -1,7 +1,7 @@
 """A twin with some effects switched on for good: whoever asks it moves the others only."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,10 @@ class HeldEffects:
     def cards(self) -> Mapping[str, EffectCard]:
         """The candidates that are left."""
         return {name: card for name, card in self.twin.cards.items() if name not in self.held}
+
+    def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> "HeldEffects":
+        """Return the same with the twin in the units that these laws make."""
+        return replace(self, twin=self.twin.counted(laws, [*self.held, *effects]))
 
     def frf(
         self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: NDArray[np.float64]

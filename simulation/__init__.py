@@ -42,6 +42,8 @@ The same plate with physical effects on it:
 ``local_solution``         answers over a band in few coordinates
 ``local_slopes``           derivatives of a state's matrices, in these coordinates
 ``sensitivity``            derivatives of the answers: a field and its adjoint
+``line_solver``            answers where the stiffness changes from line to line
+``strain_energy``          that of a plate that follows it, and its derivatives
 ``reading``                sensor volts
 ``mesh_disagreement``      how far this plate and the plain one, on another mesh, are apart
 ``effect_twin``            volts in, volts out, for the gap workflow

@@ -21,13 +21,17 @@ from simulation.effects.effect import Effect
 from simulation.electric_load import ElectricLoad
 from simulation.field_basis import field_basis
 from simulation.local_slopes import LocalSlopes
-from simulation.local_solution import REACH, LocalSolution
+from simulation.local_solution import REACH, LocalPlate, LocalSolution
 from simulation.plate_state import Circumstances, PlateState
 from simulation.reading import Reading
 from simulation.sensitivity import Sensitivity
+from simulation.strain_energy import SPECTRA, EnergySlopes, StateOf, StrainEnergy
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+REFERENCE = 25.0
+"""Temperature of the plate whose largest strain energy is one, degrees Celsius."""
 
 
 @dataclass(frozen=True)
@@ -75,25 +79,59 @@ class EffectTwin:
 
     def referred(self, laws: LocalLaws) -> Self:
         """Return the twin with strain energies counted from those at 25 degrees Celsius of these laws."""
-        lines = np.linspace(max(100.0, self.operators.band[0]), min(1500.0, self.operators.band[1]), 701)
-        point = SweepPoint(25.0, 0.0, 1.0)
-        state = self._state(point, laws, {}, lines, np.ones(lines.size))
-        return replace(self, peak_energy=float(self._strain_energy(state, lines).max()))
+        low, high = max(100.0, self.operators.band[0]), min(1500.0, self.operators.band[1])
+        point = SweepPoint(REFERENCE, 0.0, 1.0)
+
+        def energies(lines: Real) -> Real:
+            state = self._state(point, laws, {}, lines, np.ones(lines.size))
+            return self._strain_energy(state, lambda _: state, lines, 1.0).at(np.zeros(lines.size))
+
+        lines = np.linspace(low, high, 701)
+        first = int(energies(lines).argmax())
+        # a resonance of a sheet metal is narrower than the distance of these lines
+        near = np.linspace(lines[max(first - 1, 0)], lines[min(first + 1, 700)], 401)
+        return replace(self, peak_energy=float(energies(near).max()))
+
+    def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> Self:
+        """Return the twin referred to the laws nearest to 25 degrees Celsius, where an effect needs energies."""
+        if not any(self.library[name].needs_strain_energy for name in effects):
+            return self
+        return self.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE)))
 
     def state(
         self, point: SweepPoint, laws: LocalLaws, effects: Mapping[str, Mapping[str, Any]], frequency: Real
     ) -> PlateState:
-        """Return the plate with some effects on, fields at the points of `field_basis`; values may be complex."""
-        return self._state(point, laws, effects, frequency, self._energy(point, laws, effects, frequency))
+        """Return the plate with some effects on, fields at the points of `field_basis`.
 
-    def _energy(self, point: SweepPoint, laws: LocalLaws, effects: Iterable[str], frequency: Real) -> Real:
-        """Strain energy of the plate without effects as `Circumstances` want it; ones if no effect asks for it."""
-        if not any(self.library[name].needs_strain_energy for name in effects):
+        Values may be complex unless an effect among them follows the strain energy.
+        """
+        energy = self._settled(point, laws, effects, effects, frequency)
+        return self._state(point, laws, effects, frequency, energy)
+
+    def _settled(
+        self,
+        point: SweepPoint,
+        laws: LocalLaws,
+        effects: Mapping[str, Mapping[str, Any]],
+        asked: Iterable[str],
+        frequency: Real,
+    ) -> Real:
+        """Self-consistent strain energy as `Circumstances` want it; ones if no effect `asked` about wants it."""
+        if not any(self.library[name].needs_strain_energy for name in asked):
             return np.ones(frequency.size)
+
+        def state_of(energy: NDArray[Any]) -> PlateState:
+            return self._state(point, laws, effects, frequency, energy)
+
+        linear = state_of(np.zeros(frequency.size))
+        require_certified(linear, self.operators)
+        return self._strain_energy(linear, state_of, frequency, self._scale(point)).settled()
+
+    def _scale(self, point: SweepPoint) -> float:
+        """Relative strain energy per J/V2."""
         if self.peak_energy is None:
             raise ValueError("strain energies have no reference yet: call `referred` first")
-        plain = self._state(point, laws, {}, frequency, np.ones(frequency.size))
-        return point.level**2 * self._strain_energy(plain, frequency) / self.peak_energy
+        return point.level**2 / self.peak_energy
 
     def _state(
         self,
@@ -101,7 +139,7 @@ class EffectTwin:
         laws: LocalLaws,
         effects: Mapping[str, Mapping[str, Any]],
         frequency: Real,
-        energy: Real,
+        energy: NDArray[Any],
     ) -> PlateState:
         basis = field_basis(BENDING_DEGREE)
         seen = replace(Circumstances.of(self.experiment, point, frequency), strain_energy=energy)
@@ -111,11 +149,12 @@ class EffectTwin:
                 state = effect.apply(state, seen, effects[name])
         return state
 
-    def _strain_energy(self, state: PlateState, frequency: Real) -> Real:
-        """Of the plate per volt on the actuator, (F,), J/V2."""
-        solved = self._solved(state, frequency)
-        actuator, _ = self._roles
-        return solved.strain_energy(actuator)
+    def _strain_energy(self, linear: PlateState, state_of: StateOf, frequency: Real, scale: float) -> StrainEnergy:
+        whole = with_spots(self.operators, composed(self.operators, self._coefficients(linear)), linear)
+        local = LocalPlate.of(self.operators, whole, linear, self.reach)
+        plate = self.experiment.plate
+        density = plate.mass / (plate.length_x * plate.length_y)
+        return StrainEnergy.of(local, self._roles[0], state_of, frequency, scale=scale, density=density)
 
     def _coefficients(self, state: PlateState) -> Coefficients:
         return Coefficients.of(state, self.operators.offset_range or 1.0)
@@ -146,10 +185,14 @@ class EffectTwin:
     ) -> Linearisation:
         """Transfer and its derivatives, see `analysis.gap.model.GapModel`."""
         ops = self.operators
-        # one for all steps: the plate without effects at real laws and at the oven's temperature
-        energy = self._energy(point, laws, {*effects, *(name for name, _, _ in tangents)}, frequency)
+        energy = self._settled(point, laws, effects, [*effects, *(name for name, _, _ in tangents)], frequency)
 
-        def at(point: SweepPoint, laws: LocalLaws, effects: Mapping[str, Mapping[str, Any]]) -> PlateState:
+        def at(
+            point: SweepPoint,
+            laws: LocalLaws,
+            effects: Mapping[str, Mapping[str, Any]],
+            energy: NDArray[Any] = energy,
+        ) -> PlateState:
             return self._state(point, laws, effects, frequency, energy)
 
         state = at(point, laws, effects)
@@ -160,33 +203,42 @@ class EffectTwin:
         reading = self._reading(solved, state)
         sensitivity = Sensitivity.of(solved, state, reading.drive, reading.sense)
 
-        def change(stepped: PlateState) -> Complex:
+        follower = at(point, laws, effects, energy + 1j * STEP)
+        by_energy = None
+        if any(np.imag(getattr(follower, name)).any() for name in (*SPECTRA, "log_gain", "phase")):
+            by_energy = EnergySlopes.of(solved, self._roles[0], state, follower, self._scale(point))
+
+        def change(point: SweepPoint, laws: LocalLaws, effects: Mapping[str, Mapping[str, Any]]) -> Complex:
+            stepped = at(point, laws, effects)
             moved = spots_slope(ops, slopes.by(stepped), stepped, solved.basis)
+            if by_energy:
+                stepped = at(point, laws, effects, energy + 1j * STEP * by_energy.by(moved, stepped))
             return reading.change(sensitivity.by(moved, stepped), stepped)
 
-        def material(law: int) -> PlateState:
+        def material(law: int) -> Complex:
             value = laws.value.astype(complex)
             value[law] += 1j * STEP
-            return at(point, replace(laws, value=value), effects)
+            return change(point, replace(laws, value=value), effects)
 
-        def turned(law: int) -> PlateState:
-            return at(point, laws.tilted(1j * STEP * np.eye(3)[law], point.temperature), effects)
+        def turned(law: int) -> Complex:
+            return change(point, laws.tilted(1j * STEP * np.eye(3)[law], point.temperature), effects)
 
-        def parameter(tangent: Tangent) -> PlateState:
+        def parameter(tangent: Tangent) -> Complex:
             name, parameter, absent = tangent
             values = dict(effects.get(name, absent))
-            return at(point, laws, {**effects, name: {**values, parameter: values[parameter] + 1j * STEP}})
+            stepped = {**values, parameter: values[parameter] + 1j * STEP}
+            return change(point, laws, {**effects, name: stepped})
 
         # a plate that is everywhere as warm as the oven asks nothing of the slopes
         follows = bool((state.temperature != point.temperature).any())
-        by_slope = [change(turned(law)) if follows else np.zeros_like(reading.response) for law in range(3)]
+        by_slope = [turned(law) if follows else np.zeros_like(reading.response) for law in range(3)]
         warmer = replace(point, temperature=point.temperature + 1j * STEP)  # type: ignore[arg-type]
         return Linearisation(
             transfer=reading.response,
-            by_material=np.array([change(material(law)) for law in range(3)]),
+            by_material=np.array([material(law) for law in range(3)]),
             by_slope=np.array(by_slope),
-            by_temperature=change(at(warmer, laws, effects)),
-            by_parameter=np.array([change(parameter(t)) for t in tangents]).reshape(
+            by_temperature=change(warmer, laws, effects),
+            by_parameter=np.array([parameter(t) for t in tangents]).reshape(
                 len(tangents), *reading.response.shape
             ),
         )

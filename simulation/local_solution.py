@@ -25,34 +25,27 @@ CHUNK = 64
 
 
 @dataclass(frozen=True)
-class LocalSolution:
-    """Z**-1 b of every patch over the band, for one state.
+class LocalPlate:
+    """A plate in one state, in the coordinates that this state needs.
 
     Attributes
     ----------
-    frequency : (F,) ndarray
-        Hz.
     basis : (r, m) ndarray
         Local coordinates: modes and residual vectors, orthonormal in the mass.
     composite : Composite
         In local coordinates; point springs and masses are in ``fixed`` and ``mass``.
     normal : (m, m) ndarray
     operators : EffectOperators
-    answers : (m, P, F) complex ndarray
     """
 
-    frequency: Real
     basis: Real
     composite: Composite
     normal: Real
     operators: EffectOperators
-    answers: Complex
 
     @classmethod
-    def of(
-        cls, ops: EffectOperators, whole: Composite, state: PlateState, frequency: Real, reach: float = REACH
-    ) -> Self:
-        """Choose local coordinates, modes up to `reach` times the band's end (all if infinite), and solve."""
+    def of(cls, ops: EffectOperators, whole: Composite, state: PlateState, reach: float = REACH) -> Self:
+        """Choose local coordinates, modes up to `reach` times the band's end (all if infinite)."""
         stiffness, mass = whole.fixed, whole.mass
         for load in state.point_loads:
             row = deflection_at(ops, load)
@@ -60,20 +53,62 @@ class LocalSolution:
             mass = mass + load.mass * np.outer(row, row)
         whole = Composite(whole.plate, whole.plate_loss, stiffness, mass, whole.coupling)
         basis = _local_basis(ops, whole, float(np.mean(state.storage)), reach)
-        local = _restricted(whole, basis)
-        normal = basis.T @ ops.normal @ basis
-        answers = _solve(local, normal, ops, basis, state, frequency)
-        return cls(frequency, basis, local, normal, ops, answers)
+        return cls(basis, _restricted(whole, basis), basis.T @ ops.normal @ basis, ops)
+
+    def dashpots(self, state: PlateState) -> Real:
+        """Damping at points, (m, m), N s/m."""
+        rows = [(load.damping, deflection_at(self.operators, load) @ self.basis) for load in state.point_loads]
+        return np.asarray(sum((c * np.outer(row, row) for c, row in rows if c), np.zeros_like(self.normal)))
+
+
+@dataclass(frozen=True)
+class LocalSolution:
+    """Z**-1 b of every patch over the band, for one state.
+
+    Attributes
+    ----------
+    frequency : (F,) ndarray
+        Hz.
+    plate : LocalPlate
+    answers : (m, P, F) complex ndarray
+    """
+
+    frequency: Real
+    plate: LocalPlate
+    answers: Complex
+
+    @classmethod
+    def of(
+        cls, ops: EffectOperators, whole: Composite, state: PlateState, frequency: Real, reach: float = REACH
+    ) -> Self:
+        """Choose local coordinates, modes up to `reach` times the band's end (all if infinite), and solve."""
+        plate = LocalPlate.of(ops, whole, state, reach)
+        return cls(frequency, plate, _solve(plate, state, frequency))
+
+    @property
+    def basis(self) -> Real:
+        """Of `plate`."""
+        return self.plate.basis
+
+    @property
+    def composite(self) -> Composite:
+        """Of `plate`."""
+        return self.plate.composite
+
+    @property
+    def normal(self) -> Real:
+        """Of `plate`."""
+        return self.plate.normal
+
+    @property
+    def operators(self) -> EffectOperators:
+        """Of `plate`."""
+        return self.plate.operators
 
     def compliance(self) -> Complex:
         """b_i' Z**-1 b_j between all patches, (P, P, F), C/V."""
         m, p, f = self.answers.shape
         return np.asarray((self.composite.coupling.T @ self.answers.reshape(m, -1)).reshape(p, p, f))
-
-    def strain_energy(self, patch: int) -> Real:
-        """Of the plate, amplitude squared taken, per volt on a patch: u^H K u / 2 over the band, (F,), J/V2."""
-        u = self.answers[:, patch]
-        return np.asarray(0.5 * np.einsum("mf,mf->f", u.conj(), self.composite.plate @ u).real)
 
 
 def deflection_at(ops: EffectOperators, load: PointLoad) -> Real:
@@ -134,21 +169,17 @@ def _local_basis(ops: EffectOperators, whole: Composite, storage: float, reach: 
     return np.asarray(scipy.linalg.solve_triangular(root, local, lower=True, trans="T", check_finite=False))
 
 
-def _solve(
-    local: Composite, normal: Real, ops: EffectOperators, basis: Real, state: PlateState, frequency: Real
-) -> Complex:
+def _solve(plate: LocalPlate, state: PlateState, frequency: Real) -> Complex:
     """Z**-1 b over the band, (m, P, F): by modes where only -w**2 changes along the band, else line by line."""
+    local, dashpots = plate.composite, plate.dashpots(state)
     omega2 = (2 * np.pi * frequency) ** 2
-    damped = [load for load in state.point_loads if load.damping]
     varying = (state.area_mass, state.area_resistance)
-    if not damped and not any(s.any() for s in varying) and _constant((state.storage, state.loss)):
+    if not dashpots.any() and not any(s.any() for s in varying) and _constant((state.storage, state.loss)):
         stiffness = state.storage[0] * local.plate + 1j * state.loss[0] * local.plate_loss + local.fixed
         poles, shapes = np.linalg.eig(stiffness)
         weights = np.linalg.solve(shapes, local.coupling.astype(complex))
         modal = weights[:, :, None] / (poles[:, None] - omega2)[:, None, :]
         return np.asarray((shapes @ modal.reshape(len(poles), -1)).reshape(modal.shape))
-    rows = [(load.damping, deflection_at(ops, load) @ basis) for load in damped]
-    dashpots = sum((c * np.outer(row, row) for c, row in rows), np.zeros_like(local.plate))
     answers = np.empty((omega2.size, *local.coupling.shape), complex)
     for start in range(0, omega2.size, CHUNK):
         part = slice(start, start + CHUNK)
@@ -159,7 +190,7 @@ def _solve(
             + 1j * state.loss[part, None, None] * local.plate_loss
             + local.fixed
             - w2 * local.mass
-            + air * normal
+            + air * plate.normal
             + 1j * np.sqrt(w2) * dashpots
         )
         answers[part] = np.linalg.solve(z, local.coupling.astype(complex))

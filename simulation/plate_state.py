@@ -37,8 +37,9 @@ class Circumstances:
     strings, cables : tuple of points
         Where the plate is held, and where cables are fixed to it, m.
     strain_energy : (F,) ndarray
-        Of the plate without effects at this sweep's level, over its maximum over 100 to 1500 Hz at 25 degrees
-        Celsius and level 1 V; ones where nobody computed it.
+        Of the plate as it is, with all effects on, at this sweep's level, over its maximum without effects over
+        100 to 1500 Hz at 25 degrees Celsius and level 1 V; complex where derivatives are taken; ones where nobody
+        computed it.
     """
 
     frequency: NDArray[np.float64]
@@ -47,7 +48,7 @@ class Circumstances:
     plate: Plate
     strings: tuple[Point, ...]
     cables: tuple[Point, ...]
-    strain_energy: NDArray[np.float64]
+    strain_energy: Spectrum
 
     @classmethod
     def of(cls, experiment: Experiment, point: SweepPoint, frequency: NDArray[np.float64]) -> "Circumstances":

@@ -61,7 +61,7 @@ class Sensitivity:
         rates = {
             name: _rate(getattr(stepped, name)) for name in ("storage", "loss", "area_mass", "area_resistance")
         }
-        ratio = _proportion(local.plate_loss, local.plate)
+        ratio = proportion(local.plate_loss, local.plate)
         weighed: list[tuple[Real, NDArray[Any]]] = [
             (local.plate, state.storage + 1j * state.loss * (ratio or 0.0)),
             (local.plate_loss, 1j * state.loss * (ratio is None)),
@@ -96,7 +96,7 @@ class Sensitivity:
         return np.asarray(impedance * (row @ self.adjoint) * (row @ self.field))
 
 
-def _proportion(a: Real, b: Real) -> float | None:
+def proportion(a: Real, b: Real) -> float | None:
     """Return c where a = c b, as of losses that follow a stiffness: one product serves both; None elsewhere."""
     place = np.unravel_index(np.argmax(np.abs(b)), b.shape)
     c = float(a[place] / b[place]) if b[place] else 0.0

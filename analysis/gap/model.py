@@ -1,8 +1,8 @@
 """What a twin must offer to the gap workflow."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +80,13 @@ class GapModel(Protocol):
     @property
     def cards(self) -> Mapping[str, EffectCard]:
         """The candidates."""
+        ...
+
+    def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> Self:
+        """Return the model with what `effects` count in units of the plain plate in the units that `laws` make.
+
+        Laws over all temperatures, as they stand: a fit moves them, and with them the plain plate's strain energy.
+        """
         ...
 
     def frf(self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: Real) -> Complex:

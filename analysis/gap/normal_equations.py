@@ -84,6 +84,7 @@ def linearise_all(
 ) -> list[SweepEquations]:
     """Linearise all sweeps at `state`, the parameters of effects being those of `tangents`."""
     laws = sweeps.groups.laws(state.laws)
+    model = model.counted(laws, state.effects)
 
     def linearised(sweep: int) -> SweepEquations:
         return _whitened(model, sweeps, sweep, laws, state, tangents).equations()
@@ -96,6 +97,7 @@ def whiten_all(
 ) -> list[WhitenedSweep]:
     """Linearise like `linearise_all`, and keep the columns: memory grows with sweeps times tangents."""
     laws = sweeps.groups.laws(state.laws)
+    model = model.counted(laws, state.effects)
 
     def whitened(sweep: int) -> WhitenedSweep:
         return _whitened(model, sweeps, sweep, laws, state, tangents)

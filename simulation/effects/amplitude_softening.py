@@ -25,7 +25,10 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Storage modulus times 1 - a e, loss modulus times 1 - a e + b e, e the relative strain energy, at most 4."""
+    """Storage modulus times 1 - a e, loss modulus times 1 - a e + b e, e the relative strain energy, at most 4.
+
+    The energy is that of the plate so softened: `simulation.strain_energy` finds it.
+    """
     energy = np.minimum(circumstances.strain_energy, LARGEST)
     kept = 1.0 - values["a"] * energy
     return state.with_(storage=state.storage * kept, loss=state.loss * (kept + values["b"] * energy))

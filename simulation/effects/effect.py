@@ -29,7 +29,8 @@ class Effect:
     available : callable
         Experiment -> bool: whether the declaration says enough (a point mass needs its point).
     needs_strain_energy : bool
-        Whether `Circumstances.strain_energy` has to be computed first.
+        Whether `apply` looks at `Circumstances.strain_energy`: it is found so that the plate that `apply` makes of
+        it has it. Each line of a spectrum may follow the energy of that line; nothing else may follow any.
     """
 
     card: Callable[[Experiment], EffectCard]

@@ -1,6 +1,7 @@
 """What every effect must do, whoever wrote it: nothing at zero, and derivatives that a complex step gets right."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,9 @@ AGREEMENT = 1e-5
 STEEPEST = 1e3
 """Slope at zero over the mean slope up to a third of a sigma: roots and the like have none."""
 
+SPECTRA = ("storage", "loss", "area_mass", "area_resistance", "log_gain", "phase")
+"""What of a state is given line by line."""
+
 
 def verify(effect: Effect, experiment: Experiment) -> None:
     """Raise ValueError, saying what is wrong, unless an effect is fit for the search.
@@ -29,7 +33,8 @@ def verify(effect: Effect, experiment: Experiment) -> None:
     At three sweeps that differ in temperature, rate and level: all amplitudes zero leave the state exactly as it
     was, whatever the shapes; the imaginary part that a complex step leaves in every number of the state is the
     derivative that central differences find; every amplitude has a slope at zero, finite everywhere and other than
-    zero at one of the sweeps at least, for that is what a search sees of an effect before it tries it.
+    zero at one of the sweeps at least, for that is what a search sees of an effect before it tries it. What looks
+    at the strain energy does so line by line, in spectra alone, and lets complex energies through.
     """
     card = effect.card(experiment)
     idle = {parameter.name for parameter in card.amplitudes}
@@ -37,6 +42,7 @@ def verify(effect: Effect, experiment: Experiment) -> None:
         try:
             _check_absent(effect, card, state, circumstances)
             _check_derivatives(effect, card, state, circumstances)
+            _check_energy(effect, card, state, circumstances)
             idle -= _slopes_at_zero(effect, card, state, circumstances)
         except (ArithmeticError, AttributeError, IndexError, LookupError, TypeError) as error:
             raise ValueError(f"apply fails: {type(error).__name__}: {error}") from error
@@ -92,7 +98,7 @@ def _trials(experiment: Experiment) -> list[tuple[Circumstances, PlateState]]:
     for point in points:
         declared = Circumstances.of(experiment, point, frequency)
         energy = point.level**2 * np.linspace(0.05, 0.9, frequency.size)
-        circumstances = Circumstances(**{**vars(declared), "strain_energy": energy})
+        circumstances = replace(declared, strain_energy=energy)
         trials.append((circumstances, PlateState.baseline(xi, zeta, laws, point.temperature, frequency)))
     return trials
 
@@ -126,6 +132,33 @@ def _check_derivatives(effect: Effect, card: EffectCard, state: PlateState, circ
                     f"{parameter.name}: a complex step in it does not give the slope of {name}; "
                     "abs, float, real, comparisons and the math module lose the imaginary part"
                 )
+
+
+def _check_energy(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> None:
+    """Step the energy of one line: nothing but that line of spectra may change, and by the right slope."""
+    if not effect.needs_strain_energy:
+        return
+    at, line = interior_point(card, card.sites[len(card.sites) // 2]), circumstances.frequency.size // 2
+
+    def moved(step: complex) -> dict[str, NDArray[Any]]:
+        energy = circumstances.strain_energy + step * np.eye(circumstances.frequency.size)[line]
+        return numbers(effect.apply(state, replace(circumstances, strain_energy=energy), at))
+
+    stepped, above, below = moved(1j * COMPLEX_STEP), moved(REAL_STEP), moved(-REAL_STEP)
+    for name, value in stepped.items():
+        exact = np.imag(value) / COMPLEX_STEP
+        central = np.real(above[name] - below[name]) / (2.0 * REAL_STEP)
+        scale = max(_largest(exact), _largest(central))
+        if _largest(exact - central) > AGREEMENT * scale + 1e-12 * _largest(np.real(value)) / REAL_STEP:
+            raise ValueError(f"a complex step in strain_energy does not give the slope of {name}")
+        elsewhere = exact != 0.0
+        if name in SPECTRA:
+            elsewhere[line] = False
+        if elsewhere.any():
+            raise ValueError(
+                f"{name} follows the strain energy of another line; each line of "
+                f"{', '.join(SPECTRA)} may follow its own, and nothing else"
+            )
 
 
 def _slopes_at_zero(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> set[str]:

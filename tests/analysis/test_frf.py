@@ -109,6 +109,25 @@ def test_a_straying_repeat_is_left_out_and_named() -> None:
     np.testing.assert_allclose(frf.h, clean.h)
 
 
+def test_a_drive_of_nothing_at_some_line_outside_the_band_divides_nothing() -> None:
+    """Samples on a grid, mean and alternating sum exactly zero: so are its lines at 0 Hz and at half the rate."""
+    drive, response = recorded(np.random.default_rng(4))
+    drive = np.round(drive * 2.0**16) / 2.0**16
+    for first in (0, 1):  # even samples, then odd ones, to a sum of zero: the last of them lie in the tail
+        drive[:, -2 + first] -= drive[:, first::2].sum(1)
+    for lines in (np.fft.rfft(drive)[:, 0], np.fft.rfft(drive)[:, -1]):
+        assert (lines == 0.0).all()
+    h, power, coherence = h1(drive, response)
+    undefined = np.zeros(h.size, dtype=bool)
+    undefined[[0, -1]] = True
+    for part in (h, power, coherence):
+        np.testing.assert_array_equal(np.isnan(part), undefined)
+    response[1, 4000:6000] += 0.5
+    assert bad_repeats(drive, response, slice(140, 2000)) == [1]
+    clean = campaign_frf(campaign(drive[[0, 2]], response[[0, 2]]))
+    np.testing.assert_allclose(campaign_frf(campaign(drive, response)).h, clean.h)
+
+
 def test_mains_harmonics_are_excluded() -> None:
     drive, response = recorded(np.random.default_rng(5))
     frf = campaign_frf(campaign(drive, response), mains=60.0)

@@ -94,6 +94,37 @@ def test_a_model_that_refuses_a_step_is_asked_for_a_smaller_one(toy, pool):
     assert fit.state.effects["mass"]["grams"] == pytest.approx(1.5, abs=0.02)
 
 
+def test_an_effect_counted_in_units_of_the_plain_plate_follows_its_laws(toy, pool):
+    """A model whose parameters are in a unit that the loss at 26 degrees makes: laws that move take it along."""
+    truth = toy.start(toy.prepared(temperatures=(10.0, 26.0))[0].groups, off=0.0)
+
+    class Counted(toy.Plate):
+        unit = 1.3
+
+        def counted(self, laws, effects):
+            assert list(effects) == ["softening"]
+            found = Counted()
+            found.unit = np.exp(2.0 * (laws[1].value[2] - truth.laws[1, 2]))
+            return found
+
+        def linearise(self, point, laws, effects, frequency, tangents=()):
+            def scaled(values):
+                return {name: {p: v * self.unit for p, v in entries.items()} for name, entries in values.items()}
+
+            inside = [(name, p, scaled({name: at})[name]) for name, p, at in tangents]
+            line = super().linearise(point, laws, scaled(effects), frequency, inside)
+            return replace(line, by_parameter=self.unit * line.by_parameter)
+
+    values = {"softening": {"a": -0.01, "b": 0.02}}
+    sweeps, _ = toy.prepared(temperatures=(10.0, 26.0), levels=(1.0, 2.0), effects=values)
+    start = toy.start(sweeps.groups).with_effects({"softening": {"a": 0.0, "b": 0.0}})
+    fit = fit_gap(Counted(), sweeps, start, ("softening",), pool, most_steps=30)
+    sigma = np.sqrt(np.diag(fit.covariance))
+    off = np.array([fit.state.effects["softening"][p] - values["softening"][p] for p in ("a", "b")])
+    assert (np.abs(off) < 4.0 * sigma).all()
+    assert (0.3 * np.array([0.01, 0.02]) > 8.0 * sigma).all()  # the unit it began with would be far outside
+
+
 def test_evidence_charges_for_a_parameter_that_explains_nothing(toy, pool):
     sweeps, _ = toy.prepared(temperatures=TEMPERATURES)
     plate = toy.Plate()

@@ -127,6 +127,44 @@ def test_an_effect_unfit_for_the_search_is_refused(experiment, tmp_path, body, r
         library(experiment, tmp_path)
 
 
+E = "e = circumstances.strain_energy; "
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ("return state.with_(loss=state.loss * (1 + mass * e))", None),
+        ("return state.with_(log_gain=state.log_gain - mass * e / (1 + e))", None),
+        (
+            "return state.with_(loss=state.loss * (1 + mass * abs(e)))",
+            "strain_energy does not give the slope of loss",
+        ),
+        (
+            "return state.with_(loss=state.loss * (1 + mass * e.sum()))",
+            "loss follows the strain energy of another",
+        ),
+        (
+            "return state.with_(thickness=state.thickness * (1 + mass * e[3]))",
+            "thickness follows the strain energy",
+        ),
+        (
+            "return state.with_(feedthrough=state.feedthrough + mass * e[3])",
+            "feedthrough follows the strain energy",
+        ),
+    ],
+)
+def test_strain_energy_acts_on_its_own_line_only(experiment, tmp_path, body, reason):
+    path = write(tmp_path, body=E + body)
+    path.write_text(
+        path.read_text().replace("Effect(card, apply)", "Effect(card, apply, needs_strain_energy=True)")
+    )
+    if reason is None:
+        assert library(experiment, tmp_path)["lacquer"].needs_strain_energy
+        return
+    with pytest.raises(ValueError, match=f"{re.escape(str(path))}: .*{re.escape(reason)}"):
+        library(experiment, tmp_path)
+
+
 def test_names_must_not_clash(experiment, tmp_path):
     path = write(tmp_path, name="point_mass", file="heavy.py")
     with pytest.raises(ValueError, match=r"heavy\.py: its effect is called 'point_mass', which the library has"):
