@@ -26,6 +26,8 @@ def campaign_twin(experiment: Experiment, report: Report) -> Twin:
             experiment.patch,
             UPDATING_BOX,
             experiment.protocol.band,
+            footprints=experiment.footprints,
+            driven=range(sum(source.footprint is not None for source in experiment.inputs)),
             points=shape_points(experiment.plate),
             field_certified=False,
             progress=report,

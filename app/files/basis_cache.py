@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from platformdirs import user_cache_path
 
+from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from app.files.atomic import atomic_hdf5
@@ -26,8 +27,17 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, float], None]
 
-FORMAT = "flexura-basis/1"
-ARRAYS = ("stiffness_1", "stiffness_2", "stiffness_patch", "coupling", "capacitance", "deflection", "points")
+FORMAT = "flexura-basis/2"
+ARRAYS = (
+    "stiffness_1",
+    "stiffness_2",
+    "stiffness_patch",
+    "coupling",
+    "capacitance",
+    "deflection",
+    "points",
+    "footprints",
+)
 
 
 def cache_folder() -> Path:
@@ -42,6 +52,8 @@ def cached_reduction(
     box: MaterialBox,
     band: tuple[float, float],
     *,
+    footprints: Sequence[Footprint] = (),
+    driven: Sequence[int] = (),
     points: ArrayLike | None = None,
     field_certified: bool = True,
     recipe: "MeshRecipe | None" = None,
@@ -58,6 +70,10 @@ def cached_reduction(
         Materials over which the model is trained and its error certified.
     band : (float, float)
         Hz.
+    footprints : sequence of Footprint
+        Of the transducers.
+    driven : sequence of int
+        Those of them on which forces act.
     points : (K, 2) array_like, optional
         Where the deflection will be asked for, m.
     field_certified : bool
@@ -70,21 +86,24 @@ def cached_reduction(
         Told the stage's name and the share done.
     """
     from simulation.basis_key import basis_key
+    from simulation.footprint_reduction import reduce_with_footprints
     from simulation.mindlin import assemble
-    from simulation.reduction import reduce
 
-    file = (
-        cache_folder()
-        / f"basis-{basis_key(plate, patches, box, band, points, recipe, training, field_certified)}.h5"
-    )
+    key = basis_key(plate, patches, box, band, points, recipe, training, field_certified)
+    if footprints:
+        acting = [(*one.point, one.radius, one.mass > 0.0, k in driven) for k, one in enumerate(footprints)]
+        key = hashlib.sha256(repr((key, acting)).encode()).hexdigest()
+    file = cache_folder() / f"basis-{key}.h5"
     stored = load_basis(file)
     if stored is not None:
         return stored
     model = assemble(plate, patches, recipe=recipe)
-    reduced = reduce(
+    reduced = reduce_with_footprints(
         model,
         box,
         band,
+        footprints,
+        driven,
         points=points,
         field_certified=field_certified,
         training=training,
