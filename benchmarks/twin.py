@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
 from analysis.material import MaterialBox
 from simulation.effect_reduction import reduce_with_effects
+from simulation.instruments import Instruments
 from simulation.reduction import Training, reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
@@ -99,7 +100,7 @@ def first_model(plate: Plate, patches: tuple[Patch, ...], band: tuple[float, flo
         "certified_error": reduced.error,
     }
     if len(patches) == 2:
-        twin = Twin(reduced, 0, (1,), LOAD)
+        twin = Twin(reduced, Instruments.of_patches(0, (1,), LOAD))
         found["frf_s"] = seconds(lambda: twin.frf(*MATERIAL, lines), 5)
         found["frf_with_derivatives_s"] = seconds(lambda: twin.sensitivities(*MATERIAL, lines), 5)
         found["ratio"] = found["direct_s_all_lines"] / found["frf_s"]

@@ -1,6 +1,6 @@
 """Reduced matrices from which a plate in any state is composed."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
 
 import numpy as np
@@ -97,6 +97,8 @@ class EffectOperators:
     error : float
         Largest error of any transfer between patches, over its peak along the band, against the full model as
         declared and with all effects at half of their certified ranges at once.
+    footprints : (S, r) ndarray
+        Mean deflection over the footprints of transducers, in the order of `Experiment.footprints`.
     """
 
     bending: Real
@@ -126,6 +128,7 @@ class EffectOperators:
     band: tuple[float, float]
     offset_range: float
     error: float
+    footprints: Real = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
         for entry in fields(self):
@@ -137,6 +140,11 @@ class EffectOperators:
     def size(self) -> int:
         """Number of coordinates r."""
         return len(self.normal)
+
+    @property
+    def forces(self) -> Real:
+        """Forces at points and footprints, one a column, (r, K + S)."""
+        return np.vstack([self.deflection, self.footprints]).T if len(self.footprints) else self.deflection.T
 
     def restricted(self, basis: Real, motions: Real) -> Self:
         """Galerkin model on the columns of `basis` (r, s); same ranges and stated error.
@@ -153,4 +161,5 @@ class EffectOperators:
             zone=motions.T @ self.zone @ basis,
             strain=self.strain @ basis,
             deflection=self.deflection @ basis,
+            footprints=self.footprints @ basis if len(self.footprints) else self.footprints,
         )

@@ -14,6 +14,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from analysis.channel import Footprint
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
@@ -28,7 +29,7 @@ from simulation.plate_state import PlateState
 from simulation.rational_krylov import Chain
 from simulation.reduction import Training, reduction
 from simulation.sensor_offset import OFFSET_RANGE, can_move, offset_energies
-from simulation.shell.assembly import assemble_for
+from simulation.shell.assembly import FEW, assemble_for
 from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel
@@ -63,13 +64,17 @@ def reduce_with_effects(
     report(STAGE, 0.0)
     band = experiment.protocol.band
     places = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
-    model = assemble_for(experiment.plate, experiment.patch, box, band, points=places, fineness=fineness or FINE)
+    acting = [*(Footprint((float(x), float(y))) for x, y in places), *experiment.footprints]
+    model = assemble_for(
+        experiment.plate, experiment.patch, box, band, footprints=acting, fineness=fineness or FINE
+    )
     full = FullPlate.of(model)
-    probe = model.deflection(places).toarray()
+    probe = model.footprint_rows(acting)
+    trained = probe[: len(places) + FEW]
     inputs = replace(
         model,
-        coupling=np.hstack([model.coupling, probe.T]),
-        capacitance=np.concatenate([model.capacitance, np.ones(len(places))]),
+        coupling=np.hstack([model.coupling, trained.T]),
+        capacitance=np.concatenate([model.capacitance, np.ones(len(trained))]),
     )
     _, vectors = reduction(
         inputs, box, band, training=training, progress=lambda stage, share: report(STAGE, 0.1 + 0.2 * share)
@@ -191,7 +196,8 @@ def project(
         **stacks,
         capacitance=model.capacitance,
         points=places,
-        deflection=probe @ vectors,
+        deflection=probe[: len(places)] @ vectors,
+        footprints=probe[len(places) :] @ vectors,
         box=box,
         band=band,
         error=float("inf"),

@@ -10,8 +10,8 @@ from analysis.plate import Plate
 from analysis.support import SupportedEdge
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges
 from simulation.shell.lobatto import lobatto
-from simulation.shell.space import ShapeSpace
 from simulation.shell.rigidity import THX, THY, U, V, W
+from simulation.shell.space import ShapeSpace
 
 Real = NDArray[np.float64]
 Mask = NDArray[np.bool_]

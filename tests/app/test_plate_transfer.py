@@ -22,8 +22,8 @@ from simulation.effect_reduction import reduce_with_effects
 from simulation.effect_twin import EffectTwin
 from simulation.effects.library import LIBRARY
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.assembly import assemble
 from simulation.reduction import reduce
+from simulation.shell.assembly import assemble
 from simulation.twin import Twin
 
 Array = NDArray[np.float64]

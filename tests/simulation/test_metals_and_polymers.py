@@ -10,10 +10,10 @@ from analysis.experiment import Patch, Plate
 from analysis.frf import Frf
 from analysis.plate_material import material_box
 from analysis.updating.update import update
-from simulation.shell.electric_load import ElectricLoad
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.assembly import assemble
 from simulation.reduction import reduce
+from simulation.shell.assembly import assemble
+from simulation.shell.electric_load import ElectricLoad
 from simulation.twin import Twin
 
 LOAD = ElectricLoad(305e3, 120e-12)

@@ -9,8 +9,8 @@ from analysis.experiment import Patch, Plate
 from simulation.laminate import SHEAR_FACTOR
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble
-from simulation.shell.piezo_material import NCE51, VACUUM_PERMITTIVITY
 from simulation.shell.factors import factorize
+from simulation.shell.piezo_material import NCE51, VACUUM_PERMITTIVITY
 
 SIMPLY_SUPPORTED = {
     "left": ("u", "v", "w", "thy"),

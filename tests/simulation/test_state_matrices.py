@@ -7,8 +7,8 @@ from scipy.sparse.linalg import eigsh
 from analysis.experiment import Plate
 from analysis.local_laws import LocalLaws
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.assembly import assemble
 from simulation.plate_state import PlateState
+from simulation.shell.assembly import assemble
 from simulation.shell.factors import factorize, plane_stress_moduli
 from simulation.state_matrices import FullPlate
 

@@ -15,9 +15,9 @@ from app.files.experiment_toml import AcquiredExperiment
 from simulation.effect_operators import EffectOperators
 from simulation.effect_reduction import reduce_with_effects
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.assembly import assemble
 from simulation.reduced_model import ReducedModel
 from simulation.reduction import Training, reduce
+from simulation.shell.assembly import assemble
 
 BAND = (100.0, 250.0)
 BOX = MaterialBox((0.9e9, 3.6e9), (0.32, 0.46), (0.02, 0.12))
