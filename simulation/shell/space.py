@@ -316,7 +316,7 @@ def _group(mesh: PlateMesh, degree: int, places: Real, weights: Real, *, triangl
         first += len(mesh.quads) * (degree - 1) ** 2
     on_edges = len(mesh.points) + edges[:, :, None] * (degree - 1) + np.arange(degree - 1)
     functions = np.hstack(
-        [cells, on_edges.reshape(len(cells), -1), first + number[:, None] * each + np.arange(each)]
+        [cells, on_edges.reshape(len(cells), len(pairs) * (degree - 1)), first + number[:, None] * each + np.arange(each)]
     )
     sign = np.ones(functions.shape)
     odd = np.arange(2, degree + 1) % 2 == 1
