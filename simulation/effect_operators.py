@@ -16,7 +16,7 @@ BENDING_DEGREE, MEMBRANE_DEGREE = 3, 2
 Tapers of 5 % and differences of 7 K at once leave 1e-4 of a transfer's peak beyond them; one degree less, 2e-3.
 """
 
-OFFSET_DEGREE = 5
+OFFSET_DEGREE = 6
 """Total degree of what an offset of the sensor does, as a polynomial of the offset."""
 ZONE_DEGREES = {"bending": 1, "membrane": 0, "shear": 1, "mass": 1}
 """Total degrees of the fields over the elements that stretch when the sensor moves."""

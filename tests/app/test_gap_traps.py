@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from simulation.effect_reduction import reduce_with_effects
 from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.fineness import Fineness
 
 Run = Callable[..., tuple[int, str, str]]
 Cut = Callable[[Path, tuple[int, ...]], None]
@@ -100,10 +101,11 @@ def test_a_coarse_mesh_is_refused(
     """The recording has no effect in it; a twin on a coarse mesh would find one."""
     folder = tmp_path / "coarse"
     cut_recording(folder, (24,))
-    coarse = MeshRecipe(degree=3, spacing=0.08, strip=0.008, edge_strip=0.008)
+    mesh = MeshRecipe(spacing=0.08, strip=2.7, edge_strip=2.7, growth=2.0, grading=0.0, pieces=1)
+    coarse = Fineness(mesh, degree=3, tolerance=1e-5)
 
     def build(experiment: Any, box: Any, report: Any) -> Any:
-        return reduce_with_effects(experiment, box, recipe=coarse, fine_degree=3)[0]
+        return reduce_with_effects(experiment, box, fineness=coarse)[0]
 
     monkeypatch.setattr("app.effect_twin.cached_operators", build)
     status, out, err = run_flexura("gap", folder, "--json")

@@ -23,7 +23,8 @@ from simulation.effect_twin import EffectTwin
 from simulation.effects.library import LIBRARY
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction import reduce
-from simulation.shell.assembly import assemble
+from simulation.shell.assembly import assemble_for
+from simulation.shell.fineness import Fineness
 from simulation.twin import Twin
 
 Array = NDArray[np.float64]
@@ -32,7 +33,8 @@ TABLE = np.linspace(-10.0, 70.0, 9)
 RATE = 51_200.0 / 24.0
 BAND = (100.0, 400.0)
 BOX = MaterialBox((1.5e9, 3e9), (0.34, 0.42), (0.03, 0.1))
-MESH = MeshRecipe(degree=3, spacing=0.06, strip=0.004, edge_strip=0.004)
+MESH = MeshRecipe(spacing=0.08, strip=1.5, edge_strip=1.5, growth=2.0, grading=0.0, pieces=1)
+COARSE = Fineness(MESH, degree=3, tolerance=0.0)
 T = np.linspace(0.0, 40.0, 5)
 LAWS = laws_through(T, Material(2.7e9 * np.exp(-0.01 * T), 0.36 + 0.001 * T, np.full(5, 0.05)))
 SWEEP = SweepSettings(kind="logarithmic", band=BAND, duration=2.0, taper=0.1, tail=0.4, repeats=1, levels=(1.0,))
@@ -70,7 +72,7 @@ def experiment() -> Experiment:
 
 @pytest.fixture(scope="module")
 def twin(experiment: Experiment) -> EffectTwin:
-    operators = reduce_with_effects(experiment, BOX, recipe=MESH, fine_degree=MESH.degree)[0]
+    operators = reduce_with_effects(experiment, BOX, fineness=COARSE)[0]
     names = ("thermal_lag", "point_mass", "amplitude_softening")
     return EffectTwin(experiment, operators, {name: LIBRARY[name] for name in names})
 
@@ -97,7 +99,7 @@ def difference(one: NDArray[np.complex128], other: NDArray[np.complex128]) -> fl
 
 
 def test_without_any_effect_it_is_the_plain_plate(twin: EffectTwin, experiment: Experiment) -> None:
-    plain = reduce(assemble(experiment.plate, experiment.patch, recipe=MESH), BOX, BAND)
+    plain = reduce(assemble_for(experiment.plate, experiment.patch, BOX, BAND, fineness=COARSE), BOX, BAND)
     without = PlainTransfer(Twin.of(experiment, plain), LAWS)
     drive = drive_signal(SWEEP, 1.0, RATE)
     temperature = np.full(drive.size, 20.0)

@@ -1,6 +1,7 @@
 """Campaigns made on another mesh and degree than the twin's return the material put in, from steel to PMMA."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,13 +13,14 @@ from analysis.plate_material import material_box
 from analysis.updating.update import update
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction import reduce
-from simulation.shell.assembly import assemble
+from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
+from simulation.shell.fineness import Fineness
 from simulation.twin import Twin
 
 LOAD = ElectricLoad(305e3, 120e-12)
 TEMPERATURE = np.array([10.0, 40.0])
-OTHER = MeshRecipe(degree=7, spacing=0.03, strip=0.002, edge_strip=0.0025, thinned=False)
+OTHER = Fineness(MeshRecipe(spacing=0.055, strip=1.07, edge_strip=1.27, growth=0.9), degree=9, tolerance=2e-9)
 Laws = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], ...]]
 
 PLATES: dict[str, tuple[float, float, Laws]] = {  # density, thickness, E(T), nu(T), eta(T)
@@ -29,11 +31,12 @@ PLATES: dict[str, tuple[float, float, Laws]] = {  # density, thickness, E(T), nu
 }
 
 
-def twin(kind: str, patches: list[Patch], band: tuple[float, float], recipe: MeshRecipe) -> Twin:
+def twin(kind: str, patches: list[Patch], band: tuple[float, float], fineness: Fineness) -> Twin:
     density, thickness, _ = PLATES[kind]
     mass = density * 0.24 * 0.19 * thickness
     plate = Plate(length_x=0.24, length_y=0.19, thickness=thickness, mass=mass, material={"kind": kind})
-    reduced = reduce(assemble(plate, patches, recipe=recipe), material_box(plate.material), band)
+    box = material_box(plate.material)
+    reduced = reduce(assemble_for(plate, patches, box, band, fineness=fineness), box, band)
     return Twin(reduced, 0, (1,), LOAD)
 
 
@@ -66,17 +69,16 @@ def check(model: Twin, truth: Twin, kind: str, spacing: float) -> None:
     np.testing.assert_allclose(found.material.loss_factor, eta, rtol=0.03)
 
 
-def test_sharp_resonances_update_in_a_short_band(patches: list[Patch]) -> None:
+def test_sharp_resonances_update_in_a_short_band(patches: list[Patch], coarse_mesh: MeshRecipe) -> None:
     kind, band = "steel", (100.0, 400.0)
-    coarse = MeshRecipe(degree=4, spacing=0.06, strip=0.004, edge_strip=0.004)
-    model = twin(kind, patches, band, coarse)
-    truth = twin(kind, patches, band, MeshRecipe(degree=5, spacing=0.05, strip=0.003, edge_strip=0.003))
+    model = twin(kind, patches, band, Fineness(coarse_mesh, degree=5, tolerance=1e-7))
+    truth = twin(kind, patches, band, Fineness(replace(coarse_mesh, spacing=0.06), degree=6, tolerance=3e-8))
     check(model, truth, kind, 0.1)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PLATES)
 def test_every_material_updates_over_the_whole_band(kind: str, patches: list[Patch]) -> None:
-    """Degree 7, finer lines and strips, nothing thinned, against the twin's own recipe."""
+    """Other cells and degree 9 against the twin's own mesh."""
     band = (100.0, 1500.0)
-    check(twin(kind, patches, band, MeshRecipe()), twin(kind, patches, band, OTHER), kind, 0.4)
+    check(twin(kind, patches, band, Fineness()), twin(kind, patches, band, OTHER), kind, 0.4)

@@ -1,7 +1,6 @@
 """One plate with two patches and few modes, reduced once for all tests of the trial."""
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,11 +16,13 @@ from simulation.effect_reduction import reduce_with_effects
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduced_model import ReducedModel
 from simulation.reduction import Training, reduce
-from simulation.shell.assembly import assemble
+from simulation.shell.assembly import assemble_for
+from simulation.shell.fineness import Fineness
 
 BAND = (100.0, 250.0)
 BOX = MaterialBox((0.9e9, 3.6e9), (0.32, 0.46), (0.02, 0.12))
-MESH = MeshRecipe(degree=3, spacing=0.08, strip=0.005, edge_strip=0.005)
+MESH = MeshRecipe(spacing=0.08, strip=1.7, edge_strip=1.7, growth=2.0, grading=0.0, pieces=1)
+COARSE = Fineness(MESH, degree=3, tolerance=0.0)
 ROUGH = Training(tolerance=1e-3, lines=60)
 
 
@@ -40,11 +41,11 @@ def experiment(kind: PlateKind) -> AcquiredExperiment:
 def operators(kind: PlateKind, experiment: AcquiredExperiment) -> EffectOperators:
     """Operators of the specimen; they serve its twin too, whom the hidden point does not concern."""
     declared: Experiment = with_hidden_point(experiment.recorded(experiment.sample_rate), kind)
-    return reduce_with_effects(declared, BOX, recipe=MESH, fine_degree=MESH.degree, training=ROUGH)[0]
+    return reduce_with_effects(declared, BOX, fineness=COARSE, training=ROUGH)[0]
 
 
 @pytest.fixture(scope="session")
 def plain(kind: PlateKind) -> ReducedModel:
     """Return the plain twin's model."""
-    model: Any = assemble(kind.plate, kind.patches, recipe=MESH)
+    model = assemble_for(kind.plate, kind.patches, BOX, BAND, fineness=COARSE)
     return reduce(model, BOX, BAND, training=ROUGH)

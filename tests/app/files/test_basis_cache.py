@@ -8,11 +8,14 @@ import simulation.footprint_reduction
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from app.files.basis_cache import ARRAYS, cache_folder, cached_reduction, load_basis, save_basis
+from simulation.meshing.recipe import MeshRecipe
 from simulation.reduced_model import ReducedModel
+from simulation.shell.fineness import Fineness
 
 PLATE = Plate(length_x=0.12, length_y=0.1, thickness=0.003, mass=0.0342)
 PATCHES = [Patch(id="A", role="actuator", center=(0.05, 0.05), size=(0.02, 0.02), thickness=0.0005)]
 BOX, BAND = MaterialBox((2e9, 2.2e9), (0.37, 0.38), (0.05, 0.06)), (100.0, 400.0)
+COARSE = Fineness(MeshRecipe(spacing=0.08, grading=0.0, pieces=1), degree=4, tolerance=1e-6)
 
 
 def model(size=6, points=2):
@@ -99,16 +102,16 @@ def test_second_time_is_read_and_a_damaged_file_made_again(tmp_path, monkeypatch
         return true_reduce(*args, **kwargs)
 
     monkeypatch.setattr(simulation.footprint_reduction, "reduce", counted)
-    first = cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)])
-    assert same(cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)]), first)
+    first = cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)], fineness=COARSE)
+    assert same(cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)], fineness=COARSE), first)
     assert len(made) == 1
     (file,) = tmp_path.glob("basis-*.h5")
     file.write_bytes(file.read_bytes()[:1000])
-    again = cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)])
+    again = cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)], fineness=COARSE)
     assert len(made) == 2
     assert np.allclose(
         again.compliance(2.1e9, 0.375, 0.055, [200.0]), first.compliance(2.1e9, 0.375, 0.055, [200.0])
     )
     assert [p.name for p in tmp_path.iterdir()] == [file.name]
-    cached_reduction(PLATE, PATCHES, BOX, BAND)
+    cached_reduction(PLATE, PATCHES, BOX, BAND, fineness=COARSE)
     assert len(made) == 3
