@@ -78,7 +78,8 @@ class EffectOperators:
         Fields as polynomials over the plate -> as those powers, least squares over the zone.
     strain : (8, N, r) ndarray
         Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy; transverse
-        shear x, y. They weigh what changes on a spot smaller than any polynomial.
+        shear x, y. They weigh what changes on a spot smaller than any polynomial. In a thickness zone they are
+        scaled so that with the plate's own thickness they have the zone's energies.
     strain_points : (N, 2) ndarray
         m; the middles of equal cells that cover the plate.
     cell : float
