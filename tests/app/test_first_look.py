@@ -86,13 +86,3 @@ def test_a_basis_that_does_not_converge_is_a_sentence(tmp_path: Path, measured, 
             fineness=Fineness(MeshRecipe(spacing=0.08, grading=0.0, pieces=1), degree=3, tolerance=1e-5),
             training=Training(tolerance=1e-18),
         )
-
-
-def test_a_sheet_declared_orthotropic_is_not_taken_for_an_isotropic_one(
-    measured, tmp_path: Path, monkeypatch
-) -> None:
-    monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path))
-    experiment, _ = measured
-    material = PlateMaterial(kind="pp-gf", orthotropy={"delta_e": 0.05, "delta_g": 0.02})
-    with pytest.raises(ResultFileError, match=r"plate\.material\.orthotropy"):
-        campaign_twin(declared(experiment, material=material), silent)
