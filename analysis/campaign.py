@@ -20,15 +20,15 @@ class Sweep:
     direction : str
         ``up`` or ``down``.
     level : float
-        Amplitude of the drive, V.
+        Amplitude of the drive, in its unit: V, or N of a force.
     oven_temperature_start, oven_temperature_end : float
         Oven reading before the first and after the last repeat, degrees Celsius.
     start_time : str
         ISO 8601.
     drive : (R, M) ndarray
-        Generator voltage of every repeat, V.
+        Generator voltage of every repeat, V; or the force, N.
     responses : (K, R, M) ndarray
-        Voltage across every sensor patch, V.
+        Of every output, in its unit: V across a sensor patch, for example.
     plate_temperature_start, plate_temperature_end : float or None
         Reading of a thermocouple on the plate at the same moments, degrees Celsius; None without one.
     """
@@ -90,9 +90,9 @@ class Campaign:
     def __post_init__(self) -> None:
         if not self.sweeps:
             raise ValueError(f"campaign {self.name!r} holds no sweep")
-        sensors = len(self.experiment.sensors)
+        outputs = len(self.experiment.outputs)
         for sweep in self.sweeps:
-            if sweep.responses.shape[0] != sensors:
+            if sweep.responses.shape[0] != outputs:
                 raise ValueError(
-                    f"sweep {sweep.step}: {sweep.responses.shape[0]} responses; {sensors} sensors are declared"
+                    f"sweep {sweep.step}: {sweep.responses.shape[0]} responses; {outputs} sensors are declared"
                 )

@@ -5,14 +5,16 @@ enough for any plate of a laboratory and tight enough to catch a wrong unit (mm 
 for degrees Celsius, kHz for Hz).
 """
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared, Point, Temperature
+from analysis.channel import Channel, Footprint, transfer_label
+from analysis.declared import Declared, Point, Sparse, Temperature
 from analysis.layout import check_patches, check_point
 from analysis.patch import Patch
 from analysis.plate import Plate
+from analysis.transducers import Drive, Sensor
 
 __all__ = [
     "Acquisition",
@@ -55,7 +57,7 @@ class Protocol(Declared):
     ramp_rate: Annotated[float, Field(ge=0.0, le=60.0, description="K/min, magnitude")]
     temperatures: Annotated[tuple[Temperature, ...], Field(min_length=1)]
     directions: Annotated[tuple[Literal["up", "down"], ...], Field(min_length=1, max_length=2)]
-    levels: Annotated[tuple[Annotated[float, Field(gt=0.0, le=100.0)], ...], Field(min_length=1)]
+    levels: Annotated[tuple[Annotated[float, Field(gt=0.0, le=1000.0)], ...], Field(min_length=1)]
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -76,13 +78,17 @@ class Oven(Declared):
     room_temperature: Temperature
 
 
-class Experiment(Declared):
+class Experiment(Sparse):
     """All that is declared of a campaign: the ``campaign.toml`` of ``recorded-campaign/1``."""
+
+    always: ClassVar[frozenset[str]] = frozenset({"format", "patch", "string", "cable"})
 
     format: Literal["recorded-campaign/1"] = "recorded-campaign/1"
     title: str
     plate: Plate
-    patch: Annotated[tuple[Patch, ...], Field(min_length=2)]
+    patch: tuple[Patch, ...] = ()
+    drive: Annotated[tuple[Drive, ...], Field(max_length=100)] = ()
+    sensor: Annotated[tuple[Sensor, ...], Field(max_length=100)] = ()
     string: tuple[Attachment, ...] = ()
     cable: tuple[Attachment, ...] = ()
     acquisition: Acquisition
@@ -90,21 +96,61 @@ class Experiment(Declared):
     oven: Oven
 
     @property
-    def actuator(self) -> Patch:
-        """The one patch that is driven."""
-        return next(p for p in self.patch if p.role == "actuator")
+    def actuator(self) -> Patch | Drive:
+        """The one patch or force that drives the plate, or the first of them."""
+        return next((p for p in self.patch if p.role == "actuator"), None) or self.drive[0]
 
     @property
     def sensors(self) -> tuple[Patch, ...]:
-        """The patches that are read, in the order declared."""
+        """The patches that are read, in the order declared; `outputs` are all that is read."""
         return tuple(p for p in self.patch if p.role == "sensor")
+
+    @property
+    def inputs(self) -> tuple[Channel, ...]:
+        """What drives the plate: patches, then forces, in the order declared."""
+        patches = (Channel(p.id, "voltage", patch=k) for k, p in enumerate(self.patch) if p.role == "actuator")
+        return (*patches, *(drive.channel for drive in self.drive))
+
+    @property
+    def outputs(self) -> tuple[Channel, ...]:
+        """What is read: patches, then motions, in the order declared; all at once in every sweep."""
+        patches = (Channel(p.id, p.quantity, patch=k) for k, p in enumerate(self.patch) if p.role == "sensor")
+        return (*patches, *(channel for sensor in self.sensor for channel in sensor.channels(self.plate)))
+
+    @property
+    def footprints(self) -> tuple[Footprint, ...]:
+        """Where forces act and motions are read: of the inputs, then of the outputs."""
+        return tuple(c.footprint for c in (*self.inputs, *self.outputs) if c.footprint is not None)
+
+    def labels(self, source: Channel | None = None) -> tuple[str, ...]:
+        """Name the transfers from an input, the first unless given, to all outputs, with their units."""
+        return tuple(transfer_label(output, source or self.inputs[0]) for output in self.outputs)
+
+    @model_validator(mode="after")
+    def _driven_and_read(self) -> Self:
+        driven = [channel.id for channel in self.inputs]
+        if len(driven) != 1:
+            raise ValueError(
+                f"patch, drive: {len(driven)} have the role actuator or are a drive ({driven}); exactly 1 allowed"
+            )
+        if not self.outputs:
+            raise ValueError("patch, sensor: nothing is read; give a patch the role sensor, or add a [[sensor]]")
+        return self
 
     @model_validator(mode="after")
     def _on_the_plate(self) -> Self:
-        actuators = [p.id for p in self.patch if p.role == "actuator"]
-        if len(actuators) != 1:
-            raise ValueError(f"patch: {len(actuators)} have the role actuator ({actuators}); exactly 1 allowed")
         check_patches(self.plate, self.patch)
+        for drive in self.drive:
+            drive.check(self.plate)
+        for sensor in self.sensor:
+            sensor.check(self.plate)
+        names = [p.id for p in self.patch if p.role in ("shorted", "open")]
+        names += [channel.id for channel in (*self.inputs, *self.outputs)]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(
+                    f"id {name!r} is used {names.count(name)} times among patches, drives and sensors"
+                )
         for kind in ("string", "cable"):
             for number, attachment in enumerate(getattr(self, kind)):
                 check_point(self.plate, f"{kind}[{number}].point", attachment.point)

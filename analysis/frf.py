@@ -140,7 +140,7 @@ def _all_sweeps(
 ) -> Frf:
     samples = campaign.sweeps[0].drive.shape[1]
     notes: list[str] = []
-    names = tuple(p.id for p in campaign.experiment.sensors)
+    names = tuple(output.id for output in campaign.experiment.outputs)
     rows = []
     for sweep in campaign.sweeps:
         if sweep.drive.shape[1] != samples:

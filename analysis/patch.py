@@ -17,13 +17,15 @@ UNSET = float("nan")
 class Patch(Sparse):
     """A piezo patch glued to one face: of `size`, its first side turned by `angle`, or round, of `diameter`.
 
-    A round patch has the `size` of the square around it.
+    A round patch has the `size` of the square around it. A sensor is read by its voltage, or by its charge: then
+    an amplifier holds the patch at 0 V. Patches that are neither driven nor read are ``shorted`` or ``open``.
     """
 
     always: ClassVar[frozenset[str]] = frozenset({"side", "material"})
 
     id: Annotated[str, Field(min_length=1, max_length=32)]
-    role: Literal["actuator", "sensor"]
+    role: Literal["actuator", "sensor", "shorted", "open"]
+    quantity: Literal["voltage", "charge"] = "voltage"
     center: Point
     size: tuple[Width, Width] = (UNSET, UNSET)
     diameter: Annotated[float | None, Field(ge=0.001, le=1.0, description="m")] = None
@@ -67,6 +69,14 @@ class Patch(Sparse):
         if self.angle != 0.0:
             raise ValueError(f"patch {self.id!r} is round; remove angle")
         self.__dict__["size"] = (self.diameter, self.diameter)
+        return self
+
+    @model_validator(mode="after")
+    def _charge_is_read(self) -> Self:
+        if self.quantity == "charge" and self.role != "sensor":
+            raise ValueError(
+                f"patch {self.id!r} has quantity charge and the role {self.role}; only sensors are read"
+            )
         return self
 
     def _left_out(self) -> set[str]:

@@ -18,6 +18,7 @@ from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
 from app.files.run_folder import run_file
 from app.files.twin_file import TwinFile, read_twin
+from app.uncomputed import require_computed
 
 Real = NDArray[np.float64]
 
@@ -64,7 +65,9 @@ def effects_left_out(twin: Path) -> list[str]:
 def panel_of(path: Path | None, changes: Mapping[str, Any]) -> tuple[Panel, Path]:
     """Return the panel of a file, or the shipped one, with filter settings changed where `changes` says so."""
     path = path or SECTION_2
-    return changed(read_panel(path), changes), path
+    panel = changed(read_panel(path), changes)
+    require_computed(panel.plate, str(path))
+    return panel, path
 
 
 def changed(panel: Panel, changes: Mapping[str, Any]) -> Panel:

@@ -18,7 +18,7 @@ Followed = frozenset[Literal["rate", "level"]]
 
 
 class Transfer(Protocol):
-    """Sensor volts per volt on the actuator patch."""
+    """Outputs per unit of the input: sensor volts per volt on the actuator patch, in most campaigns."""
 
     @property
     def band(self) -> tuple[float, float]:
@@ -27,7 +27,7 @@ class Transfer(Protocol):
 
     @property
     def outputs(self) -> int:
-        """Number of sensors K."""
+        """Number of outputs K."""
         ...
 
     @property
@@ -54,8 +54,8 @@ class PlainTransfer:
 
     @property
     def outputs(self) -> int:
-        """Number of sensors."""
-        return len(self.twin.sensors)
+        """Number of outputs."""
+        return self.twin.outputs
 
     @property
     def follows(self) -> Followed:
@@ -63,17 +63,14 @@ class PlainTransfer:
         return frozenset()
 
     def __call__(self, point: SweepPoint, frequency: Real) -> Complex:
-        """`Twin.frf`, at frequencies too for which it certifies nothing and therefore refuses."""
+        """`Twin.uncertified_frf`: frequencies just outside the band are asked for, too."""
         material = self.laws.at(point.temperature)
         constants = (
             float(material.youngs_modulus[0]),
             float(material.poisson_ratio[0]),
             float(material.loss_factor[0]),
         )
-        reduced, sensors = self.twin.reduced, list(self.twin.sensors)
-        joined = reduced.coupling[:, [*sensors, self.twin.actuator]]
-        answer = reduced.modal_form(*constants).compliance(reduced.coupling[:, sensors], joined, frequency)
-        return self.twin.load.voltages(answer[:, -1], answer[:, :-1], reduced.capacitance[sensors], frequency)
+        return self.twin.uncertified_frf(*constants, frequency)
 
 
 @dataclass(frozen=True)
@@ -95,8 +92,8 @@ class EffectTransfer:
 
     @property
     def outputs(self) -> int:
-        """Number of sensors."""
-        return len(self.twin.experiment.sensors)
+        """Number of outputs."""
+        return len(self.twin.experiment.outputs)
 
     @property
     def follows(self) -> Followed:

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.experiment import Experiment
 from analysis.gap.model import SweepPoint
@@ -21,18 +22,21 @@ from app.plate_transfer import EffectTransfer, PlainTransfer, Transfer
 from app.progress import Report
 from app.simulated_plate import TwinPlate
 from app.twin import campaign_twin
+from app.uncomputed import require_computed
 from drivers.clock import SystemClock
 from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.modules import KNOWN, InputModule
 from drivers.ni.output_modules import KNOWN_OUTPUTS
 from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.surroundings import Module
+from drivers.ni.simulated.surroundings import Module, Plate
 from drivers.ni.thermocouple_modules import NI_9211, NI_9213
 from drivers.ovens.settings import open_oven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig
 from drivers.rig.simulated import SimulatedParts, simulated_parts
 from simulation.effect_twin import EffectTwin
+
+Real = NDArray[np.float64]
 
 REFERENCE = 25.0
 """Degrees Celsius at which `EffectTwin.referred` counts strain energies."""
@@ -81,7 +85,9 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) ->
         allowed = "a table that says what is simulated: laws, seed, gain, noise"
         raise CampaignFileError(file.parent, [Problem(file.name, "simulation", "nothing", allowed)])
     laws = simulation.laws.laws()
+    require_computed(experiment.plate, str(file))
     _require_covered(experiment, laws, file)
+    parts_around(experiment, simulation, _silent, file)  # wiring and modules are refused before a twin is built
     gain = experiment.amplifier.gain if simulation.gain is None else simulation.gain
     recorded = experiment.recorded(experiment.sample_rate)
     transfer: Transfer
@@ -94,7 +100,7 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) ->
 
 
 def parts_around(
-    experiment: AcquiredExperiment, simulation: Simulation, plate: TwinPlate, file: Path
+    experiment: AcquiredExperiment, simulation: Simulation, plate: Plate, file: Path
 ) -> SimulatedParts:
     """Build the simulated cards and oven of an experiment around a plate; CampaignFileError for modules."""
     try:
@@ -109,6 +115,11 @@ def parts_around(
     except ValueError as error:
         told = Problem(file.name, "cards", str(error), "terminals of simulation.modules")
         raise CampaignFileError(file.parent, [told]) from error
+
+
+def _silent(drive: Real, sample_rate: float, temperature: Real) -> Real:
+    """Answer as a plate without sensors does."""
+    return np.zeros((0, drive.size))
 
 
 def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: Path) -> None:

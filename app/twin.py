@@ -1,5 +1,7 @@
 """The twin of a declared experiment, its reduced basis taken from the cache where it is there."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,32 +17,27 @@ SHAPE_POINTS = 32
 
 def campaign_twin(experiment: Experiment, report: Report) -> Twin:
     """Twin of a campaign's plate over its band, certified over its material's box; its shapes known on a grid."""
-    return Twin.of(
-        experiment,
-        cached_reduction(
-            experiment.plate,
-            experiment.patch,
-            material_box(experiment.plate.material),
-            experiment.protocol.band,
-            points=shape_points(experiment.plate),
-            field_certified=False,
-            progress=report,
-        ),
-    )
+    return Twin.of(experiment, cached_reduction(**_asked(experiment), progress=report))
 
 
 def twin_is_built(experiment: Experiment) -> bool:
     """Whether `campaign_twin` would find its reduced model in the cache."""
+    return basis_file(**_asked(experiment)).is_file()
+
+
+def _asked(experiment: Experiment) -> dict[str, Any]:
+    """Return what a campaign asks of the plate's reduced model."""
     plate = experiment.plate
-    file = basis_file(
-        plate,
-        experiment.patch,
-        material_box(plate.material),
-        experiment.protocol.band,
-        shape_points(plate),
-        field_certified=False,
-    )
-    return file.is_file()
+    return {
+        "plate": plate,
+        "patches": experiment.patch,
+        "box": material_box(plate.material),
+        "band": experiment.protocol.band,
+        "footprints": experiment.footprints,
+        "driven": range(sum(source.footprint is not None for source in experiment.inputs)),
+        "points": shape_points(plate),
+        "field_certified": False,
+    }
 
 
 def shape_points(plate: Plate) -> NDArray[np.float64]:

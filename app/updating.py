@@ -26,6 +26,7 @@ from app.first_look import first_look
 from app.held_effects import HeldEffects
 from app.progress import Report
 from app.twin import campaign_twin, twin_is_built
+from app.uncomputed import require_computed
 from simulation.twin import Twin
 
 GOOD_MISFIT = 1.3
@@ -68,6 +69,7 @@ def updated_twin(campaign: Campaign, mains: float, report: Report) -> Updating:
 
 def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin, Updated]:
     """Measured FRFs, inverted channels turned; the twin, and its material in every sweep."""
+    require_computed(campaign.experiment.plate, campaign.name)
     with judging(campaign):
         frf = campaign_frf(campaign, mains=mains)
         frf.require_noise()  # before a twin is built for nothing

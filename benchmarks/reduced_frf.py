@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
+from simulation.instruments import Instruments
 from simulation.reduction import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
@@ -54,7 +55,7 @@ def measure() -> dict[str, float | int]:
     start = time.perf_counter()
     reduced = reduce(model, BOX, BAND)
     basis = time.perf_counter() - start
-    twin = Twin(reduced, 0, (1,), LOAD)
+    twin = Twin(reduced, Instruments.of_patches(0, (1,), LOAD))
 
     start = time.perf_counter()
     full = model.frf(*MATERIAL, FULL_LINES, actuator=0, sensors=(1,), load=LOAD)

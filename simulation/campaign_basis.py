@@ -60,7 +60,7 @@ def _answers(ops: EffectOperators, state: PlateState) -> Real:
     """Real and imaginary parts of the answers to patches and point forces, each of size 1 in the mass, (r, k)."""
     whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
     squares, shapes = scipy.linalg.eigh(whole.plate + whole.fixed, whole.mass, check_finite=False)
-    force = shapes.T @ np.hstack([whole.coupling, ops.deflection.T])
+    force = shapes.T @ np.hstack([whole.coupling, ops.forces])
     lines = np.linspace(*ops.band, LINES)
     terms = 1.0 / ((1.0 + 0.03j) * squares[:, None] - (2 * np.pi * lines) ** 2)
     modal = force[:, :, None] * terms[:, None, :]

@@ -21,6 +21,9 @@ from simulation.shell.rigidity import SHEAR_FACTOR
 Real = NDArray[np.float64]
 Numbers = NDArray[Any]
 
+WHOLE = 0.95
+"""Share of a disc's cells from which it counts as wholly on the plate: its ramp reaches a cell beyond its rim."""
+
 
 def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Composite:
     """Take the stiffness that a state's discs have lost out of a composite."""
@@ -87,15 +90,35 @@ def _energy(ops: EffectOperators, near: NDArray[np.int_], stiffness: Real, basis
 
 
 def coverage(ops: EffectOperators, disc: Disc) -> Numbers:
-    """Share of every cell that lies within a disc, (N,), smooth in its place, scaled to the disc's area."""
+    """Share of every cell that lies within a disc, (N,), smooth in its place, scaled to the disc's area.
+
+    What of a disc lies beside the plate or in a hole is lost.
+    """
     place, reach = np.real([disc.x, disc.y]), disc.radius + np.sqrt(ops.cell)
     near = np.flatnonzero((np.abs(ops.strain_points - place) < reach).all(axis=1))
-    points = ops.strain_points[near]
+    here = _share(ops.strain_points[near], ops.cell, disc)
+    share = np.zeros(len(ops.strain_points), here.dtype)
+    share[near] = here
+    covered, whole = here.sum(), _share(_lattice(ops, place, reach), ops.cell, disc).sum()
+    if np.real(covered) < WHOLE * np.real(whole):
+        covered = WHOLE * whole
+    return np.asarray(share * (np.pi * disc.radius**2 / (ops.cell * covered)))
+
+
+def _share(points: Real, cell: float, disc: Disc) -> Numbers:
+    """Share of the cells about some points (K, 2) that lies within a disc, (K,)."""
     away = np.sqrt((points[:, 0] - disc.x) ** 2 + (points[:, 1] - disc.y) ** 2 + 1e-18)
-    depth = (disc.radius - away) / np.sqrt(ops.cell)
-    inside = np.real(depth) > 1.0
-    outside = np.real(depth) < -1.0
+    depth = (disc.radius - away) / np.sqrt(cell)
     ramp = 0.5 + 0.75 * depth - 0.25 * depth**3
-    share = np.zeros(len(ops.strain_points), depth.dtype)
-    share[near] = np.where(inside, 1.0, np.where(outside, 0.0, ramp))
-    return np.asarray(share * (np.pi * disc.radius**2 / (ops.cell * share.sum())))
+    return np.asarray(np.where(np.real(depth) > 1.0, 1.0, np.where(np.real(depth) < -1.0, 0.0, ramp)))
+
+
+def _lattice(ops: EffectOperators, place: Real, reach: float) -> Real:
+    """Middles (K, 2) of all cells about a place as if the plate went on there, m."""
+    first, axes = ops.strain_points[0], []
+    columns = np.unique(np.round(ops.strain_points[:, 0], 9))
+    along = float(np.diff(columns).min()) if columns.size > 1 else float(np.sqrt(ops.cell))
+    for axis, spacing in enumerate((along, ops.cell / along)):
+        low, high = (place[axis] - first[axis] + side * reach for side in (-1.0, 1.0))
+        axes.append(first[axis] + spacing * np.arange(np.ceil(low / spacing), np.floor(high / spacing) + 1.0))
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)

@@ -1,6 +1,6 @@
 """Reduced matrices from which a plate in any state is composed."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
 
 import numpy as np
@@ -16,7 +16,7 @@ BENDING_DEGREE, MEMBRANE_DEGREE = 3, 2
 Tapers of 5 % and differences of 7 K at once leave 1e-4 of a transfer's peak beyond them; one degree less, 2e-3.
 """
 
-OFFSET_DEGREE = 5
+OFFSET_DEGREE = 6
 """Total degree of what an offset of the sensor does, as a polynomial of the offset."""
 ZONE_DEGREES = {"bending": 1, "membrane": 0, "shear": 1, "mass": 1}
 """Total degrees of the fields over the elements that stretch when the sensor moves."""
@@ -78,7 +78,8 @@ class EffectOperators:
         Fields as polynomials over the plate -> as those powers, least squares over the zone.
     strain : (8, N, r) ndarray
         Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy; transverse
-        shear x, y. They weigh what changes on a spot smaller than any polynomial.
+        shear x, y. They weigh what changes on a spot smaller than any polynomial. In a thickness zone they are
+        scaled so that with the plate's own thickness they have the zone's energies.
     strain_points : (N, 2) ndarray
         m; the middles of equal cells that cover the plate.
     cell : float
@@ -97,6 +98,8 @@ class EffectOperators:
     error : float
         Largest error of any transfer between patches, over its peak along the band, against the full model as
         declared and with all effects at half of their certified ranges at once.
+    footprints : (S, r) ndarray
+        Mean deflection over the footprints of transducers, in the order of `Experiment.footprints`.
     """
 
     bending: Real
@@ -126,6 +129,7 @@ class EffectOperators:
     band: tuple[float, float]
     offset_range: float
     error: float
+    footprints: Real = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
         for entry in fields(self):
@@ -137,6 +141,11 @@ class EffectOperators:
     def size(self) -> int:
         """Number of coordinates r."""
         return len(self.normal)
+
+    @property
+    def forces(self) -> Real:
+        """Forces at points and footprints, one a column, (r, K + S)."""
+        return np.vstack([self.deflection, self.footprints]).T if len(self.footprints) else self.deflection.T
 
     def restricted(self, basis: Real, motions: Real) -> Self:
         """Galerkin model on the columns of `basis` (r, s); same ranges and stated error.
@@ -153,4 +162,5 @@ class EffectOperators:
             zone=motions.T @ self.zone @ basis,
             strain=self.strain @ basis,
             deflection=self.deflection @ basis,
+            footprints=self.footprints @ basis if len(self.footprints) else self.footprints,
         )

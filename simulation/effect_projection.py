@@ -254,10 +254,15 @@ def strains(p: Projector) -> dict[str, Any]:
         slope = plate.slope(points)
         for k, row in enumerate(TILTED):
             parts[k] += [(W, d, slope[:, axis, None]) for d, axis in row]
+    strain = np.array(
+        [sum(factor * (over.rows(matrices[d], f) @ p.vectors) for f, d, factor in row) for row in parts]
+    )
+    for zone, loop in zip(plate.zone, plate.zone_loops, strict=True):
+        # energies go with h and h**3: what is weighed with the plate's thickness is scaled where another one holds
+        share, here = zone.thickness / plate.thickness, loop.contains(points)
+        strain[:, here] *= np.array([share**0.5] * 3 + [share**1.5] * 3 + [share**0.5] * 2)[:, None, None]
     return {
-        "strain": np.array(
-            [sum(factor * (over.rows(matrices[d], f) @ p.vectors) for f, d, factor in row) for row in parts]
-        ),
+        "strain": strain,
         "strain_points": points,
         "cell": float(np.prod((high - low) / counts)),
         "thickness": plate.thickness,

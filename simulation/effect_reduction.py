@@ -14,6 +14,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from analysis.channel import Footprint
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
@@ -22,13 +23,13 @@ from simulation.effect_certification import measured_error
 from simulation.effect_operators import EffectOperators
 from simulation.effect_projection import CHUNK, Projector, patch_energies, plate_energies, strains
 from simulation.energy_decomposition import energy_shift, middle, orthonormal
-from simulation.extreme_states import SLIP, STEEPEST, extreme_states, offset_states
+from simulation.extreme_states import SLIP, SOFT, STEEPEST, STIFF, extreme_states, laws_within, offset_states
 from simulation.meshing.recipe import MeshRecipe
 from simulation.plate_state import PlateState
 from simulation.rational_krylov import Chain
 from simulation.reduction import Training, reduction
 from simulation.sensor_offset import OFFSET_RANGE, can_move, offset_energies
-from simulation.shell.assembly import assemble_for
+from simulation.shell.assembly import FEW, assemble_for
 from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel
@@ -38,10 +39,6 @@ Real = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 STAGE = "reducing the plate with its effects"
-SOFT = LocalLaws.of_material(1.1e9, 0.43, 0.05, slope=STEEPEST)
-"""The material of the extreme states: soft, so that the most modes lie in the band."""
-STIFF = LocalLaws.of_material(3.0e9, 0.35, 0.05)
-"""Beside it for the bond: patches that hardly hold change a stiff plate in another way than a soft one."""
 WORKERS = 2
 """Energies projected at a time."""
 BLOCKS = 10
@@ -67,18 +64,22 @@ def reduce_with_effects(
     report(STAGE, 0.0)
     band = experiment.protocol.band
     places = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
-    model = assemble_for(experiment.plate, experiment.patch, box, band, points=places, fineness=fineness or FINE)
+    acting = [*(Footprint((float(x), float(y))) for x, y in places), *experiment.footprints]
+    model = assemble_for(
+        experiment.plate, experiment.patch, box, band, footprints=acting, fineness=fineness or FINE
+    )
     full = FullPlate.of(model)
-    probe = model.deflection(places).toarray()
+    probe = model.footprint_rows(acting)
+    trained = probe[: len(places) + FEW]
     inputs = replace(
         model,
-        coupling=np.hstack([model.coupling, probe.T]),
-        capacitance=np.concatenate([model.capacitance, np.ones(len(places))]),
+        coupling=np.hstack([model.coupling, trained.T]),
+        capacitance=np.concatenate([model.capacitance, np.ones(len(trained))]),
     )
     _, vectors = reduction(
         inputs, box, band, training=training, progress=lambda stage, share: report(STAGE, 0.1 + 0.2 * share)
     )
-    states = training_states(full)
+    states = training_states(full, box)
     for k, state in enumerate(states):
         report(STAGE, 0.3 + 0.3 * k / len(states))
         vectors = extended(vectors, full.matrices(state, loss=False), band, (training or Training()).tolerance)
@@ -105,15 +106,20 @@ def compressed(ops: EffectOperators) -> EffectOperators:
     return for_materials(ops, materials, BOX_TAIL)
 
 
-def training_states(full: FullPlate) -> list[PlateState]:
-    """States in which the vectors must answer: what an offset does is no mirror of what the opposite one does."""
+def training_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
+    """States in which the vectors must answer: what an offset does is no mirror of what the opposite one does.
+
+    The bond is loosened on a stiff plate too: patches that hardly hold change it in another way than a soft one.
+    """
     xi, zeta = full.sampling
     reach = OFFSET_RANGE if can_move(full) else 0.0
+    laws = laws_within(box, SOFT)
     soft, stiff = (
-        PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0])) for laws in (SOFT, STIFF)
+        PlateState.baseline(xi, zeta, there, there.reference, np.array([500.0]))
+        for there in (laws, laws_within(box, STIFF))
     )
     loose = stiff.with_(bond=1.0 - SLIP)
-    return [*extreme_states(xi, zeta, SOFT, reach), *offset_states(soft, -reach), loose]
+    return [*extreme_states(xi, zeta, laws, reach), *offset_states(soft, -reach), loose]
 
 
 def extended(vectors: Real, matrices: StateMatrices, band: tuple[float, float], tolerance: float) -> Real:
@@ -190,7 +196,8 @@ def project(
         **stacks,
         capacitance=model.capacitance,
         points=places,
-        deflection=probe @ vectors,
+        deflection=probe[: len(places)] @ vectors,
+        footprints=probe[len(places) :] @ vectors,
         box=box,
         band=band,
         error=float("inf"),

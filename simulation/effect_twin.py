@@ -1,4 +1,4 @@
-"""The digital twin with effects: volts in, volts out, and derivatives, for the gap workflow."""
+"""The digital twin with effects: one input, all outputs, and derivatives, for the gap workflow."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,17 +14,17 @@ from analysis.gap.model import Effects, Linearisation, SweepPoint, Tangent
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.certified_range import require_certified
-from simulation.composition import STEP, Coefficients, composed
+from simulation.composition import STEP, Coefficients, Composite, composed
 from simulation.damaged_spots import spots_slope, with_spots
 from simulation.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.effects.effect import Effect
 from simulation.field_basis import field_basis
+from simulation.instruments import Instruments
 from simulation.local_slopes import LocalSlopes
 from simulation.local_solution import REACH, LocalPlate, LocalSolution
 from simulation.plate_state import Circumstances, PlateState
 from simulation.reading import Reading
 from simulation.sensitivity import Sensitivity
-from simulation.shell.electric_load import ElectricLoad
 from simulation.strain_energy import SPECTRA, EnergySlopes, StateOf, StrainEnergy
 
 Real = NDArray[np.float64]
@@ -36,7 +36,7 @@ REFERENCE = 25.0
 
 @dataclass(frozen=True)
 class EffectTwin:
-    """A plate with one driven patch, K sensors on real inputs, and a library of effects.
+    """A plate with one input, K outputs, and a library of effects.
 
     Attributes
     ----------
@@ -68,14 +68,23 @@ class EffectTwin:
         return {name: effect.card(self.experiment) for name, effect in self.library.items()}
 
     @cached_property
-    def _roles(self) -> tuple[int, list[int]]:
-        roles = [patch.role for patch in self.experiment.patch]
-        return roles.index("actuator"), [k for k, role in enumerate(roles) if role == "sensor"]
+    def _instruments(self) -> Instruments:
+        return Instruments.of(self.experiment)
 
-    @cached_property
-    def _load(self) -> ElectricLoad:
-        inputs = self.experiment.acquisition
-        return ElectricLoad(inputs.input_resistance, inputs.input_capacitance)
+    def _whole(self, state: PlateState, coefficients: Coefficients | None = None) -> Composite:
+        """Compose a state, with the footprints of transducers as further ports, and their masses."""
+        ops, footprints = self.operators, self.experiment.footprints
+        whole = with_spots(ops, composed(ops, coefficients or self._coefficients(state)), state)
+        if len(ops.footprints) != len(footprints):
+            raise ValueError(
+                f"{len(footprints)} footprints are declared, the operators hold {len(ops.footprints)}"
+            )
+        if not footprints:
+            return whole
+        rows, masses = ops.footprints, np.array([footprint.mass for footprint in footprints])
+        return replace(
+            whole, mass=whole.mass + (rows.T * masses) @ rows, coupling=np.hstack([whole.coupling, rows.T])
+        )
 
     def referred(self, laws: LocalLaws) -> Self:
         """Return the twin with strain energies counted from those at 25 degrees Celsius of these laws."""
@@ -150,11 +159,10 @@ class EffectTwin:
         return state
 
     def _strain_energy(self, linear: PlateState, state_of: StateOf, frequency: Real, scale: float) -> StrainEnergy:
-        whole = with_spots(self.operators, composed(self.operators, self._coefficients(linear)), linear)
-        local = LocalPlate.of(self.operators, whole, linear, self.reach)
+        local = LocalPlate.of(self.operators, self._whole(linear), linear, self.reach)
         plate = self.experiment.plate
         density = plate.mass / (plate.length_x * plate.length_y)
-        return StrainEnergy.of(local, self._roles[0], state_of, frequency, scale=scale, density=density)
+        return StrainEnergy.of(local, self._instruments.source, state_of, frequency, scale=scale, density=density)
 
     def _coefficients(self, state: PlateState) -> Coefficients:
         return Coefficients.of(state, self.operators.offset_range or 1.0)
@@ -162,18 +170,16 @@ class EffectTwin:
     def _solved(
         self, state: PlateState, frequency: Real, coefficients: Coefficients | None = None
     ) -> LocalSolution:
-        whole = composed(self.operators, coefficients or self._coefficients(state))
-        whole = with_spots(self.operators, whole, state)
-        return LocalSolution.of(self.operators, whole, state, frequency, self.reach)
+        return LocalSolution.of(self.operators, self._whole(state, coefficients), state, frequency, self.reach)
 
     def frf(self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: Real) -> Complex:
-        """Sensor volts per actuator volt, (K, F)."""
+        """Return the outputs per unit of the input, (K, F)."""
         state = self.state(point, laws, effects, frequency)
         require_certified(state, self.operators)
         return self._reading(self._solved(state, frequency), state).response
 
     def _reading(self, solved: LocalSolution, state: PlateState) -> Reading:
-        return Reading.of(solved, state, self._load, self.operators, self._roles)
+        return Reading.of(solved, state, self._instruments, self.operators.capacitance)
 
     def linearise(
         self,
@@ -206,7 +212,7 @@ class EffectTwin:
         follower = at(point, laws, effects, energy + 1j * STEP)
         by_energy = None
         if any(np.imag(getattr(follower, name)).any() for name in (*SPECTRA, "log_gain", "phase")):
-            by_energy = EnergySlopes.of(solved, self._roles[0], state, follower, self._scale(point))
+            by_energy = EnergySlopes.of(solved, self._instruments.source, state, follower, self._scale(point))
 
         def change(point: SweepPoint, laws: LocalLaws, effects: Mapping[str, Mapping[str, Any]]) -> Complex:
             stepped = at(point, laws, effects)

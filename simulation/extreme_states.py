@@ -6,13 +6,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
 from simulation.plate_state import PlateState
 
 STEEPEST = (-0.025, 0.0025, -0.01)
 """Slopes of log E, nu and log eta of polypropylene where they are steepest, 1/K."""
 
+SOFT, STIFF = (0.2, 0.68), (0.82, 0.26)
+"""Shares of a box's ranges of E (geometric) and nu: soft, where most modes lie in the band, and stiff."""
+
 ANISOTROPY, TAPER, TILT, SLIP = 0.12, 0.05, 3.5, 0.45
 """Of moduli, of thickness and of temperature [K], towards an edge; of the bond."""
+
+
+def laws_within(box: MaterialBox, shares: tuple[float, float], loss_factor: float = 0.05) -> LocalLaws:
+    """Return a material at given shares of a box's ranges, steep in temperature, its loss within the box."""
+    (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
+    e, nu = e0 * (e1 / e0) ** shares[0], n0 + shares[1] * (n1 - n0)
+    return LocalLaws.of_material(float(e), float(nu), float(np.clip(loss_factor, h0, h1)), slope=STEEPEST)
 
 
 def extreme_states(

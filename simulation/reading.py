@@ -1,4 +1,4 @@
-"""What the recorder reads of a plate: sensor volts per actuator volt, and its derivatives."""
+"""What the recorder reads of a plate under effects: outputs per unit of the input, and their derivatives."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -7,72 +7,63 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulation.composition import STEP
-from simulation.effect_operators import EffectOperators
+from simulation.instruments import Instruments
 from simulation.local_solution import LocalSolution
 from simulation.plate_state import PlateState
-from simulation.shell.electric_load import ElectricLoad
+from simulation.transfer import Transfer
 
 Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
 class Reading:
-    """Sensors on their inputs, and the factor and constant that effects put on their signals.
+    """Instruments connected to a plate, and the factor and constant that effects put on their signals.
 
     Attributes
     ----------
-    voltage : (K, F) complex ndarray
-        Across the sensors, per actuator volt.
+    transfer : Transfer
+        Before that factor.
     factor : (F,) complex ndarray
+    electric : (K, 1) ndarray
+        1 for voltages that follow a voltage, to which the feedthrough is added; else 0.
     response : (K, F) complex ndarray
-        voltage times factor, plus the feedthrough.
-    drive : (P, F) complex ndarray
-        Volts on all patches per actuator volt.
-    admittance : (F, K, K) complex ndarray
-        Of `ElectricLoad.admittance`.
-    sensors : list of int
+        Transfer times factor, plus the feedthrough.
+    ports : int
+        Of the plate.
     """
 
-    voltage: Complex
+    transfer: Transfer
     factor: Complex
+    electric: NDArray[np.float64]
     response: Complex
-    drive: Complex
-    admittance: Complex
-    sensors: list[int]
+    ports: int
 
     @classmethod
     def of(
-        cls,
-        solved: LocalSolution,
-        state: PlateState,
-        load: ElectricLoad,
-        ops: EffectOperators,
-        roles: tuple[int, list[int]],
+        cls, solved: LocalSolution, state: PlateState, instruments: Instruments, capacitance: NDArray[np.float64]
     ) -> Self:
-        """Read a solved plate."""
-        actuator, sensors = roles
+        """Read a solved plate, whose coupling has a column for each port; `capacitance` (P,) is the patches'."""
         compliance = solved.compliance()
-        admittance = load.admittance(
-            ops.capacitance[sensors], compliance[np.ix_(sensors, sensors)], solved.frequency
-        )
-        charge = compliance[sensors, actuator].T[..., None]
-        voltage = np.asarray(-np.linalg.solve(admittance, charge)[..., 0].T, complex)
+        between = compliance[np.ix_(instruments.seen, instruments.driving)]
+        transfer = Transfer.of(instruments, capacitance, between, solved.frequency)
         factor = np.exp(state.log_gain + 1j * state.phase)
-        drive = np.zeros((len(compliance), solved.frequency.size), complex)
-        drive[actuator], drive[sensors] = 1.0, voltage
-        return cls(voltage, factor, voltage * factor + state.feedthrough, drive, admittance, sensors)
+        driven_by_voltage = instruments.source < capacitance.size
+        electric = np.array([[float(one.voltage and driven_by_voltage)] for one in instruments.pickups])
+        response = transfer.response * factor + electric * state.feedthrough
+        return cls(transfer, factor, electric, response, len(compliance))
+
+    @property
+    def drive(self) -> Complex:
+        """Of `Transfer.drive`, (ports, F)."""
+        return self.transfer.drive(self.ports)
 
     @property
     def sense(self) -> Complex:
-        """How much the charge of each patch counts in each voltage, (K, P, F).
+        """Of `Transfer.sense`, (K, ports, F)."""
+        return self.transfer.sense(self.ports)
 
-        Y V = -h gives Y V' = -(h' + G' V): minus the inverse of Y, on changes of compliance times `drive`.
-        """
-        sense = np.zeros((len(self.sensors), *self.drive.shape), complex)
-        sense[:, self.sensors] = -np.linalg.inv(self.admittance).transpose(1, 2, 0)
-        return sense
-
-    def change(self, voltage: Complex, stepped: PlateState) -> Complex:
-        """Differentiate `response`, (K, F), given that of the voltage (K, F) and the stepped state."""
+    def change(self, transfer: Complex, stepped: PlateState) -> Complex:
+        """Differentiate `response`, (K, F), given that of the transfer (K, F) and the stepped state."""
         turned = (np.imag(stepped.log_gain) + 1j * np.imag(stepped.phase)) / STEP
-        return np.asarray(self.factor * (voltage + self.voltage * turned) + np.imag(stepped.feedthrough) / STEP)
+        fed = self.electric * np.imag(stepped.feedthrough) / STEP
+        return np.asarray(self.factor * (transfer + self.transfer.response * turned) + fed)

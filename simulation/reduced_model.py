@@ -39,6 +39,8 @@ class ReducedModel:
         w at `points` of every coordinate; K = 0 if no field was asked for.
     points : (K, 2) ndarray
         m.
+    footprints : (S, r) ndarray
+        Mean deflection over the footprints of transducers: forces there were trained as inputs, as patches were.
     """
 
     stiffness_1: Real
@@ -51,6 +53,7 @@ class ReducedModel:
     error: float
     deflection: Real = field(default_factory=lambda: np.zeros((0, 0)))
     points: Real = field(default_factory=lambda: np.zeros((0, 2)))
+    footprints: Real = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
         size = len(self.coupling)
@@ -62,6 +65,8 @@ class ReducedModel:
             raise ValueError(
                 f"reduced model: {self.capacitance.shape} capacitances for {self.coupling.shape[1]} patches"
             )
+        if len(self.footprints) and self.footprints.shape[1] != size:
+            raise ValueError(f"reduced model: footprints {self.footprints.shape} of {size} coordinates")
         if len(self.deflection) != len(self.points):
             raise ValueError(
                 f"reduced model: {len(self.deflection)} rows of deflection, {len(self.points)} points"
@@ -71,6 +76,19 @@ class ReducedModel:
     def size(self) -> int:
         """Number of coordinates r."""
         return len(self.coupling)
+
+    @property
+    def ports(self) -> Real:
+        """Columns of the patches, then of the footprints, (r, P + S)."""
+        return np.hstack([self.coupling, self.footprints.T]) if len(self.footprints) else self.coupling
+
+    def loaded(self, masses: Real) -> Self:
+        """Return the plate with masses (S,), kg, that move with the footprints; in other coordinates."""
+        if not np.any(masses):
+            return self
+        mass = np.eye(self.size) + (self.footprints.T * masses) @ self.footprints
+        root = scipy.linalg.cholesky(mass, lower=True)
+        return self.restricted(scipy.linalg.solve_triangular(root, np.eye(self.size), lower=True).T)
 
     def modes(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int
@@ -135,7 +153,7 @@ class ReducedModel:
         return (plate, by_nu), np.array([[damped / e, 0.0], [0.0, damped], [1j, 0.0]])
 
     def restricted(self, basis: Real) -> Self:
-        """Galerkin model on the columns of `basis` (r, s), orthonormal; same box, band and stated error."""
+        """Galerkin model on the columns of `basis` (r, s), orthonormal in the mass; same ranges and error."""
         return replace(
             self,
             stiffness_1=basis.T @ self.stiffness_1 @ basis,
@@ -143,6 +161,7 @@ class ReducedModel:
             stiffness_patch=basis.T @ self.stiffness_patch @ basis,
             coupling=basis.T @ self.coupling,
             deflection=self.deflection @ basis if len(self.points) else np.zeros((0, basis.shape[1])),
+            footprints=self.footprints @ basis if len(self.footprints) else np.zeros((0, basis.shape[1])),
         )
 
     def modal_form(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> ModalForm:

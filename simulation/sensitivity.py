@@ -28,9 +28,9 @@ class Sensitivity:
     state : PlateState
         Whose solution it is.
     drive : (P, F) complex ndarray
-        Volts on the patches.
+        Volts on the patches, and minus the forces on further ports.
     sense : (K, P, F) complex ndarray
-        How much the charge of each patch counts in each of K sums.
+        How much the charge of each patch, and the deflection of each further port, counts in each of K sums.
     field : (m, F) complex ndarray
         Z**-1 b drive.
     adjoint : (K, m, F) complex ndarray
@@ -79,9 +79,10 @@ class Sensitivity:
         added = ((PointLoad(load.point), load) for load in stepped.point_loads[len(self.state.point_loads) :])
         for load, step in (*loads, *added):
             total -= self._of_point(load, step)
-        if local.coupling.any():
-            total += np.einsum("kmf,mp,pf->kf", self.adjoint, local.coupling, self.drive, optimize=True)
-            total += np.einsum("kpf,mp,mf->kf", self.sense, local.coupling, self.field, optimize=True)
+        if local.coupling.any():  # of the patches, which are the first ports
+            drive, sense = (part[..., : local.coupling.shape[1], :] for part in (self.drive, self.sense))
+            total += np.einsum("kmf,mp,pf->kf", self.adjoint, local.coupling, drive, optimize=True)
+            total += np.einsum("kpf,mp,mf->kf", sense, local.coupling, self.field, optimize=True)
         return total
 
     def _between(self, matrix: Real) -> Complex:

@@ -1,4 +1,4 @@
-"""The digital twin as an experiment sees it: volts on the actuator in, volts on the sensors out."""
+"""The digital twin as an experiment sees it: one input, and all outputs at once."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -6,10 +6,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.channel import Channel
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
+from simulation.instruments import Instruments
+from simulation.modal_form import ModalForm
 from simulation.reduced_model import ReducedModel
-from simulation.shell.electric_load import ElectricLoad
+from simulation.transfer import Transfer
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -17,40 +20,38 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class Twin:
-    """Voltage-to-voltage transfer of a plate with one driven patch and K sensors on real inputs.
+    """Transfer from one input of a plate to K outputs, in the units of both.
 
     Attributes
     ----------
     reduced : ReducedModel
-    actuator : int
-        Index of the driven patch.
-    sensors : tuple of int
-        Indices of the patches that are read, all connected at once.
-    load : ElectricLoad
-        Across every sensor.
+        With the masses of its transducers, see `ReducedModel.loaded`.
+    instruments : Instruments
+        Its ports are the patches, then the footprints of `reduced`.
     """
 
     reduced: ReducedModel
-    actuator: int
-    sensors: tuple[int, ...]
-    load: ElectricLoad
+    instruments: Instruments
 
     def __post_init__(self) -> None:
-        patches = self.reduced.capacitance.size
-        for index in (self.actuator, *self.sensors):
-            if not 0 <= index < patches:
-                raise ValueError(f"twin: patch index {index} is outside 0 to {patches - 1}")
-        if not self.sensors or self.actuator in self.sensors:
-            raise ValueError(f"twin: sensors {self.sensors} must be at least one, the actuator not among them")
+        count = self.reduced.capacitance.size + len(self.reduced.footprints)
+        for port in (*self.instruments.driving, *self.instruments.seen):
+            if not 0 <= port < count:
+                raise ValueError(f"twin: port {port} is outside 0 to {count - 1}")
 
     @classmethod
-    def of(cls, experiment: Experiment, reduced: ReducedModel) -> Self:
-        """Join an experiment's electronics to the reduced model of its plate and patches."""
-        roles = [patch.role for patch in experiment.patch]
-        sensors = tuple(k for k, role in enumerate(roles) if role == "sensor")
-        inputs = experiment.acquisition
-        load = ElectricLoad(inputs.input_resistance, inputs.input_capacitance)
-        return cls(reduced, roles.index("actuator"), sensors, load)
+    def of(cls, experiment: Experiment, reduced: ReducedModel, source: Channel | None = None) -> Self:
+        """Join an experiment's instruments to the reduced model of its plate, patches and footprints.
+
+        `source` is the input that is driven, the first unless given.
+        """
+        if len(reduced.footprints) != len(experiment.footprints):
+            raise ValueError(
+                f"twin: {len(experiment.footprints)} footprints are declared, the reduced model holds "
+                f"{len(reduced.footprints)}"
+            )
+        masses = np.array([footprint.mass for footprint in experiment.footprints])
+        return cls(reduced.loaded(masses), Instruments.of(experiment, source))
 
     @property
     def box(self) -> MaterialBox:
@@ -68,46 +69,48 @@ class Twin:
         return self.reduced.error
 
     @property
-    def _read(self) -> Real:
-        return self.reduced.coupling[:, list(self.sensors)]
-
-    @property
-    def _joined(self) -> Real:
-        """Couplings of the sensors, then of the actuator, (r, K + 1)."""
-        return self.reduced.coupling[:, [*self.sensors, self.actuator]]
-
-    @property
-    def _capacitance(self) -> Real:
-        return self.reduced.capacitance[list(self.sensors)]
+    def outputs(self) -> int:
+        """Number of outputs K."""
+        return len(self.instruments.pickups)
 
     def frf(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike
     ) -> Complex:
-        """Sensor volts per actuator volt, (K, F); ValueError outside box or band."""
+        """Return the outputs per unit of the input, (K, F); ValueError outside box or band."""
+        material = (youngs_modulus, poisson_ratio, loss_factor)
         lines = np.atleast_1d(np.asarray(frequency, float))
-        self.reduced.require(youngs_modulus, poisson_ratio, loss_factor, lines)
+        self.reduced.require(*material, lines)
+        return self.uncertified_frf(*material, lines)
+
+    def uncertified_frf(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike
+    ) -> Complex:
+        """As `frf`, at frequencies too for which nothing is certified."""
+        lines = np.atleast_1d(np.asarray(frequency, float))
         modal = self.reduced.modal_form(youngs_modulus, poisson_ratio, loss_factor)
-        answer = modal.compliance(self._read, self._joined, lines)
-        return self.load.voltages(answer[:, -1], answer[:, :-1], self._capacitance, lines)
+        return self._transfer(modal.compliance(*self._ports, lines), lines).response
 
     def sensitivities(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike
     ) -> tuple[Complex, Complex]:
-        """Transfer (K, F) and its derivatives (3, K, F) with respect to E [1/Pa], nu and eta.
-
-        Y V = -h gives Y V' = -(h' + G' V), with Y of `ElectricLoad.admittance`.
-        """
+        """Transfer (K, F) and its derivatives (3, K, F) with respect to E [1/Pa], nu and eta."""
         material = (youngs_modulus, poisson_ratio, loss_factor)
         lines = np.atleast_1d(np.asarray(frequency, float))
         self.reduced.require(*material, lines)
-        modal = self.reduced.modal_form(*material)
+        modal: ModalForm = self.reduced.modal_form(*material)
         changes, weights = self.reduced.stiffness_derivatives(*material)
-        answer, slopes = modal.compliance_and_derivatives(self._read, self._joined, changes, lines)
-        admittance = self.load.admittance(self._capacitance, answer[:, :-1], lines)
-        voltage = self.load.voltages(answer[:, -1], answer[:, :-1], self._capacitance, lines)
-        change = slopes[:, :, -1] + np.einsum("dikf,kf->dif", slopes[:, :, :-1], voltage)
-        by_line = np.linalg.solve(admittance, change.transpose(2, 1, 0))  # (F, K, changes)
-        return voltage, np.asarray(-np.einsum("pd,fkd->pkf", weights, by_line), complex)
+        compliance, slopes = modal.compliance_and_derivatives(*self._ports, changes, lines)
+        transfer = self._transfer(compliance, lines)
+        return transfer.response, np.einsum("pd,dkf->pkf", weights, transfer.change(slopes))
+
+    @property
+    def _ports(self) -> tuple[Real, Real]:
+        """Columns of the ports that are seen, (r, N), and of those that drive, (r, c + 1)."""
+        columns = self.reduced.ports
+        return columns[:, list(self.instruments.seen)], columns[:, list(self.instruments.driving)]
+
+    def _transfer(self, compliance: Complex, lines: Real) -> Transfer:
+        return Transfer.of(self.instruments, self.reduced.capacitance, compliance, lines)
 
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> tuple[Real, Real]:
         """Natural frequencies [Hz], ascending, and loss factors of the elastic modes up to the band's end.

@@ -135,7 +135,10 @@ class TwinSettings(Declared):
                 f"{' and '.join(old)}: the mesh now follows the plate's thickness and wavelengths; remove "
                 "the key, and give function_tolerance (3e-8 unless given) for a finer or coarser twin"
             )
-        return declared
+        if not isinstance(declared, dict):
+            return declared
+        # past this validator JSON counts as Python, whose lists strict models do not take for tuples
+        return {name: tuple(value) if isinstance(value, list) else value for name, value in declared.items()}
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:

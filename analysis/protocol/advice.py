@@ -18,8 +18,8 @@ def unresolved(lines: tuple[float, float], spacing: float, loss_factor: float) -
         return ()
     return (
         f"lines are {spacing:.2g} Hz apart, resonances of a loss factor of {loss_factor:.2g} about {width:.2g} Hz "
-        f"wide: record for {LEAST_LINES / width:.2g} s or longer (sweep.duration and sweep.tail), else the "
-        "damping is no better than the lines",
+        f"wide: record for {LEAST_LINES / width:.2g} s or longer (sweep.duration, sweep.tail), else the damping "
+        "is no better than the lines",
     )
 
 

@@ -3,7 +3,9 @@
 =====================  ==============================================================
 ``model``              what a twin must offer to be updated
 ``normal_equations``   weighted misfit of one sweep, its gradient and curvature
+``coarse_look``        which modulus one sweep's resonances say, before a model is made
 ``start``              the start grid: no temperature may land in a neighbouring minimum
+``broadening``         data as of a plate damped more: starts where resonances are sharp
 ``sweep_fit``          E, nu, eta and gain of one sweep, Levenberg-Marquardt
 ``common_gain``        one gain over all sweeps, by arrow-shaped normal equations
 ``update``             all of it, for a campaign

@@ -31,12 +31,13 @@ def _card(name: str, summary: str, *parameters: Parameter) -> EffectCard:
 
 
 def _stiffener_card(experiment: Experiment) -> EffectCard:
+    low, high = experiment.plate.bounds
     return _card(
         "stiffener",
         "a disc glued on makes a spot stiffer",
         Parameter("gain", "1", 0.0, 2.0, 0.3),
-        Parameter("x", "m", STIFFENER_RADIUS, experiment.plate.length_x - STIFFENER_RADIUS, 0.1, shape=True),
-        Parameter("y", "m", STIFFENER_RADIUS, experiment.plate.length_y - STIFFENER_RADIUS, 0.1, shape=True),
+        Parameter("x", "m", low[0] + STIFFENER_RADIUS, high[0] - STIFFENER_RADIUS, 0.1, shape=True),
+        Parameter("y", "m", low[1] + STIFFENER_RADIUS, high[1] - STIFFENER_RADIUS, 0.1, shape=True),
     )
 
 

@@ -158,7 +158,7 @@ def _expected_frf(specimen: Specimen, share: float, rng: np.random.Generator) ->
         variance=variance,
         coherence=np.ones(h.shape),
         excluded=mains_lines(lines, MAINS, drive.size / rate),
-        channels=tuple(p.id for p in specimen.twin.experiment.sensors),
+        channels=tuple(output.id for output in specimen.twin.experiment.outputs),
     )
     return frf, noise
 

@@ -76,8 +76,8 @@ def command(
     from app.uncorrected_filters import uncorrected_aim, uncorrected_laws
 
     started = time.perf_counter()
-    laws_path, laws, beside = laws_for(run, twin, "focus")
     declared, panel_path = panel_of(panel, {"regularisation": regularisation, "tolerance": tolerance})
+    laws_path, laws, beside = laws_for(run, twin, "focus")
     low, high = range_of(declared, laws, laws_path)
     wanted = (
         within(np.array(sorted(set(temperatures))), laws, laws_path) if temperatures else spaced(low, high, 5.0)

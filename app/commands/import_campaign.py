@@ -41,7 +41,7 @@ def command(folder: Path, allow_missing: bool, out: Path | None, output: Output)
             "state": imported.state,
             "title": experiment.title,
             "sweeps": len(recording.campaign.sweeps),
-            "sensors": [sensor.id for sensor in experiment.sensors],
+            "sensors": [output.id for output in experiment.outputs],
             "left_out": [str(problem) for problem in recording.left_out],
             "missing": [str(place) for place in recording.missing],
             "inputs": recording.campaign.hashes,

@@ -51,7 +51,7 @@ class AcquiredCampaign:
     def __init__(self, folder: Path, experiment: Experiment, source: Source) -> None:
         self.folder = folder
         self._experiment = experiment
-        self._sensors = tuple(sensor.id for sensor in experiment.sensors)
+        self._sensors = tuple(output.id for output in experiment.outputs)
         self._source = source
         self._finished = self._verified()
 

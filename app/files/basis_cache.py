@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from platformdirs import user_cache_path
 
+from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from app.files.atomic import atomic_hdf5
@@ -28,8 +29,17 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, float], None]
 
-FORMAT = "flexura-basis/1"
-ARRAYS = ("stiffness_1", "stiffness_2", "stiffness_patch", "coupling", "capacitance", "deflection", "points")
+FORMAT = "flexura-basis/2"
+ARRAYS = (
+    "stiffness_1",
+    "stiffness_2",
+    "stiffness_patch",
+    "coupling",
+    "capacitance",
+    "deflection",
+    "points",
+    "footprints",
+)
 
 
 def cache_folder() -> Path:
@@ -44,6 +54,8 @@ def cached_reduction(
     box: MaterialBox,
     band: tuple[float, float],
     *,
+    footprints: Sequence[Footprint] = (),
+    driven: Sequence[int] = (),
     points: ArrayLike | None = None,
     field_certified: bool = True,
     fineness: "Fineness | None" = None,
@@ -60,6 +72,10 @@ def cached_reduction(
         Materials over which the model is trained and its error certified.
     band : (float, float)
         Hz.
+    footprints : sequence of Footprint
+        Of the transducers.
+    driven : sequence of int
+        Those of them on which forces act.
     points : (K, 2) array_like, optional
         Where the deflection will be asked for, m.
     field_certified : bool
@@ -76,19 +92,21 @@ def cached_reduction(
     ResultFileError
         Where the plate cannot be reduced, with what to change.
     """
-    from simulation.reduction import reduce
+    from simulation.footprint_reduction import reduce_with_footprints
     from simulation.shell.assembly import assemble_for
 
-    file = basis_file(plate, patches, box, band, points, fineness, training, field_certified)
+    file = basis_file(plate, patches, box, band, points, fineness, training, field_certified, footprints, driven)
     stored = load_basis(file)
     if stored is not None:
         return stored
-    model = assemble_for(plate, patches, box, band, fineness=fineness)
+    model = assemble_for(plate, patches, box, band, footprints=footprints, fineness=fineness)
     with reducing(box, band):
-        reduced = reduce(
+        reduced = reduce_with_footprints(
             model,
             box,
             band,
+            footprints,
+            driven,
             points=points,
             field_certified=field_certified,
             training=training,
@@ -108,14 +126,17 @@ def basis_file(
     fineness: "Fineness | None" = None,
     training: "Training | None" = None,
     field_certified: bool = True,
+    footprints: Sequence[Footprint] = (),
+    driven: Sequence[int] = (),
 ) -> Path:
     """Return where the cache keeps a reduced model, there or not; arguments of `cached_reduction`."""
     from simulation.basis_key import basis_key
 
-    return (
-        cache_folder()
-        / f"basis-{basis_key(plate, patches, box, band, points, fineness, training, field_certified)}.h5"
-    )
+    key = basis_key(plate, patches, box, band, points, fineness, training, field_certified)
+    if footprints:
+        acting = [(*one.point, one.radius, one.mass > 0.0, k in driven) for k, one in enumerate(footprints)]
+        key = hashlib.sha256(repr((key, acting)).encode()).hexdigest()
+    return cache_folder() / f"basis-{key}.h5"
 
 
 @contextmanager

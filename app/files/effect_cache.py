@@ -26,10 +26,20 @@ if TYPE_CHECKING:
     from simulation.shell.fineness import Fineness
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 6
+METHOD = 7
 """Raised whenever the same declaration would give other operators."""
 SCALARS = ("offset_range", "cell", "thickness", "error")
-PLAIN = ("capacitance", "coupling", "points", "deflection", "zone", "zone_fit", "strain", "strain_points")
+PLAIN = (
+    "capacitance",
+    "coupling",
+    "points",
+    "deflection",
+    "footprints",
+    "zone",
+    "zone_fit",
+    "strain",
+    "strain_points",
+)
 
 
 def cached_operators(
@@ -54,8 +64,11 @@ def operators_key(experiment: Experiment, box: MaterialBox, fineness: "Fineness 
 
     points = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
     plain = basis_key(experiment.plate, experiment.patch, box, experiment.protocol.band, points, fineness)
-    first = next(k for k, patch in enumerate(experiment.patch) if patch.role == "sensor")
-    return hashlib.sha256(json.dumps([plain, first, METHOD]).encode()).hexdigest()
+    first = next((k for k, patch in enumerate(experiment.patch) if patch.role == "sensor"), None)
+    decides: list[object] = [plain, first, METHOD]
+    if experiment.footprints:
+        decides.append([[*footprint.point, footprint.radius] for footprint in experiment.footprints])
+    return hashlib.sha256(json.dumps(decides).encode()).hexdigest()
 
 
 def save_operators(file: Path, operators: "EffectOperators") -> None:

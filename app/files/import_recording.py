@@ -175,7 +175,9 @@ def _frozen_in(partial: Path) -> str:
 
 def _write_sweeps(partial: Path, recording: Recording, report: Report) -> None:
     campaign = recording.campaign
-    sensors = tuple(sensor.id for sensor in campaign.experiment.sensors)
+    outputs = campaign.experiment.outputs
+    sensors = tuple(output.id for output in outputs)
+    units = (campaign.experiment.inputs[0].unit, *(output.unit for output in outputs))
     wanted = set()
     for done, sweep in enumerate(campaign.sweeps):
         report("writing", done / len(campaign.sweeps))
@@ -186,7 +188,7 @@ def _write_sweeps(partial: Path, recording: Recording, report: Report) -> None:
         finished, _ = read_sweep_file(path, path.name) if path.exists() else (None, None)
         if finished is None or digest(finished) != digest(sweep):
             source = recording.files[sweep.step]
-            write_sweep(path, sweep, sensors, Source(source, campaign.hashes[source]))
+            write_sweep(path, sweep, sensors, Source(source, campaign.hashes[source]), units=units)
     for path in sweep_paths(partial):
         if path not in wanted:
             path.unlink()

@@ -14,27 +14,31 @@ SMOOTH_TOP = 9.0
 """Quanta: how far a smooth peak that rounds to one code for two samples can fall at the next one."""
 
 
-def faults(samples: NDArray[np.floating], module: InputModule | None) -> Iterator[tuple[str, str]]:
+def faults(
+    samples: NDArray[np.floating], module: InputModule | None, unit: str = "V"
+) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with a channel, as (seen, allowed).
 
     Parameters
     ----------
-    samples : (M,) ndarray, V
+    samples : (M,) ndarray
     module : InputModule or None
-        Gives range and resolution; None where the module is unknown.
+        Gives range and resolution; None where the module is unknown, or the samples are no volts.
+    unit : str
+        Of the samples.
     """
     finite = np.isfinite(samples)
     if not finite.all():
         where = int(np.argmin(finite))
         yield (
             f"{samples[where]} at sample {where} ({np.count_nonzero(~finite)} of {samples.size})",
-            "finite volts",
+            "finite volts" if unit == "V" else "finite numbers",
         )
         return
     low, high = float(samples.min()) + 0.0, float(samples.max()) + 0.0  # no "-0 V"
     alive = ALIVE * module.quantum if module else 0.0
     if high - low <= alive:
-        yield f"{low:g} to {high:g} V throughout", "a signal (is the channel connected and switched on?)"
+        yield f"{low:g} to {high:g} {unit} throughout", "a signal (is the channel connected and switched on?)"
         return
     if module and max(-low, high) >= NEAR_FULL_SCALE * module.full_scale:
         count = int(np.count_nonzero(np.abs(samples) >= NEAR_FULL_SCALE * module.full_scale))
@@ -46,7 +50,7 @@ def faults(samples: NDArray[np.floating], module: InputModule | None) -> Iterato
     held = flat_topped(samples)
     if held:
         yield (
-            f"{held} clipped samples, flat at {low:g} or {high:g} V",
+            f"{held} clipped samples, flat at {low:g} or {high:g} {unit}",
             "peaks that are not cut off (lower the drive or the gain, or widen the range)",
         )
 

@@ -56,6 +56,7 @@ def write_sweep(
     sensors: tuple[str, ...],
     source: Source,
     notes: Mapping[str, str | int | float] | None = None,
+    units: tuple[str, ...] = (),
 ) -> None:
     """Write a sweep, whole or not at all; nothing opens the file for writing again.
 
@@ -68,6 +69,8 @@ def write_sweep(
     source : Source
     notes : mapping, optional
         Further attributes, for people: how often it was tried, say.
+    units : tuple of str, optional
+        Of the drive, then of each response; volts unless given.
     """
     with atomic_hdf5(path) as file:
         for name in _properties(sweep):
@@ -80,7 +83,8 @@ def write_sweep(
         file.attrs["sweep_sha256"] = digest(sweep)
         for name, samples in (("drive", sweep.drive), ("responses", sweep.responses)):
             data = file.create_dataset(name, data=samples.astype("<f4"))
-            data.attrs["unit"] = "V"
+            mine = units[:1] if name == "drive" else units[1:]
+            data.attrs["unit"] = json.dumps(mine) if len(set(mine)) > 1 else (mine or ("V",))[0]
         file["drive"].attrs["axes"] = "repeat, sample"
         file["responses"].attrs["axes"] = "sensor, repeat, sample"
 

@@ -26,6 +26,8 @@ class Layout:
         One for each repeat.
     channels : tuple of str
         The drive first, then the sensors in the order declared.
+    units : tuple of str
+        Of each channel.
     samples : int
         In every channel.
     rate : float
@@ -34,6 +36,7 @@ class Layout:
 
     groups: tuple[str, ...]
     channels: tuple[str, ...]
+    units: tuple[str, ...]
     samples: int
     rate: float
 
@@ -43,7 +46,8 @@ class Layout:
         protocol, rate = experiment.protocol, experiment.acquisition.sample_rate
         return cls(
             groups=tuple(f"repeat {n + 1}" for n in range(protocol.repeats)),
-            channels=(DRIVE, *(sensor.id for sensor in experiment.sensors)),
+            channels=(DRIVE, *(output.id for output in experiment.outputs)),
+            units=(experiment.inputs[0].unit, *(output.unit for output in experiment.outputs)),
             samples=round((protocol.sweep_duration + protocol.tail) * rate),
             rate=rate,
         )
@@ -62,7 +66,7 @@ def layout_problems(name: str, tdms: TdmsFile, layout: Layout) -> Iterator[Probl
     offsets: dict[str, object] = {}
     for group in (group for group in tdms.groups() if group.name in layout.groups):
         channels = [channel.name for channel in group.channels()]
-        yield from _names(name, f"channels of {group.name}", channels, layout.channels, "named by patch id")
+        yield from _names(name, f"channels of {group.name}", channels, layout.channels, "named by id")
         for channel in group.channels():
             if channel.name in layout.channels:
                 lengths[f"{group.name}/{channel.name}"] = len(channel)
@@ -96,18 +100,24 @@ def _names(name: str, what: str, there: Sequence[str], wanted: Sequence[str], re
 
 def _waveform(name: str, place: str, channel: TdmsChannel, layout: Layout) -> Iterator[Problem]:
     if channel.dtype not in (np.float32, np.float64):
-        yield Problem(name, f"{place} data type", str(channel.dtype), "float32 volts")
+        yield Problem(name, f"{place} data type", str(channel.dtype), "float32")
     properties = channel.properties
+    unit = layout.units[layout.channels.index(channel.name)]
     wanted: dict[str, tuple[str, object]] = {
         "wf_increment": (f"{1.0 / layout.rate:.10g} s, one over acquisition.sample_rate", 1.0 / layout.rate),
         "wf_samples": (f"{len(channel)}, the samples in the channel", len(channel)),
-        "unit_string": ("'V'", "V"),
+        "unit_string": (repr(unit), unit),
     }
     for key, (allowed, right) in wanted.items():
         if key not in properties:
             yield Problem(name, f"{place} {key}", "nothing", allowed, "the property is missing")
-        elif not _agrees(properties[key], right):
+        elif not _agrees(_plain(properties[key]), right):
             yield Problem(name, f"{place} {key}", repr(properties[key]), allowed)
+
+
+def _plain(seen: object) -> object:
+    """Return a unit as it is declared here, of the ways it is written: m/s^2 and m/s² are m/s2."""
+    return seen.replace("^", "").replace("²", "2") if isinstance(seen, str) else seen
 
 
 def _agrees(seen: object, right: object) -> bool:

@@ -20,7 +20,9 @@ from app.files.tdms_layout import DRIVE, Layout, layout_problems
 from drivers.ni.modules import find_module
 
 DRIVE_TOLERANCE = 0.1
-"""Largest difference between the peak of the drive and the level the file states, relative."""
+"""Largest difference between the peak of a drive in volts and the level the file states, relative."""
+FORCE_FACTOR = 5.0
+"""How far the peak of a force may be from the level: a hammer hits as it happens to, a wrong unit is far off."""
 WHOLE = "a whole TDMS file"
 COPY_AGAIN = "copy it again from the recorder"
 LEAVE_OUT = "record it again, or import with --allow-missing to leave the sweep out"
@@ -119,7 +121,7 @@ PROPERTIES: dict[str, tuple[str, Callable[[object], bool]]] = {
     "oven_temperature_start": ("-80 to 200 (degrees Celsius)", _is_between(-80.0, 200.0)),
     "oven_temperature_end": ("-80 to 200 (degrees Celsius)", _is_between(-80.0, 200.0)),
     "direction": ("'up' or 'down'", lambda value: value in ("up", "down")),
-    "level": ("a number above 0 to 100 (V)", _is_between(1e-9, 100.0)),
+    "level": ("a number above 0 to 1000 (V or N)", _is_between(1e-9, 1e3)),
     "step": ("an integer from 0 to 9999", _is_integer),
     "start_time": ("an ISO 8601 time", _is_time),
 }
@@ -129,14 +131,21 @@ def _sample_problems(
     name: str, volts: dict[str, NDArray[Any]], properties: dict[str, Any], experiment: Experiment, layout: Layout
 ) -> Iterator[Problem]:
     module = find_module(experiment.acquisition.module)
-    for channel, repeats in volts.items():
+    for (channel, repeats), unit in zip(volts.items(), layout.units, strict=True):
         for group, samples in zip(layout.groups, repeats, strict=True):
-            for seen, allowed in faults(samples, module):
+            # only volts can be held against the converter's range: what a unit is in volts is not declared
+            for seen, allowed in faults(samples, module if unit == "V" else None, unit):
                 yield SignalProblem(name, f"{group}/{channel}", seen, allowed, LEAVE_OUT)
+    unit = layout.units[0]
     level, peak = float(properties["level"]), float(np.abs(volts[DRIVE]).max())
-    if math.isfinite(peak) and peak > 0.0 and abs(peak - level) > DRIVE_TOLERANCE * level:
+    if not math.isfinite(peak) or peak <= 0.0:
+        return
+    if unit == "V" and abs(peak - level) > DRIVE_TOLERANCE * level:
         allowed = f"{level:g} V within {DRIVE_TOLERANCE:.0%}, the file's level"
         yield Problem(name, "peak of drive", f"{peak:.4g} V", allowed, "are samples and level in V?")
+    elif unit != "V" and not 1.0 / FORCE_FACTOR <= peak / level <= FORCE_FACTOR:
+        allowed = f"{level:g} {unit}, the file's level, within a factor of {FORCE_FACTOR:g}"
+        yield Problem(name, "peak of drive", f"{peak:.4g} {unit}", allowed, f"are samples and level in {unit}?")
 
 
 def _sweep(volts: dict[str, NDArray[Any]], properties: dict[str, Any], experiment: Experiment) -> Sweep:
@@ -148,5 +157,5 @@ def _sweep(volts: dict[str, NDArray[Any]], properties: dict[str, Any], experimen
         oven_temperature_end=float(properties["oven_temperature_end"]),
         start_time=str(properties["start_time"]),
         drive=volts[DRIVE].astype(np.float32),
-        responses=np.stack([volts[sensor.id].astype(np.float32) for sensor in experiment.sensors]),
+        responses=np.stack([volts[output.id].astype(np.float32) for output in experiment.outputs]),
     )

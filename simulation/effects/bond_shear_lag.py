@@ -28,6 +28,11 @@ def card(experiment: Experiment) -> EffectCard:
     )
 
 
+def available(experiment: Experiment) -> bool:
+    """Return whether there is a patch."""
+    return bool(experiment.patch)
+
+
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
     """Multiply membrane stiffness and coupling of every patch by chi = 1/(1 + gamma25 exp(softening (T - 25)))."""
     warmer = state.mean_temperature - REFERENCE_TEMPERATURE
@@ -35,4 +40,4 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     return state.with_(bond=state.bond * chi)
 
 
-EFFECT = Effect(card, apply)
+EFFECT = Effect(card, apply, available)

@@ -20,9 +20,14 @@ def card(experiment: Experiment) -> EffectCard:
     )
 
 
+def available(experiment: Experiment) -> bool:
+    """Return whether a voltage is read while a voltage drives."""
+    return all(any(c.quantity == "voltage" for c in way) for way in (experiment.inputs, experiment.outputs))
+
+
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Add a real constant to the ratio of every sensor voltage to the actuator's."""
+    """Add a real constant to the ratio of every sensor voltage to the actuator's; other transfers have none."""
     return state.with_(feedthrough=state.feedthrough + values["gain"])
 
 
-EFFECT = Effect(card, apply)
+EFFECT = Effect(card, apply, available)

@@ -4,11 +4,15 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from analysis.experiment import Experiment
+from analysis.experiment import Experiment, Plate
 from analysis.gap.effect_card import EffectCard, Parameter
+from analysis.geometry.relations import TOUCH
 from simulation.effects.effect import Effect
 from simulation.plate_state import Circumstances, Disc, PlateState
+
+Real = NDArray[np.float64]
 
 RADIUS = 0.012  # m
 
@@ -16,17 +20,22 @@ RADIUS = 0.012  # m
 def card(experiment: Experiment) -> EffectCard:
     """Describe the candidate; the search starts from discs side by side over the plate."""
     plate = experiment.plate
+    sites, (low, high) = _sites(plate), plate.bounds
+    middle = 0.5 * np.add(low, high)
+    # a plate with a hole in its middle has the spot elsewhere
+    centred = _whole(plate, middle[None])[0] or not len(sites)
+    x, y = middle if centred else sites[np.hypot(*(sites - middle).T).argmin()]
     return EffectCard(
         name="local_damage",
         summary="a spot of 24 mm across has lost stiffness",
         parameters=(
             Parameter("loss", "1", 0.0, 0.5, 0.2),
-            _coordinate("x", plate.length_x),
-            _coordinate("y", plate.length_y),
+            _coordinate("x", low[0], high[0], float(x)),
+            _coordinate("y", low[1], high[1], float(y)),
         ),
         needs="modes whose half-waves are not much longer than the spot, better with several sensors",
         separated_by="a tap test or an ultrasonic scan at the place found",
-        sites=tuple({"x": x, "y": y} for y in _sites(plate.length_y) for x in _sites(plate.length_x)),
+        sites=tuple({"x": float(x), "y": float(y)} for x, y in sites),
     )
 
 
@@ -37,22 +46,35 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
 
 
 def available(experiment: Experiment) -> bool:
-    """Whether the plate is larger than the spot."""
-    return min(experiment.plate.length_x, experiment.plate.length_y) > 2.0 * RADIUS
+    """Whether the spot finds a place on the plate."""
+    plate = experiment.plate
+    return min(plate.length_x, plate.length_y) > 2.0 * RADIUS and len(_sites(plate)) > 0
 
 
-def _coordinate(name: str, length: float) -> Parameter:
-    """Return the place of a disc that lies wholly on the plate, as likely here as there."""
-    spread = length / np.sqrt(12.0)
-    return Parameter(name, "m", RADIUS, length - RADIUS, float(spread), shape=True, typical=0.5 * length)
+def _coordinate(name: str, low: float, high: float, typical: float) -> Parameter:
+    """Return the place of a disc within the box around the plate, as likely here as there."""
+    spread = (high - low) / np.sqrt(12.0)
+    return Parameter(name, "m", low + RADIUS, high - RADIUS, float(spread), shape=True, typical=typical)
 
 
-def _sites(length: float) -> list[float]:
-    """Places along one edge, about a disc's diameter apart."""
-    count = 1 + round((length - 2.0 * RADIUS) / (2.0 * RADIUS))
-    if count == 1:
-        return [0.5 * length]
-    return [float(place) for place in np.linspace(RADIUS, length - RADIUS, count)]
+def _sites(plate: Plate) -> Real:
+    """Centres (K, 2) of discs that lie wholly on the plate, about a diameter apart, row by row, m."""
+    x, y = (_places(low, high) for low, high in zip(*plate.bounds, strict=True))
+    grid = np.array([(a, b) for b in y for a in x])
+    return grid[_whole(plate, grid)]
+
+
+def _places(low: float, high: float) -> Real:
+    count = 1 + round((high - low - 2.0 * RADIUS) / (2.0 * RADIUS))
+    if count <= 1:
+        return np.array([0.5 * (low + high)])
+    return np.linspace(low + RADIUS, high - RADIUS, count)
+
+
+def _whole(plate: Plate, centres: Real) -> NDArray[np.bool_]:
+    """Which discs about the points (K, 2) lie wholly on the plate."""
+    away = np.min([loop.distance(centres) for loop in (plate.loop, *plate.hole_loops)], axis=0)
+    return np.asarray(plate.contains(centres) & (away > RADIUS - TOUCH))
 
 
 EFFECT = Effect(card, apply, available)

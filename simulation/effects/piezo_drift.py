@@ -28,10 +28,15 @@ def card(experiment: Experiment) -> EffectCard:
     )
 
 
+def available(experiment: Experiment) -> bool:
+    """Return whether a patch drives the plate or is read."""
+    return any(channel.patch is not None for channel in (*experiment.inputs, *experiment.outputs))
+
+
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
     """Multiply responses by 1 + alpha (T_oven - 25)."""
     warmer = circumstances.point.temperature - REFERENCE_TEMPERATURE
     return state.with_(log_gain=state.log_gain + np.log(1.0 + values["alpha"] * warmer))
 
 
-EFFECT = Effect(card, apply)
+EFFECT = Effect(card, apply, available)

@@ -1,25 +1,26 @@
 """Sensor offset: the first sensor patch was glued beside its mark."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from analysis.experiment import Experiment
 from analysis.gap.effect_card import EffectCard, Parameter
+from analysis.geometry.relations import TOUCH, leaves, overlap
 from simulation.effects.effect import Effect
 from simulation.plate_state import Circumstances, PlateState
 
 FARTHEST = 0.0025  # m, a patch of some 20 mm that lies farther off is seen by eye
+RESOLVED = 1e-7  # m, to which the room for it is found
 
 
 def card(experiment: Experiment) -> EffectCard:
     """Describe the candidate; hands place a patch within a millimetre, and never beyond the plate's edge."""
-    plate = experiment.plate
     return EffectCard(
         name="sensor_offset",
         summary="the first sensor patch sits beside its declared place",
         parameters=(
-            Parameter("dx", "m", *_range(experiment, 0, plate.length_x), 0.001),
-            Parameter("dy", "m", *_range(experiment, 1, plate.length_y), 0.001),
+            Parameter("dx", "m", *_range(experiment, 0), 0.001),
+            Parameter("dy", "m", *_range(experiment, 1), 0.001),
         ),
         needs="the first sensor, over many modes; better beside other sensors, which it leaves alone",
         separated_by="measure the patch's edges from the plate's with a calliper",
@@ -33,16 +34,29 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
 
 def available(experiment: Experiment) -> bool:
     """Whether there is a sensor patch and room to move it both ways."""
-    plate = experiment.plate
-    if not experiment.sensors:
-        return False
-    ranges = (_range(experiment, 0, plate.length_x), _range(experiment, 1, plate.length_y))
-    return all(low < high for low, high in ranges)
+    return bool(experiment.sensors) and all(low < high for low, high in (_range(experiment, k) for k in (0, 1)))
 
 
-def _range(experiment: Experiment, axis: int, length: float) -> tuple[float, float]:
-    low, high = experiment.sensors[0].span(axis)
-    return max(-FARTHEST, -low), min(FARTHEST, length - high)
+def _range(experiment: Experiment, axis: int) -> tuple[float, float]:
+    """Range of the offset along an axis that leaves the patch on the plate, m."""
+    plate, border = experiment.plate, experiment.sensors[0].loop
+
+    def fits(distance: float) -> bool:
+        there = border.moved(0.0, (distance, 0.0) if axis == 0 else (0.0, distance))
+        return leaves(there, plate.loop) is None and all(overlap(there, hole) is None for hole in plate.hole_loops)
+
+    return -_farthest(lambda distance: fits(-distance)), _farthest(fits)
+
+
+def _farthest(fits: Callable[[float], bool]) -> float:
+    """Return the longest way that fits, up to `FARTHEST`, m."""
+    if fits(FARTHEST):
+        return FARTHEST
+    low, high = 0.0, FARTHEST
+    while high - low > RESOLVED:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return max(low - TOUCH, 0.0)
 
 
 EFFECT = Effect(card, apply, available)

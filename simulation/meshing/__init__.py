@@ -3,8 +3,12 @@
 ===============  ================================================================
 ``arrangement``  borders as a planar graph: edges, nodes and faces
 ``recipe``       how fine
+``sides``        edges cut into pieces, and the widths of strips
 ``strips``       quadrilaterals along every border
 ``fill``         triangles for the rest
+``grading``      smaller cells at corners
+``numbering``    points, cells and edges numbered
+``quality``      how sound the cells are
 ``mesher``       all of it: the mesh of a plate
 ``plate_mesh``   what comes out
 ===============  ================================================================

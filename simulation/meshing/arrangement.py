@@ -6,12 +6,13 @@ borders that it is part of, every face the borders that enclose it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.geometry.curves import Curve, turning
+from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 
 Real = NDArray[np.float64]
@@ -19,6 +20,9 @@ Real = NDArray[np.float64]
 SAME = 1e-7
 """Points closer than this are one, m."""
 CHORD = np.deg2rad(4.0)
+"""Turn of a curve that one side of its polyline stands for."""
+ALONG = 1e-4
+"""Sine of the angle below which curves that meet do not cross."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,7 @@ class Arrangement:
 
 
 def direction(curve: Curve) -> Real:
-    """Unit tangent at a curve's start, (2,)."""
+    """Return the unit tangent at a curve's start, (2,)."""
     step = curve.derivative(0.0)
     if np.hypot(*step) < 1e-9:
         step = curve.at(1e-3) - curve.at(0.0)
@@ -174,17 +178,17 @@ def _crossings(
     found: list[tuple[float, float]] = []
     for i, j in zip(*np.nonzero(near), strict=True):
         place = np.array([t[i] + x[i, j] * (t[i + 1] - t[i]), s[j] + y[i, j] * (s[j + 1] - s[j])])
-        for _ in range(12):
+        for _ in range(8):
             slopes = np.column_stack([one.derivative(place[0]), -other.derivative(place[1])])
-            if abs(np.linalg.det(slopes)) < 1e-16:
-                break
+            if abs(np.linalg.det(slopes)) < ALONG * np.prod(np.hypot(*slopes)):
+                break  # they run along each other
             place = np.clip(place - np.linalg.solve(slopes, one.at(place[0]) - other.at(place[1])), 0.0, 1.0)
-        meet = one.at(place[0])
-        if np.hypot(*(meet - other.at(place[1]))) > SAME:
-            continue
-        if any(np.hypot(*(meet - one.at(known))) < SAME for known, _ in found):
-            continue
-        found.append((float(place[0]), float(place[1])))
+        else:
+            meet = one.at(place[0])
+            if np.hypot(*(meet - other.at(place[1]))) > SAME:
+                continue
+            if not any(np.hypot(*(meet - one.at(known))) < SAME for known, _ in found):
+                found.append((float(place[0]), float(place[1])))
     return found
 
 
@@ -204,7 +208,7 @@ def _edges(borders: Sequence[Loop], cuts: list[list[list[float]]]) -> tuple[Real
     for b, loop in enumerate(borders):
         for c, curve in enumerate(loop.curves):
             places = sorted(cuts[b][c])
-            for first, last in zip(places, places[1:], strict=False):
+            for first, last in pairwise(places):
                 piece = curve.part(first, last)
                 start, end = node(piece.at(0.0)), node(piece.at(1.0))
                 if start == end and np.hypot(*(piece.at(0.5) - piece.at(0.0))) < 2.0 * SAME:
@@ -237,17 +241,17 @@ def _faces(nodes: Real, edges: tuple[Edge, ...], borders: Sequence[Loop]) -> tup
     for first in follows:
         if first in seen:
             continue
-        cycle = [first]
-        while follows[cycle[-1]] != first:
-            cycle.append(follows[cycle[-1]])
-        seen.update(cycle)
-        polygon = np.vstack([_walk(edges, half) for half in cycle])
+        walk = [first]
+        while follows[walk[-1]] != first:
+            walk.append(follows[walk[-1]])
+        seen.update(walk)
+        polygon = np.vstack([_walk(edges, half) for half in walk])
         x, y = polygon.T
         area = 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
         if area > 0.0:
-            outer.append((tuple(cycle), polygon, area))
+            outer.append((tuple(walk), polygon, area))
         else:
-            inner.append((tuple(cycle), polygon))
+            inner.append((tuple(walk), polygon))
     found: list[list[tuple[HalfEdge, ...]]] = [[cycle] for cycle, _, _ in outer]
     for cycle, polygon in inner:
         around = [
@@ -273,8 +277,8 @@ def _next(nodes: Real, edges: tuple[Edge, ...]) -> dict[HalfEdge, HalfEdge]:
         for (angle, half), (before, other) in zip(star, star[-1:] + star[:-1], strict=True):
             if len(star) > 1 and abs(angle - before) < 1e-3 and half != other:
                 x, y = nodes[node]
-                raise ValueError(
-                    f"two borders touch without crossing at ({x:.6g}, {y:.6g}) m; move one of them by a millimetre"
+                raise GeometryError(
+                    f"two borders touch without crossing at {at((x, y))}; move one of them by a millimetre", (x, y)
                 )
             follows[HalfEdge(half.edge, not half.backward)] = other
     return follows

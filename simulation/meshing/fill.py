@@ -1,17 +1,21 @@
-"""Triangles for what the strips leave of a face: Delaunay's, of points graded with the distance from the border."""
+"""Triangles for what strips leave of a face: Delaunay's, of points graded with their distance from its border."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import Delaunay, cKDTree
+from scipy.spatial import Delaunay, QhullError, cKDTree
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.int_]
 
 LEAST_ANGLE = np.deg2rad(10.0)
-SMOOTHINGS = 6
+SMOOTHINGS = 5
+BAND = 1.42
+"""Points of one level of sizes serve sizes from the level over this to the level times this."""
+CHUNK = 400_000
+"""Pairs of places and sides looked at together."""
 
 
 @dataclass(frozen=True)
@@ -35,30 +39,57 @@ class Fill:
     thin: list[tuple[int, int]]
 
 
+def crossing_sides(points: Real, rings: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
+    """Sides of rings, by their points, that cross another side or run the wrong way round."""
+    sides = _sides(rings)
+    start, end = points[sides[:, 0]], points[sides[:, 1]]
+    step = end - start
+    found = np.zeros(len(sides), bool)
+    for k in range(len(sides)):
+        to_start, to_end = start - start[k], end - start[k]
+        one = (step[k, 0] * to_start[:, 1] - step[k, 1] * to_start[:, 0]) * (
+            step[k, 0] * to_end[:, 1] - step[k, 1] * to_end[:, 0]
+        )
+        back, forth = start[k] - start, end[k] - start
+        two = (step[:, 0] * back[:, 1] - step[:, 1] * back[:, 0]) * (
+            step[:, 0] * forth[:, 1] - step[:, 1] * forth[:, 0]
+        )
+        found[k] = ((one < 0.0) & (two < 0.0)).any()
+    first = 0
+    for ring, way in zip(rings, [1.0] + [-1.0] * len(rings), strict=False):
+        x, y = points[list(ring)].T
+        if way * float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) <= 0.0:
+            found[first : first + len(ring)] = True
+        first += len(ring)
+    return [(int(a), int(b)) for a, b in sides[found]]
+
+
 def fill(points: Real, rings: Sequence[Sequence[int]], spacing: float, growth: float) -> Fill:
     """Triangulate the region inside rings of `points` (K, 2): the outer ring first, then holes."""
-    sides = np.array([(a, b) for ring in rings for a, b in zip(ring, (*ring[1:], ring[0]), strict=True)])
+    sides = _sides(rings)
     start, end = points[sides[:, 0]], points[sides[:, 1]]
-    length = np.hypot(*(end - start).T)
-
-    def size(places: Real) -> Real:
-        return np.minimum(spacing, (length + growth * _distance(places, start, end)).min(axis=1))
-
-    free = _graded(start, end, length, spacing, size)
-    triangles = _triangles(np.vstack([points, free]), start, end)
-    for _ in range(SMOOTHINGS if len(free) else 0):
-        free = _smoothed(np.vstack([points, free]), triangles, len(points))
-        triangles = _triangles(np.vstack([points, free]), start, end)
+    free = _graded(start, end, spacing, growth)
     whole = np.vstack([points, free])
-    return Fill(whole, triangles, *_faults(whole, triangles, sides))
+    triangles = _triangles(whole, start, end)
+    for _ in range(SMOOTHINGS if len(free) and not _missing(triangles, sides) else 0):
+        smooth = np.vstack([points, _smoothed(whole, triangles, len(points))])
+        tried = _triangles(smooth, start, end)
+        if _missing(tried, sides):
+            break
+        whole, triangles = smooth, tried
+    return Fill(whole, triangles, _missing(triangles, sides), _thin(whole, triangles, sides))
+
+
+def _sides(rings: Sequence[Sequence[int]]) -> Whole:
+    return np.array([(a, b) for ring in rings for a, b in zip(ring, (*ring[1:], ring[0]), strict=True)])
 
 
 def _distance(places: Real, start: Real, end: Real) -> Real:
     """Distance of places (K, 2) from sides (S, 2), (K, S)."""
-    step = end - start
-    away = places[:, None] - start
-    t = np.clip((away * step).sum(axis=2) / np.maximum((step**2).sum(axis=1), 1e-30), 0.0, 1.0)
-    return np.asarray(np.sqrt(((away - t[..., None] * step) ** 2).sum(axis=2)))
+    (dx, dy), length = (end - start).T, np.maximum(((end - start) ** 2).sum(axis=1), 1e-30)
+    x, y = places[:, :1] - start[:, 0], places[:, 1:] - start[:, 1]
+    t = ((x * dx + y * dy) / length).clip(0.0, 1.0)
+    return np.asarray(np.sqrt((x - t * dx) ** 2 + (y - t * dy) ** 2))
 
 
 def _inside(places: Real, start: Real, end: Real) -> NDArray[np.bool_]:
@@ -70,46 +101,74 @@ def _inside(places: Real, start: Real, end: Real) -> NDArray[np.bool_]:
     return np.asarray((rises & (x < crossing)).sum(axis=1) % 2 == 1)
 
 
-def _graded(start: Real, end: Real, length: Real, spacing: float, size: object) -> Real:
-    """New points (K, 2), apart by about the size wanted there."""
+def _graded(start: Real, end: Real, spacing: float, growth: float) -> Real:
+    """Place points (K, 2) apart by about the size wanted there: that of the sides, growing with the distance."""
+    length = np.sqrt(((end - start) ** 2).sum(axis=1))
     low, high = start.min(axis=0), start.max(axis=0)
-    found: list[Real] = []
+    found = []
     level = min(spacing, float(length.min()))
     while True:
         step = np.array([level, level * np.sqrt(0.75)])
-        count = np.floor((high - low) / step).astype(int) + 2
-        i, j = (grid.ravel() for grid in np.meshgrid(np.arange(count[0] + 1), np.arange(count[1])))
-        grid = 0.5 * (low + high) + (np.column_stack([i + 0.5 * (j % 2), j]) - 0.5 * (count - 1)) * step
-        grid = grid[_inside(grid, start, end)]
-        if len(grid):
-            wanted = size(grid)  # type: ignore[operator]
-            upper = np.inf if level >= spacing else 1.42 * level
-            chosen = (wanted >= level / 1.42) & (wanted < upper)
-            clear = _distance(grid, start, end).min(axis=1) > 0.6 * np.minimum(wanted, level)
-            found += [np.column_stack([grid[chosen & clear], wanted[chosen & clear]])]
+        origin = 0.5 * (low + high)
+        count = np.ceil((high - low) / step).astype(int) + 1
+        if level < spacing:
+            near = length < BAND * level  # finer points are wanted beside short sides only
+            i, j = _beside(0.5 * (start[near] + end[near]) - origin, step, growth)
+        else:
+            i, j = (grid.ravel() for grid in np.mgrid[-count[0] : count[0] + 1, -count[1] : count[1] + 1])
+        grid = origin + np.stack([i + 0.5 * (j % 2), j], axis=1) * step
+        grid = grid[((grid > low) & (grid < high)).all(axis=1)]
+        rows = max(1, CHUNK // len(start))
+        for first in range(0, len(grid), rows):
+            part = grid[first : first + rows]
+            part = part[_inside(part, start, end)]
+            away = _distance(part, start, end)
+            wanted = np.minimum(spacing, (length + growth * away).min(axis=1, initial=np.inf))
+            upper = np.inf if level >= spacing else BAND * level
+            chosen = (wanted >= level / BAND) & (wanted < upper)
+            chosen &= away.min(axis=1, initial=np.inf) > 0.6 * np.minimum(wanted, level)
+            found.append(np.column_stack([part[chosen], wanted[chosen]]))
         if level >= spacing:
             break
-        level = min(2.0 * level, spacing) if level * 1.42 < spacing else spacing
-    candidates = np.vstack(found) if found else np.zeros((0, 3))
+        level = min(2.0 * level, spacing) if level * BAND < spacing else spacing
+    return _apart(np.vstack(found) if found else np.zeros((0, 3)))
+
+
+def _beside(middles: Real, step: Real, growth: float) -> tuple[Whole, Whole]:
+    """Columns and rows of a triangular grid near the middles of sides."""
+    reach = int(np.ceil(BAND * (0.5 + 1.0 / growth))) + 1
+    around = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1).T
+    nearest = np.round(middles / step).astype(int)
+    found = np.unique((nearest[:, None] + around).reshape(-1, 2), axis=0)
+    return found[:, 0], found[:, 1]
+
+
+def _apart(candidates: Real) -> Real:
+    """Of points with sizes (K, 3) those (K', 2) that keep their distance from all before them."""
+    if not len(candidates):
+        return np.zeros((0, 2))
     kept: list[int] = []
-    tree = cKDTree(candidates[:, :2]) if len(candidates) else None
+    near = cKDTree(candidates[:, :2]).query_ball_point(candidates[:, :2], 0.72 * candidates[:, 2])
     blocked = np.zeros(len(candidates), bool)
-    for k in range(len(candidates)):
-        if not blocked[k] and tree is not None:
+    for k, others in enumerate(near):
+        if not blocked[k]:
             kept.append(k)
-            blocked[tree.query_ball_point(candidates[k, :2], 0.72 * candidates[k, 2])] = True
+            blocked[others] = True
     return np.asarray(candidates[kept, :2])
 
 
 def _triangles(points: Real, start: Real, end: Real) -> Whole:
     """Delaunay triangles inside the rings, counter-clockwise."""
-    corners = np.asarray(Delaunay(points).simplices, dtype=np.int64)
+    try:
+        corners = np.asarray(Delaunay(points).simplices, dtype=np.int64)
+    except QhullError:  # all points on one line
+        return np.zeros((0, 3), np.int64)
     a, b, c = (points[corners[:, k]] for k in range(3))
     twice = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     corners[twice < 0.0] = corners[twice < 0.0][:, [0, 2, 1]]
     longest = np.maximum.reduce([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))])
     kept = (np.abs(twice) > 1e-6 * longest) & _inside((a + b + c) / 3.0, start, end)
-    return corners[kept]
+    return np.asarray(corners[kept])
 
 
 def _smoothed(points: Real, triangles: Whole, fixed: int) -> Real:
@@ -125,20 +184,30 @@ def _smoothed(points: Real, triangles: Whole, fixed: int) -> Real:
     return np.asarray(moved[fixed:])
 
 
-def _faults(
-    points: Real, triangles: Whole, sides: Whole
-) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """``missing`` and ``thin`` of `Fill`."""
-    pairs = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
-    edges = {(int(a), int(b)) for a, b in pairs.reshape(-1, 2)}
-    by_pair = {(int(min(a, b)), int(max(a, b))): k for k, (a, b) in enumerate(sides)}
-    thin = set()
-    for rows in pairs[_least_angle(points, triangles) < LEAST_ANGLE]:
-        extent = np.hypot(*(points[rows[:, 0]] - points[rows[:, 1]]).T)
-        a, b = rows[extent.argmax()]
-        if (int(a), int(b)) in by_pair:  # a triangle on a short base is thin too, but halving the base mends nothing
-            thin.add((int(a), int(b)))
-    return [pair for pair in by_pair if pair not in edges], sorted(thin)
+def _missing(triangles: Whole, sides: Whole) -> list[tuple[int, int]]:
+    """Sides that are no side of a triangle, ascending."""
+    pairs = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    edges = {(int(a), int(b)) for a, b in pairs}
+    wanted = ((int(a), int(b)) for a, b in np.sort(sides, axis=1))
+    return [pair for pair in wanted if pair not in edges]
+
+
+def _thin(points: Real, triangles: Whole, sides: Whole) -> list[tuple[int, int]]:
+    """Sides that are the longest side of a flat triangle, ascending.
+
+    A triangle on a short base is thin too, but halving the base mends nothing; nor does it in a sharp corner.
+    """
+    wanted = {(int(a), int(b)) for a, b in np.sort(sides, axis=1)}
+    found = set()
+    for corners in triangles[_least_angle(points, triangles) < LEAST_ANGLE]:
+        pairs = [(corners[k], corners[(k + 1) % 3]) for k in range(3)]
+        own = [(int(min(a, b)), int(max(a, b))) for a, b in pairs]
+        extent = [float(((points[a] - points[b]) ** 2).sum()) for a, b in own]
+        longest = own[int(np.argmax(extent))]
+        shared = [pair for pair in own if pair in wanted]
+        if longest in wanted and not (len(shared) > 1 and own[int(np.argmin(extent))] not in wanted):
+            found.add(longest)
+    return sorted(found)
 
 
 def _least_angle(points: Real, triangles: Whole) -> Real:

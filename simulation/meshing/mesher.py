@@ -1,27 +1,37 @@
 """Mesh of a plate of any outline, with holes, zones of another thickness and patches.
 
-Strips of quadrilaterals run along every border; triangles fill the rest. A side of what is to be filled that no
-good triangle takes is halved, and all is laid again.
+Strips of quadrilaterals run along every border; triangles fill the rest. Where strips meet each other, or a good
+triangle cannot be had, strips are made narrower or pieces shorter there, and all is laid again; a face that
+remains too narrow for strips is filled with triangles alone.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from simulation.meshing.arrangement import Arrangement, Face
-from simulation.meshing.fill import fill
-from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges, PlateMesh, edges_of
+from simulation.meshing.fill import Fill, crossing_sides, fill
+from simulation.meshing.grading import corners_apart, graded
+from simulation.meshing.numbering import numbered
+from simulation.meshing.plate_mesh import PlateMesh
+from simulation.meshing.quality import jacobian_ratio
 from simulation.meshing.recipe import MeshRecipe
-from simulation.meshing.strips import Cells, Sizes, strips
-from simulation.shell.lobatto import bow_coefficients
+from simulation.meshing.sides import Cap, Cutter, Repairs, Sizes
+from simulation.meshing.strips import Cells, strips
 
 Real = NDArray[np.float64]
+Whole = NDArray[np.int_]
 
-ROUNDS = 12
+ROUNDS = 24
+LEAST_RATIO = 0.01
+"""Of the Jacobian of a cell, see `jacobian_ratio`."""
+NARROWEST = 0.04
+"""Of the width wanted: below it a face is filled with triangles alone."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +50,20 @@ class Border:
     name: str
     loop: Loop
     kind: str = "inner"
+
+
+@dataclass
+class Fault:
+    """A place where the mesh is not good, and what may be done about it."""
+
+    place: Real
+    face: int
+    piece: tuple[int, int] | None
+    """Points of the piece of a border that can be halved."""
+    points: tuple[int, ...]
+    """Ends of strips that can be made narrower."""
+    narrow: bool
+    """Whether to narrow strips rather than to halve pieces."""
 
 
 def mesh_plate(
@@ -62,7 +86,7 @@ def mesh_plate(
 
     Raises
     ------
-    ValueError
+    GeometryError
         Where no good mesh was found, with the place.
     """
     recipe = recipe or MeshRecipe()
@@ -70,26 +94,22 @@ def mesh_plate(
     outline = {k for k, border in enumerate(borders) if border.kind == "outline"}
     holes = {k for k, border in enumerate(borders) if border.kind == "hole"}
     faces = {k: face for k, face in enumerate(plan.faces) if outline <= face.inside and not holes & face.inside}
-    sizes = _sizes(plan, faces, borders, thickness, recipe)
-    splits: dict[int, frozenset[float]] = {}
+    cutter = Cutter.of(plan, faces, _sizes(plan, faces, borders, thickness, recipe))
+    repairs = Repairs({}, (), frozenset())
+    known: dict[bytes, Fill] = {}
     for _ in range(ROUNDS):
-        cells = strips(plan, faces, sizes, splits)
-        triangles, triangle_face, missing, thin = _filled(cells, faces, recipe, recipe.bulk(thickness))
-        halved = [_source(cells, pair) for pair in missing]
-        if None in halved:
-            x, y = np.mean([cells.points[k] for k in missing[halved.index(None)]], axis=0)
-            raise ValueError(
-                f"a corner near ({x:.5g}, {y:.5g}) m leaves no room for cells beside it; open it or move it"
-            )
-        wrong = [source for source in halved or map(partial(_source, cells), thin) if source is not None]
-        if not wrong:
-            return _finished(plan, faces, borders, cells, triangles, triangle_face, recipe.grading)
-        for edge, place in wrong:
-            splits[edge] = splits.get(edge, frozenset()) | {place}
-    x, y = plan.edges[wrong[0][0]].curve.at(wrong[0][1])
-    raise ValueError(
-        f"no good mesh near ({x:.5g}, {y:.5g}) m: borders of plate, patches or zones come too close to each other "
-        "there, or meet at too sharp an angle; move one of them by a millimetre"
+        cells = strips(cutter, repairs)
+        triangles, owners, faults = _filled(cells, faces, recipe.bulk(thickness), recipe.growth, known)
+        if not faults:
+            mesh = _finished(plan, faces, borders, cells, triangles, owners, recipe)
+            faults = list(_turned(mesh, cells, triangles, owners))
+            if not faults:
+                return mesh
+        repairs = _repaired(repairs, faults, cells, cutter)
+    raise GeometryError(
+        f"no good mesh near {at(faults[0].place)}: borders of plate, patches or zones come too close to each "
+        "other there, or meet at too sharp an angle; move one of them by a millimetre",
+        faults[0].place,
     )
 
 
@@ -101,112 +121,87 @@ def _sizes(
     recipe: MeshRecipe,
 ) -> dict[int, Sizes]:
     """Sizes of every edge that bounds a meshed face."""
-    seen = {half for face in faces.values() for cycle in face.cycles for half in cycle}
+    seen = {(h.edge, h.backward) for face in faces.values() for cycle in face.cycles for h in cycle}
     found = {}
     for k, edge in enumerate(plan.edges):
-        left, right = (any(h.edge == k and h.backward is back for h in seen) for back in (False, True))
+        left, right = (k, False) in seen, (k, True) in seen
         if not (left or right):
             continue
         inner = any(borders[origin.border].kind == "inner" for origin in edge.origins)
         width = thickness * (recipe.strip if inner else recipe.edge_strip)
         pieces = recipe.pieces if inner and len(edge.origins) == 1 else 1
-        found[k] = Sizes(
-            width if left else 0.0, width if right else 0.0, recipe.bulk(thickness), pieces
-        )
+        found[k] = Sizes(width * left, width * right, recipe.bulk(thickness), recipe.turn, pieces)
     return found
 
 
 def _filled(
-    cells: Cells, faces: Mapping[int, Face], recipe: MeshRecipe, spacing: float
-) -> tuple[list[Real], list[int], list[tuple[int, int]], list[tuple[int, int]]]:
-    """Triangles of every face (points appended to `cells`), their faces, and sides that are missing or too long."""
-    triangles: list[Real] = []
-    owners: list[int] = []
-    missing: list[tuple[int, int]] = []
-    thin: list[tuple[int, int]] = []
+    cells: Cells, faces: Iterable[int], spacing: float, growth: float, known: dict[bytes, Fill]
+) -> tuple[Whole, list[int], list[Fault]]:
+    """Triangles of every face (points appended to `cells`), their faces, and what is wrong.
+
+    `known` holds what earlier rounds found for the same rings.
+    """
+    triangles, owners = [np.zeros((0, 3), int)], []
+    faults: list[Fault] = []
     for face, rings in zip(faces, cells.rings, strict=True):
-        known = [number for ring in rings for number in ring]
-        local = {number: k for k, number in enumerate(known)}
-        found = fill(
-            np.array([cells.points[number] for number in known]),
-            [[local[number] for number in ring] for ring in rings],
-            spacing,
-            recipe.growth,
-        )
-        number = np.array([*known, *(cells.add(point) for point in found.points[len(known) :])])
-        triangles += list(number[found.triangles])
-        owners += [face] * len(found.triangles)
-        missing += [(int(number[a]), int(number[b])) for a, b in found.missing]
-        thin += [(int(number[a]), int(number[b])) for a, b in found.thin]
-    return triangles, owners, missing, thin
-
-
-def _source(cells: Cells, pair: tuple[int, int]) -> tuple[int, float] | None:
-    """Edge, and the middle of its piece, whose strip ends in the side `pair`; None for a side of a corner."""
-    for quad in cells.quads:
-        if {quad[2], quad[3]} == set(pair):
-            for outer in ((quad[0], quad[1]), (quad[1], quad[0])):
-                if outer in cells.on_edge:
-                    edge, first, last = cells.on_edge[outer]
-                    return edge, round(0.5 * (first + last), 12)
-    return None
-
-
-def _graded(cells: Cells, share: float) -> None:
-    """Split every quadrilateral at a corner in three, the smallest next to the corner."""
-    made: dict[tuple[int, int], int] = {}
-
-    def along(corner: int, other: int) -> int:
-        if (corner, other) not in made:
-            path, forward = _path(cells, corner, other)
-            place = share if forward else 1.0 - share
-            new = cells.add(path(np.array(place)))
-            made[corner, other] = new
-            for a, b, first, last in ((corner, new, 0.0, share), (new, other, share, 1.0)):
-                ends = (first, last) if forward else (1.0 - first, 1.0 - last)
-                cells.paths[a, b] = _part(path, *ends)
-            for pair in ((corner, other), (other, corner)):
-                if pair in cells.on_edge:
-                    edge, first, last = cells.on_edge.pop(pair)
-                    place = first + (share if pair[0] == corner else 1.0 - share) * (last - first)
-                    here, there = (first, last) if pair[0] == corner else (last, first)
-                    cells.on_edge[corner, new] = (edge, here, place)
-                    cells.on_edge[new, other] = (edge, place, there)
-        return made[corner, other]
-
-    quads, owners = [], []
-    for quad, face in zip(cells.quads, cells.quad_face, strict=True):
-        touched = [k for k in range(4) if quad[k] in cells.corners]
-        if not touched:
-            quads.append(quad)
-            owners.append(face)
+        own = [number for ring in rings for number in ring]
+        count = np.cumsum([0, *map(len, rings)])
+        local = [range(first, last) for first, last in pairwise(count)]
+        points = np.array([cells.points[number] for number in own])
+        crossed = crossing_sides(points, local)
+        if crossed:
+            faults += [_fault(cells, face, own[a], own[b], narrow=True) for a, b in crossed]
             continue
-        if len(touched) > 1:
-            x, y = np.mean([cells.points[k] for k in quad], axis=0)
-            raise ValueError(f"two corners share a cell near ({x:.5g}, {y:.5g}) m: they are too close to each other")
-        a, b, c, d = (quad[(touched[0] + k) % 4] for k in range(4))
-        one, two = along(a, b), along(a, d)
-        p = [cells.points[k] for k in (a, b, c, d)]
-        s = share
-        mean = (1 - s) ** 2 * p[0] + s * (1 - s) * (p[1] + p[3]) + s * s * p[2]
-        middle = cells.add(mean)
-        quads += [(a, one, middle, two), (one, b, c, middle), (two, middle, c, d)]
-        owners += [face] * 3
-    cells.quads, cells.quad_face = quads, owners
+        key = points.tobytes() + bytes(len(rings))
+        if key not in known:
+            known[key] = fill(points, local, spacing, growth)
+        found = known[key]
+        number = np.array([*own, *(cells.add(point) for point in found.points[len(own) :])])
+        triangles.append(number[found.triangles])
+        owners += [face] * len(found.triangles)
+        faults += [_fault(cells, face, own[a], own[b], narrow=False) for a, b in found.missing or found.thin]
+    return np.vstack(triangles), owners, faults
 
 
-def _path(cells: Cells, a: int, b: int) -> tuple[Callable[[Real], Real], bool]:
-    """Path along the edge between two points, and whether it runs from the first to the second."""
-    if (a, b) in cells.paths:
-        return cells.paths[a, b], True
-    if (b, a) in cells.paths:
-        return cells.paths[b, a], False
-    start, end = cells.points[a], cells.points[b]
-    return (lambda t: start + np.asarray(t, float)[..., None] * (end - start)), True
+def _fault(cells: Cells, face: int, a: int, b: int, *, narrow: bool) -> Fault:
+    """Fault of the side of a ring."""
+    pair = (min(a, b), max(a, b))
+    own = next((p for p in ((a, b), (b, a)) if p in cells.on_edge), None)
+    place = 0.5 * (cells.points[a] + cells.points[b])
+    return Fault(place, face, own or cells.inner.get(pair), (a, b), narrow)
 
 
-def _part(path: Callable[[Real], Real], first: float, last: float) -> Callable[[Real], Real]:
-    return lambda t: path(first + np.asarray(t, float) * (last - first))
+def _turned(mesh: PlateMesh, cells: Cells, triangles: Whole, owners: Sequence[int]) -> Iterable[Fault]:
+    """Faults of the cells of a mesh that are turned over, or nearly so."""
+    for cell in np.flatnonzero(jacobian_ratio(mesh) < LEAST_RATIO).tolist():
+        place = mesh.centers[cell]
+        quads = len(cells.quads)
+        corners = list(cells.quads[cell] if cell < quads else triangles[cell - quads])
+        face = cells.quad_face[cell] if cell < quads else owners[cell - quads]
+        pairs = [(int(corners[k - 1]), int(corners[k])) for k in range(len(corners))]
+        curved = [p for pair in pairs for p in (pair, pair[::-1]) if p in cells.paths]
+        piece = next((p for p in curved if p in cells.on_edge), None)
+        if piece is None:
+            piece = next((cells.inner[min(p), max(p)] for p in curved if (min(p), max(p)) in cells.inner), None)
+        yield Fault(place, face, piece, tuple(k for k in corners if k in cells.width), narrow=piece is None)
+
+
+def _repaired(repairs: Repairs, faults: Sequence[Fault], cells: Cells, cutter: Cutter) -> Repairs:
+    """Return what is to be done otherwise in the next round."""
+    splits, caps, bare = dict(repairs.splits), list(repairs.caps), set(repairs.bare)
+    for fault in faults:
+        if fault.piece in cells.on_edge and not (fault.narrow and fault.face not in bare):
+            edge, first, last = cells.on_edge[fault.piece]
+            splits[edge] = splits.get(edge, frozenset()) | {round(0.5 * (first + last), 12)}
+            continue
+        ends = [cells.width[k] for k in fault.points if k in cells.width]
+        wanted = max(cutter.width(half) for cycle in cutter.faces[fault.face].cycles for half in cycle)
+        if not ends or min(ends)[0] < NARROWEST * wanted:
+            bare.add(fault.face)
+        for width, foot in ends:
+            x, y = cells.points[foot]
+            caps.append(Cap((float(x), float(y)), 0.6 * width))
+    return replace(repairs, splits=splits, caps=tuple(caps), bare=frozenset(bare))
 
 
 def _finished(
@@ -214,56 +209,12 @@ def _finished(
     faces: Mapping[int, Face],
     borders: Sequence[Border],
     cells: Cells,
-    triangles: list[Real],
-    triangle_face: list[int],
-    grading: float,
+    triangles: Whole,
+    owners: Sequence[int],
+    recipe: MeshRecipe,
 ) -> PlateMesh:
-    """Number points, cells and edges, and follow the curves."""
-    if grading:
-        _graded(cells, grading)
-    quads, fans = np.array(cells.quads, int).reshape(-1, 4), np.array(triangles, int).reshape(-1, 3)
-    used, flat = np.unique(np.concatenate([quads.ravel(), fans.ravel()]), return_inverse=True)
-    quads, fans = flat[: quads.size].reshape(-1, 4), flat[quads.size :].reshape(-1, 3)
-    points, number = np.array(cells.points)[used], {int(old): new for new, old in enumerate(used)}
-    edges = edges_of(quads, fans)
-    place = {(int(a), int(b)): k for k, (a, b) in enumerate(edges)}
-    bow = np.zeros((len(edges), CURVE_DEGREE - 1, 2))
-    for (a, b), path in cells.paths.items():
-        pair = (number.get(a), number.get(b))
-        ends = tuple(sorted(pair)) if None not in pair else ()
-        if ends in place:
-            forward = pair[0] == ends[0]
-            bow[place[ends]] = bow_coefficients(path if forward else _part(path, 1.0, 0.0), CURVE_DEGREE)
-    owner = np.array([*cells.quad_face, *triangle_face], int)
-    inside = {
-        border.name: np.isin(owner, [f for f, face in faces.items() if k in face.inside])
-        for k, border in enumerate(borders)
-    }
-    return PlateMesh(points, quads, fans, edges, bow, inside, _border_edges(plan, borders, cells, number, place))
-
-
-def _border_edges(
-    plan: Arrangement,
-    borders: Sequence[Border],
-    cells: Cells,
-    number: Mapping[int, int],
-    place: Mapping[tuple[int, int], int],
-) -> dict[str, BorderEdges]:
-    rows: dict[str, list[tuple[int, int, float, float]]] = {border.name: [] for border in borders}
-    for (a, b), (edge, first, last) in cells.on_edge.items():
-        if a not in number or b not in number:
-            continue
-        one, two = number[a], number[b]
-        mesh_edge = place.get((min(one, two), max(one, two)))
-        if mesh_edge is None:
-            continue
-        for origin in plan.edges[edge].origins:
-            span = [origin.first + t * (origin.last - origin.first) for t in (first, last)]
-            if one > two:
-                span.reverse()
-            rows[borders[origin.border].name].append((mesh_edge, origin.curve, *span))
-    found = {}
-    for name, entries in rows.items():
-        table = np.array(entries, float).reshape(-1, 4)
-        found[name] = BorderEdges(table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2:])
-    return found
+    """Grade the corners and number everything."""
+    if recipe.grading:
+        wanted = {corner for corner, outer in cells.corners.items() if not outer}
+        graded(cells, recipe.grading, corners_apart(cells, wanted, set(triangles.ravel().tolist())))
+    return numbered(plan, faces, [border.name for border in borders], cells, triangles, owners)

@@ -47,8 +47,8 @@ class PlateMesh:
     edges : (E, 2) ndarray of int
         Points, ascending.
     bow : (E, CURVE_DEGREE - 1, 2) ndarray
-        Coefficients of the hierarchical functions of degree 2 to `CURVE_DEGREE` that turn straight edges into curved
-        ones, m.
+        Coefficients of the hierarchical functions of degree 2 to `CURVE_DEGREE` that turn straight edges into
+        curved ones, m.
     inside : mapping from border to (Q + T,) ndarray of bool
         Cells that each border encloses.
     borders : mapping

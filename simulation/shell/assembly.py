@@ -7,13 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.choice import Problem, chosen, diagonal
 from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
-from simulation.shell.points import disc_means
+from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import Block, W
 from simulation.shell.shell_model import ShellModel, plane_stress_moduli
 from simulation.shell.shell_plate import ShellPlate
@@ -25,6 +26,8 @@ Parts = tuple[list[Block], list[Block], list[Block], list[Block]]
 """Blocks of K1, K2, Kp and M."""
 
 WORKERS = 2
+FEW = 12
+"""Forces whose answers choose functions: the field of any other is as smooth as theirs."""
 
 
 def assemble(
@@ -57,8 +60,7 @@ def assemble_for(
     box: MaterialBox,
     band: tuple[float, float],
     *,
-    points: Real | None = None,
-    radius: float = 0.0,
+    footprints: Sequence[Footprint] = (),
     fineness: Fineness | None = None,
 ) -> ShellModel:
     """Matrices of a plate with the functions that its answers to patches and to forces at points need.
@@ -71,10 +73,8 @@ def assemble_for(
         Of the materials that will be asked: answers are computed at its extremes.
     band : (float, float)
         Hz.
-    points : (K, 2) ndarray, optional
-        Where forces act, m.
-    radius : float
-        Of the discs on which they act, m.
+    footprints : sequence of Footprint
+        Where forces act; the first `FEW` of them count in the choice of functions.
     fineness : Fineness, optional
     """
     fine = fineness or Fineness()
@@ -86,9 +86,9 @@ def assemble_for(
     for k, coupling in enumerate(shell.couplings(shell.thickness)):
         for field, values in coupling.items():
             loads[field, :, k] = values
-    if points is not None and len(points):
-        forces = np.zeros((5, shell.space.size, len(points)))
-        forces[W] = disc_means(shell.space, points, radius).toarray().T
+    if footprints:
+        forces = np.zeros((5, shell.space.size, len(footprints[:FEW])))
+        forces[W] = footprint_rows(shell.space, footprints[:FEW]).toarray().T
         loads = np.concatenate([loads, forces], axis=2)
     (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
     asked = [(e0, n1, band[1]), (e1, n0, band[1]), (e0, n0, 0.5 * sum(band))]

@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legval
 from numpy.typing import NDArray
+from scipy.special import roots_jacobi
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
@@ -21,6 +22,8 @@ Real = NDArray[np.float64]
 QUAD_EDGES = ((0, 1), (1, 2), (3, 2), (0, 3))
 """Edges of a quadrilateral as they run in the reference cell, by their corners."""
 TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
+TABULATED = 19
+"""Largest order of the rules for triangles of few points; above it Gauss' and Jacobi's rules are multiplied."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,9 @@ def quad_functions(degree: int, places: Real) -> Table:
     (x, dx), (y, dy) = (_ends_and_inside(degree, s) for s in places)
     pairs = [(0, 0), (1, 0), (1, 1), (0, 1)]  # corners
     inside = range(2, degree + 1)
-    pairs += [(k, 0) for k in inside] + [(1, k) for k in inside] + [(k, 1) for k in inside] + [(0, k) for k in inside]
+    pairs += (
+        [(k, 0) for k in inside] + [(1, k) for k in inside] + [(k, 1) for k in inside] + [(0, k) for k in inside]
+    )
     pairs += [(i, j) for i in inside for j in inside]
     i, j = np.array(pairs).T
     return Table(x[i] * y[j], np.stack([dx[i] * y[j], x[i] * dy[j]]))
@@ -64,7 +69,7 @@ def triangle_functions(degree: int, places: Real) -> Table:
             value.append(bubble * row)
             slope.append(by * row + np.outer(slopes[b] - slopes[a], bubble * rate))
     bubble = share.prod(axis=0)
-    by = sum(np.outer(slopes[k], share[k - 1] * share[k - 2]) for k in range(3))
+    by = np.sum([np.outer(slopes[k], share[k - 1] * share[k - 2]) for k in range(3)], axis=0)
     s, t = share[1] - share[0], 2.0 * share[2] - 1.0
     for total in range(degree - 2):
         for i in range(total + 1):
@@ -92,7 +97,7 @@ def _legendre(k: int, s: Real) -> tuple[Real, Real]:
 
 @cache
 def quad_rule(order: int) -> tuple[Real, Real]:
-    """Gauss points (2, Q) and weights (Q,) on [-1, 1]**2, exact for polynomials up to `order` in each coordinate."""
+    """Gauss points (2, Q) and weights (Q,) on [-1, 1]**2, exact for polynomials of `order` in each coordinate."""
     nodes, weights = leggauss(order // 2 + 1)
     x, y = np.meshgrid(nodes, nodes, indexing="ij")
     return np.array([x.ravel(), y.ravel()]), np.outer(weights, weights).ravel()
@@ -101,5 +106,11 @@ def quad_rule(order: int) -> tuple[Real, Real]:
 @cache
 def triangle_rule(order: int) -> tuple[Real, Real]:
     """Points (2, Q) and weights (Q,) on the unit triangle, exact for polynomials up to `order`."""
-    places, weights = get_quadrature(RefTri, order)
-    return np.asarray(places), np.asarray(weights)
+    if order <= TABULATED:
+        places, weights = get_quadrature(RefTri, order)
+        return np.asarray(places), np.asarray(weights)
+    a, weights_a = leggauss(order // 2 + 1)
+    b, weights_b = roots_jacobi(order // 2 + 1, 1.0, 0.0)
+    y = 0.5 * (1.0 + b)
+    x = 0.5 * np.outer(1.0 - y, 1.0 + a)
+    return np.stack([x.ravel(), np.repeat(y, len(a))]), np.outer(weights_b, weights_a).ravel() / 8.0

@@ -5,7 +5,7 @@ share of the energy of some answer exceeds a tolerance. What is dropped tells th
 cells are eliminated cell by cell, so that only functions of edges and points enter the sparse solver.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -90,56 +90,97 @@ def diagonal(space: ShapeSpace, blocks: Iterable[Block]) -> Real:
     return found
 
 
+@dataclass(frozen=True)
+class _Condensed:
+    """Insides of some cells of one group, eliminated.
+
+    Attributes
+    ----------
+    inner : (C, i) ndarray of int
+        Field and function, as in `Unknowns.chosen`, of what was eliminated.
+    outer : (C, e) ndarray of int
+        Unknowns that remain, -1 where they are held at zero.
+    schur : (C, e, e) ndarray
+        Stiffness of these.
+    followed : (C, i, e) ndarray
+        Inner answer per outer one, with the sign turned.
+    alone : (C, i, L) ndarray
+        Inner answer to the loads with the outer ones held.
+    lost : (C, e, L) ndarray
+        What the inner loads take off the outer ones.
+    """
+
+    inner: Whole
+    outer: Whole
+    schur: Real
+    followed: Real
+    alone: Real
+    lost: Real
+
+
 def _shares(space: ShapeSpace, held: Mask, problem: Problem, order: Whole) -> Real:
     """Share of every function in the energy of every answer, (5, N, L)."""
-    size, edges = space.size, len(space.mesh.points) + len(space.mesh.edges) * (space.degree - 1)
+    size = space.size
     free = ~held
-    free[:, edges:] = False
+    free[:, _first_inside(space) :] = False
     outer = Unknowns.ordered(space, free, order)
-    rows, columns, values = [], [], []
-    load = problem.loads.reshape(5 * size, -1)[outer.chosen].copy()
-    inner: list[tuple[Whole, Whole, Real]] = []
-    for group in (0, 1):
-        blocks = [(f, g, block) for f, g, which, block in problem.blocks if which == group]
-        functions = space.groups[group].functions
-        for start in range(0, len(functions), CHUNK):
-            mine = slice(start, start + CHUNK)
-            numbers = (np.arange(5)[:, None] * size + functions[mine][:, None, :]).reshape(
-                len(functions[mine]), -1
-            )
-            z = _dense([(f, g, block[mine]) for f, g, block in blocks], functions.shape[1])
-            inside = (functions[0] >= edges).nonzero()[0]
-            count = functions.shape[1]
-            i = (np.arange(5)[:, None] * count + inside).ravel()
-            e = np.setdiff1d(np.arange(5 * count), i)
-            local = outer.number.ravel()[numbers[:, e]]
-            local[~free.ravel()[numbers[:, e]]] = -1
-            b = problem.loads.reshape(5 * size, -1)[numbers[:, i]]
-            schur = z[:, e[:, None], e]
-            if i.size:
-                z_ie = z[:, i[:, None], e]
-                x = np.linalg.solve(z[:, i[:, None], i], np.concatenate([z_ie, b], axis=2))
-                schur = schur - z_ie.transpose(0, 2, 1) @ x[:, :, : e.size]
-                lost = np.einsum("cie,cil->cel", z_ie, x[:, :, e.size :])
-                used = local >= 0
-                np.subtract.at(load, local[used], lost[used])
-                inner.append((numbers[:, i], local, x))
-            used = (local >= 0)[:, :, None] & (local >= 0)[:, None, :]
-            cell, r, c = np.nonzero(used)
-            rows.append(local[cell, r])
-            columns.append(local[cell, c])
-            values.append(schur[cell, r, c])
+    loads = problem.loads.reshape(5 * size, -1)
+    load = loads[outer.chosen].copy()
+    rows, columns, values, parts = [], [], [], []
+    for part in _condensed(space, problem, outer.number):
+        used = part.outer >= 0
+        np.subtract.at(load, part.outer[used], part.lost[used])
+        cell, r, c = np.nonzero(used[:, :, None] & used[:, None, :])
+        rows.append(part.outer[cell, r])
+        columns.append(part.outer[cell, c])
+        values.append(part.schur[cell, r, c])
+        parts.append(part)
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
     matrix = csr_matrix(coo_matrix(entries, shape=(outer.size, outer.size))) + outer.lines(problem.lines)
-    answer = np.zeros((5 * size, load.shape[1]))
     solved = factorize(csr_matrix(0.5 * (matrix + matrix.T))).solve(load)
+    answer = np.zeros_like(loads)
     answer[outer.chosen] = solved
     padded = np.vstack([solved, np.zeros((1, load.shape[1]))])  # number -1: held at zero
-    for numbers, local, x in inner:
-        answer[numbers] = x[:, :, local.shape[1] :] - x[:, :, : local.shape[1]] @ padded[local]
+    for part in parts:
+        answer[part.inner] = part.alone - part.followed @ padded[part.outer]
     energy = problem.energy.reshape(-1, 1) * answer**2
     total = np.maximum(_energy(space, problem.blocks, answer), energy.max(axis=0))
     return np.asarray((energy / total).reshape(5, size, -1))
+
+
+def _condensed(space: ShapeSpace, problem: Problem, number: Whole) -> Iterator[_Condensed]:
+    """Eliminate the insides of all cells, `CHUNK` cells at a time; `number` (5, N) is that of `Unknowns`."""
+    size, first = space.size, _first_inside(space)
+    loads = problem.loads.reshape(5 * size, -1)
+    for group in (0, 1):
+        blocks = [(f, g, block) for f, g, which, block in problem.blocks if which == group]
+        functions = space.groups[group].functions
+        count = functions.shape[1]
+        for start in range(0, len(functions), CHUNK):
+            mine = slice(start, start + CHUNK)
+            here = functions[mine]
+            inside = np.flatnonzero(here[0] >= first)
+            i = (np.arange(5)[:, None] * count + inside).ravel()
+            e = np.setdiff1d(np.arange(5 * count), i)
+            place = (np.arange(5)[:, None] * size + here[:, None, :]).reshape(len(here), -1)
+            z = _dense([(f, g, block[mine]) for f, g, block in blocks], count)
+            between = z[:, i[:, None], e]
+            followed = np.linalg.solve(z[:, i[:, None], i], np.concatenate([between, loads[place[:, i]]], axis=2))
+            followed, alone = followed[:, :, : e.size], followed[:, :, e.size :]
+            across = between.transpose(0, 2, 1)
+            yield _Condensed(
+                inner=place[:, i],
+                outer=number.ravel()[place[:, e]],
+                schur=z[:, e[:, None], e] - across @ followed,
+                followed=followed,
+                alone=alone,
+                lost=across @ alone,
+            )
+
+
+def _first_inside(space: ShapeSpace) -> int:
+    """Return the number of the first function inside a cell."""
+    return len(space.mesh.points) + len(space.mesh.edges) * (space.degree - 1)
 
 
 def _dense(blocks: list[tuple[int, int, Real]], count: int) -> Real:

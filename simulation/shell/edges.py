@@ -10,8 +10,8 @@ from analysis.plate import Plate
 from analysis.support import SupportedEdge
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges
 from simulation.shell.lobatto import lobatto
-from simulation.shell.space import ShapeSpace
 from simulation.shell.rigidity import THX, THY, U, V, W
+from simulation.shell.space import ShapeSpace
 
 Real = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -21,7 +21,7 @@ LineBlock = tuple[int, int, Whole, Real]
 """Two fields, functions (K, m) of K edges, and their matrices (K, m, m)."""
 
 STIFF = 1e4
-"""Penalty on the rotation along an oblique hard edge, in bending stiffnesses of the plate per its thickness squared."""
+"""Penalty on the rotation along an oblique hard edge: in bending stiffnesses of a plate per thickness squared."""
 
 
 def held_functions(space: ShapeSpace, plate: Plate) -> Mask:
@@ -64,7 +64,7 @@ def spring_blocks(space: ShapeSpace, plate: Plate, *, damping: bool = False) -> 
 
 
 def penalty(plate: Plate) -> float:
-    """Stiffness against the rotation along an oblique hard edge, N m/rad per m: far above that of a plate of 1 GPa."""
+    """Stiffness against the rotation along an oblique hard edge, N m/rad per m: far above that of 1 GPa."""
     return STIFF * 1e9 * plate.thickness**2 / 12.0
 
 
@@ -84,7 +84,7 @@ def _within(border: BorderEdges, curve: int, first: float, last: float) -> Mask:
 def _line(
     space: ShapeSpace, edges: Whole, fields: dict[int, int | None], stiffness: float, normal: bool = True
 ) -> Iterator[LineBlock]:
-    """Integral along edges of stiffness times the square of a field, or of a direction's share of the rotations."""
+    """Integral along edges of stiffness times the square of a field, or of the rotation in one direction."""
     nodes, weights = leggauss(space.degree + 3 + CURVE_DEGREE // 2)
     value = np.vstack([0.5 * (1.0 - nodes), 0.5 * (1.0 + nodes), lobatto(space.degree, nodes)[0]])
     slope = lobatto(CURVE_DEGREE, nodes)[1]

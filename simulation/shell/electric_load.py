@@ -15,7 +15,7 @@ class ElectricLoad:
     Attributes
     ----------
     resistance : float
-        ohm.
+        ohm; infinite for a patch that nothing is connected to.
     capacitance : float
         F, module plus cable.
     """
@@ -29,6 +29,12 @@ class ElectricLoad:
         if not self.capacitance >= 0.0:
             raise ValueError(f"input capacitance is {self.capacitance:g} F; must not be negative")
 
+    def across(self, patch_capacitance: NDArray[np.float64], frequency: ArrayLike) -> Complex:
+        """Cp + Cc + 1/(j w R) of patches that cannot move, (K, F), F."""
+        omega = 2 * np.pi * np.atleast_1d(np.asarray(frequency, float))
+        leak = np.zeros(omega.size, complex) if np.isinf(self.resistance) else 1.0 / (1j * omega * self.resistance)
+        return np.asarray(patch_capacitance[:, None] + self.capacitance + leak)
+
     def admittance(
         self, patch_capacitance: NDArray[np.float64], compliance: Complex, frequency: ArrayLike
     ) -> Complex:
@@ -41,8 +47,7 @@ class ElectricLoad:
             G = b_i' Z**-1 b_j between the sensors.
         frequency : (F,) array_like, Hz, above 0
         """
-        omega = 2 * np.pi * np.atleast_1d(np.asarray(frequency, float))
-        across = patch_capacitance[:, None] + self.capacitance + 1.0 / (1j * omega * self.resistance)
+        across = self.across(patch_capacitance, frequency)
         total = np.moveaxis(compliance, -1, 0).astype(complex)
         diagonal = np.arange(patch_capacitance.size)
         total[:, diagonal, diagonal] += across.T

@@ -1,7 +1,8 @@
 """Hierarchical functions of one variable on [-1, 1]: integrated Legendre polynomials.
 
 l_k vanishes at both ends and is of degree k >= 2; derivatives of two of them are orthogonal (Szabo and Babuska,
-Finite Element Analysis, 1991, eq. 3.13). l_k(s) = (1 - s**2) kernel_k(s); kernels make edge functions of triangles.
+Finite Element Analysis, 1991, eq. 3.13). l_k(s) = (1 - s**2) kernel_k(s); kernels make edge functions of
+triangles.
 """
 
 from collections.abc import Callable
@@ -34,27 +35,37 @@ def _kernels(degree: int) -> tuple[Polynomial, ...]:
 def lobatto(degree: int, s: ArrayLike) -> tuple[Real, Real]:
     """l_2 .. l_degree and their derivatives at s (...), (degree - 1, ...) each."""
     places = np.asarray(s, float)
-    rows = _polynomials(degree)
-    return np.array([p(places) for p in rows]), np.array([p.deriv()(places) for p in rows])
+    return _tabulated(_polynomials(degree), places)
 
 
 def kernels(degree: int, s: ArrayLike) -> tuple[Real, Real]:
     """Kernels of l_2 .. l_degree and their derivatives at s (...), (degree - 1, ...) each."""
     places = np.asarray(s, float)
-    rows = _kernels(degree)
-    return np.array([p(places) for p in rows]), np.array([p.deriv()(places) for p in rows])
+    return _tabulated(_kernels(degree), places)
+
+
+def _tabulated(rows: tuple[Polynomial, ...], places: Real) -> tuple[Real, Real]:
+    shape = (len(rows), *places.shape)
+    value, slope = (p(places) for p in rows), (p.deriv()(places) for p in rows)
+    return np.array(list(value)).reshape(shape), np.array(list(slope), float).reshape(shape)
 
 
 def bow_coefficients(path: Callable[[Real], Real], degree: int) -> Real:
     """Coefficients (degree - 1, 2) of l_2 .. l_degree that take the chord of a path over [0, 1] to the path.
 
-    Derivatives are projected in the mean square, which leaves both ends where they are.
+    The bow is projected in the mean square over 1 - s**2, in which the l_k are orthogonal; both ends stay.
     """
-    nodes, weights = leggauss(degree + 6)
-    matrix = lobatto(degree, nodes)[0]
-    t = 0.5 * (nodes + 1.0)
+    t, projection = _projection(degree)
     ends = path(np.array([0.0, 1.0]))
     bow = path(t) - (ends[0] + t[:, None] * (ends[1] - ends[0]))
-    root = np.sqrt(weights / np.maximum(1.0 - nodes**2, 1e-12))
-    found = np.linalg.lstsq((root * matrix).T, root[:, None] * bow, rcond=None)[0]
+    found = projection @ bow
     return np.asarray(np.where(np.abs(found) < 1e-14 * max(np.abs(ends).max(), 1e-30), 0.0, found))
+
+
+@cache
+def _projection(degree: int) -> tuple[Real, Real]:
+    """Parameters (Q,) in [0, 1] at which a bow is taken, and the matrix (degree - 1, Q) that projects it."""
+    nodes, weights = leggauss(degree + 6)
+    root = np.sqrt(weights / (1.0 - nodes**2))
+    matrix = lobatto(degree, nodes)[0]
+    return 0.5 * (nodes + 1.0), np.linalg.pinv((root * matrix).T) * root

@@ -8,9 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from analysis.channel import Footprint
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.factors import factorize
-from simulation.shell.points import disc_means
+from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
@@ -113,9 +114,13 @@ class ShellModel:
             coupled[chosen, actuator], coupled[np.ix_(chosen, chosen)], self.capacitance[chosen], frequency
         )
 
-    def deflection(self, points: Real, radius: float = 0.0) -> csr_matrix:
-        """Matrix (K, n) that gives w at points (K, 2) in m, or its mean over discs round them."""
-        return self.unknowns.rows(disc_means(self.space, points, radius), W)
+    def deflection(self, points: Real) -> csr_matrix:
+        """Matrix (K, n) that gives w at points (K, 2) in m."""
+        return self.unknowns.rows(self.space.values(np.asarray(points, float).reshape(-1, 2)), W)
+
+    def footprint_rows(self, footprints: Sequence[Footprint]) -> Real:
+        """Rows (S, n) that give the mean deflection over each footprint; transposed, unit forces there."""
+        return np.asarray(self.unknowns.rows(footprint_rows(self.space, footprints), W).toarray())
 
     def eigenfrequencies(self, youngs_modulus: float, poisson_ratio: float, count: int) -> Real:
         """Lowest `count` undamped natural frequencies, rigid body modes included, Hz, ascending."""

@@ -1,14 +1,14 @@
 """Hierarchical functions over a mesh of curved quadrilaterals and triangles, and their integrals."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 
-from simulation.meshing.plate_mesh import CURVE_DEGREE, PlateMesh
+from simulation.meshing.plate_mesh import PlateMesh
 from simulation.shell.cells import (
     QUAD_EDGES,
     TRIANGLE_EDGES,
@@ -18,6 +18,7 @@ from simulation.shell.cells import (
     triangle_functions,
     triangle_rule,
 )
+from simulation.shell.mapping import boxes_of, inverse_of, map_cells, map_places
 
 Real = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -91,8 +92,8 @@ class Integrals:
 class ShapeSpace:
     """Functions of one degree over a mesh.
 
-    Functions are counted: one of each point, then degree by degree those of each edge, then those inside each cell.
-    Fields over the plate are given at the points of quadrature, (Q,), cell by cell, quadrilaterals first.
+    Functions are counted: one of each point, then degree by degree those of each edge, then those inside each
+    cell. Fields over the plate are given at the points of quadrature, (Q,), cell by cell, quadrilaterals first.
 
     Attributes
     ----------
@@ -155,13 +156,11 @@ class ShapeSpace:
             m=product("0", "0"),
         )
 
-    def product(
-        self, row: str, column: str, cells: Mask | None = None, weight: Real | None = None
-    ) -> csr_matrix:
+    def product(self, row: str, column: str, cells: Mask | None = None, weight: Real | None = None) -> csr_matrix:
         """Integral of weight times N_i (or its derivative by ``row``) times N_j (by ``column``), (n, n).
 
-        Most products of hierarchical functions are orthogonal on rectangles: what is rounding noise is dropped, for
-        it would fill the factors of a sparse solver.
+        Most products of hierarchical functions are orthogonal on rectangles: what is rounding noise is dropped,
+        for it would fill the factors of a sparse solver.
 
         Parameters
         ----------
@@ -196,7 +195,9 @@ class ShapeSpace:
         self, row: str, column: str, cells: Mask | None, weight: Real | None
     ) -> Iterator[tuple[CellGroup, Whole, Real]]:
         for group, chosen, measure in self._measures(cells, weight):
-            blocks = (group.factor(row, chosen) * measure[:, None]) @ group.factor(column, chosen).transpose(0, 2, 1)
+            blocks = (group.factor(row, chosen) * measure[:, None]) @ group.factor(column, chosen).transpose(
+                0, 2, 1
+            )
             yield group, group.functions[chosen], blocks
 
     def _measures(self, cells: Mask | None, weight: Real | None) -> Iterator[tuple[CellGroup, Whole, Real]]:
@@ -232,25 +233,26 @@ class ShapeSpace:
     def _at(self, points: Real) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
         cell, local = self.locate(points)
         shape, quads = (len(points), self.size), len(self.mesh.quads)
-        parts: list[list[Real]] = [[], [], [], [], []]
+        rows: list[Whole] = []
+        columns: list[Whole] = []
+        entries: tuple[list[Real], ...] = ([], [], [])
         for triangles, group in enumerate(self.groups):
             mine = np.flatnonzero((cell >= quads) == bool(triangles))
             if not mine.size:
                 continue
             number = cell[mine] - quads * triangles
-            functions = triangle_functions if triangles else quad_functions
-            table = functions(self.degree, local[mine].T)
-            _, jacobian = _map(self.mesh, number, local[mine].T, bool(triangles))
-            slope = np.einsum("anq,qad->dqn", table.slope, np.linalg.inv(jacobian))
-            sign = group.sign[number]
-            columns = group.functions[number]
-            rows = np.broadcast_to(mine[:, None], columns.shape)
-            entries = (table.value.T * sign, slope[0] * sign, slope[1] * sign)
-            for store, entry in zip(parts, (rows, columns, *entries), strict=True):
-                store.append(entry.ravel())
-        rows, columns, *entries = (np.concatenate(part) if part else np.zeros(0) for part in parts)
-        place = (rows.astype(int), columns.astype(int))
-        value, by_x, by_y = (csr_matrix((entry, place), shape=shape) for entry in entries)
+            table = (triangle_functions if triangles else quad_functions)(self.degree, local[mine].T)
+            _, jacobian = map_places(self.mesh, number, local[mine].T, bool(triangles))
+            slope = np.einsum("anq,qad->dnq", table.slope, np.linalg.inv(jacobian))
+            sign, functions = group.sign[number], group.functions[number]
+            rows.append(np.repeat(mine, functions.shape[1]))
+            columns.append(functions.ravel())
+            for store, entry in zip(entries, (table.value, *slope), strict=True):
+                store.append((entry.T * sign).ravel())
+        if not rows:
+            return csr_matrix(shape), csr_matrix(shape), csr_matrix(shape)
+        place = (np.concatenate(rows), np.concatenate(columns))
+        value, by_x, by_y = (csr_matrix((np.concatenate(entry), place), shape=shape) for entry in entries)
         return value, by_x, by_y
 
     def locate(self, points: Real) -> tuple[Whole, Real]:
@@ -259,12 +261,12 @@ class ShapeSpace:
         found, local = np.full(len(points), -1), np.zeros((len(points), 2))
         miss = np.full(len(points), np.inf)
         for triangles in (False, True):
-            low, high = _boxes(self.mesh, triangles)
+            low, high = boxes_of(self.mesh, triangles)
             within = (points[:, None] >= low) & (points[:, None] <= high)
             mine, number = np.nonzero(within.all(axis=2))
             if not mine.size:
                 continue
-            place, off = _inverse(self.mesh, number, points[mine], triangles)
+            place, off = inverse_of(self.mesh, number, points[mine], triangles)
             for k in np.lexsort((-off, mine)):  # the best one of every point comes last
                 if off[k] < miss[mine[k]]:
                     miss[mine[k]], local[mine[k]] = off[k], place[k]
@@ -316,7 +318,11 @@ def _group(mesh: PlateMesh, degree: int, places: Real, weights: Real, *, triangl
         first += len(mesh.quads) * (degree - 1) ** 2
     on_edges = len(mesh.points) + edges[:, :, None] * (degree - 1) + np.arange(degree - 1)
     functions = np.hstack(
-        [cells, on_edges.reshape(len(cells), len(pairs) * (degree - 1)), first + number[:, None] * each + np.arange(each)]
+        [
+            cells,
+            on_edges.reshape(len(cells), len(pairs) * (degree - 1)),
+            first + number[:, None] * each + np.arange(each),
+        ]
     )
     sign = np.ones(functions.shape)
     odd = np.arange(2, degree + 1) % 2 == 1
@@ -327,75 +333,11 @@ def _group(mesh: PlateMesh, degree: int, places: Real, weights: Real, *, triangl
     x = np.zeros((count, q, 2))
     jacobian = np.zeros((count, q, 2, 2))
     if count:
-        x, jacobian = _map_all(mesh, places, triangles)
+        x, jacobian = map_cells(mesh, places, triangles)
     det = np.linalg.det(jacobian)
     turned = (det <= 0.0).any(axis=1)
     if turned.any():
         place = mesh.points[cells[turned][0]].mean(axis=0)
         raise ValueError(f"a cell of the mesh near ({place[0]:.5g}, {place[1]:.5g}) m is turned over")
-    inverse = np.linalg.inv(jacobian) if count else jacobian
-    return CellGroup(functions, sign, table, x, det * weights, inverse)
-
-
-def _geometry(mesh: PlateMesh, triangles: bool) -> Real:
-    """Coefficients (C, N, 2) of every cell's corners and edges in the functions of `CURVE_DEGREE`."""
-    cells = mesh.triangles if triangles else mesh.quads
-    edges = mesh.triangle_edges if triangles else mesh.quad_edges
-    pairs = TRIANGLE_EDGES if triangles else QUAD_EDGES
-    odd = np.arange(2, CURVE_DEGREE + 1) % 2 == 1
-    parts = [mesh.points[cells]]
-    for k, (a, b) in enumerate(pairs):
-        against = (cells[:, a] > cells[:, b])[:, None, None] & odd[:, None]
-        parts.append(np.where(against, -1.0, 1.0) * mesh.bow[edges[:, k]])
-    return np.concatenate(parts, axis=1)
-
-
-def _map_all(mesh: PlateMesh, places: Real, triangles: bool) -> tuple[Real, Real]:
-    """Points (C, Q, 2) of all cells and derivatives by the reference coordinates (C, Q, 2 of x, 2 by)."""
-    shape = _geometry(mesh, triangles)
-    count = 3 + 3 * (CURVE_DEGREE - 1) if triangles else 4 * CURVE_DEGREE
-    table = (triangle_functions if triangles else quad_functions)(CURVE_DEGREE, places)
-    x = np.einsum("cnd,nq->cqd", shape, table.value[:count], optimize=True)
-    jacobian = np.einsum("cnd,anq->cqda", shape, table.slope[:, :count], optimize=True)
-    return x, jacobian
-
-
-def _map(mesh: PlateMesh, number: Whole, places: Real, triangles: bool) -> tuple[Real, Real]:
-    """Point (K, 2) and derivatives (K, 2, 2) of one place (2, K) in each of K cells of a kind."""
-    shape = _geometry(mesh, triangles)[number]
-    count = 3 + 3 * (CURVE_DEGREE - 1) if triangles else 4 * CURVE_DEGREE
-    table = (triangle_functions if triangles else quad_functions)(CURVE_DEGREE, places)
-    x = np.einsum("knd,nk->kd", shape, table.value[:count])
-    return x, np.einsum("knd,ank->kda", shape, table.slope[:, :count])
-
-
-def _boxes(mesh: PlateMesh, triangles: bool) -> tuple[Real, Real]:
-    """Corners (C, 2) of boxes round all cells of a kind, with a margin for what lies on an edge."""
-    side = np.linspace(-1.0, 1.0, 9)
-    if triangles:
-        t = 0.5 * (side + 1.0)
-        around = np.hstack([[t, 0 * t], [0 * t, t], [t, 1 - t]])
-    else:
-        around = np.hstack([[side, 0 * side + end] for end in (-1, 1)] + [[0 * side + end, side] for end in (-1, 1)])
-    if not len(mesh.triangles if triangles else mesh.quads):
-        return np.zeros((0, 2)), np.zeros((0, 2))
-    x = _map_all(mesh, around, triangles)[0]
-    low, high = x.min(axis=1), x.max(axis=1)
-    margin = 0.02 * (high - low).max(axis=1, keepdims=True)
-    return low - margin, high + margin
-
-
-def _inverse(mesh: PlateMesh, number: Whole, points: Real, triangles: bool) -> tuple[Real, Real]:
-    """Reference coordinates (K, 2) of points in given cells, and how far outside the cell they lie (K,)."""
-    place = np.full((len(points), 2), 1.0 / 3.0) if triangles else np.zeros((len(points), 2))
-    for _ in range(8):
-        x, jacobian = _map(mesh, number, place.T, triangles)
-        step = np.linalg.solve(jacobian, (points - x)[..., None])[..., 0]
-        place = np.clip(place + step, -1.5, 1.5)
-    x, _ = _map(mesh, number, place.T, triangles)
-    away = np.hypot(*(points - x).T) / np.maximum(np.abs(points).max(), 1e-12)
-    if triangles:
-        off = np.maximum(0.0, np.maximum(-place.min(axis=1), place.sum(axis=1) - 1.0))
-    else:
-        off = np.maximum(0.0, np.abs(place).max(axis=1) - 1.0)
-    return place, np.asarray(off + np.where(away > 1e-7, 1.0 + away, 0.0))
+    inverse = np.asarray(np.linalg.inv(jacobian) if count else jacobian, float)
+    return CellGroup(functions, sign, table, x, np.asarray(det * weights, float), inverse)

@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,8 @@ from app.files.basis_cache import cached_reduction
 from app.files.campaign import load_campaign
 from app.first_look import first_look
 from app.twin import campaign_twin
+
+RECORDED = Path(__file__).parents[3] / "shared" / "data" / "campaigns"
 
 
 def silent(stage: str, share: float) -> None:
@@ -86,3 +89,12 @@ def test_a_basis_that_does_not_converge_is_a_sentence(tmp_path: Path, measured, 
             fineness=Fineness(MeshRecipe(spacing=0.08, grading=0.0, pieces=1), degree=3, tolerance=1e-5),
             training=Training(tolerance=1e-18),
         )
+
+
+@pytest.mark.shared
+@pytest.mark.skipif(not RECORDED.is_dir(), reason="the recorded campaigns are not beside the checkout")
+@pytest.mark.parametrize("name", ["pp-plate-nominal", "pp-plate-orthotropic", "pp-plate-two-effects"])
+def test_recordings_with_and_without_effects_go_on(name: str) -> None:
+    campaign = load_campaign(RECORDED / name)
+    some = replace(campaign, sweeps=campaign.sweeps[:: max(1, len(campaign.sweeps) // 3)])
+    assert first_look(campaign.experiment, campaign_frf(some), silent) == ()

@@ -29,7 +29,14 @@ BASH = shutil.which("bash")
 GUIDE = ROOT / "docs" / "guide"
 STARTS = r"(?:flexura|python3 start\.py)"
 FENCED = re.compile(r"(<!-- not run: [^\n]*-->\n)?```sh\n(.*?)```", re.DOTALL)
-LONG = {"closing-a-gap.md", "five-minutes.md", "filters.md", "real-hardware.md", "recorded-campaign.md"}
+LONG = {
+    "any-plate.md",
+    "closing-a-gap.md",
+    "five-minutes.md",
+    "filters.md",
+    "real-hardware.md",
+    "recorded-campaign.md",
+}
 """Pages whose commands take more than a quarter of a minute."""
 
 
@@ -117,7 +124,7 @@ def test_every_page_is_in_the_index() -> None:
 
 def test_the_plate_of_any_shape_is_one() -> None:
     page = (GUIDE / "file-formats.md").read_text(encoding="utf-8")
-    (example,) = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    example, *_ = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     declared = json.loads(json.dumps(tomllib.loads(example)))
     plate = Plate.model_validate(declared["plate"])
     check_patches(plate, [Patch.model_validate(patch) for patch in declared["patch"]])

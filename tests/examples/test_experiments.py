@@ -5,11 +5,15 @@ from pathlib import Path
 import pytest
 
 from app.files.experiment_toml import read_acquired_experiment
+from app.files.panel_file import read_panel
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 
-@pytest.mark.parametrize("name", ["simulated-rig", "paper-protocol"])
+SIMULATED = ["simulated-rig", "paper-protocol", "clamped-disc", "door-trim/experiment", "door-trim/hidden-effect"]
+
+
+@pytest.mark.parametrize("name", SIMULATED)
 def test_stands_up_to_its_own_checks(name: str) -> None:
     experiment = read_acquired_experiment(EXAMPLES / f"{name}.toml")
     assert experiment.simulation is not None
@@ -31,3 +35,15 @@ def test_a_rehearsal_calls_itself_simulated() -> None:
     rehearsal = experiment.on("simulated")
     assert rehearsal.recorded(rehearsal.sample_rate).title == "polypropylene plate, 0 to 60 °C (simulated)"
     assert rehearsal.on("simulated") == rehearsal
+
+
+def test_the_door_trim_is_one_plate_in_all_its_files() -> None:
+    plain, hidden = (
+        read_acquired_experiment(EXAMPLES / "door-trim" / f"{name}.toml")
+        for name in ("experiment", "hidden-effect")
+    )
+    panel = read_panel(EXAMPLES / "door-trim" / "panel.toml")
+    assert plain.plate == hidden.plate == panel.plate
+    assert plain.patch == hidden.patch
+    assert plain.plate.density == pytest.approx(950.0, rel=1e-3)  # polypropylene
+    assert len(panel.patch) == 5

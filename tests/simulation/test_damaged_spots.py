@@ -128,3 +128,9 @@ def test_derivatives_follow_the_spot(ops, moved):
         for s in (1, -1)
     )
     assert rate == pytest.approx((high - low) / (2 * d), rel=1e-6, abs=1e-6 * np.abs(rate).max())
+
+
+def test_what_of_a_disc_lies_beside_the_plate_is_lost(ops):
+    half = coverage(ops, Disc(0.0, 0.09, RADIUS, 0.1))
+    assert ops.cell * half.sum() == pytest.approx(0.5 * np.pi * RADIUS**2, rel=0.1)
+    assert not coverage(ops, Disc(-0.1, 0.09, RADIUS, 0.1)).any()

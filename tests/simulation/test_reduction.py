@@ -6,9 +6,9 @@ import pytest
 from analysis.material import MaterialBox
 from simulation.damped_modes import relative_error
 from simulation.energy_decomposition import orthonormal
-from simulation.shell.assembly import assemble
 from simulation.rational_krylov import material_space
 from simulation.reduction import Training, reduce
+from simulation.shell.assembly import assemble
 from simulation.shell.factors import factorize
 
 CORNERS = [(e, nu, eta) for e in (0.8e9, 4e9) for nu in (0.30, 0.48) for eta in (0.02, 0.12)]

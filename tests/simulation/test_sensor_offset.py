@@ -11,7 +11,6 @@ from simulation.shell.assembly import assemble
 from simulation.state_matrices import FullPlate
 
 
-
 @pytest.mark.parametrize("degree", [2, 4, OFFSET_DEGREE])
 def test_padua_points_determine_a_polynomial_of_their_degree(degree):
     points = padua_points(degree)

@@ -6,9 +6,9 @@ import pytest
 from analysis.experiment import Patch, Plate
 from analysis.plate_material import PlateMaterial, material_box
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.assembly import assemble
 from simulation.reduction import reduce
 from simulation.resonance_lines import resonance_lines, root_mean_square
+from simulation.shell.assembly import assemble
 
 BAND = (150.0, 900.0)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from simulation.instruments import Instruments
 from simulation.shell.electric_load import ElectricLoad
 from simulation.twin import Twin
 
@@ -12,7 +13,7 @@ MATERIAL = (2.1e9, 0.372, 0.071)
 
 @pytest.fixture(scope="module")
 def twin(coarse):
-    return Twin(coarse, 0, (1, 2), LOAD)
+    return Twin(coarse, Instruments.of_patches(0, (1, 2), LOAD))
 
 
 def test_voltages_equal_direct_solution(coarse_model, twin):
@@ -25,15 +26,15 @@ def test_voltages_equal_direct_solution(coarse_model, twin):
 
 def test_connecting_a_second_sensor_changes_the_first(coarse):
     lines = np.linspace(100.0, 700.0, 80)
-    alone = Twin(coarse, 0, (1,), LOAD).frf(*MATERIAL, lines)[0]
-    together = Twin(coarse, 0, (1, 2), LOAD).frf(*MATERIAL, lines)[0]
+    alone = Twin(coarse, Instruments.of_patches(0, (1,), LOAD)).frf(*MATERIAL, lines)[0]
+    together = Twin(coarse, Instruments.of_patches(0, (1, 2), LOAD)).frf(*MATERIAL, lines)[0]
     change = np.abs(together - alone).max() / np.abs(alone).max()
     assert 1e-5 < change < 0.05
 
 
 def test_sensors_can_be_listed_in_any_order(coarse, twin):
     lines = np.linspace(100.0, 700.0, 5)
-    swapped = Twin(coarse, 0, (2, 1), LOAD).frf(*MATERIAL, lines)
+    swapped = Twin(coarse, Instruments.of_patches(0, (2, 1), LOAD)).frf(*MATERIAL, lines)
     assert np.allclose(swapped[::-1], twin.frf(*MATERIAL, lines), rtol=1e-10)
 
 
@@ -83,5 +84,5 @@ def test_box_band_and_error_are_the_reduced_models(coarse, twin):
 
 @pytest.mark.parametrize(("actuator", "sensors"), [(0, ()), (0, (0, 1)), (3, (1,)), (0, (-1,))])
 def test_wrong_patches_are_refused(coarse, actuator, sensors):
-    with pytest.raises(ValueError, match="twin"):
-        Twin(coarse, actuator, sensors, LOAD)
+    with pytest.raises(ValueError, match=r"twin|instruments"):
+        Twin(coarse, Instruments.of_patches(actuator, sensors, LOAD))

@@ -40,7 +40,7 @@ class FrfChart(Chart):
         last = watched.sweeps[steps[-1]]
         self._last.setData(last.frequency, _level(last.h[channel]))
         self._last.opts["label"] = f"{last.temperature:.2f} °C {last.direction}"
-        self.setTitle(f"{watched.experiment.sensors[channel].id}: {last.temperature:.2f} °C over those before")
+        self.setTitle(f"{watched.experiment.outputs[channel].id}: {last.temperature:.2f} °C over those before")
 
 
 class CoherenceChart(Chart):

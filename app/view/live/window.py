@@ -58,7 +58,7 @@ class LiveWindow(Window):
     def content(self) -> QWidget:
         """Build everything anew, then show all that is known."""
         whole, theme = QWidget(), self.theme
-        channels = ("drive", *(sensor.id for sensor in self._watched.experiment.sensors))
+        channels = ("drive", *(output.id for output in self._watched.experiment.outputs))
         self.oven, self.signals = OvenChart(theme), SignalChart(channels, theme)
         self.spectrum, self.levels = SpectrumChart(channels, theme), LevelChart(channels, theme)
         self.frfs, self.coherence = FrfChart(theme), CoherenceChart(theme)
@@ -127,7 +127,7 @@ class LiveWindow(Window):
         self.pause.clicked.connect(self.pause_or_continue)
         self.stop.clicked.connect(self.ask_and_stop)
         self._sensor = QComboBox()
-        self._sensor.addItems([sensor.id for sensor in self._watched.experiment.sensors])
+        self._sensor.addItems([output.id for output in self._watched.experiment.outputs])
         self._sensor.setCurrentIndex(self._channel)
         self._sensor.currentIndexChanged.connect(self._choose)
         for widget, stretch in (
@@ -152,7 +152,7 @@ class LiveWindow(Window):
         self.oven.show_campaign(watched)
         self.frfs.show_campaign(watched, self._channel)
         self.coherence.show_campaign(watched, self._channel)
-        if watched.latest is not None and len(watched.latest.channels) == 1 + len(watched.experiment.sensors):
+        if watched.latest is not None and len(watched.latest.channels) == 1 + len(watched.experiment.outputs):
             for chart in (self.signals, self.spectrum, self.levels):
                 chart.show_repeat(watched.latest)
         for event in watched.events[self._logged :]:

@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-import simulation.reduction
+import simulation.footprint_reduction
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from app.files.basis_cache import ARRAYS, cache_folder, cached_reduction, load_basis, save_basis
@@ -30,6 +30,7 @@ def model(size=6, points=2):
         error=3.2e-5,
         deflection=rng.standard_normal((points, size)),
         points=rng.uniform(0, 0.1, (points, 2)),
+        footprints=rng.standard_normal((points, size)),
     )
 
 
@@ -94,13 +95,13 @@ def test_folder_follows_the_environment(tmp_path, monkeypatch):
 def test_second_time_is_read_and_a_damaged_file_made_again(tmp_path, monkeypatch):
     monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path))
     made = []
-    true_reduce = simulation.reduction.reduce
+    true_reduce = simulation.footprint_reduction.reduce
 
     def counted(*args, **kwargs):
         made.append(1)
         return true_reduce(*args, **kwargs)
 
-    monkeypatch.setattr(simulation.reduction, "reduce", counted)
+    monkeypatch.setattr(simulation.footprint_reduction, "reduce", counted)
     first = cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)], fineness=COARSE)
     assert same(cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)], fineness=COARSE), first)
     assert len(made) == 1

@@ -1,0 +1,143 @@
+"""Drives and sensors that are no patches: hammers, shakers, accelerometers, laser vibrometers.
+
+A motion is positive out of the face it is taken on, a force where it pushes that face, as force cells have it.
+"""
+
+from typing import Annotated, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from analysis.channel import Channel, Footprint, Motion
+from analysis.declared import Point, Sparse
+from analysis.geometry import shapes
+from analysis.geometry.fault import GeometryError, at
+from analysis.geometry.relations import leaves, overlap
+from analysis.plate import Plate
+
+Name = Annotated[str, Field(min_length=1, max_length=32)]
+Radius = Annotated[float, Field(ge=0.0, le=0.05, description="m")]
+Mass = Annotated[float, Field(ge=0.0, le=1.0, description="kg")]
+Side = Literal["top", "bottom"]
+
+BASE = 0.004
+"""Radius of an accelerometer's base unless declared, m; a laser's spot counts as a point."""
+
+
+class Drive(Sparse):
+    """A force normal to the plate: an impact hammer, or a shaker through a force sensor.
+
+    `radius` is that of the tip or stinger, `mass` what moves with the plate beyond the force sensor.
+    """
+
+    always: ClassVar[frozenset[str]] = frozenset({"kind"})
+
+    id: Name
+    kind: Literal["force"] = "force"
+    point: Point
+    radius: Radius = 0.002
+    side: Side = "top"
+    mass: Mass = 0.0
+
+    @property
+    def channel(self) -> Channel:
+        """The input that it is."""
+        along = -1.0 if self.side == "top" else 1.0
+        return Channel(self.id, "force", footprint=Footprint(self.point, self.radius, along, self.mass))
+
+    def check(self, plate: Plate) -> None:
+        """Raise GeometryError unless it stands on the plate."""
+        check_footprint(plate, f"drive {self.id!r}", self.point, self.radius)
+
+
+class Sensor(Sparse):
+    """A motion normal to the plate, at a point, at several, or on a grid.
+
+    `grid` counts points along x and y over the plate's bounding box, `margin` from its sides; those off the plate
+    are left out. `mass` is an accelerometer's own: it loads the plate.
+    """
+
+    id: Name
+    kind: Motion
+    point: Point | None = None
+    points: Annotated[tuple[Point, ...] | None, Field(min_length=1, max_length=5000)] = None
+    grid: tuple[Annotated[int, Field(ge=1, le=200)], Annotated[int, Field(ge=1, le=200)]] | None = None
+    margin: Annotated[float, Field(ge=0.0, le=1.0, description="m")] = 0.005
+    radius: Radius | None = None
+    side: Side = "top"
+    mass: Mass = 0.0
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        given = [name for name in ("point", "points", "grid") if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                f"sensor {self.id!r} has {' and '.join(given) or 'no place'}; give one of point, points, grid"
+            )
+        if self.id == "drive":
+            raise ValueError("sensor 'drive' has the name of the drive's channel; choose another id")
+        if self.mass and self.kind != "acceleration":
+            raise ValueError(
+                f"sensor {self.id!r}: mass {self.mass:g} kg on a sensor of {self.kind}; only accelerometers "
+                "load the plate: remove mass"
+            )
+        return self
+
+    def places(self, plate: Plate) -> tuple[Point, ...]:
+        """Where it measures, m; of a grid, x slowest."""
+        if self.point is not None:
+            return (self.point,)
+        if self.points is not None:
+            return self.points
+        if self.grid is None:
+            raise AssertionError("refused when it was made")
+        axes = [
+            np.linspace(low + self.margin, high - self.margin, count)
+            if count > 1
+            else np.array([(low + high) / 2])
+            for low, high, count in zip(*plate.bounds, self.grid, strict=True)
+        ]
+        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        return tuple((float(x), float(y)) for x, y in points[plate.contains(points)])
+
+    def channels(self, plate: Plate) -> tuple[Channel, ...]:
+        """Return its outputs; those of many points are numbered from 1."""
+        usual = BASE if self.kind == "acceleration" else 0.0
+        radius = usual if self.radius is None else self.radius
+        along = 1.0 if self.side == "top" else -1.0
+        return tuple(
+            Channel(
+                self.id if self.point is not None else f"{self.id}{number}",
+                self.kind,
+                footprint=Footprint(place, radius, along, self.mass),
+            )
+            for number, place in enumerate(self.places(plate), start=1)
+        )
+
+    def check(self, plate: Plate) -> None:
+        """Raise GeometryError unless all of it stands on the plate."""
+        channels = self.channels(plate)
+        if not channels:
+            raise GeometryError(f"sensor {self.id!r}: no point of its grid is on the plate; lessen margin")
+        for footprint in (channel.footprint for channel in channels):
+            if footprint is not None:
+                check_footprint(plate, f"sensor {self.id!r}", footprint.point, footprint.radius)
+
+
+def check_footprint(plate: Plate, name: str, point: Point, radius: float) -> None:
+    """Raise GeometryError unless a disc lies on the plate, over no edge."""
+    if not plate.contains(np.array([point]))[0]:
+        raise GeometryError(
+            f"{name}: point {at(point)} is off the plate or in a hole; move it onto the plate", point
+        )
+    if not radius:
+        return
+    disc = shapes.circle(point, radius)
+    place = leaves(disc, plate.loop)
+    for hole in plate.hole_loops:
+        place = overlap(disc, hole) if place is None else place
+    if place is not None:
+        raise GeometryError(
+            f"{name} at {at(point)}, radius {radius:g} m, reaches over the edge at {at(place)}; move it",
+            place,
+        )

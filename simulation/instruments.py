@@ -1,0 +1,152 @@
+"""What drives a plate and what is read of it, over its ports: one voltage per patch, one force per footprint.
+
+With b of a patch and the mean deflection d of a footprint as columns of B, the plate answers u = -Z**-1 B x, where
+x are volts on patches and minus the forces along z. Of G = B' Z**-1 B everything that is read is made:
+
+    a patch on an input, or open   (y + G_cc) x_c = -(G x)_c without x_c, y = Cp + Cc + 1/(j w R)
+    a patch held at 0 V            q = b'u = -(G x), the charge it gives to its amplifier
+    a motion                       (j w)**n d'u = -(j w)**n (G x), n = 0, 1, 2
+
+A charge is the voltage times Cc in the limit of a large Cc, with its sign.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.channel import ORDER, Channel
+from analysis.experiment import Experiment
+from simulation.shell.electric_load import ElectricLoad
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+OPEN = ElectricLoad(np.inf)
+
+
+@dataclass(frozen=True)
+class Pickup:
+    """What one output takes of its port.
+
+    Attributes
+    ----------
+    port : int
+    voltage : bool
+        Whether it is the port's voltage; else a charge or a motion.
+    order : int
+        How often by time, of a motion.
+    sign : float
+    """
+
+    port: int
+    voltage: bool = True
+    order: int = 0
+    sign: float = 1.0
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """One input, K outputs, and patches that carry a voltage of their own, over P patches and S footprints.
+
+    Attributes
+    ----------
+    source : int
+        Port that is driven.
+    amplitude : float
+        Of it, per unit of the input.
+    connected : tuple of int
+        Patches on inputs, and open ones.
+    loads : tuple of ElectricLoad
+        Across each of them.
+    pickups : tuple of Reading
+        Of the outputs.
+    """
+
+    source: int
+    amplitude: float
+    connected: tuple[int, ...]
+    loads: tuple[ElectricLoad, ...]
+    pickups: tuple[Pickup, ...]
+
+    def __post_init__(self) -> None:
+        if not self.pickups or self.source in self.connected:
+            raise ValueError(
+                f"instruments: {len(self.pickups)} outputs, port {self.source} driven; at least one "
+                f"output is needed, and no driven port among those connected, {self.connected}"
+            )
+        if any(pickup.voltage and pickup.port not in self.connected for pickup in self.pickups):
+            raise ValueError(f"instruments: a voltage is read of a port that is not among {self.connected}")
+
+    @classmethod
+    def of_patches(cls, actuator: int, sensors: Sequence[int], load: ElectricLoad) -> Self:
+        """Drive one patch and read the voltage of others, a load across each."""
+        pickups = tuple(Pickup(port) for port in sensors)
+        return cls(actuator, 1.0, tuple(sensors), (load,) * len(pickups), pickups)
+
+    @classmethod
+    def of(cls, experiment: Experiment, source: Channel | None = None) -> Self:
+        """Take all that is declared, and one input, the first unless given; other actuators are held at 0 V."""
+        source = source or experiment.inputs[0]
+        inputs = experiment.acquisition
+        load = ElectricLoad(inputs.input_resistance, inputs.input_capacitance)
+        wired = {c.patch: load for c in experiment.outputs if c.quantity == "voltage" and c.patch is not None}
+        wired |= {k: OPEN for k, patch in enumerate(experiment.patch) if patch.role == "open"}
+        port = ports(experiment)
+        return cls(
+            source=port[source.id],
+            amplitude=-source.footprint.along if source.footprint else 1.0,
+            connected=tuple(wired),
+            loads=tuple(wired.values()),
+            pickups=tuple(
+                Pickup(
+                    port[output.id],
+                    output.quantity == "voltage",
+                    ORDER.get(output.quantity, 0),
+                    output.footprint.along if output.footprint else 1.0,
+                )
+                for output in experiment.outputs
+            ),
+        )
+
+    @property
+    def seen(self) -> tuple[int, ...]:
+        """Ports of which compliances are wanted: the connected ones, then others that are read, each once."""
+        others = (pickup.port for pickup in self.pickups if not pickup.voltage)
+        return tuple(dict.fromkeys((*self.connected, *others)))
+
+    @property
+    def driving(self) -> tuple[int, ...]:
+        """Ports that drive the plate: the connected ones, then the input."""
+        return (*self.connected, self.source)
+
+    def admittance(self, capacitance: Real, compliance: Complex, frequency: ArrayLike) -> Complex:
+        """Y + G of the connected ports, (F, c, c), F.
+
+        Parameters
+        ----------
+        capacitance : (P,) ndarray
+            Of all patches, F.
+        compliance : (c, c, F) ndarray
+            G between the connected ports.
+        frequency : (F,) array_like, Hz, above 0
+        """
+        total = np.moveaxis(compliance, -1, 0).astype(complex)
+        for k, (port, load) in enumerate(zip(self.connected, self.loads, strict=True)):
+            total[:, k, k] += load.across(capacitance[[port]], frequency)[0]
+        return total
+
+    def factors(self, frequency: ArrayLike) -> Complex:
+        """-sign (j w)**n of every output on its port's (G x), (K, F); 0 for voltages."""
+        s = 2j * np.pi * np.atleast_1d(np.asarray(frequency, float))
+        return np.array([0.0 * s if one.voltage else -one.sign * s**one.order for one in self.pickups])
+
+
+def ports(experiment: Experiment) -> dict[str, int]:
+    """Port of every input and output: patches as declared, then `Experiment.footprints`."""
+    channels = (*experiment.inputs, *experiment.outputs)
+    placed = [channel.id for channel in channels if channel.footprint is not None]
+    found = {channel.id: channel.patch for channel in channels if channel.patch is not None}
+    return found | {name: len(experiment.patch) + k for k, name in enumerate(placed)}

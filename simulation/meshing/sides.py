@@ -1,0 +1,273 @@
+"""How the edges of faces are cut into pieces, and how wide the strips along them may be.
+
+Every edge is cut by the longest piece wanted, by its turn, and by the free distance to the next border. Next to a
+corner a piece as long as the strips are wide is cut off on both sides, so that the strips meet there.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from analysis.geometry.curves import Curve, turning
+from simulation.meshing.arrangement import Arrangement, Face, HalfEdge, direction
+
+Real = NDArray[np.float64]
+
+CONVEX, REENTRANT = np.deg2rad(140.0), np.deg2rad(220.0)
+"""Angles inside a face below and above which a corner gets cells of its own."""
+SHARE = 0.3
+"""Of the free distance to the next border, or of an edge's length, that a strip may take."""
+LONGEST = 2.5
+"""Pieces are at most so many times as long as the face is wide there."""
+APERTURE = 1.14
+"""Half of the angle in which the next border is looked for, rad."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What the strips of one edge shall be.
+
+    Attributes
+    ----------
+    left, right : float
+        Width on each side, m; 0 where nothing is meshed.
+    longest : float
+        Of its pieces, m.
+    turn : float
+        Largest of a piece, rad.
+    pieces : int
+        Least number of them.
+    """
+
+    left: float
+    right: float
+    longest: float
+    turn: float
+    pieces: int
+
+
+@dataclass(frozen=True)
+class Cap:
+    """A place, (x, y) m, near which strips were found too wide, and the width allowed there, m."""
+
+    place: tuple[float, float]
+    width: float
+
+
+@dataclass(frozen=True)
+class Repairs:
+    """What earlier rounds of meshing have taught.
+
+    Attributes
+    ----------
+    splits : mapping
+        Further parameters at which edges are cut, by edge.
+    caps : tuple of Cap
+    bare : frozenset of int
+        Faces that are filled with triangles alone.
+    """
+
+    splits: Mapping[int, frozenset[float]]
+    caps: tuple[Cap, ...]
+    bare: frozenset[int]
+
+    def widest(self, places: Real) -> Real:
+        """Largest width of strips allowed at places (..., 2), (...), m."""
+        found = np.full(np.shape(places)[:-1], np.inf)
+        for cap in self.caps:
+            away = np.asarray(places) - np.asarray(cap.place)
+            found = np.minimum(found, cap.width + 0.4 * np.hypot(away[..., 0], away[..., 1]))
+        return found
+
+
+@dataclass(frozen=True)
+class Corner:
+    """The angle of a face at a node, from one half-edge to the next, rad."""
+
+    node: int
+    before: HalfEdge
+    after: HalfEdge
+    angle: float
+
+
+@dataclass(frozen=True)
+class Side:
+    """One half-edge cut into pieces.
+
+    Attributes
+    ----------
+    half : HalfEdge
+    curve : Curve
+        In the half-edge's direction.
+    place : (n + 1,) ndarray
+        Parameters of the pieces' ends.
+    number : list of int
+        Their points in the mesh.
+    width : (n + 1,) ndarray
+        Of the strip on the left there, m.
+    """
+
+    half: HalfEdge
+    curve: Curve
+    place: Real
+    number: list[int]
+    width: Real
+
+    def inwards(self, k: int) -> Real:
+        """Return the unit normal to the left at the end of piece k, (2,)."""
+        return _left(self.curve, self.place[k])
+
+
+def corners_of(plan: Arrangement, face: Face) -> list[list[Corner]]:
+    """Angles of a face, cycle by cycle, each between a half-edge and the next."""
+    found = []
+    for cycle in face.cycles:
+        row = []
+        for before, after in zip(cycle, (*cycle[1:], cycle[0]), strict=True):
+            back = direction(plan.curve(before).part(1.0, 0.0))
+            ahead = direction(plan.curve(after))
+            turn = np.arctan2(back[1], back[0]) - np.arctan2(ahead[1], ahead[0])
+            row.append(Corner(plan.start(after), before, after, float(turn % (2 * np.pi)) or 2 * np.pi))
+        found.append(row)
+    return found
+
+
+class Clearance:
+    """Free distance to the next border, seen from a point into some direction."""
+
+    def __init__(self, plan: Arrangement, edges: set[int]) -> None:
+        samples = []
+        for edge in edges:
+            curve = plan.edges[edge].curve
+            count = int(np.clip(length_of(curve) / 1e-3, 24, 400))
+            samples.append(curve.at(np.linspace(0.0, 1.0, count)))
+        self.points = np.vstack(samples)
+        self.tree = cKDTree(self.points)
+        self.largest = float(np.ptp(self.points, axis=0).max())
+
+    def __call__(self, point: Real, normal: Real, aperture: float = APERTURE, reach: float = np.inf) -> float:
+        """Distance from `point` to the next border within `aperture` rad of `normal`, at most `reach`, m."""
+        least = np.cos(aperture)
+        radius = min(0.02 * self.largest, reach)
+        while True:
+            near = self.points[self.tree.query_ball_point(point, radius)] - point
+            away = np.sqrt((near**2).sum(axis=1))
+            seen = away[(near @ normal > least * away) & (away > 1e-6)]
+            if seen.size:
+                return float(seen.min())
+            if radius >= min(reach, self.largest):
+                return float(min(reach, self.largest))
+            radius = min(3.0 * radius, reach)
+
+
+@dataclass(frozen=True)
+class Cutter:
+    """What it takes to cut the edges of an arrangement."""
+
+    plan: Arrangement
+    faces: Mapping[int, Face]
+    sizes: Mapping[int, Sizes]
+    clear: Clearance
+    corners: Mapping[int, list[list[Corner]]]
+
+    @classmethod
+    def of(cls, plan: Arrangement, faces: Mapping[int, Face], sizes: Mapping[int, Sizes]) -> "Cutter":
+        """Find corners and free distances once: they do not change from round to round."""
+        edges = {half.edge for face in faces.values() for cycle in face.cycles for half in cycle}
+        corners = {f: corners_of(plan, face) for f, face in faces.items()}
+        return cls(plan, faces, sizes, Clearance(plan, edges), corners)
+
+    def width(self, half: HalfEdge) -> float:
+        """Width wanted of the strip to the left of a half-edge, m."""
+        size = self.sizes[half.edge]
+        return size.right if half.backward else size.left
+
+    def reaches(self, repairs: Repairs) -> dict[int, float]:
+        """Distance along the edges of every node with a corner at which its first pieces end, by node, m."""
+        reach: dict[int, float] = {}
+        for face, rows in self.corners.items():
+            if face in repairs.bare:
+                continue
+            for corner in (c for row in rows for c in row):
+                if CONVEX <= corner.angle <= REENTRANT:
+                    continue
+                found = self._reach(corner, repairs)
+                reach[corner.node] = min(reach.get(corner.node, np.inf), found)
+        return reach
+
+    def _reach(self, corner: Corner, repairs: Repairs) -> float:
+        point = self.plan.nodes[corner.node]
+        width = min(self.width(corner.before), self.width(corner.after), float(repairs.widest(point)))
+        lengths = [length_of(self.plan.curve(half)) for half in (corner.before, corner.after)]
+        x, y = direction(self.plan.curve(corner.after))
+        c, s = np.cos(0.5 * corner.angle), np.sin(0.5 * corner.angle)
+        inwards = np.array([c * x - s * y, s * x + c * y])
+        if corner.angle < CONVEX:
+            wanted, free = width / np.tan(0.5 * corner.angle), self.clear(point, inwards, 0.35 * corner.angle)
+            return float(min(wanted, SHARE * min(lengths), 0.5 * free))
+        free = self.clear(point, inwards, 0.5 * corner.angle - 0.5, 4.0 * width)
+        return min(width, SHARE * min(lengths), SHARE * free)
+
+    def cut(self, edge: int, reach: Mapping[int, float], repairs: Repairs) -> Real:
+        """Parameters (n + 1,) of the ends of an edge's pieces."""
+        whole, size = self.plan.edges[edge], self.sizes[edge]
+        curve = whole.curve
+        first = _parameter(curve, reach[whole.start], 0.0) if whole.start in reach else 0.0
+        last = _parameter(curve, reach[whole.end], 1.0) if whole.end in reach else 1.0
+        middle = curve.part(first, last)
+        count = max(
+            1,
+            int(np.ceil(length_of(middle) / size.longest - 1e-6)),
+            int(np.ceil(turning(middle) / size.turn - 1e-6)),
+            size.pieces - (first > 0.0) - (last < 1.0),
+        )
+        places = list(np.linspace(first, last, count + 1))
+        k = 0
+        while k < len(places) - 1:
+            piece = curve.part(places[k], places[k + 1])
+            long, normal = length_of(piece), _left(piece, 0.5)
+            ways = [way for way, width in ((1, size.left), (-1, size.right)) if width > 0.0]
+            free = min((self.clear(piece.at(0.5), way * normal, reach=long) for way in ways), default=np.inf)
+            if long > LONGEST * free:
+                places.insert(k + 1, 0.5 * (places[k] + places[k + 1]))
+            else:
+                k += 1
+        inner = {round(p, 12) for p in places} | set(repairs.splits.get(edge, ()))
+        return np.array(sorted({0.0, 1.0} | inner))
+
+    def side(self, half: HalfEdge, cut: Real, number: list[int], repairs: Repairs) -> Side:
+        """One side of an edge, with the width of its strip at every cut."""
+        curve, wanted = self.plan.curve(half), self.width(half)
+        if half.backward:
+            cut, number = 1.0 - cut[::-1], number[::-1]
+        points = curve.at(cut)
+        width = np.minimum(wanted, repairs.widest(points))
+        for k in range(1, len(cut) - 1):
+            free = self.clear(points[k], _left(curve, cut[k]), reach=wanted / SHARE)
+            width[k] = min(width[k], SHARE * free)
+        return Side(half, curve, cut, list(number), width)
+
+
+def length_of(curve: Curve) -> float:
+    """Length of a curve, m, to about 1e-4 of it."""
+    along = curve.derivative(np.linspace(0.0, 1.0, 33))
+    return float(np.sqrt((along**2).sum(axis=1)).mean())
+
+
+def _left(curve: Curve, place: float) -> Real:
+    x, y = curve.derivative(place)
+    return np.asarray(np.array([-y, x]) / np.hypot(x, y))
+
+
+def _parameter(curve: Curve, distance: float, end: float) -> float:
+    """Parameter at a straight distance from one end of a curve."""
+    start = curve.at(end)
+    low, high = end, 0.5
+    for _ in range(40):
+        place = 0.5 * (low + high)
+        x, y = curve.at(place) - start
+        low, high = (place, high) if x * x + y * y < distance**2 else (low, place)
+    return low
