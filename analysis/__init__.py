@@ -4,6 +4,8 @@
 ``experiment``         the plate, its patches, the electronics and the protocol, as declared
 ``plate``, ``patch``   each of these by itself: ``outline``, ``support``, ``curvature``, ``layout``
 ``geometry``           curves and closed loops
+``transducers``        drives and sensors that are no patches
+``channel``            inputs and outputs, their names and units
 ``campaign``           recorded sweeps of one experiment over temperature
 ``h1``                 H1 of synchronous repeats
 ``frf``                FRFs of a campaign, coherence and variance per line

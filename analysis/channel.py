@@ -71,6 +71,11 @@ class Channel:
         """SI unit of its signal."""
         return UNITS[self.quantity]
 
+    @property
+    def gain_unit(self) -> str:
+        """Unit of the gain between what is recorded of an input and the input itself: ``V/V`` of an amplifier."""
+        return f"{self.unit}/{self.unit}"
+
 
 def transfer_unit(output: Channel, source: Channel) -> str:
     """Return the unit of what an output answers to an input: ``V/V``, ``m/s2/N``."""

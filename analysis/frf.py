@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.campaign import Campaign, Sweep
+from analysis.channel import transfer_unit
 from analysis.h1 import bad_repeats, h1, single_repeat_power, smooth_power
 from analysis.mains import mains_lines, other_hums
 
@@ -25,13 +26,13 @@ class Frf:
     direction : tuple of str
         ``up`` or ``down``, per sweep.
     level : (T,) ndarray
-        Drive amplitude, V.
+        Drive amplitude, V or N.
     frequency : (F,) ndarray
         Hz, even spacing, inside the protocol's band.
     h : (T, K, F) complex ndarray
-        H1 = G_yu / G_uu, V/V.
+        H1 = G_yu / G_uu, in `units`.
     variance : (T, K, F) ndarray
-        E|h - H|^2 of the estimate (real and imaginary part together), (V/V)^2.
+        E|h - H|^2 of the estimate (real and imaginary part together), units squared.
     coherence : (T, K, F) ndarray
         Of a single repeat, 0 to 1.
     excluded : (F,) bool ndarray
@@ -40,6 +41,8 @@ class Frf:
         Sensor names.
     notes : tuple of str
         What was left out or looks wrong, for people.
+    labels, units : tuple of str
+        Name with unit, and unit, of every channel's transfer; of sensor volts by drive volts where empty.
     """
 
     temperature: NDArray[np.float64]
@@ -52,6 +55,8 @@ class Frf:
     excluded: NDArray[np.bool_]
     channels: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         shape = (len(self.temperature), len(self.channels), len(self.frequency))
@@ -60,6 +65,14 @@ class Frf:
                 raise ValueError(f"{name} has shape {getattr(self, name).shape}; (T, K, F) = {shape} wanted")
         if not (np.isfinite(self.h).all() and np.isfinite(self.variance).all()):
             raise ValueError("an FRF holds values that are not finite")
+
+    def label(self, channel: int) -> str:
+        """Name a channel's transfer, with its unit."""
+        return self.labels[channel] if self.labels else f"{self.channels[channel]}/drive [V/V]"
+
+    def unit(self, channel: int) -> str:
+        """Return the unit of a channel's transfer."""
+        return self.units[channel] if self.units else "V/V"
 
     @property
     def noise_floor(self) -> NDArray[np.float64]:
@@ -141,6 +154,7 @@ def _all_sweeps(
     samples = campaign.sweeps[0].drive.shape[1]
     notes: list[str] = []
     names = tuple(output.id for output in campaign.experiment.outputs)
+    source = campaign.experiment.inputs[0]
     rows = []
     for sweep in campaign.sweeps:
         if sweep.drive.shape[1] != samples:
@@ -158,6 +172,8 @@ def _all_sweeps(
         excluded=excluded,
         channels=names,
         notes=tuple(notes),
+        labels=campaign.experiment.labels(),
+        units=tuple(transfer_unit(output, source) for output in campaign.experiment.outputs),
     )
 
 

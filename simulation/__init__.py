@@ -9,15 +9,19 @@
 ``mindlin``                assembly: K1, K2, Kp, M, couplings, capacitances
 ``shell_model``            the assembled plate, answers by direct solution
 ``electric_load``          sensors on real inputs, all connected at once
+``footprints``             rules that average a deflection over a transducer
+``instruments``            ports of the plate, and what is driven, connected and read
+``transfer``               outputs per unit of the input, and derivatives
 ``rational_krylov``        candidate vectors of a reduced model
 ``damped_modes``           real modes, cheap enough to train with
 ``energy_decomposition``   the candidates worth keeping
 ``certification``          the error against the full model where it was not trained
 ``reduction``              all of it: a plate over a box of materials and a band
+``footprint_reduction``    the same with forces and motions besides patches
 ``basis_key``              a reduced model's name by all that decides it
 ``reduced_model``          small matrices that answer for the whole box
 ``modal_form``             poles, transfers as sums over them, and their derivatives
-``twin``                   volts in, volts out, for model updating
+``twin``                   one input, all outputs, for model updating
 =========================  ================================================================
 
 The same plate with physical effects on it:
@@ -44,8 +48,8 @@ The same plate with physical effects on it:
 ``sensitivity``            derivatives of the answers: a field and its adjoint
 ``line_solver``            answers where the stiffness changes from line to line
 ``strain_energy``          that of a plate that follows it, and its derivatives
-``reading``                sensor volts
+``reading``                outputs, and what effects do to signals
 ``mesh_disagreement``      how far this plate and the plain one, on another mesh, are apart
-``effect_twin``            volts in, volts out, for the gap workflow
+``effect_twin``            one input, all outputs, for the gap workflow
 =========================  ================================================================
 """

@@ -70,7 +70,7 @@ def command(
         output.note(
             f"{run / 'laws.h5'} held the laws {replaced}; they are replaced. To keep both: --out ANOTHER-FOLDER"
         )
-    output.summary(summary(updated, run, seconds))
+    output.summary(summary(updated, run, seconds, loaded.experiment.inputs[0].gain_unit))
     if not updated.settled.all():
         raise click.exceptions.Exit(1)
 
@@ -151,11 +151,11 @@ def show(updated: "Updated") -> None:
     Console().print(table)
 
 
-def summary(updated: "Updated", run: Path, seconds: float) -> str:
+def summary(updated: "Updated", run: Path, seconds: float, unit: str) -> str:
     """Return one line for people."""
     ratio = float((updated.misfit / updated.noise_floor).max())
     return (
-        f"{len(updated.temperature)} sweeps updated in {seconds:.1f} s, gain {updated.gain:.3f} V/V, "
+        f"{len(updated.temperature)} sweeps updated in {seconds:.1f} s, gain {updated.gain:.3f} {unit}, "
         f"misfit at most {ratio:.2f} times the noise; results in {run}"
     )
 

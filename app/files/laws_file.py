@@ -26,7 +26,7 @@ class TwinFrf:
     frequency : (F,) ndarray
         Hz.
     h : (T, K, F) complex ndarray
-        V/V, one row per sweep.
+        In the units of the transfers, one row per sweep.
     basis_error : float
         Stated error of the twin's reduced model, share of the peak.
     density : float

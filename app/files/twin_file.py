@@ -7,11 +7,11 @@ them. Each version of the format keeps its reader: old files load.
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared
+from analysis.declared import Declared, Sparse
 from analysis.experiment import (
     Acquisition,
     Attachment,
@@ -23,6 +23,7 @@ from analysis.experiment import (
     Temperature,
 )
 from analysis.gap.effect_card import EffectCard
+from analysis.transducers import Drive, Sensor
 from app.files.atomic import write_text
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.settings_toml import checked, read_table
@@ -98,13 +99,17 @@ class Origin(Declared):
     based_on: Hash | None = None
 
 
-class TwinFile(Declared):
+class TwinFile(Sparse):
     """The whole file, version 1."""
+
+    always: ClassVar[frozenset[str]] = frozenset({"format", "patch", "string", "cable", "effect"})
 
     format: Literal["flexura-twin/1"] = "flexura-twin/1"
     title: str
     plate: Plate
-    patch: Annotated[tuple[Patch, ...], Field(min_length=2)]
+    patch: tuple[Patch, ...] = ()
+    drive: tuple[Drive, ...] = ()
+    sensor: tuple[Sensor, ...] = ()
     string: tuple[Attachment, ...] = ()
     cable: tuple[Attachment, ...] = ()
     acquisition: Acquisition
@@ -132,6 +137,8 @@ class TwinFile(Declared):
             title=self.title,
             plate=self.plate,
             patch=self.patch,
+            drive=self.drive,
+            sensor=self.sensor,
             string=self.string,
             cable=self.cable,
             acquisition=self.acquisition,
@@ -171,7 +178,7 @@ def require_same_plate(path: Path, twin: TwinFile, experiment: Experiment) -> No
     remedy = "as the campaign declares; a twin belongs to one plate with its patches"
     problems = [
         Problem(path.name, place, seen, wanted, remedy)
-        for key in ("plate", "patch", "string", "cable", "acquisition", "oven")
+        for key in ("plate", "patch", "drive", "sensor", "string", "cable", "acquisition", "oven")
         for place, seen, wanted in _differences(key, getattr(twin, key), getattr(experiment, key))
         if place not in RECORDER
     ]

@@ -6,7 +6,7 @@ checks run; nothing in the file decides what is built.
 """
 
 import json
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import h5py
@@ -40,6 +40,8 @@ def read_value(group: h5py.Group, kind: type[Value]) -> Value:
     parts: dict[str, Any] = {}
     for field in fields(kind):  # type: ignore[arg-type]
         wanted = hints[field.name]
+        if field.default is not MISSING and field.name not in group and field.name not in group.attrs:
+            continue  # the file was written before there was such a field
         try:
             if is_dataclass(wanted):
                 parts[field.name] = read_value(group[field.name], wanted)  # type: ignore[arg-type]

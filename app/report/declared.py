@@ -114,9 +114,23 @@ def plate_words(plate: Plate) -> str:
 
 
 def experiment_points(experiment: Experiment) -> list[tuple[str, Point]]:
-    """Points at which strings and cables hold the plate, with what they are."""
+    """Points of strings, cables, forces and motions, with their names."""
     named = (("string", experiment.string), ("cable", experiment.cable))
-    return [(name, attached.point) for name, items in named for attached in items]
+    held = [(name, attached.point) for name, items in named for attached in items]
+    drives = [(drive.id, drive.point) for drive in experiment.drive]
+    read = [(sensor.id, place) for sensor in experiment.sensor for place in sensor.places(experiment.plate)]
+    return [*held, *drives, *read]
+
+
+def transducer_rows(experiment: Experiment) -> list[tuple[str, str]]:
+    """Say what drives and senses besides patches, and where."""
+    rows = [("drive", f"{d.id}: {d.kind} at {d.point[0]:g}, {d.point[1]:g} m, {d.side}") for d in experiment.drive]
+    for sensor in experiment.sensor:
+        places = sensor.places(experiment.plate)
+        where = f"{places[0][0]:g}, {places[0][1]:g} m" if len(places) == 1 else f"{len(places)} points"
+        loads = f", {1e3 * sensor.mass:g} g" if sensor.mass else ""
+        rows.append(("sensor", f"{sensor.id}: {sensor.kind} at {where}, {sensor.side}{loads}"))
+    return rows
 
 
 def _along(curves: Sequence[Curve]) -> Real:

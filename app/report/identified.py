@@ -29,7 +29,7 @@ def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
     axes[1].plot(frf.frequency, np.degrees(np.angle(rebuilt)), color=MODEL, lw=1.0)
     count = int(modes.real.sum())
     title = f"{tracked.temperature[row]:.1f} °C: {count} modes, misfit {100 * modes.misfit:.2f} %"
-    axes[0].set(ylabel="|H| [V/V]", title=title)
+    axes[0].set(ylabel=f"|H| {frf.label(channel)}", title=title)
     axes[1].set(ylabel="phase [°]")
     frequency_axis(axes[1])
     return figure

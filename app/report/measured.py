@@ -20,20 +20,20 @@ def waterfall(frf: Frf, channel: int = 0) -> Figure:
     """Amplitude of one channel over frequency and temperature, and a few temperatures as lines."""
     figure, axes = panels(1, 2, height=4.6, width_ratios=[1.15, 1.0])
     order = np.argsort(frf.temperature, kind="stable")
-    level = 20.0 * np.log10(np.abs(frf.h[order, channel]) + 1e-12)
+    level = 20.0 * np.log10(np.abs(frf.h[order, channel]) + 1e-20)
     cells = (_edges(frf.frequency), _edges(frf.temperature[order]))
     image = axes[0].pcolormesh(*cells, level, cmap="magma", vmin=float(np.percentile(level, 1)), rasterized=True)
     figure.colorbar(image, ax=axes[0])
-    title = f"|H| {frf.channels[channel]}/drive [dB re 1 V/V] over temperature"
-    axes[0].set(ylabel="temperature [°C]", title=title)
+    name, unit = frf.label(channel).split(" ")[0], frf.unit(channel)
+    axes[0].set(ylabel="temperature [°C]", title=f"|H| {name} [dB re 1 {unit}] over temperature")
     axes[0].grid(visible=False)
     frequency_axis(axes[0])
     span = (float(frf.temperature.min()), float(frf.temperature.max()))
     for row in spread(frf.temperature, LINES):
         t = float(frf.temperature[row])
-        curve = 20.0 * np.log10(np.abs(frf.h[row, channel]) + 1e-12)
+        curve = 20.0 * np.log10(np.abs(frf.h[row, channel]) + 1e-20)
         axes[1].plot(frf.frequency, curve, color=temperature_color(t, span), label=f"{t:.1f} °C")
-    axes[1].set(ylabel="|H| [dB re 1 V/V]", title="the same, a few temperatures")
+    axes[1].set(ylabel=f"|H| [dB re 1 {unit}]", title="the same, a few temperatures")
     axes[1].legend(ncols=2)
     frequency_axis(axes[1])
     return figure
@@ -56,7 +56,7 @@ def noise(frf: Frf, channel: int = 0) -> Figure:
         ms=4,
         label="mains lines, not fitted",
     )
-    axes[0].set(ylabel="[V/V]", title=f"{frf.channels[channel]} at {frf.temperature[row]:.1f} °C")
+    axes[0].set(ylabel=f"[{frf.unit(channel)}]", title=f"{frf.channels[channel]} at {frf.temperature[row]:.1f} °C")
     axes[0].legend()
     axes[1].plot(frf.frequency, frf.coherence[row, channel], color="0.15", lw=0.8)
     axes[1].set(

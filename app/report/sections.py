@@ -18,7 +18,7 @@ from app.files.run_folder import MADE_BY, run_file
 from app.gap_words import with_sigma
 from app.progress import Report
 from app.report import focusing, identified, measured, paper, updated
-from app.report.declared import experiment_points, picture, pieces_of, plate_words
+from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
 from app.report.gap_section import gap_section
 from app.report.origin import origin, outdated, stamps
 from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, Table, Verdict
@@ -46,7 +46,7 @@ def sections(run: Path, report: Report) -> Found:
     parts: list[tuple[str, str, Callable[[], list[Item]]]] = [
         ("Measurement", "frf.h5", lambda: _measurement(experiment, frf)),
         ("Identification", "modes.h5", lambda: _identification(run, frf, rows)),
-        ("Updated twin and material laws", "laws.h5", lambda: _updating(run, frf, rows)),
+        ("Updated twin and material laws", "laws.h5", lambda: _updating(run, experiment, frf, rows)),
         ("What the twin lacks", "gap.h5", lambda: gap_section(run / "gap.h5")),
         ("Focusing", "filters.h5", lambda: _focusing(run, rows)),
         ("Compensation", "compensation.h5", lambda: _compensation(run, rows)),
@@ -80,6 +80,8 @@ def _measurement(experiment: Experiment, frf: Frf) -> list[Item]:
             (p.role, f"{p.id}: {p.material} at {p.center[0]:g}, {p.center[1]:g} m, {p.side}")
             for p in experiment.patch
         ),
+        *transducer_rows(experiment),
+        ("transfers", ", ".join(frf.label(k) for k in range(min(len(frf.channels), 8)))),
         (
             "sweeps",
             f"{protocol.sweep}, {protocol.band[0]:g} to {protocol.band[1]:g} Hz, {protocol.sweep_duration:g} s "
@@ -138,7 +140,7 @@ def _identification(run: Path, frf: Frf, rows: list[paper.Row]) -> list[Item]:
     return items
 
 
-def _updating(run: Path, frf: Frf, rows: list[paper.Row]) -> list[Item]:
+def _updating(run: Path, experiment: Experiment, frf: Frf, rows: list[paper.Row]) -> list[Item]:
     estimates, twin = load_updated(run / "laws.h5")
     try:
         laws = load_laws(run / "laws.h5")
@@ -146,9 +148,10 @@ def _updating(run: Path, frf: Frf, rows: list[paper.Row]) -> list[Item]:
     except ResultFileError:
         laws = None
     worst = float((estimates.misfit / estimates.noise_floor).max())
+    unit = experiment.inputs[0].gain_unit
     text = (
-        f"One gain for all sweeps: {estimates.gain:.4f} ± {estimates.sigma_gain:.4f} V/V. The twin misses at most "
-        f"{worst:.2f} times the noise of the measurement. Its reduced model is certified to "
+        f"One gain for all sweeps: {estimates.gain:.4f} ± {estimates.sigma_gain:.4f} {unit}. The twin misses at "
+        f"most {worst:.2f} times the noise of the measurement. Its reduced model is certified to "
         f"{twin.basis_error:.1g} of a transfer's rms."
     )
     if worst > GOOD_MISFIT and not (run / "gap.h5").is_file():

@@ -31,7 +31,7 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0) -> Fig
         )
         amplitude.set_ylim(bottom=0.1 * float(np.median(rest)))
         frequency_axis(phase)
-    axes[0, 0].set_ylabel("|H| [V/V]")
+    axes[0, 0].set_ylabel(f"|H| {frf.label(channel)}")
     axes[1, 0].set_ylabel("phase [°]")
     axes[0, 0].legend()
     return figure

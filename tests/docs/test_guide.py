@@ -19,6 +19,7 @@ import pytest
 from analysis.layout import check_patches
 from analysis.patch import Patch
 from analysis.plate import Plate
+from analysis.transducers import Drive, Sensor
 from app.files.campaign_toml import read_experiment
 from app.main import flexura
 from simulation.effects.library import LIBRARY
@@ -124,11 +125,16 @@ def test_every_page_is_in_the_index() -> None:
 
 def test_the_plate_of_any_shape_is_one() -> None:
     page = (GUIDE / "file-formats.md").read_text(encoding="utf-8")
-    example, *_ = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    example, transducers, *_ = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     declared = json.loads(json.dumps(tomllib.loads(example)))
     plate = Plate.model_validate(declared["plate"])
     check_patches(plate, [Patch.model_validate(patch) for patch in declared["patch"]])
     assert len(plate.supported_edges()) == 2
+    others = json.loads(json.dumps(tomllib.loads(transducers)))
+    sensors = [Sensor.model_validate(sensor) for sensor in others["sensor"]]
+    for transducer in (*(Drive.model_validate(drive) for drive in others["drive"]), *sensors):
+        transducer.check(plate)
+    assert 10 < len(sensors[1].channels(plate)) < 30
 
 
 def sentences() -> str:

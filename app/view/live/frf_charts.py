@@ -18,7 +18,7 @@ class FrfChart(Chart):
     """
 
     def __init__(self, theme: Theme) -> None:
-        super().__init__("live-frf", "FRFs as they come", "frequency [Hz]", "|H| [dB re 1 V/V]", theme)
+        super().__init__("live-frf", "FRFs as they come", "frequency [Hz]", "|H| [dB]", theme)
         self._before = [self.curve([], [], "", theme.muted, named=False) for _ in range(KEPT - 1)]
         self._last = self.curve([], [], "last", theme.measured, width=2.0)
 
@@ -40,7 +40,7 @@ class FrfChart(Chart):
         last = watched.sweeps[steps[-1]]
         self._last.setData(last.frequency, _level(last.h[channel]))
         self._last.opts["label"] = f"{last.temperature:.2f} °C {last.direction}"
-        self.setTitle(f"{watched.experiment.outputs[channel].id}: {last.temperature:.2f} °C over those before")
+        self.setTitle(f"{watched.experiment.labels()[channel]}: {last.temperature:.2f} °C over those before")
 
 
 class CoherenceChart(Chart):

@@ -46,7 +46,7 @@ class MeasuredSweep:
     frequency : (F,) ndarray
         Hz.
     h : (K, F) complex ndarray
-        V/V.
+        In the units of the transfers.
     coherence : (K, F) ndarray
     """
 

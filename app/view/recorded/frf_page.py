@@ -16,7 +16,7 @@ from app.view.theme import Theme, one_sided
 
 OVER_MAP = (255, 255, 255, 170)
 """Colour of lines on a map."""
-FREQUENCY, TEMPERATURE, LEVEL = "frequency [Hz]", "temperature [°C]", "|H| [dB re 1 V/V]"
+FREQUENCY, TEMPERATURE = "frequency [Hz]", "temperature [°C]"
 
 
 class FrfPage(QWidget):
@@ -35,12 +35,14 @@ class FrfPage(QWidget):
         super().__init__()
         self._frf, self._results, self._cursors, self._theme = frf, results, cursors, theme
         self._channel = _choice(list(frf.channels))
+        units = {frf.unit(k) for k in range(len(frf.channels))}
+        self._level = f"|H| [dB re 1 {units.pop()}]" if len(units) == 1 else "|H| [dB]"
         runs = [f"{way}, {level:g} V" for way, level in zip(frf.direction, frf.level, strict=True)]
         self._sweeps = _choice(list(dict.fromkeys(runs)))
         self._of_run = np.array(runs)
         self._waterfall = Chart("waterfall", "FRF over temperature", FREQUENCY, TEMPERATURE, theme)
-        self._along_t = Chart("frf-at-frequency", "", LEVEL, TEMPERATURE, theme)
-        self._along_f = Chart("frf-at-temperature", "", FREQUENCY, LEVEL, theme)
+        self._along_t = Chart("frf-at-frequency", "", self._level, TEMPERATURE, theme)
+        self._along_f = Chart("frf-at-temperature", "", FREQUENCY, self._level, theme)
         self._phase = Chart("phase-at-temperature", "", FREQUENCY, "phase [°]", theme)
         self._coherence = Chart("coherence", "coherence of one repeat", FREQUENCY, "", theme)
         self._overlays = {name: self._switch(name, color) for name, color in self._offered().items()}
@@ -157,7 +159,7 @@ class FrfPage(QWidget):
         level = decibels(self._frf.h)
         low, high = (float(x) for x in np.percentile(level, (1.0, 99.95)))
         shown = Map(self._frf.frequency, np.array([0.0, 1.0]), np.zeros((2, len(self._frf.frequency))))
-        self._waterfall.image(shown, one_sided(), (low, high), LEVEL)
+        self._waterfall.image(shown, one_sided(), (low, high), self._level)
         self._along_f.setYRange(low - 4.0, high + 4.0, padding=0.0)
         self._along_t.setXRange(low - 4.0, high + 4.0, padding=0.0)
         self._phase.setYRange(-180.0, 180.0, padding=0.1)
@@ -182,7 +184,7 @@ class FrfPage(QWidget):
         """Show another sensor, direction, level or overlay."""
         frf, rows, channel = self._frf, self.rows, self._channel.currentIndex()
         self._waterfall.show_map(Map(frf.frequency, frf.temperature[rows], decibels(frf.h[rows, channel])))
-        self._waterfall.setTitle(f"FRF over temperature: {self._channel.currentText()} by drive")
+        self._waterfall.setTitle(f"FRF over temperature: {frf.label(channel)}")
         span = float(frf.temperature[rows].min()), float(frf.temperature[rows].max())
         reach = 0.55 * (span[1] - span[0]) / max(len(rows) - 1, 1) or 0.5
         self._waterfall.setYRange(span[0] - reach, span[1] + reach, padding=0.0)
@@ -224,7 +226,7 @@ class FrfPage(QWidget):
             self._cuts[name][1].setData(answer.frequency, np.degrees(np.angle(h)))
         spread = self._cuts["standard deviation"][0]
         spread.setVisible(self._overlays["standard deviation"].isChecked())
-        spread.setData(frf.frequency, 10.0 * np.log10(frf.variance[row, channel] + 1e-24))
+        spread.setData(frf.frequency, 10.0 * np.log10(frf.variance[row, channel] + 1e-40))
         self._trust.setData(frf.frequency, frf.coherence[row, channel])
         self._coherence.fit()
         self._along_f.setTitle(f"at {frf.temperature[row]:.2f} °C, on the way {frf.direction[row]}")
@@ -249,9 +251,9 @@ class FrfPage(QWidget):
         told = [
             ("frequency", f"{frf.frequency[line]:.2f} Hz"),
             ("temperature", f"{frf.temperature[row]:.3f} °C"),
-            ("|H1|", f"{abs(value):.4g} V/V = {decibels(value):.2f} dB"),
+            ("|H1|", f"{abs(value):.4g} {frf.unit(channel)} = {decibels(value):.2f} dB"),
             ("phase", f"{np.degrees(np.angle(value)):.1f}°"),
-            ("σ of H1", f"{np.sqrt(frf.variance[row, channel, line]):.2g} V/V"),
+            ("σ of H1", f"{np.sqrt(frf.variance[row, channel, line]):.2g} {frf.unit(channel)}"),
             ("coherence", f"{frf.coherence[row, channel, line]:.6f}"),
         ]
         if frf.excluded[line]:

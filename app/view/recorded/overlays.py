@@ -13,7 +13,7 @@ Complex = NDArray[np.complex128]
 
 def decibels(h: Complex) -> Real:
     """20 log10 |h|, with a floor far below any measurement."""
-    return np.asarray(20.0 * np.log10(np.abs(h) + 1e-12))
+    return np.asarray(20.0 * np.log10(np.abs(h) + 1e-20))
 
 
 @dataclass(frozen=True)
