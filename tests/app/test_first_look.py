@@ -91,16 +91,6 @@ def test_a_basis_that_does_not_converge_is_a_sentence(tmp_path: Path, measured, 
         )
 
 
-def test_a_sheet_declared_orthotropic_is_not_taken_for_an_isotropic_one(
-    measured, tmp_path: Path, monkeypatch
-) -> None:
-    monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path))
-    experiment, _ = measured
-    material = PlateMaterial(kind="pp-gf", orthotropy={"delta_e": 0.05, "delta_g": 0.02})
-    with pytest.raises(ResultFileError, match=r"plate\.material\.orthotropy"):
-        campaign_twin(declared(experiment, material=material), silent)
-
-
 @pytest.mark.shared
 @pytest.mark.skipif(not RECORDED.is_dir(), reason="the recorded campaigns are not beside the checkout")
 @pytest.mark.parametrize("name", ["pp-plate-nominal", "pp-plate-orthotropic", "pp-plate-two-effects"])

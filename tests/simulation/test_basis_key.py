@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.material import MaterialBox
+from analysis.plate_material import PlateMaterial
 from simulation.basis_key import basis_key
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction import Training
@@ -48,3 +49,15 @@ def test_everything_else_counts(plate, patches, key):
         basis_key(plate, patches, BOX, BAND, training=Training(tolerance=1e-5)),
     ]
     assert len({key, *others}) == len(others) + 1
+
+
+def test_of_a_material_only_the_orthotropy_counts(plate, patches, key):
+    """Ranges of an isotropic one are in the box; a sheet stiffer one way than the other is another plate."""
+
+    def of(**material):
+        return basis_key(plate.model_copy(update={"material": PlateMaterial(**material)}), patches, BOX, BAND)
+
+    assert of(kind="pmma") == of(kind="steel") == key
+    orthotropic = {"delta_e": 0.1, "delta_g": 0.0}
+    turned = {**orthotropic, "angle": 20.0}
+    assert len({key, *(of(kind="pp-gf", orthotropy=o) for o in (orthotropic, turned))}) == 3
