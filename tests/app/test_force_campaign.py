@@ -16,6 +16,7 @@ from app.files import campaign_toml
 from app.files.campaign_error import CampaignFileError
 from app.files.recorded_campaign import read_recorded_campaign
 from app.files.toml_text import toml_text
+from app.files.uff58 import read_frfs
 from simulation.footprint_reduction import reduce_with_footprints
 from simulation.mesh import MeshRecipe
 from simulation.mindlin import assemble
@@ -133,8 +134,10 @@ def test_import_identify_and_update(recorded: Path, run_flexura: Run) -> None:
     with h5py.File(folder / "sweeps" / "0000_up_T+020.0.h5") as file:
         assert file["drive"].attrs["unit"] == "N"
         assert json.loads(file["responses"].attrs["unit"]) == ["V", "m/s2", "m/s"]
-    status, _, message = run_flexura("identify", folder)
+    status, _, message = run_flexura("identify", folder, "--export", recorded.parent / "frfs.uff")
     assert status == 0, message
+    exported = read_frfs(recorded.parent / "frfs.uff")
+    assert [one.units for one in exported[:3]] == [("V", "N"), ("m/s2", "N"), ("m/s", "N")]
     status, output, message = run_flexura("update", folder, "--json")
     assert status == 0, message
     found = json.loads(output)
