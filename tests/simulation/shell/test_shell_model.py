@@ -144,7 +144,7 @@ ROLES = {"A": "actuator", "S": "sensor"}
 
 
 def transfers(plate: Plate, places: dict[str, tuple[float, float]], angle: float = 0.0) -> NDArray[np.complex128]:
-    """b' Z**-1 b between A and S, in this order, (2, 2, F), with functions of one degree."""
+    """B' Z**-1 b between A and S, in this order, (2, 2, F), with functions of one degree."""
     patches = [
         Patch(id=k, role=ROLES[k], center=place, thickness=0.0005, angle=angle, **SHAPES[k])
         for k, place in places.items()

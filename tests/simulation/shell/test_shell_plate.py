@@ -52,7 +52,7 @@ def test_on_soft_springs_along_its_edges_a_plate_heaves_and_tilts() -> None:
 
 
 def test_a_hinged_plate_swings_on_the_spring_of_its_hinge() -> None:
-    """k b over the moment of inertia about the left edge."""
+    """K b over the moment of inertia about the left edge."""
     k = 0.02
     hinge = {"kind": "soft-simple", "edge": "left"}
     soft = {"kind": "elastic", "edge": "left", "translation": 1e9, "rotation": k}
