@@ -14,7 +14,6 @@ from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
 from app.files.campaign import load_campaign
 from app.first_look import first_look
-from app.twin import campaign_twin
 
 RECORDED = Path(__file__).parents[3] / "shared" / "data" / "campaigns"
 

@@ -17,8 +17,8 @@ from app.files.campaign_error import CampaignFileError
 from app.files.recorded_campaign import read_recorded_campaign
 from app.files.toml_text import toml_text
 from simulation.footprint_reduction import reduce_with_footprints
-from simulation.mesh import MeshRecipe
-from simulation.mindlin import assemble
+from simulation.meshing.recipe import MeshRecipe
+from simulation.shell.assembly import assemble
 from simulation.twin import Twin
 
 Run = Callable[..., tuple[int, str, str]]
@@ -81,7 +81,9 @@ def channels(twin: Twin, material: tuple[float, float, float], rng: np.random.Ge
 def write(folder: Path, units: dict[str, str]) -> Path:
     """Write the recording, made on a coarse mesh of its own."""
     experiment, rng = declaration(), np.random.default_rng(5)
-    model = assemble(experiment.plate, experiment.patch, recipe=MeshRecipe(degree=5, spacing=0.05))
+    model = assemble(
+        experiment.plate, experiment.patch, recipe=MeshRecipe(spacing=0.08, growth=2.0, pieces=1), degree=5
+    )
     box = MaterialBox((1.5e9, 2.4e9), (0.36, 0.41), (0.03, 0.08))
     twin = Twin.of(experiment, reduce_with_footprints(model, box, (60.0, 800.0), experiment.footprints))
     (folder / "sweeps").mkdir(parents=True)

@@ -8,10 +8,10 @@ import pytest
 from analysis.channel import Footprint
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
-from simulation.footprint_reduction import footprint_rows, reduce_with_footprints
+from simulation.footprint_reduction import reduce_with_footprints
 from simulation.instruments import Instruments, Pickup
 from simulation.shell.electric_load import ElectricLoad
-from simulation.shell.shell_model import factorize
+from simulation.shell.factors import factorize
 from simulation.twin import Twin
 
 LOAD = ElectricLoad(305e3, 120e-12)
@@ -116,7 +116,7 @@ def test_an_open_patch_stiffens_the_plate_and_a_shorted_one_does_not(experiment,
 
 
 def test_voltages_and_motions_of_a_loaded_plate_against_the_full_model(coarse_model, twin):
-    rows = footprint_rows(coarse_model, (HAMMER, ACCELEROMETER, LASER))
+    rows = coarse_model.footprint_rows((HAMMER, ACCELEROMETER, LASER))
     found = twin.frf(*MATERIAL, LINES)
     for f in (LINES[7], LINES[31], LINES[52]):
         omega = 2 * np.pi * f
@@ -157,14 +157,15 @@ def test_a_mass_lowers_every_mode_it_moves(reduced):
     loaded_model = reduced.loaded(np.array([0.0, 0.01, 0.0]))
     loaded = Twin(loaded_model, Instruments(3, 1.0, (), (), (motion(4, 2),))).modes(*MATERIAL)[0]
     count = min(len(bare), len(loaded))
-    assert np.all(loaded[:count] < bare[:count] * (1 + 1e-9))
+    elastic = bare[:count] > 1.0  # rigid motions stay at 0 Hz, but for rounding
+    assert np.all(loaded[:count][elastic] < bare[:count][elastic] * (1 + 1e-9))
     assert loaded[:count].sum() < 0.999 * bare[:count].sum()
 
 
 def test_many_points_are_read_off_the_certified_field(coarse_model, reduced):
     many = (HAMMER, *(Footprint((0.02 + 0.012 * k, 0.1)) for k in range(16)))
     wide = reduce_with_footprints(coarse_model, reduced.box, reduced.band, many)
-    rows = footprint_rows(coarse_model, many)
+    rows = coarse_model.footprint_rows(many)
     f = 365.0
     direct = factorize(coarse_model.stiffness(*MATERIAL) - (2 * np.pi * f) ** 2 * coarse_model.mass)
     expected = rows @ direct.solve(rows[0].astype(complex))
