@@ -16,7 +16,6 @@ from app.files import campaign_toml
 from app.files.campaign_error import CampaignFileError
 from app.files.recorded_campaign import read_recorded_campaign
 from app.files.toml_text import toml_text
-from app.files.uff58 import read_frfs
 from simulation.footprint_reduction import reduce_with_footprints
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble
@@ -82,7 +81,9 @@ def channels(twin: Twin, material: tuple[float, float, float], rng: np.random.Ge
 def write(folder: Path, units: dict[str, str]) -> Path:
     """Write the recording, made on a coarse mesh of its own."""
     experiment, rng = declaration(), np.random.default_rng(5)
-    model = assemble(experiment.plate, experiment.patch, recipe=MeshRecipe(spacing=0.05), degree=5)
+    model = assemble(
+        experiment.plate, experiment.patch, recipe=MeshRecipe(spacing=0.08, growth=2.0, pieces=1), degree=5
+    )
     box = MaterialBox((1.5e9, 2.4e9), (0.36, 0.41), (0.03, 0.08))
     twin = Twin.of(experiment, reduce_with_footprints(model, box, (60.0, 800.0), experiment.footprints))
     (folder / "sweeps").mkdir(parents=True)
@@ -134,10 +135,8 @@ def test_import_identify_and_update(recorded: Path, run_flexura: Run) -> None:
     with h5py.File(folder / "sweeps" / "0000_up_T+020.0.h5") as file:
         assert file["drive"].attrs["unit"] == "N"
         assert json.loads(file["responses"].attrs["unit"]) == ["V", "m/s2", "m/s"]
-    status, _, message = run_flexura("identify", folder, "--export", recorded.parent / "frfs.uff")
+    status, _, message = run_flexura("identify", folder)
     assert status == 0, message
-    exported = read_frfs(recorded.parent / "frfs.uff")
-    assert [one.units for one in exported[:3]] == [("V", "N"), ("m/s2", "N"), ("m/s", "N")]
     status, output, message = run_flexura("update", folder, "--json")
     assert status == 0, message
     found = json.loads(output)

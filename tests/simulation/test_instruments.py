@@ -11,7 +11,7 @@ from analysis.material import MaterialBox
 from simulation.footprint_reduction import reduce_with_footprints
 from simulation.instruments import Instruments, Pickup
 from simulation.shell.electric_load import ElectricLoad
-from simulation.shell.shell_model import factorize
+from simulation.shell.factors import factorize
 from simulation.twin import Twin
 
 LOAD = ElectricLoad(305e3, 120e-12)
@@ -157,7 +157,8 @@ def test_a_mass_lowers_every_mode_it_moves(reduced):
     loaded_model = reduced.loaded(np.array([0.0, 0.01, 0.0]))
     loaded = Twin(loaded_model, Instruments(3, 1.0, (), (), (motion(4, 2),))).modes(*MATERIAL)[0]
     count = min(len(bare), len(loaded))
-    assert np.all(loaded[:count] < bare[:count] * (1 + 1e-9))
+    elastic = bare[:count] > 1.0  # rigid motions stay at 0 Hz, but for rounding
+    assert np.all(loaded[:count][elastic] < bare[:count][elastic] * (1 + 1e-9))
     assert loaded[:count].sum() < 0.999 * bare[:count].sum()
 
 

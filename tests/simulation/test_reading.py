@@ -13,10 +13,8 @@ from simulation.effect_reduction import reduce_with_effects
 from simulation.effect_twin import EffectTwin
 from simulation.effects.library import library
 from simulation.instruments import Instruments
-from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.fineness import Fineness
 
-COARSE = Fineness(MeshRecipe(spacing=0.06), degree=5, tolerance=1e-6)
 BAND = (100.0, 500.0)
 LINES = np.linspace(*BAND, 40)
 POINT = SweepPoint(24.0, 0.4 / 60.0, 2.0)
@@ -28,11 +26,11 @@ MASS = 0.004
 
 
 @pytest.fixture(scope="module")
-def operators(declare, patches):
+def operators(declare, patches, coarse_mesh):
     """With strings where the transducers are: what a plate does at points is what it does at small footprints."""
     plain = declare(patches, BAND, strings=PLACES)
     box = MaterialBox((1e9, 3.2e9), (0.33, 0.46), (0.02, 0.12))
-    ops = reduce_with_effects(plain, box, fineness=COARSE)[0]
+    ops = reduce_with_effects(plain, box, fineness=Fineness(coarse_mesh, degree=3, tolerance=0.0))[0]
     return replace(ops, footprints=ops.deflection[: len(PLACES)])
 
 

@@ -34,7 +34,7 @@ def unit(plate: Plate, e: float = E, nu: float = NU) -> float:
 
 
 def bending(model: ShellModel, count: int, e: float = E, nu: float = NU) -> Real:
-    """Lowest frequencies of a flat bare plate's deflection and rotations, Hz: its own plane moves apart from them."""
+    """Lowest frequencies of a flat bare plate's deflection and rotations, Hz; its plane moves apart from them."""
     kept = np.flatnonzero(model.unknowns.chosen // model.space.size >= 2)
     parts = {
         name: getattr(model, name)[kept][:, kept]
@@ -62,7 +62,9 @@ def on_grid(plate: Plate, count: tuple[int, int], degree: int) -> ShellPlate:
     border = BorderEdges(np.array(found), curve, np.vstack(spans))
     points = np.stack([x.ravel(), y.ravel()], axis=1)
     bow = np.zeros((len(edges), 7, 2))
-    mesh = PlateMesh(points, quads, triangles, edges, bow, {"outline": np.ones(len(quads), bool)}, {"outline": border})
+    mesh = PlateMesh(
+        points, quads, triangles, edges, bow, {"outline": np.ones(len(quads), bool)}, {"outline": border}
+    )
     return ShellPlate(plate, (), ShapeSpace.on(mesh, degree))
 
 
@@ -89,9 +91,7 @@ def test_order_of_convergence_on_hard_supports(monkeypatch: pytest.MonkeyPatch) 
     """Eigenvalues of degree p converge with the mesh as h**(2 p)."""
     plate = rectangle(0.02, b=0.16, support=HARD)
     exact = unit(plate) * HardRectangle(0.1, NU, 0.8).lowest(4)
-    errors = [
-        np.abs(bending(gridded(plate, count, 3, monkeypatch), 4) / exact - 1) for count in ((5, 4), (10, 8))
-    ]
+    errors = [np.abs(bending(gridded(plate, count, 3, monkeypatch), 4) / exact - 1) for count in ((5, 4), (10, 8))]
     order = np.log2(errors[0] / errors[1])
     assert order.min() > 5.0
     assert errors[1].max() < 1e-5

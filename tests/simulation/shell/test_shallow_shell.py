@@ -1,4 +1,4 @@
-"""Shallow shells on shear diaphragms against Navier's solution (Leissa, Vibration of Shells, 1973, ch. 2 and 3)."""
+"""Shallow shells on shear diaphragms against Navier's solution (Leissa, Vibration of Shells, 1973)."""
 
 from dataclasses import replace
 from itertools import product
@@ -20,9 +20,7 @@ HARD = ({"kind": "hard-simple", "edge": "all"},)
 
 def on_diaphragms(curvature: dict) -> ShellModel:
     """Hard simple supports that hold the displacement along each edge, too."""
-    plate = Plate(
-        length_x=A, length_y=B, thickness=H, mass=DENSITY * A * B * H, support=HARD, curvature=curvature
-    )
+    plate = Plate(length_x=A, length_y=B, thickness=H, mass=DENSITY * A * B * H, support=HARD, curvature=curvature)
     model = assemble(plate, recipe=MeshRecipe(spacing=0.08), degree=5)
     space, border = model.space, model.space.mesh.borders["outline"]
     held = np.zeros((5, space.size), bool)

@@ -99,9 +99,7 @@ def test_fully_covered_plate_bends_as_laminate_theory_says(angle: float) -> None
     """A free plate under a whole-face patch strains and curves alike in all directions: two equations."""
     outline = {"kind": "rectangle", "center": (0.05, 0.04), "size": (0.1, 0.08), "angle": angle}
     plate = Plate(outline=outline, thickness=0.003, mass=0.0228)
-    patch = Patch(
-        id="A", role="actuator", center=(0.05, 0.04), size=(0.1, 0.08), thickness=0.0005, angle=angle
-    )
+    patch = Patch(id="A", role="actuator", center=(0.05, 0.04), size=(0.1, 0.08), thickness=0.0005, angle=angle)
     model = assemble(plate, [patch], recipe=MeshRecipe(spacing=0.08, grading=0.0, pieces=1), degree=4)
     e, nu = 2.2e9, 0.37
     answer = factorize(model.stiffness(e, nu) + 1e-3 * model.mass).solve(model.coupling[:, 0])
@@ -144,7 +142,7 @@ ROLES = {"A": "actuator", "S": "sensor"}
 
 
 def transfers(plate: Plate, places: dict[str, tuple[float, float]], angle: float = 0.0) -> NDArray[np.complex128]:
-    """B' Z**-1 b between A and S, in this order, (2, 2, F), with functions of one degree."""
+    """Compliance b' Z**-1 b between A and S, in this order, (2, 2, F), with functions of one degree."""
     patches = [
         Patch(id=k, role=ROLES[k], center=place, thickness=0.0005, angle=angle, **SHAPES[k])
         for k, place in places.items()

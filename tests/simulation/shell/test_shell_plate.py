@@ -52,7 +52,7 @@ def test_on_soft_springs_along_its_edges_a_plate_heaves_and_tilts() -> None:
 
 
 def test_a_hinged_plate_swings_on_the_spring_of_its_hinge() -> None:
-    """K b over the moment of inertia about the left edge."""
+    """A stiffness k b over the moment of inertia about the left edge."""
     k = 0.02
     hinge = {"kind": "soft-simple", "edge": "left"}
     soft = {"kind": "elastic", "edge": "left", "translation": 1e9, "rotation": k}
@@ -113,16 +113,16 @@ def test_a_turned_sheet_is_a_turned_plate() -> None:
     wanted = bending(model(7, material=sheet(0.3, -0.2, 20.0)), 10)[3:]
     found = bending(assemble(turned, recipe=RECIPE, degree=7), 10)[3:]
     assert found == pytest.approx(wanted, rel=1e-4)
-    assert np.abs(bending(model(7, material=sheet(0.3, -0.2, -20.0)), 10)[3:] / wanted - 1).max() < 1e-4  # mirrored
+    assert (
+        np.abs(bending(model(7, material=sheet(0.3, -0.2, -20.0)), 10)[3:] / wanted - 1).max() < 1e-4
+    )  # mirrored
     assert np.abs(bending(model(material=sheet(0.3, -0.2, 70.0)), 10)[3:] / wanted - 1).max() > 0.02
 
 
 def test_patches_that_overlap_in_part_on_opposite_faces_are_the_sum_of_both() -> None:
     """On one mesh for both, each leaves what it has alone; where they overlap, offsets cancel."""
     above = Patch(id="A", role="actuator", center=(0.08, 0.07), size=(0.04, 0.03), thickness=0.0005)
-    below = Patch(
-        id="S", role="sensor", center=(0.10, 0.08), size=(0.03, 0.03), thickness=0.0005, side="bottom"
-    )
+    below = Patch(id="S", role="sensor", center=(0.10, 0.08), size=(0.03, 0.03), thickness=0.0005, side="bottom")
     both = assemble(rectangle(), [above, below], recipe=MeshRecipe(spacing=0.08, grading=0.0, pieces=1), degree=3)
     shell = both.shell
     common = shell.under[0] & shell.under[1]
