@@ -1,16 +1,18 @@
 """The focusing panel as declared: plate, actuators, target, grid and filters."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from analysis.declared import Point, Sparse
 from analysis.experiment import Declared, Patch, Plate, Temperature, check_patches
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import leaves, overlap
 from analysis.geometry.shapes import rectangle
+from analysis.transducers import Drive
 
 Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
 Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
@@ -143,13 +145,16 @@ class TwinSettings(Declared):
         return all(low <= value <= high for value, (low, high) in pairs)
 
 
-class Panel(Declared):
-    """All that is declared of a focusing panel: a ``panel/1`` TOML file."""
+class Panel(Sparse):
+    """All that is declared of a focusing panel: a ``panel/1`` TOML file. Patches drive it, or forces."""
+
+    always: ClassVar[frozenset[str]] = frozenset({"format", "patch", "grid", "filters", "twin", "illustration"})
 
     format: Literal["panel/1"] = "panel/1"
     title: str
     plate: Plate
-    patch: Annotated[tuple[Patch, ...], Field(min_length=1)]
+    patch: tuple[Patch, ...] = ()
+    drive: tuple[Drive, ...] = ()
     target: Target
     grid: tuple[Count, Count] = (40, 30)
     filters: Filters = Filters()
@@ -159,6 +164,13 @@ class Panel(Declared):
     @model_validator(mode="after")
     def _on_the_plate(self) -> Self:
         check_patches(self.plate, self.patch)
+        for drive in self.drive:
+            drive.check(self.plate)
+        if bool(self.patch) == bool(self.drive):
+            raise ValueError(
+                f"{len(self.patch)} patches and {len(self.drive)} drives; a panel has at least one actuator, and "
+                "actuators of one kind: volts and newtons cannot be weighed against each other"
+            )
         place = leaves(self.target_loop, self.plate.loop)
         for hole in self.plate.hole_loops:
             place = overlap(self.target_loop, hole) if place is None else place
@@ -173,6 +185,11 @@ class Panel(Declared):
             if patch.role != "actuator":
                 raise ValueError(f"patch {patch.id!r} has the role {patch.role}; a panel has actuators only")
         return self
+
+    @property
+    def centers(self) -> tuple[Point, ...]:
+        """Centres of the actuators, m."""
+        return tuple(patch.center for patch in self.patch) or tuple(drive.point for drive in self.drive)
 
     @property
     def target_center(self) -> tuple[float, float]:
