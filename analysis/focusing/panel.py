@@ -7,12 +7,11 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from analysis.declared import Point, Sparse
-from analysis.experiment import Declared, Patch, Plate, Temperature, check_patches
+from analysis.experiment import Declared, Drive, Patch, Plate, Temperature, check_patches
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import leaves, overlap
 from analysis.geometry.shapes import rectangle
-from analysis.transducers import Drive
 
 Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
 Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
@@ -187,11 +186,6 @@ class Panel(Sparse):
         return self
 
     @property
-    def centers(self) -> tuple[Point, ...]:
-        """Centres of the actuators, m."""
-        return tuple(patch.center for patch in self.patch) or tuple(drive.point for drive in self.drive)
-
-    @property
     def target_center(self) -> tuple[float, float]:
         """Centre of the target, m."""
         (x, y), plate = self.plate.bounds[0], self.plate
@@ -202,3 +196,8 @@ class Panel(Sparse):
         """Border of the target."""
         along, across = self.target.size
         return rectangle(self.target_center, (along * self.plate.length_x, across * self.plate.length_y))
+
+    @property
+    def centers(self) -> tuple[Point, ...]:
+        """Centres of the actuators, m."""
+        return tuple(patch.center for patch in self.patch) or tuple(drive.point for drive in self.drive)
