@@ -20,6 +20,7 @@ __all__ = [
     "Acquisition",
     "Attachment",
     "Declared",
+    "Drive",
     "Experiment",
     "Oven",
     "Patch",
