@@ -99,7 +99,12 @@ def cached_reduction(
     stored = load_basis(file)
     if stored is not None:
         return stored
-    model = assemble_for(plate, patches, box, band, footprints=footprints, fineness=fineness)
+    report = progress or (lambda stage, share: None)
+
+    def assembling(share: float) -> None:
+        report("assembling the plate", share)
+
+    model = assemble_for(plate, patches, box, band, footprints=footprints, fineness=fineness, progress=assembling)
     with reducing(box, band):
         reduced = reduce_with_footprints(
             model,

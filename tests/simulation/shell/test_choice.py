@@ -1,5 +1,7 @@
 """Functions chosen by solutions, against all functions."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -44,7 +46,7 @@ def test_errors_fall_with_the_tolerance(everything: ShellModel, ladder: list[She
     exact = everything.compliance(*MATERIAL, LINES)
     rms = np.sqrt(np.mean(np.abs(exact) ** 2, axis=-1))
     errors = [(np.abs(model.compliance(*MATERIAL, LINES) - exact).max(axis=-1) / rms).max() for model in ladder]
-    assert all(after < 0.5 * before for before, after in zip(errors, errors[1:], strict=False))
+    assert all(after < 0.5 * before for before, after in pairwise(errors))
     assert errors[-1] < 1e-3
     sizes = [model.size for model in (*ladder, everything)]
     assert sizes == sorted(sizes)
@@ -53,7 +55,7 @@ def test_errors_fall_with_the_tolerance(everything: ShellModel, ladder: list[She
 
 def test_the_energy_dropped_is_told_and_falls(ladder: list[ShellModel]) -> None:
     dropped = [model.dropped for model in ladder]
-    assert all(0.0 < after < before for before, after in zip(dropped, dropped[1:], strict=False))
+    assert all(0.0 < after < before for before, after in pairwise(dropped))
     assert all(model.dropped > t for model, t in zip(ladder, (1e-5, 1e-6, 1e-7, 1e-8), strict=True))
 
 
