@@ -61,12 +61,17 @@ def reduce_with_effects(
     The operators keep r <= N directions of the vectors.
     """
     report = progress or (lambda stage, share: None)
-    report(STAGE, 0.0)
     band = experiment.protocol.band
     places = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
     acting = [*(Footprint((float(x), float(y))) for x, y in places), *experiment.footprints]
     model = assemble_for(
-        experiment.plate, experiment.patch, box, band, footprints=acting, fineness=fineness or FINE
+        experiment.plate,
+        experiment.patch,
+        box,
+        band,
+        footprints=acting,
+        fineness=fineness or FINE,
+        progress=lambda share: report(STAGE, 0.1 * share),
     )
     full = FullPlate.of(model)
     probe = model.footprint_rows(acting)
