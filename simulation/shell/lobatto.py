@@ -70,4 +70,4 @@ def _projection(degree: int) -> tuple[Real, Real]:
     nodes, weights = leggauss(degree + 6)
     root = np.sqrt(weights / (1.0 - nodes**2))
     matrix = lobatto(degree, nodes)[0]
-    return 0.5 * (nodes + 1.0), np.linalg.pinv((root * matrix).T) * root
+    return 0.5 * (nodes + 1.0), np.asarray(np.linalg.pinv((root * matrix).T) * root, float)
