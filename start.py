@@ -73,7 +73,7 @@ def install() -> None:
     subprocess.run([sys.executable, "-m", "venv", str(ENVIRONMENT)], check=True)
     pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
     subprocess.run(
-        [*pip, *torch_index(), "-c", str(ROOT / "constraints.txt"), "-e", f"{ROOT}[drawings,tests]"],
+        [*pip, *torch_index(), "-c", str(ROOT / "constraints.txt"), "-e", f"{ROOT}[drawings,meshes,tests]"],
         check=True,
         cwd=ROOT,
     )

@@ -141,7 +141,7 @@ def _drawn(space: ShapeSpace, coefficients: Real) -> tuple[Real, Whole, Real]:
 
 def _merged(points: Real, triangles: Whole, values: Real) -> tuple[Real, Whole, Real]:
     """Make one point of those that neighbouring cells share: what is left without a neighbour is the outline."""
-    close = 1e-7 * float(np.ptp(points, axis=0).max())
+    close = 1e-11 * float(np.ptp(points, axis=0).max())
     first = np.array([min(same) for same in cKDTree(points).query_ball_point(points, close)])
     kept, number = np.unique(first, return_inverse=True)
     return points[kept], number[triangles], values[:, kept]

@@ -123,7 +123,7 @@ def test_installs_once(call: Call, machine: FakeMachine, project: Path) -> None:
     assert len(machine.installs) == 1
     command = machine.installs[0]
     assert command[command.index("-c") + 1] == str(project / "constraints.txt")
-    assert command[command.index("-e") + 1] == f"{project}[drawings,tests]"
+    assert command[command.index("-e") + 1] == f"{project}[drawings,meshes,tests]"
 
 
 def test_words_go_to_flexura_or_to_pytest(call: Call, machine: FakeMachine, project: Path) -> None:

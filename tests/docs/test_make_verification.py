@@ -77,6 +77,16 @@ def test_smaller_cells_bring_a_disc_to_its_exact_frequencies(script):
     assert errors[1] < 2.0**-6 * errors[0]
 
 
+def test_graded_corners_can_be_drawn(script, drawing, tmp_path):
+    """Points of the smallest cells stay apart: triangles without area would stop the drawing."""
+    solved = script.solve_with_the_finite_element_plate(named("fv12"), 2)
+    corners = solved.points[solved.triangles]
+    (a, b), (c, d) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    assert (a * d - b * c).min() > 0.0
+    drawing.draw_modes(solved.points, solved.triangles, solved.deflection[3:5], ["", ""], tmp_path / "modes.png")
+    assert imread(tmp_path / "modes.png")[..., :3].min() < 0.2
+
+
 def test_meshes_and_modes_are_drawn(drawing, tmp_path):
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     drawing.draw_mesh([square, square + np.array([1.0, 0.0])], tmp_path / "new" / "mesh.png")

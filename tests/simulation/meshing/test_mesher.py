@@ -131,6 +131,35 @@ def test_cells_shrink_towards_corners_of_patches():
     assert shortest(fine) == pytest.approx(0.3 * shortest(coarse))
 
 
+@pytest.mark.parametrize("levels", [0, 1, 3])
+def test_corners_of_the_outline_are_graded_where_asked(levels):
+    mesh = mesh_plate([OUTLINE], 0.003, MeshRecipe(grading=0.2, levels=levels, outer_corners=True))
+    check([OUTLINE], mesh)
+    ends = mesh.points[mesh.edges]
+    at_corner = (np.hypot(*ends.transpose(2, 0, 1)) < 1e-12).any(axis=1)
+    assert np.hypot(*(ends[at_corner, 1] - ends[at_corner, 0]).T) == pytest.approx(0.2**levels * 0.003)
+
+
+def test_strips_end_where_there_is_no_room_and_go_on_elsewhere():
+    hole = Border("hole", shapes.rectangle((0.12, 0.0053), (0.02, 0.01), 0.001), "hole")
+    mesh = mesh_plate([OUTLINE, hole], 0.006)
+    check([OUTLINE, hole], mesh)
+    own = mesh.borders["outline"].edge
+    middle = mesh.points[mesh.edges[own]].mean(axis=1)
+    bare = ~np.isin(own, mesh.quad_edges)
+    assert bare.any()
+    assert (np.hypot(*(middle[bare] - [0.12, 0.0]).T) < 0.03).all()
+
+
+def test_borders_that_nearly_coincide_are_refused_with_their_place():
+    hole = Border("hole", shapes.rectangle((0.12, 0.005 + 3e-6), (0.02, 0.01)), "hole")
+    with pytest.raises(GeometryError, match="too close to each other") as caught:
+        mesh_plate([OUTLINE, hole], 0.003)
+    x, y = caught.value.places[0]
+    assert 0.109 < x < 0.131
+    assert y < 1e-4
+
+
 def test_a_narrower_spacing_makes_smaller_cells():
     sizes = []
     for spacing in (0.04, 0.02):
