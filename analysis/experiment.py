@@ -20,6 +20,7 @@ __all__ = [
     "Acquisition",
     "Attachment",
     "Declared",
+    "Drive",
     "Experiment",
     "Oven",
     "Patch",
@@ -131,7 +132,8 @@ class Experiment(Sparse):
         driven = [channel.id for channel in self.inputs]
         if len(driven) != 1:
             raise ValueError(
-                f"patch, drive: {len(driven)} have the role actuator or are a drive ({driven}); exactly 1 allowed"
+                f"patch, drive: {len(driven)} have the role actuator or are a drive ({driven}); "
+                "exactly 1 allowed (where each sweep names its own: flexura import --actuator ID)"
             )
         if not self.outputs:
             raise ValueError("patch, sensor: nothing is read; give a patch the role sensor, or add a [[sensor]]")

@@ -40,10 +40,14 @@ class Drive(Sparse):
     mass: Mass = 0.0
 
     @property
+    def footprint(self) -> Footprint:
+        """Where it acts."""
+        return Footprint(self.point, self.radius, -1.0 if self.side == "top" else 1.0, self.mass)
+
+    @property
     def channel(self) -> Channel:
         """The input that it is."""
-        along = -1.0 if self.side == "top" else 1.0
-        return Channel(self.id, "force", footprint=Footprint(self.point, self.radius, along, self.mass))
+        return Channel(self.id, "force", footprint=self.footprint)
 
     def check(self, plate: Plate) -> None:
         """Raise GeometryError unless it stands on the plate."""

@@ -1,11 +1,13 @@
 """A focusing panel joined to its reduced twin."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.channel import Footprint
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
 from analysis.focusing.methods import Constants, Modes
@@ -29,28 +31,34 @@ class PanelTwin:
     Attributes
     ----------
     reduced : ReducedModel
-        With the deflection at the grid's points.
+        With the deflection at the grid's points, and forces as its only footprints.
     space : FieldSpace
+    signs : (N,) ndarray
+        Of the actuators: patches 1, forces what `ReducedModel.amplitudes` takes for positive.
     """
 
     reduced: ReducedModel
     space: FieldSpace
+    signs: Real
 
     @classmethod
-    def of(cls, reduced: ReducedModel, grid: Grid) -> Self:
-        """Measure a reduced model's shapes over a grid."""
-        return cls(reduced, FieldSpace.of(reduced.deflection, grid))
+    def of(cls, reduced: ReducedModel, grid: Grid, drives: Sequence[Footprint] = ()) -> Self:
+        """Measure a reduced model's shapes over a grid; the forces' masses move with the plate."""
+        loaded = reduced.loaded(np.array([drive.mass for drive in drives]))
+        signs = np.array([1.0] * reduced.capacitance.size + [-drive.along for drive in drives])
+        return cls(loaded, FieldSpace.of(loaded.deflection, grid), signs)
 
     def amplitudes(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
     ) -> Complex:
-        """Generalised coordinates (N, F, r) per volt on every actuator."""
-        return self.reduced.amplitudes(youngs_modulus, poisson_ratio, loss_factor, frequency)
+        """Generalised coordinates (N, F, r) per volt or newton of every actuator."""
+        found = self.reduced.amplitudes(youngs_modulus, poisson_ratio, loss_factor, frequency)
+        return self.signs[:, None, None] * found
 
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> Modes:
         """Lowest `count` undamped modes, each with the damping the plate gives it (patches add none)."""
         values, shapes = self.reduced.modes(youngs_modulus, poisson_ratio, loss_factor, count)
-        return Modes(values, shapes, -shapes.T @ self.reduced.coupling)
+        return Modes(values, shapes, -shapes.T @ (self.reduced.ports * self.signs))
 
 
 def panel_twin(panel: Panel, laws: MaterialLaws, report: Report) -> PanelTwin:
@@ -75,17 +83,20 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Report) -> PanelTwin:
                 f"loss_factor {list(box.loss_factor)}; widen [twin] in the panel's file"
             )
     band = panel.filters.twin_band
+    forces = [drive.footprint for drive in panel.drive]
     reduced = cached_reduction(
         panel.plate,
         panel.patch,
         box,
         band,
+        footprints=forces,
+        driven=range(len(forces)),
         points=grid.points,
         fineness=Fineness(tolerance=panel.twin.function_tolerance),
         training=Training(tolerance=panel.twin.basis_tolerance),
         progress=report,
     )
-    return PanelTwin.of(reduced, grid)
+    return PanelTwin.of(reduced, grid, forces)
 
 
 def _materials(laws: MaterialLaws) -> list[Constants]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from finite_element_plate import solve_plate
 from numpy.typing import NDArray
 from verification_pictures import draw_mesh, draw_modes
 
@@ -36,6 +37,9 @@ ones. This page is written by `python docs/make_verification.py`.
   an independent Ritz solution.
 - *converged*: values of an independent finite-element solution of the same theory on fine meshes. Published
   values, of thin plates or coarse elements, stand beside them and lie up to 1.5 % off.
+- The finest mesh has 150 to 320 cells of degree 6 and 12,000 to 26,000 unknowns, the middle one a third of that.
+  Cells get smaller towards corners; the rotation along curved and
+  oblique hard supports is held by a penalty.
 - *soft* simple support holds the deflection, *hard* the rotation along the edge too.
 - *order*: exponent of the mesh size with which the frequencies change over three meshes, each half as wide as the
   last; a dash where they change by rounding only. Modes are numbered from the lowest, rigid motions left out.
@@ -66,10 +70,8 @@ class Solved:
 
 
 def solve_with_the_finite_element_plate(case: Case, refinement: int) -> Solved:
-    """Compute one case; `NotCovered` where the plate cannot be modelled. The one place that knows the solver."""
-    from rectangle_solver import solve_rectangle
-
-    return Solved(*solve_rectangle(case, refinement))
+    """Compute one case. The one place that knows the solver."""
+    return Solved(*solve_plate(case, refinement))
 
 
 def frequencies(case: Case, refinement: int) -> Real:

@@ -26,7 +26,7 @@ Step = Callable[[], None]
 
 STRAIN_SPACING = 0.004
 """Distance of the points at which strains are kept, m: some thirty within a spot of 24 mm."""
-CHUNK = 24
+CHUNK = 12
 """Cells whose strains are held at a time."""
 
 PLANE = (((0, 0),), ((1, 1),), ((0, 1), (1, 0)), ((2, 2),))
@@ -51,11 +51,9 @@ class Projector:
     vectors: Real
 
     @cached_property
-    def fields(self) -> list[Real]:
-        """Vectors over the functions of each field, (N + 1, r) each, the last row zero."""
-        number = self.full.unknowns.number
-        padded = np.vstack([self.vectors, np.zeros((1, self.vectors.shape[1]))])
-        return [padded[np.append(number[field], -1)] for field in range(len(FIELDS))]
+    def _padded(self) -> Real:
+        """Vectors with a row of zeros at the end, (n + 1, r): functions that are no unknowns have number -1."""
+        return np.vstack([self.vectors, np.zeros((1, self.vectors.shape[1]))])
 
     def rows(self, space: ShapeSpace, cells: Mask | None = None) -> Iterator[Rows]:
         """Strains and displacements over all or some cells of a space, `CHUNK` cells at a time."""
@@ -68,7 +66,7 @@ class Projector:
                 mine = chosen[start : start + CHUNK]
                 points = (offset + mine[:, None] * each + np.arange(each)).ravel()
                 here = {letter: group.factor(letter, mine).transpose(0, 2, 1) for letter in ("0", "x", "y")}
-                coordinates = [field[group.functions[mine]] for field in self.fields]
+                coordinates = [self._padded[number[group.functions[mine]]] for number in self.full.unknowns.number]
                 cache: dict[tuple[int, str], Real] = {}
 
                 def value(field: int, letter: str) -> Real:

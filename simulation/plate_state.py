@@ -106,7 +106,7 @@ class PlateState:
     Attributes
     ----------
     xi, zeta : (Q,) ndarray
-        Sampling points of the fields: 2x/length_x - 1 and 2y/length_y - 1.
+        Sampling points of the fields: -1 to 1 over the box around the plate, see `Plate.normalised`.
     laws : LocalLaws
         The material, by local temperature.
     temperature : (Q,) ndarray

@@ -185,11 +185,12 @@ class ReducedModel:
         frequency: ArrayLike,
         inputs: ArrayLike | None = None,
     ) -> Complex:
-        """Coordinates A per volt on each input patch, the others short-circuited: (N, F, r).
+        """Coordinates A per unit of each input, patches short-circuited: (N, F, r).
 
-        The field is w = deflection @ A[n, f], in m/V. `inputs` (N,) are patch indices, all unless given.
+        The field is w = deflection @ A[n, f], in m/V; of a footprint in m per -1 N along z. `inputs` (N,) are
+        indices of `ports`, all unless given.
         """
         self.require(youngs_modulus, poisson_ratio, loss_factor, frequency)
         modal = self.modal_form(youngs_modulus, poisson_ratio, loss_factor)
         chosen = slice(None) if inputs is None else np.atleast_1d(np.asarray(inputs, int))
-        return -modal.solve(self.coupling[:, chosen], frequency)
+        return -modal.solve(self.ports[:, chosen], frequency)

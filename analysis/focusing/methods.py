@@ -30,7 +30,7 @@ class Modes:
         Complex ω²(1 + jη), ascending, rad2/s2.
     shapes : (r, m) ndarray
     coupling : (m, N) ndarray
-        Modal force of every actuator, N/V.
+        Modal force of every actuator, N/V or N/N.
     """
 
     eigenvalues: Complex
@@ -48,7 +48,7 @@ class PanelModel(Protocol):
     def amplitudes(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
     ) -> Complex:
-        """Generalised coordinates (N, F, r) per volt on every actuator; ValueError outside the trained box."""
+        """Generalised coordinates (N, F, r) per volt or newton of every actuator; ValueError outside the box."""
 
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> Modes:
         """Return the lowest `count` modes."""
@@ -70,13 +70,13 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
         return _loud(model, panel, amplitude, band, time_reversal(_at_center(model, panel, amplitude)))
 
     def modal(constants: Constants, _amplitude: Complex, _forms: EnergyForms) -> Complex:
-        modes = model.modes(*constants, count=len(panel.patch))
+        modes = model.modes(*constants, count=len(panel.centers))
         image = model.space.plate @ modes.shapes
         aim = modes.shapes.T @ model.space.aim * displacement
         return modal_control(image.T @ image, modes.eigenvalues, modes.coupling, aim, lines)
 
     def none(_constants: Constants, amplitude: Complex, _forms: EnergyForms) -> Complex:
-        centers = np.array([patch.center for patch in panel.patch])
+        centers = np.array(panel.centers)
         return _loud(model, panel, amplitude, band, nearest_actuator(centers, panel.target_center, len(lines)))
 
     return {"stif": stif, "time-reversal": reversal, "modal-control": modal, "none": none}[method]

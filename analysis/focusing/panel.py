@@ -1,12 +1,13 @@
 """The focusing panel as declared: plate, actuators, target, grid and filters."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from analysis.experiment import Declared, Patch, Plate, Temperature, check_patches
+from analysis.declared import Point, Sparse
+from analysis.experiment import Declared, Drive, Patch, Plate, Temperature, check_patches
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import leaves, overlap
@@ -149,13 +150,16 @@ class TwinSettings(Declared):
         return self
 
 
-class Panel(Declared):
-    """All that is declared of a focusing panel: a ``panel/1`` TOML file."""
+class Panel(Sparse):
+    """All that is declared of a focusing panel: a ``panel/1`` TOML file. Patches drive it, or forces."""
+
+    always: ClassVar[frozenset[str]] = frozenset({"format", "patch", "grid", "filters", "twin", "illustration"})
 
     format: Literal["panel/1"] = "panel/1"
     title: str
     plate: Plate
-    patch: Annotated[tuple[Patch, ...], Field(min_length=1)]
+    patch: tuple[Patch, ...] = ()
+    drive: tuple[Drive, ...] = ()
     target: Target
     grid: tuple[Count, Count] = (40, 30)
     filters: Filters = Filters()
@@ -165,6 +169,13 @@ class Panel(Declared):
     @model_validator(mode="after")
     def _on_the_plate(self) -> Self:
         check_patches(self.plate, self.patch)
+        for drive in self.drive:
+            drive.check(self.plate)
+        if bool(self.patch) == bool(self.drive):
+            raise ValueError(
+                f"{len(self.patch)} patches and {len(self.drive)} drives; a panel has at least one actuator, and "
+                "actuators of one kind: volts and newtons cannot be weighed against each other"
+            )
         place = leaves(self.target_loop, self.plate.loop)
         for hole in self.plate.hole_loops:
             place = overlap(self.target_loop, hole) if place is None else place
@@ -204,3 +215,8 @@ class Panel(Declared):
         """Border of the target."""
         along, across = self.target.size
         return rectangle(self.target_center, (along * self.plate.length_x, across * self.plate.length_y))
+
+    @property
+    def centers(self) -> tuple[Point, ...]:
+        """Centres of the actuators, m."""
+        return tuple(patch.center for patch in self.patch) or tuple(drive.point for drive in self.drive)

@@ -41,6 +41,7 @@ Examples:
 )
 @click.option("--band", nargs=2, type=click.FloatRange(min=0.0), metavar="LOW HIGH", help="Hz (default: all).")
 @click.option("--shared-poles", is_flag=True, help="FRFs.uff: one set of poles for all FRFs of the file.")
+@click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs as a universal file, too.")
 @run_out
 @mains
 @output_options("the modes")
@@ -51,6 +52,7 @@ def command(
     method: str,
     band: tuple[float, float] | None,
     shared_poles: bool,
+    export: Path | None,
     out: Path | None,
     mains: float,
     output: Output,
@@ -71,15 +73,19 @@ def command(
     if suffix in (".uff", ".unv", ".uf") or (campaign.is_file() and suffix != ".toml"):
         if out is not None:
             raise click.BadParameter("a universal file's modes are only printed; use --json", param_hint="--out")
+        if export is not None:
+            raise click.BadParameter("the FRFs are in a universal file already", param_hint="--export")
         identify_uff(campaign, wanted, shared_poles, output)
     else:
         if shared_poles:
             raise click.BadParameter("a campaign's sensors always share poles", param_hint="--shared-poles")
-        identify_campaign(campaign, out, wanted, output)
+        identify_campaign(campaign, out, export, wanted, output)
 
 
-def identify_campaign(campaign: Path, out: Path | None, wanted: "Wanted", output: Output) -> None:
-    """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv."""
+def identify_campaign(
+    campaign: Path, out: Path | None, export: Path | None, wanted: "Wanted", output: Output
+) -> None:
+    """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs for others where asked."""
     from analysis.frf import campaign_frf
     from analysis.identification.tracking import track
     from app.files.bad_file import ResultFileError
@@ -101,6 +107,11 @@ def identify_campaign(campaign: Path, out: Path | None, wanted: "Wanted", output
             raise ResultFileError(f"{campaign}: {error}") from error
     made_from = provenance(loaded.hashes, {"campaign": loaded.name} | wanted.record())
     save_frf(run / "frf.h5", loaded.experiment, frf, made_from)
+    if export is not None:
+        from app.files.uff58 import write_frfs
+        from app.files.uff_campaign import campaign_frfs
+
+        write_frfs(export, campaign_frfs(loaded.experiment, frf))
     save_modes(run / "modes.h5", tracked, made_from)
     write_table(run / "modes.csv", tracked, wanted.damping)
     seconds = time.perf_counter() - started

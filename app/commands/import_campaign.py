@@ -18,22 +18,24 @@ Examples:
 @click.command(name="import", epilog=EXAMPLES, short_help="Turn a recorded campaign into a campaign folder.")
 @click.argument("folder", type=PATH)
 @click.option("--allow-missing", is_flag=True, help="Go on without sweeps that are not there or clipped.")
+@click.option("--actuator", metavar="ID", help="Of several that drove one after the other: take its sweeps.")
 @out_folder("Campaign folder (default: FOLDER-campaign beside FOLDER).")
 @output_options("the summary")
 @bad_input
-def command(folder: Path, allow_missing: bool, out: Path | None, output: Output) -> None:
+def command(folder: Path, allow_missing: bool, actuator: str | None, out: Path | None, output: Output) -> None:
     """Import FOLDER, a recorded campaign (campaign.toml and NI TDMS files), as a campaign folder.
 
     Every file is checked against the declaration: channels, lengths, sample rate, units, clipping, silence,
     temperatures. Anything wrong is named, all of it at once, and nothing is written but a picture of a geometry
     that cannot be. An import that was killed is completed by the same command; importing the same recording
-    again changes nothing.
+    again changes nothing. Where several actuators drove the plate one after the other, each gives a campaign of
+    its own: name it with --actuator.
     """
     from app.files.import_recording import import_recording
     from drivers.ni.modules import find_module
 
     with output.progress() as report:
-        imported = import_recording(folder, out, allow_missing, report)
+        imported = import_recording(folder, out, allow_missing, report, actuator)
     recording, experiment = imported.recording, imported.recording.campaign.experiment
     output.result(
         lambda: {

@@ -164,6 +164,12 @@ class AcquiredExperiment(Declared):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         sensors = [patch.id for patch in self.patch if patch.role == "sensor"]
+        amplified = [patch.id for patch in self.patch if patch.quantity == "charge"]
+        if amplified:
+            raise ValueError(
+                f"patches {amplified} have quantity charge; flexura acquire reads volts across patches only: "
+                "record charges elsewhere and import them"
+            )
         if len(sensors) != len(self.cards.responses):
             raise ValueError(
                 f"cards.responses names {len(self.cards.responses)} terminals for the "

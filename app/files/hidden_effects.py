@@ -3,6 +3,8 @@
 import difflib
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from analysis.experiment import Experiment
 from analysis.gap.effect_card import EffectCard, Parameter, Values
 from app.files.campaign_error import Problem
@@ -39,6 +41,11 @@ def effect_problems(file: str, experiment: Experiment, effects: Mapping[str, Val
             problems.append(Problem(file, key, seen, held, WANTED.get(name, "remove it")))
         else:
             problems += _of_one(file, key, effect.card(experiment), values)
+            if {"x", "y"} <= set(values) and not experiment.plate.contains(np.array([[values["x"], values["y"]]]))[
+                0
+            ]:
+                seen = f"x {values['x']:g}, y {values['y']:g} m, off the plate or in a hole"
+                problems.append(Problem(file, key, seen, "a place on the plate"))
     return problems
 
 

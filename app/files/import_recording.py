@@ -61,6 +61,7 @@ def import_recording(
     out: Path | None = None,
     allow_missing: bool = False,
     report: Report = lambda stage, share: None,
+    actuator: str | None = None,
 ) -> Imported:
     """Import a recorded campaign.
 
@@ -69,12 +70,15 @@ def import_recording(
     folder : Path
         In the format ``recorded-campaign/1``.
     out : Path, optional
-        The campaign folder to make; by default ``FOLDER-campaign`` beside `folder`.
+        The campaign folder to make; by default ``FOLDER-campaign`` beside `folder`, of one of several actuators
+        ``FOLDER-ACTUATOR-campaign``.
     allow_missing : bool
         Take what is there where the protocol asks for more, leave out sweeps that are no
         measurement, and note both.
     report : callable, optional
         Told the stage and the share done of it.
+    actuator : str, optional
+        See `read_recording`.
 
     Raises
     ------
@@ -83,9 +87,10 @@ def import_recording(
     """
     if not is_recorded_campaign(folder):
         raise _already_one(folder) if is_campaign_folder(folder) else not_a_campaign(folder)
-    recording = read_recording(folder, allow_missing, report)
+    recording = read_recording(folder, allow_missing, report, actuator)
     source = folder.resolve()
-    target = (out or source.with_name(source.name + "-campaign")).resolve()
+    which = "" if actuator is None else f"-{actuator}"
+    target = (out or source.with_name(f"{source.name}{which}-campaign")).resolve()
     if target == source or source in target.parents:
         raise CampaignFileError(
             target, [Problem("", "--out", str(target), f"a folder outside the recording {source.name}")]

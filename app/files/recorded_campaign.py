@@ -9,7 +9,9 @@ from analysis.experiment import Experiment
 from app.files import campaign_toml
 from app.files.campaign_error import CampaignFileError, Problem, SignalProblem
 from app.files.coverage import Place, coverage_problems, missing_places, places
+from app.files.one_actuator import actuators, sweeps_of
 from app.files.provenance import sha256
+from app.files.settings_toml import read_table
 from app.files.tdms_sweep import read_sweep
 from drivers.ni.modules import find_module
 
@@ -49,7 +51,10 @@ def read_recorded_campaign(folder: Path, allow_missing: bool = False) -> Campaig
 
 
 def read_recording(
-    folder: Path, allow_missing: bool = False, report: Callable[[str, float], None] = lambda stage, share: None
+    folder: Path,
+    allow_missing: bool = False,
+    report: Callable[[str, float], None] = lambda stage, share: None,
+    actuator: str | None = None,
 ) -> Recording:
     """Read and check a folder in the format ``recorded-campaign/1``.
 
@@ -60,15 +65,21 @@ def read_recording(
         Take what is there where the protocol asks for more, and leave out sweeps that are no measurement.
     report : callable, optional
         Told the stage and the share done of it.
+    actuator : str, optional
+        Of several that drove the plate one after the other: its sweeps are read, as a campaign of their own.
 
     Raises
     ------
     CampaignFileError
         With every problem of every file.
     """
-    experiment = campaign_toml.read_experiment(folder)
+    experiment = campaign_toml.read_experiment(folder, actuator)
     problems = [*_experiment_problems(experiment)]
     files = _tdms_files(folder)
+    names = actuators(read_table(folder / campaign_toml.NAME))
+    if actuator is not None and len(names) > 1:
+        files, unnamed = sweeps_of(files, actuator, names)
+        problems += unnamed
     if problems or not files:
         raise CampaignFileError(folder, problems or [_no_files(folder)])
     sweeps: dict[str, Sweep] = {}

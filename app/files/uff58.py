@@ -15,7 +15,9 @@ from app.files.bad_file import ResultFileError
 
 FRF_FUNCTION = 4
 FUNCTIONS = {0: "general", 1: "time response", 2: "auto spectrum", 3: "cross spectrum", 6: "coherence", 9: "PSD"}
-QUANTITIES = {8: "displacement", 11: "velocity", 12: "acceleration"}
+QUANTITIES = {8: "displacement", 11: "velocity", 12: "acceleration", 13: "force"}
+GENERAL = 1
+"""Of what the format has no number for: voltage, charge."""
 LARGEST = 2_000_000_000
 """Bytes above which a file is refused rather than read into memory."""
 
@@ -34,11 +36,15 @@ class UffFrf:
     response, reference : str
         Node and direction, as ``5:+3``.
     quantity : str
-        What was measured: ``displacement``, ``velocity``, ``acceleration`` or ``unknown``.
+        What was measured: ``displacement``, ``velocity``, ``acceleration``, ``force`` or ``unknown``.
     frequency : (F,) ndarray
         Hz, above zero, ascending.
     h : (F,) complex ndarray
         In the file's units.
+    reference_quantity : str
+        What drove, in the same words.
+    units : (str, str)
+        Of the response and of the reference, where the file says.
     """
 
     name: str
@@ -47,6 +53,8 @@ class UffFrf:
     quantity: str
     frequency: NDArray[np.float64]
     h: NDArray[np.complex128]
+    reference_quantity: str = "force"
+    units: tuple[str, str] = ("", "")
 
 
 def read_frfs(path: Path) -> list[UffFrf]:
@@ -107,8 +115,10 @@ def write_frfs(path: Path, frfs: Sequence[UffFrf]) -> None:
                     abscissa_min=float(frf.frequency[0]),
                     abscissa_inc=float(frf.frequency[1] - frf.frequency[0]),
                     abscissa_spec_data_type=18,
-                    ordinate_spec_data_type=numbers.get(frf.quantity, 0),
-                    orddenom_spec_data_type=13,
+                    ordinate_spec_data_type=numbers.get(frf.quantity, 0 if frf.quantity == "unknown" else GENERAL),
+                    ordinate_axis_units_lab=frf.units[0] or "NONE",
+                    orddenom_spec_data_type=numbers.get(frf.reference_quantity, GENERAL),
+                    orddenom_axis_units_lab=frf.units[1] or "NONE",
                 ),
                 "overwrite" if n == 0 else "add",
             )
@@ -143,7 +153,12 @@ def _frf(path: Path, number: int, data: dict[str, Any]) -> UffFrf:
     if used.sum() < 8:
         raise ResultFileError(f"{place}: {int(used.sum())} lines above 0 Hz; at least 8 are needed to identify")
     quantity = QUANTITIES.get(int(data.get("ordinate_spec_data_type", 0)), "unknown")
-    return UffFrf(name, _place(data, "rsp"), _place(data, "ref"), quantity, frequency[used], h[used])
+    reference = QUANTITIES.get(int(data.get("orddenom_spec_data_type", 13)), "unknown")
+    units = tuple(str(data.get(f"{axis}_axis_units_lab", "")).strip() for axis in ("ordinate", "orddenom"))
+    known = ("" if units[0] == "NONE" else units[0], "" if units[1] == "NONE" else units[1])
+    return UffFrf(
+        name, _place(data, "rsp"), _place(data, "ref"), quantity, frequency[used], h[used], reference, known
+    )
 
 
 def _place(data: dict[str, Any], end: str) -> str:

@@ -127,6 +127,9 @@ def layout(panel: Panel) -> Figure:
         label = "actuators" if number == 0 else None
         axes.add_patch(Polygon(patch.loop.polygon, fc="#00798c", ec="none", label=label))
         axes.annotate(str(number + 1), patch.center, ha="center", va="center", color="white", fontsize=8)
+    for number, drive in enumerate(panel.drive):
+        axes.plot(*drive.point, "o", color="#00798c", ms=12, label=None if number else "actuators")
+        axes.annotate(str(number + 1), drive.point, ha="center", va="center", color="white", fontsize=8)
     (left, low), (right, high) = plate.bounds
     axes.set(xlim=(left - 0.005, right + 0.005), ylim=(low - 0.005, high + 0.005), aspect="equal")
     axes.set(xlabel="x [m]", ylabel="y [m]")

@@ -11,5 +11,6 @@
 ``quality``      how sound the cells are
 ``mesher``       all of it: the mesh of a plate
 ``plate_mesh``   what comes out
+``foreign``      meshes made elsewhere
 ===============  ================================================================
 """

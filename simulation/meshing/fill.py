@@ -139,8 +139,10 @@ def _beside(middles: Real, step: Real, growth: float) -> tuple[Whole, Whole]:
     reach = int(np.ceil(BAND * (0.5 + 1.0 / growth))) + 1
     around = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1).T
     nearest = np.round(middles / step).astype(int)
-    found = np.unique((nearest[:, None] + around).reshape(-1, 2), axis=0)
-    return found[:, 0], found[:, 1]
+    i, j = (nearest[:, None] + around).reshape(-1, 2).T
+    wide = int(np.ptp(j)) + 1
+    one = np.unique((i - i.min()) * wide + (j - j.min()))  # much quicker than of pairs
+    return one // wide + i.min(), one % wide + j.min()
 
 
 def _apart(candidates: Real) -> Real:

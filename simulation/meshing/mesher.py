@@ -1,8 +1,8 @@
 """Mesh of a plate of any outline, with holes, zones of another thickness and patches.
 
 Strips of quadrilaterals run along every border; triangles fill the rest. Where strips meet each other, or a good
-triangle cannot be had, strips are made narrower or pieces shorter there, and all is laid again; a face that
-remains too narrow for strips is filled with triangles alone.
+triangle cannot be had, strips are made narrower or pieces shorter there, and all is laid again; where there is no
+room for a strip at all, triangles reach to the border.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,17 +21,19 @@ from simulation.meshing.numbering import numbered
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.meshing.quality import jacobian_ratio
 from simulation.meshing.recipe import MeshRecipe
-from simulation.meshing.sides import Cap, Cutter, Repairs, Sizes
+from simulation.meshing.sides import Cap, Cutter, Repairs, Sizes, Stretch
 from simulation.meshing.strips import Cells, strips
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.int_]
 
 ROUNDS = 24
+MOST_CUTS = 250
+"""Pieces halved in all the rounds: more would be spent on two borders that nearly coincide."""
 LEAST_RATIO = 0.01
 """Of the Jacobian of a cell, see `jacobian_ratio`."""
-NARROWEST = 0.04
-"""Of the width wanted: below it a face is filled with triangles alone."""
+NARROWEST = 0.06
+"""Of the width wanted: below it a strip is left out."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,8 @@ def mesh_plate(
             if not faults:
                 return mesh
         repairs = _repaired(repairs, faults, cells, cutter)
+        if sum(map(len, repairs.splits.values())) > MOST_CUTS:
+            break
     raise GeometryError(
         f"no good mesh near {at(faults[0].place)}: borders of plate, patches or zones come too close to each "
         "other there, or meet at too sharp an angle; move one of them by a millimetre",
@@ -141,18 +145,19 @@ def _filled(
 
     `known` holds what earlier rounds found for the same rings.
     """
-    triangles, owners = [np.zeros((0, 3), int)], []
+    triangles, owners = [np.array(cells.wedges, int).reshape(-1, 3)], [*cells.wedge_face]
     faults: list[Fault] = []
+    places = []
     for face, rings in zip(faces, cells.rings, strict=True):
         own = [number for ring in rings for number in ring]
         count = np.cumsum([0, *map(len, rings)])
         local = [range(first, last) for first, last in pairwise(count)]
         points = np.array([cells.points[number] for number in own])
+        places.append((face, own, local, points))
         crossed = crossing_sides(points, local)
-        if crossed:
-            faults += [_fault(cells, face, own[a], own[b], narrow=True) for a, b in crossed]
-            continue
-        key = points.tobytes() + bytes(len(rings))
+        faults += [_fault(cells, face, own[a], own[b], narrow=True) for a, b in crossed]
+    for face, own, local, points in places if not faults else ():
+        key = points.tobytes() + bytes(len(local))
         if key not in known:
             known[key] = fill(points, local, spacing, growth)
         found = known[key]
@@ -168,7 +173,11 @@ def _fault(cells: Cells, face: int, a: int, b: int, *, narrow: bool) -> Fault:
     pair = (min(a, b), max(a, b))
     own = next((p for p in ((a, b), (b, a)) if p in cells.on_edge), None)
     place = 0.5 * (cells.points[a] + cells.points[b])
-    return Fault(place, face, own or cells.inner.get(pair), (a, b), narrow)
+    piece = own or cells.inner.get(pair)
+    if piece is not None and own is None:  # the end of a strip does not get shorter with its piece
+        side, base = (np.hypot(*(cells.points[i] - cells.points[j])) for i, j in (pair, piece))
+        narrow = narrow or bool(side > 1.5 * base)
+    return Fault(place, face, piece, (a, b), narrow and any(k in cells.foot for k in pair))
 
 
 def _turned(mesh: PlateMesh, cells: Cells, triangles: Whole, owners: Sequence[int]) -> Iterable[Fault]:
@@ -183,24 +192,27 @@ def _turned(mesh: PlateMesh, cells: Cells, triangles: Whole, owners: Sequence[in
         piece = next((p for p in curved if p in cells.on_edge), None)
         if piece is None:
             piece = next((cells.inner[min(p), max(p)] for p in curved if (min(p), max(p)) in cells.inner), None)
-        yield Fault(place, face, piece, tuple(k for k in corners if k in cells.width), narrow=piece is None)
+        yield Fault(place, face, piece, tuple(k for k in corners if k in cells.foot), narrow=piece is None)
 
 
 def _repaired(repairs: Repairs, faults: Sequence[Fault], cells: Cells, cutter: Cutter) -> Repairs:
     """Return what is to be done otherwise in the next round."""
     splits, caps, bare = dict(repairs.splits), list(repairs.caps), set(repairs.bare)
     for fault in faults:
-        if fault.piece in cells.on_edge and not (fault.narrow and fault.face not in bare):
+        if fault.piece in cells.on_edge and not fault.narrow:
             edge, first, last = cells.on_edge[fault.piece]
             splits[edge] = splits.get(edge, frozenset()) | {round(0.5 * (first + last), 12)}
             continue
-        ends = [cells.width[k] for k in fault.points if k in cells.width]
-        wanted = max(cutter.width(half) for cycle in cutter.faces[fault.face].cycles for half in cycle)
-        if not ends or min(ends)[0] < NARROWEST * wanted:
-            bare.add(fault.face)
-        for width, foot in ends:
-            x, y = cells.points[foot]
-            caps.append(Cap((float(x), float(y)), 0.6 * width))
+        feet = [cells.foot[k] for k in fault.points if k in cells.foot]
+        halves = [half for cycle in cutter.faces[fault.face].cycles for half in cycle]
+        if not feet:
+            bare |= {Stretch(half, 0.0, 1.0) for half in halves}
+        for foot in feet:
+            if foot.width < NARROWEST * max(map(cutter.width, halves)):
+                bare |= set(foot.pieces)
+            else:
+                x, y = cells.points[foot.point]
+                caps.append(Cap((float(x), float(y)), 0.5 * foot.width))
     return replace(repairs, splits=splits, caps=tuple(caps), bare=frozenset(bare))
 
 
@@ -215,6 +227,8 @@ def _finished(
 ) -> PlateMesh:
     """Grade the corners and number everything."""
     if recipe.grading:
-        wanted = {corner for corner, outer in cells.corners.items() if not outer}
-        graded(cells, recipe.grading, corners_apart(cells, wanted, set(triangles.ravel().tolist())))
+        wanted = {corner for corner, outer in cells.corners.items() if recipe.outer_corners or not outer}
+        corners = corners_apart(cells, wanted, set(triangles.ravel().tolist()))
+        for _ in range(recipe.levels):
+            graded(cells, recipe.grading, corners)
     return numbered(plan, faces, [border.name for border in borders], cells, triangles, owners)

@@ -25,6 +25,10 @@ class MeshRecipe:
         Largest turn of a border within a cell, rad.
     grading : float
         Share of a cell next to a corner that its smallest part takes; 0: corners are not refined.
+    levels : int
+        How many times cells next to a corner are refined.
+    outer_corners : bool
+        Whether corners of the outline are refined, too; else those of patches and re-entrant ones alone.
     pieces : int
         Least number of cells along a side of a patch, those of its corners included.
     """
@@ -35,6 +39,8 @@ class MeshRecipe:
     growth: float = 1.3
     turn: float = 0.79
     grading: float = 0.3
+    levels: int = 1
+    outer_corners: bool = False
     pieces: int = 3
 
     def __post_init__(self) -> None:
@@ -45,6 +51,7 @@ class MeshRecipe:
             ("growth", 0.1, 2.0),
             ("turn", 0.05, 1.6),
             ("grading", 0.0, 0.6),
+            ("levels", 0, 20),
             ("pieces", 1, 50),
         ):
             value = getattr(self, name)

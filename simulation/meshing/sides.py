@@ -5,7 +5,8 @@ corner a piece as long as the strips are wide is cut off on both sides, so that 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,25 @@ class Sizes:
 
 
 @dataclass(frozen=True)
+class Corner:
+    """The angle of a face at a node, from one half-edge to the next, rad."""
+
+    node: int
+    before: HalfEdge
+    after: HalfEdge
+    angle: float
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A part of one side of an edge, between two ascending parameters of the edge's curve."""
+
+    half: HalfEdge
+    first: float
+    last: float
+
+
+@dataclass(frozen=True)
 class Cap:
     """A place, (x, y) m, near which strips were found too wide, and the width allowed there, m."""
 
@@ -66,13 +86,22 @@ class Repairs:
     splits : mapping
         Further parameters at which edges are cut, by edge.
     caps : tuple of Cap
-    bare : frozenset of int
-        Faces that are filled with triangles alone.
+    bare : frozenset of Stretch
+        Parts of borders without a strip.
     """
 
     splits: Mapping[int, frozenset[float]]
     caps: tuple[Cap, ...]
-    bare: frozenset[int]
+    bare: frozenset[Stretch]
+
+    def without_strip(self, half: HalfEdge, place: float) -> bool:
+        """Whether the strip to the left of a half-edge is left out at a parameter of its edge's curve."""
+        return any(s.half == half and s.first - 1e-9 <= place <= s.last + 1e-9 for s in self.bare)
+
+    def closed(self, corner: Corner) -> bool:
+        """Whether strips end at a corner, for one of them is left out there."""
+        ends = ((corner.before, not corner.before.backward), (corner.after, corner.after.backward))
+        return any(self.without_strip(half, float(at_end)) for half, at_end in ends)
 
     def widest(self, places: Real) -> Real:
         """Largest width of strips allowed at places (..., 2), (...), m."""
@@ -81,16 +110,6 @@ class Repairs:
             away = np.asarray(places) - np.asarray(cap.place)
             found = np.minimum(found, cap.width + 0.4 * np.hypot(away[..., 0], away[..., 1]))
         return found
-
-
-@dataclass(frozen=True)
-class Corner:
-    """The angle of a face at a node, from one half-edge to the next, rad."""
-
-    node: int
-    before: HalfEdge
-    after: HalfEdge
-    angle: float
 
 
 @dataclass(frozen=True)
@@ -108,6 +127,8 @@ class Side:
         Their points in the mesh.
     width : (n + 1,) ndarray
         Of the strip on the left there, m.
+    bare : (n,) ndarray of bool
+        Pieces without a strip.
     """
 
     half: HalfEdge
@@ -115,6 +136,13 @@ class Side:
     place: Real
     number: list[int]
     width: Real
+    bare: NDArray[np.bool_]
+
+    def stretch(self, piece: int) -> Stretch:
+        """Return where a piece lies on its edge."""
+        ends = self.place[piece : piece + 2]
+        first, last = 1.0 - ends[::-1] if self.half.backward else ends
+        return Stretch(self.half, float(first), float(last))
 
     def inwards(self, k: int) -> Real:
         """Return the unit normal to the left at the end of piece k, (2,)."""
@@ -172,6 +200,10 @@ class Cutter:
     sizes: Mapping[int, Sizes]
     clear: Clearance
     corners: Mapping[int, list[list[Corner]]]
+    known: dict[tuple[HalfEdge, float], float] = field(default_factory=dict)
+    """Free distances beside half-edges, by parameter: most are asked for again in every round."""
+    places: dict[tuple[int, float, float, frozenset[float]], Real] = field(default_factory=dict)
+    """Cuts by edge, ends of the first and the last piece, and further cuts."""
 
     @classmethod
     def of(cls, plan: Arrangement, faces: Mapping[int, Face], sizes: Mapping[int, Sizes]) -> "Cutter":
@@ -188,12 +220,8 @@ class Cutter:
     def reaches(self, repairs: Repairs) -> dict[int, float]:
         """Distance along the edges of every node with a corner at which its first pieces end, by node, m."""
         reach: dict[int, float] = {}
-        for face, rows in self.corners.items():
-            if face in repairs.bare:
-                continue
-            for corner in (c for row in rows for c in row):
-                if CONVEX <= corner.angle <= REENTRANT:
-                    continue
+        for corner in (c for rows in self.corners.values() for row in rows for c in row):
+            if not CONVEX <= corner.angle <= REENTRANT and not repairs.closed(corner):
                 found = self._reach(corner, repairs)
                 reach[corner.node] = min(reach.get(corner.node, np.inf), found)
         return reach
@@ -217,6 +245,12 @@ class Cutter:
         curve = whole.curve
         first = _parameter(curve, reach[whole.start], 0.0) if whole.start in reach else 0.0
         last = _parameter(curve, reach[whole.end], 1.0) if whole.end in reach else 1.0
+        key = (edge, first, last, repairs.splits.get(edge, frozenset()))
+        if key not in self.places:
+            self.places[key] = self._cut(size, curve, first, last, key[3])
+        return self.places[key]
+
+    def _cut(self, size: Sizes, curve: Curve, first: float, last: float, splits: frozenset[float]) -> Real:
         middle = curve.part(first, last)
         count = max(
             1,
@@ -235,20 +269,23 @@ class Cutter:
                 places.insert(k + 1, 0.5 * (places[k] + places[k + 1]))
             else:
                 k += 1
-        inner = {round(p, 12) for p in places} | set(repairs.splits.get(edge, ()))
+        inner = {round(p, 12) for p in places} | splits
         return np.array(sorted({0.0, 1.0} | inner))
 
     def side(self, half: HalfEdge, cut: Real, number: list[int], repairs: Repairs) -> Side:
         """One side of an edge, with the width of its strip at every cut."""
         curve, wanted = self.plan.curve(half), self.width(half)
+        bare = np.array([repairs.without_strip(half, 0.5 * (a + b)) for a, b in pairwise(cut)])
         if half.backward:
-            cut, number = 1.0 - cut[::-1], number[::-1]
+            cut, number, bare = 1.0 - cut[::-1], number[::-1], bare[::-1]
         points = curve.at(cut)
         width = np.minimum(wanted, repairs.widest(points))
         for k in range(1, len(cut) - 1):
-            free = self.clear(points[k], _left(curve, cut[k]), reach=wanted / SHARE)
-            width[k] = min(width[k], SHARE * free)
-        return Side(half, curve, cut, list(number), width)
+            key = (half, float(cut[k]))
+            if key not in self.known:
+                self.known[key] = self.clear(points[k], _left(curve, cut[k]), reach=wanted / SHARE)
+            width[k] = min(width[k], SHARE * self.known[key])
+        return Side(half, curve, cut, list(number), width, bare)
 
 
 def length_of(curve: Curve) -> float:

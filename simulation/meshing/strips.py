@@ -5,7 +5,7 @@ both sides meet: at a convex corner in one kite between the feet of the two inne
 kites that fan out from the corner.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.geometry.curves import turning
 from simulation.meshing.arrangement import HalfEdge
-from simulation.meshing.sides import CONVEX, REENTRANT, Corner, Cutter, Repairs, Side
+from simulation.meshing.sides import CONVEX, REENTRANT, Corner, Cutter, Repairs, Side, Stretch
 
 Real = NDArray[np.float64]
 Path = Callable[[Real], Real]
@@ -22,6 +22,25 @@ Path = Callable[[Real], Real]
 
 FAN = np.deg2rad(100.0)
 """Largest turn of one kite of a fan."""
+
+
+@dataclass(frozen=True)
+class Foot:
+    """Where an inner point of a strip comes from.
+
+    Attributes
+    ----------
+    width : float
+        Of the strip there, m.
+    point : int
+        Of the border.
+    pieces : tuple of Stretch
+        Pieces of the strip on both sides of it.
+    """
+
+    width: float
+    point: int
+    pieces: tuple[Stretch, ...]
 
 
 @dataclass
@@ -39,8 +58,11 @@ class Cells:
     """Of every face: chains of points round what is to be filled."""
     inner: dict[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
     """Sides of rings, ascending -> the piece from which their strip starts."""
-    width: dict[int, tuple[float, int]] = field(default_factory=dict)
-    """Of every inner point of a strip: the strip's width, m, and the point of the border it belongs to."""
+    foot: dict[int, Foot] = field(default_factory=dict)
+    """Of every inner point of a strip."""
+    wedges: list[tuple[int, int, int]] = field(default_factory=list)
+    """Triangles in which strips end."""
+    wedge_face: list[int] = field(default_factory=list)
     corners: dict[int, bool] = field(default_factory=dict)
     """Points at which the mesh can be graded -> whether it is a convex corner of the plate alone."""
 
@@ -71,10 +93,7 @@ def strips(cutter: Cutter, repairs: Repairs) -> Cells:
         rings = []
         for cycle, row in zip(face.cycles, cutter.corners[f], strict=True):
             sides = [cutter.side(half, cuts[half.edge], numbers[half.edge], repairs) for half in cycle]
-            if f in repairs.bare:
-                rings.append([number for side in sides for number in side.number[:-1]])
-            else:
-                rings.append(_lay(cells, sides, row, reach, f))
+            rings.append(_lay(cells, sides, [(corner, repairs.closed(corner)) for corner in row], reach, f))
         cells.rings.append(rings)
     cells.corners = _to_grade(cutter)
     return cells
@@ -94,51 +113,71 @@ def _to_grade(cutter: Cutter) -> dict[int, bool]:
     return found
 
 
-def _lay(cells: Cells, sides: list[Side], corners: list[Corner], reach: dict[int, float], face: int) -> list[int]:
+def _lay(
+    cells: Cells, sides: list[Side], corners: list[tuple[Corner, bool]], reach: Mapping[int, float], face: int
+) -> list[int]:
     """Lay the strip of one cycle; return the ring of its inner points.
 
-    `corners[k]` lies between `sides[k]` and the next one.
+    `corners[k]` lies between `sides[k]` and the next one; with it stands whether strips end there.
     """
     inner: list[dict[int, int]] = [{} for _ in sides]
-    fans: list[list[int]] = []
-    for k, corner in enumerate(corners):
+    beyond: list[list[int]] = []
+    kites: list[bool] = []
+    for k, (corner, closed) in enumerate(corners):
         before, after = sides[k], sides[(k + 1) % len(sides)]
         into, out = inner[k], inner[(k + 1) % len(sides)]
         n = len(before.place) - 1
-        point = cells.points[after.number[0]]
-        fan: list[int] = []
-        if corner.angle < CONVEX:
+        strips_meet = not (closed or before.bare[-1] or after.bare[0])
+        kites.append(strips_meet and corner.angle < CONVEX)
+        beyond.append([])
+        pieces = (before.stretch(n - 1), after.stretch(0))
+        if kites[k]:
             into[n - 1] = out[1] = tip = cells.add(_kite_tip(before, after))
-            cells.width[tip] = reach[corner.node] * float(np.tan(0.5 * corner.angle)), corner.node
+            width = reach[corner.node] * float(np.tan(0.5 * corner.angle))
+            cells.foot[tip] = Foot(width, corner.node, pieces)
             _quad(cells, (after.number[0], after.number[1], tip, before.number[n - 1]), face)
-        elif corner.angle <= REENTRANT:
+            beyond[k] = (
+                [before.number[n - 1]] * bool(before.bare[-2]) + [tip] + [after.number[1]] * bool(after.bare[1])
+            )
+        elif strips_meet and corner.angle <= REENTRANT:
             width = float(min(before.width[-2:].min(), after.width[:2].min()))
             normal = before.inwards(n) + after.inwards(0)
-            normal /= np.hypot(*normal)
-            into[n] = out[0] = cells.add(point + width / np.sin(0.5 * corner.angle) * normal)
-            cells.width[into[n]] = width, corner.node
-        else:
-            fan = _fan(cells, before, after, corner, reach[corner.node], (into, out), face)
-        fans.append(fan)
+            normal *= width / np.sin(0.5 * corner.angle) / np.hypot(*normal)
+            into[n] = out[0] = cells.add(cells.points[corner.node] + normal)
+            cells.foot[into[n]] = Foot(width, corner.node, pieces)
+        elif strips_meet:
+            beyond[k] = _fan(cells, before, after, corner, reach[corner.node], (into, out), face)
     ring: list[int] = []
     for k, side in enumerate(sides):
-        ends = sorted(inner[k])
-        for i in range(ends[0] + 1, ends[-1]):
-            inner[k][i] = cells.add(side.curve.at(side.place[i]) + side.width[i] * side.inwards(i))
-            cells.width[inner[k][i]] = float(side.width[i]), side.number[i]
-        order = sorted(inner[k])
-        for i, j in pairwise(order):
-            pair = (inner[k][i], inner[k][j])
-            _quad(cells, (side.number[i], side.number[j], pair[1], pair[0]), face)
-            piece = (side.number[i], side.number[j])
-            cells.inner[min(pair), max(pair)] = piece[::-1] if side.half.backward else piece
-            _parallel(cells, side, i, pair)
-        for number in (*(inner[k][i] for i in order), *fans[k]):
-            if not ring or ring[-1] != number:
-                ring.append(number)
-    if len(ring) > 1 and ring[0] == ring[-1]:
-        ring.pop()
-    return ring
+        last = len(side.place) - 1
+        for i in range(1, last):
+            if i not in inner[k] and not side.bare[i - 1 : i + 1].any():
+                inner[k][i] = cells.add(side.curve.at(side.place[i]) + side.width[i] * side.inwards(i))
+                pieces = (side.stretch(i - 1), side.stretch(i))
+                cells.foot[inner[k][i]] = Foot(float(side.width[i]), side.number[i], pieces)
+        for i in range(int(kites[k - 1]), last - int(kites[k])):
+            ring += _piece(cells, side, i, inner[k], face)
+        ring += beyond[k]
+    return [number for k, number in enumerate(ring) if number != ring[k - 1]]
+
+
+def _piece(cells: Cells, side: Side, i: int, inner: Mapping[int, int], face: int) -> tuple[int, int]:
+    """Lay one piece of a strip; return the two points in which its inner side ends.
+
+    Where the strip begins or ends, it is a triangle; where there is none, the border itself.
+    """
+    a, b = side.number[i], side.number[i + 1]
+    if side.bare[i] or not (i in inner or i + 1 in inner):
+        return a, b
+    pair = (inner.get(i, a), inner.get(i + 1, b))
+    cells.inner[min(pair), max(pair)] = (b, a) if side.half.backward else (a, b)
+    if i in inner and i + 1 in inner:
+        _quad(cells, (a, b, pair[1], pair[0]), face)
+        _parallel(cells, side, i, pair)
+    else:
+        cells.wedges.append((a, b, pair[1] if i + 1 in inner else pair[0]))
+        cells.wedge_face.append(face)
+    return pair
 
 
 def _kite_tip(before: Side, after: Side) -> Real:
@@ -166,11 +205,12 @@ def _fan(
     point, number = cells.points[after.number[0]], after.number[0]
     width = float(min(before.width[-1], after.width[0], reach))
     start = before.inwards(len(before.place) - 1)
+    pieces = (before.stretch(len(before.place) - 2), after.stretch(0))
 
     def at(share: float, distance: float) -> int:
         c, s = np.cos(-turn * share), np.sin(-turn * share)
         found = cells.add(point + distance * np.array([c * start[0] - s * start[1], s * start[0] + c * start[1]]))
-        cells.width[found] = width, number
+        cells.foot[found] = Foot(width, number, pieces)
         return found
 
     ends = [at(k / count, width) for k in range(count + 1)]

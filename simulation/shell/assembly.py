@@ -1,7 +1,8 @@
 """From a declared plate to its matrices: with all functions, or with those that its answers need."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,8 @@ Parts = tuple[list[Block], list[Block], list[Block], list[Block]]
 WORKERS = 2
 FEW = 12
 """Forces whose answers choose functions: the field of any other is as smooth as theirs."""
+MESHED, INTEGRATED, CHOSEN = 0.1, 0.25, 0.95
+"""Shares of the work done after the mesh, the integrals, the choice of functions."""
 
 
 def assemble(
@@ -62,6 +65,7 @@ def assemble_for(
     *,
     footprints: Sequence[Footprint] = (),
     fineness: Fineness | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> ShellModel:
     """Matrices of a plate with the functions that its answers to patches and to forces at points need.
 
@@ -76,10 +80,16 @@ def assemble_for(
     footprints : sequence of Footprint
         Where forces act; the first `FEW` of them count in the choice of functions.
     fineness : Fineness, optional
+    progress : callable, optional
+        Told the share done, 0 to 1.
     """
+    report = progress or (lambda share: None)
+    report(0.0)
     fine = fineness or Fineness()
     shell = ShellPlate.of(plate, patches, recipe=fine.mesh, degree=fine.degree)
+    report(MESHED)
     parts = _parts(shell)
+    report(INTEGRATED)
     if not fine.tolerance:
         return assembled(shell, ~shell.held, parts)
     loads = np.zeros((5, shell.space.size, len(patches)))
@@ -101,11 +111,18 @@ def assemble_for(
         energy = diagonal(shell.space, _sum((*elastic, (omega2, parts[3]))))
         return Problem(_sum((*elastic, (-omega2, parts[3]))), lines, loads, energy)
 
+    answered = count(1)
+
+    def step() -> None:
+        report(INTEGRATED + (CHOSEN - INTEGRATED) * next(answered) / len(asked))
+
     with ThreadPoolExecutor(WORKERS) as executor:
         choice = chosen(
-            shell.space, shell.held, [problem(*constants) for constants in asked], fine.tolerance, executor
+            shell.space, shell.held, [problem(*constants) for constants in asked], fine.tolerance, executor, step
         )
-    return assembled(shell, choice.kept, parts, choice.dropped)
+    model = assembled(shell, choice.kept, parts, choice.dropped)
+    report(1.0)
+    return model
 
 
 def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0) -> ShellModel:

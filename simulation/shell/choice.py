@@ -5,7 +5,7 @@ share of the energy of some answer exceeds a tolerance. What is dropped tells th
 cells are eliminated cell by cell, so that only functions of edges and points enter the sparse solver.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -64,15 +64,24 @@ class Problem:
 
 
 def chosen(
-    space: ShapeSpace, held: Mask, problems: Sequence[Problem], tolerance: float, executor: Executor | None = None
+    space: ShapeSpace,
+    held: Mask,
+    problems: Sequence[Problem],
+    tolerance: float,
+    executor: Executor | None = None,
+    step: Callable[[], None] | None = None,
 ) -> Choice:
     """Keep the functions whose share |x|**2 K_ii / (x' K x) of some answer x exceeds `tolerance`.
 
-    Functions of points stay in any case.
+    Functions of points stay in any case. `step` is called after each problem.
     """
     order = elimination_order(space)
     run = map if executor is None else executor.map
-    shares = list(run(lambda problem: _shares(space, held, problem, order), problems))
+    shares = []
+    for found in run(lambda problem: _shares(space, held, problem, order), problems):
+        shares.append(found)
+        if step is not None:
+            step()
     worst = np.max([share.max(axis=2) for share in shares], axis=0)
     kept = worst > tolerance
     kept[:, : len(space.mesh.points)] = True

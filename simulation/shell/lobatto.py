@@ -46,8 +46,10 @@ def kernels(degree: int, s: ArrayLike) -> tuple[Real, Real]:
 
 def _tabulated(rows: tuple[Polynomial, ...], places: Real) -> tuple[Real, Real]:
     shape = (len(rows), *places.shape)
-    value, slope = (p(places) for p in rows), (p.deriv()(places) for p in rows)
-    return np.array(list(value)).reshape(shape), np.array(list(slope), float).reshape(shape)
+    value, slope = np.zeros(shape, np.float64), np.zeros(shape, np.float64)
+    for k, polynomial in enumerate(rows):
+        value[k], slope[k] = polynomial(places), polynomial.deriv()(places)
+    return value, slope
 
 
 def bow_coefficients(path: Callable[[Real], Real], degree: int) -> Real:

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QPush
 
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
+from analysis.geometry.shapes import circle
 from analysis.material import MaterialLaws
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
@@ -124,6 +125,7 @@ class FieldsPage(QWidget):
 
     def _outlines(self) -> list[tuple[Real, str]]:
         patches = [(patch.loop.polygon, self._theme.muted) for patch in self._panel.patch]
+        patches += [(circle(d.point, max(d.radius, 0.002)).polygon, self._theme.muted) for d in self._panel.drive]
         return [(self._panel.target_loop.polygon, self._theme.warning), *patches]
 
     def _refresh(self) -> None:

@@ -56,6 +56,17 @@ def test_a_target_off_the_outline_or_over_a_hole_is_refused(center):
     assert found.target_loop.area == pytest.approx(0.03 * 0.06)
 
 
+def test_actuators_are_of_one_kind(supported):
+    declared = supported.panel.model_dump()
+    assert "drive" not in declared
+    shakers = [{"id": "F1", "point": supported.panel.patch[0].center, "radius": 0.001}]
+    found = Panel.model_validate(declared | {"patch": [], "drive": shakers})
+    assert found.centers == (supported.panel.patch[0].center,)
+    for patches, drives in (([], []), (declared["patch"], shakers)):
+        with pytest.raises(ValidationError, match=r"at least one actuator, and actuators of one kind"):
+            Panel.model_validate(declared | {"patch": patches, "drive": drives})
+
+
 def test_a_sensor_or_overlapping_patches_are_refused(supported):
     declared = supported.panel.model_dump()
     declared["patch"][2]["role"] = "sensor"

@@ -86,3 +86,16 @@ def test_the_example_is_held_by_its_own_plate() -> None:
     found = read_acquired_experiment(EXAMPLES / "hidden-effect.toml")
     assert found.simulation is not None
     assert found.simulation.effects
+
+
+@pytest.mark.parametrize(("y", "fits"), [(0.1, True), (0.185, False)])
+def test_a_spot_lies_on_the_plate(tmp_path: Path, y: float, fits: bool) -> None:
+    text = (EXAMPLES / "door-trim" / "experiment.toml").read_text(encoding="utf-8")
+    file = tmp_path / "mine.toml"
+    spot = f"[simulation.effects.local_damage]\nloss = 0.2\nx = 0.2\ny = {y}\n"
+    file.write_text(f"{text}\n{spot}", encoding="utf-8")
+    if fits:
+        read_acquired_experiment(file)
+        return
+    with pytest.raises(CampaignFileError, match=r"local_damage = x 0.2, y 0.185 m, off the plate or in a hole"):
+        read_acquired_experiment(file)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from analysis.geometry import shapes
+from analysis.geometry.fault import GeometryError
+from simulation.meshing.arrangement import Arrangement
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE
 from simulation.meshing.quality import jacobian_ratio
@@ -153,7 +155,26 @@ def test_plates_drawn_by_chance_are_meshed(random_plate, seed):
     assert mesh.cells < 700 + 4.0 * net / MeshRecipe().bulk(thickness) ** 2
 
 
+def narrowest(borders):
+    """Twice the area over the perimeter of the narrowest face between the borders, m."""
+    plan = Arrangement.of([border.loop for border in borders])
+    t, found = np.linspace(0.0, 1.0, 30), []
+    for face in plan.faces:
+        around = [np.vstack([plan.curve(half).at(t)[:-1] for half in cycle]) for cycle in face.cycles]
+        area = sum(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)) for x, y in (a.T for a in around))
+        length = sum(np.hypot(*(np.roll(a, -1, axis=0) - a).T).sum() for a in around)
+        found.append(2.0 * area / length)
+    return min(found)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20, 200))
 def test_many_plates_drawn_by_chance_are_meshed(random_plate, seed):
-    test_plates_drawn_by_chance_are_meshed(random_plate, seed)
+    borders, thickness = random_plate(seed)
+    try:
+        mesh = mesh_plate(borders, thickness)
+    except GeometryError:
+        if narrowest(borders) > 1e-4:  # nothing but borders that nearly coincide may be refused
+            raise
+        return
+    check(borders, mesh)

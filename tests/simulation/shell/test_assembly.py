@@ -8,9 +8,12 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.experiment import Plate
+from analysis.material import MaterialBox
+from analysis.outline import CircleOutline
 from simulation.meshing.plate_mesh import BorderEdges, PlateMesh, edges_of
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.assembly import assemble
+from simulation.shell.assembly import assemble, assemble_for
+from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
@@ -218,3 +221,20 @@ def test_a_stepped_strip_bends_as_a_stepped_beam() -> None:
     found = bending(assemble(plate, recipe=MeshRecipe(spacing=0.1, edge_strip=2.0)), 12, E, nu)[3:]
     for frequency in beam:
         assert np.abs(found / frequency - 1.0).min() < 3e-3
+
+
+def test_a_round_plate_is_assembled_with_progress_from_nothing_to_all() -> None:
+    """At the degree from which functions are chosen: curved triangles need a rule of order 20."""
+    outline = CircleOutline(kind="circle", center=(0.3, -0.1), radius=0.06)
+    plate = Plate(outline=outline, thickness=0.003, mass=0.032)
+    patch = Patch(id="A1", role="actuator", center=(0.31, -0.09), diameter=0.02, thickness=5e-4)
+    shares: list[float] = []
+    box = MaterialBox((1e9, 3e9), (0.35, 0.43), (0.03, 0.1))
+    model = assemble_for(
+        plate, [patch], box, (100.0, 500.0), fineness=Fineness(tolerance=1e-7), progress=shares.append
+    )
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
+    assert len(shares) == 7
+    assert 0 < model.size < 5 * model.shell.space.size
+    assert abs(model.shell.space.dx.sum() / plate.area - 1.0) < 1e-9

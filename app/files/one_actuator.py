@@ -1,0 +1,66 @@
+"""A recording in which several actuators drove the plate, one after the other: taken apart, actuator by actuator.
+
+Every sweep's file names its actuator in the root property ``actuator``. Of the others, patches are held at 0 V, as
+the output of an amplifier at rest holds them, and forces do not act.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from nptdms import TdmsFile
+
+from app.files.campaign_error import CampaignFileError, Problem
+
+PROPERTY = "actuator"
+
+
+def actuators(table: Mapping[str, Any]) -> list[str]:
+    """Names of all that a declaration, unchecked, says drives the plate."""
+    patches = [p for p in _tables(table, "patch") if p.get("role") == "actuator"]
+    return [str(one.get("id")) for one in (*patches, *_tables(table, "drive"))]
+
+
+def driven_by(path: Path, table: Mapping[str, Any], actuator: str | None) -> Mapping[str, Any]:
+    """Return the declaration with the actuator named, if one is; CampaignFileError for an unknown one."""
+    if actuator is None:
+        return table
+    names = actuators(table)
+    if actuator not in names:
+        allowed = ", ".join(names) or "an actuator, of which the file declares none"
+        raise CampaignFileError(path.parent, [Problem(path.name, "--actuator", repr(actuator), allowed)])
+    patches = [
+        one | {"role": "shorted"} if one.get("role") == "actuator" and one.get("id") != actuator else one
+        for one in _tables(table, "patch")
+    ]
+    drives = [one for one in _tables(table, "drive") if one.get("id") == actuator]
+    changed = {"patch": patches, "drive": drives}
+    return {**table, **{key: value for key, value in changed.items() if key in table}}
+
+
+def sweeps_of(files: Sequence[Path], actuator: str, names: Sequence[str]) -> tuple[list[Path], list[Problem]]:
+    """Return the files of the sweeps that one of several actuators drove, and what is wrong with others.
+
+    A file that cannot be read counts as one of them: its reader says why.
+    """
+    chosen, problems = [], []
+    for path in files:
+        named = _actuator_of(path)
+        if named is None or named == actuator:
+            chosen.append(path)
+        elif named not in names:
+            seen = repr(named) if named else "nothing"
+            problems.append(Problem(f"sweeps/{path.name}", PROPERTY, seen, " or ".join(names), "which one drove?"))
+    return chosen, problems
+
+
+def _actuator_of(path: Path) -> str | None:
+    try:
+        return str(TdmsFile.read_metadata(path).properties.get(PROPERTY, ""))
+    except Exception:  # noqa: BLE001 (on damaged bytes npTDMS raises what it runs into)
+        return None
+
+
+def _tables(table: Mapping[str, Any], key: str) -> list[dict[str, Any]]:
+    found = table.get(key, [])
+    return [one for one in found if isinstance(one, dict)] if isinstance(found, list) else []

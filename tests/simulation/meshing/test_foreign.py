@@ -1,0 +1,153 @@
+"""Meshes read from Gmsh's format, written here by hand from meshes of our own."""
+
+import numpy as np
+import pytest
+
+from analysis.geometry import shapes
+from analysis.geometry.fault import GeometryError
+from simulation.meshing.foreign import foreign_mesh
+from simulation.meshing.mesher import Border, mesh_plate
+from simulation.meshing.plate_mesh import CURVE_DEGREE
+from simulation.shell.lobatto import lobatto
+from simulation.shell.space import ShapeSpace
+
+SQUARE = [
+    Border("outline", shapes.rectangle((0.05, 0.05), (0.1, 0.1)), "outline"),
+    Border("hole 1", shapes.rectangle((0.07, 0.07), (0.02, 0.02)), "hole"),
+    Border("patch 1", shapes.rectangle((0.03, 0.03), (0.02, 0.02), 0.3)),
+]
+DISC = [
+    Border("outline", shapes.circle((0.0, 0.0), 0.1), "outline"),
+    Border("patch 1", shapes.circle((0, 0), 0.02)),
+]
+TYPES = {(3, False): 2, (4, False): 3, (3, True): 9, (4, True): 16}
+
+
+def written(
+    path, mesh, *, quadratic=False, groups=None, curves=("outline",), scale=1.0, mirrored=False, twice=False
+):
+    """Write a mesh as Gmsh's format 2.2, in a unit of `scale` m; return the path."""
+    groups = groups or {"patch 1": mesh.inside["patch 1"]}
+    names = {"plate": (2, 1)} | {name: (2, k) for k, name in enumerate(groups, start=2)}
+    names |= {name: (1, k) for k, name in enumerate(curves, start=50)}
+    middles = mesh.points[mesh.edges].mean(axis=1) + np.einsum(
+        "c,kcd->kd", lobatto(CURVE_DEGREE, 0.0)[0], mesh.bow
+    )
+    points = np.vstack([mesh.points, middles])[:, :] / scale
+    rows = []
+    every = [
+        *zip(mesh.quads, mesh.quad_edges, strict=True),
+        *zip(mesh.triangles, mesh.triangle_edges, strict=True),
+    ]
+    for k, (corners, edges) in enumerate(every):
+        corners, edges = (corners[::-1], np.roll(edges[::-1], -1)) if mirrored else (corners, edges)
+        nodes = [*corners, *(len(mesh.points) + edges)] if quadratic else [*corners]
+        tags = [names[name][1] for name, cells in groups.items() if cells[k]] or [1]
+        if twice and tags != [1]:
+            tags.append(1)
+        rows += [(TYPES[len(corners), quadratic], tag, nodes) for tag in tags]
+    for name in curves:
+        rows += [(1, names[name][1], list(mesh.edges[edge])) for edge in mesh.borders[name].edge]
+    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(names))]
+    lines += [f'{dimension} {tag} "{name}"' for name, (dimension, tag) in names.items()]
+    lines += ["$EndPhysicalNames", "$Nodes", str(len(points))]
+    lines += [f"{k} {float(x)!r} {float(y)!r} 0" for k, (x, y) in enumerate(points, start=1)]
+    lines += ["$EndNodes", "$Elements", str(len(rows))]
+    for k, (kind, tag, nodes) in enumerate(rows, start=1):
+        lines.append(f"{k} {kind} 2 {tag} {tag} " + " ".join(str(node + 1) for node in nodes))
+    path.write_text("\n".join([*lines, "$EndElements", ""]))
+    return path
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {},
+        {"scale": 1e-3},
+        {"mirrored": True},
+        {"quadratic": True},
+        {"twice": True},
+        {"mirrored": True, "quadratic": True},
+    ],
+)
+def test_a_mesh_comes_back_as_it_was(tmp_path, how):
+    mesh = mesh_plate(SQUARE, 0.003)
+    read = foreign_mesh(written(tmp_path / "a.msh", mesh, **how), SQUARE, unit=how.get("scale", 1.0))
+    assert (len(read.quads), len(read.triangles)) == (len(mesh.quads), len(mesh.triangles))
+    assert np.sort(read.points, axis=0) == pytest.approx(np.sort(mesh.points, axis=0))
+    space = ShapeSpace.on(read, 2)
+    assert space.dx.sum() == pytest.approx(0.01 - 4e-4)
+    assert space.dx[space.spread(read.inside["patch 1"])].sum() == pytest.approx(4e-4)
+    for border in SQUARE:
+        own, before = read.borders[border.name], mesh.borders[border.name]
+        assert len(own.edge) == len(before.edge)
+        assert np.bincount(own.curve) == pytest.approx(np.bincount(before.curve))
+        ends = read.points[read.edges[own.edge]]
+        at = np.array([border.loop.curves[c].at(t) for c, t in zip(own.curve, own.span, strict=True)])
+        assert at == pytest.approx(ends, abs=1e-9)
+
+
+def test_quadratic_edges_follow_a_circle_better_than_straight_ones(tmp_path):
+    mesh = mesh_plate(DISC, 0.003)
+    misses = []
+    for quadratic in (False, True):
+        read = foreign_mesh(written(tmp_path / "d.msh", mesh, quadratic=quadratic), DISC, tolerance=0.01)
+        misses.append(abs(ShapeSpace.on(read, 2).dx.sum() / (np.pi * 0.01) - 1.0))
+    assert misses[0] > 1e-2
+    assert misses[1] < 1e-3
+
+
+def test_a_chord_away_from_the_declared_edge_is_refused_with_its_place(tmp_path):
+    with pytest.raises(GeometryError, match=r"away from the edge of the plate; allowed 0\.1 mm") as caught:
+        foreign_mesh(written(tmp_path / "d.msh", mesh_plate(DISC, 0.003)), DISC)
+    assert 0.085 < np.hypot(*caught.value.places[0]) < 0.0999
+
+
+def test_groups_that_are_unknown_or_missing_are_named(tmp_path):
+    mesh = mesh_plate(SQUARE, 0.003)
+    inside = mesh.inside["patch 1"]
+    with pytest.raises(ValueError, match="physical surface 'Patch1' is unknown; this plate has plate, patch 1"):
+        foreign_mesh(written(tmp_path / "a.msh", mesh, groups={"Patch1": inside}), SQUARE)
+    with pytest.raises(ValueError, match="physical surface 'patch 1' is missing; the mesh has plate"):
+        foreign_mesh(written(tmp_path / "a.msh", mesh, groups={"patch 1": np.zeros_like(inside)}), SQUARE)
+    mesh.borders["rim"] = mesh.borders["outline"]
+    with pytest.raises(ValueError, match="physical curve 'rim' is unknown"):
+        foreign_mesh(written(tmp_path / "a.msh", mesh, curves=("rim",)), SQUARE)
+
+
+def test_a_patch_and_a_curve_in_the_wrong_place_are_refused(tmp_path):
+    mesh = mesh_plate(SQUARE, 0.003)
+    other = mesh.inside["patch 1"].copy()
+    other[np.flatnonzero(other)[0]] = False
+    with pytest.raises(GeometryError, match="physical surface 'patch 1' ends at"):
+        foreign_mesh(written(tmp_path / "a.msh", mesh, groups={"patch 1": other}), SQUARE)
+    mesh.borders["outline"], mesh.borders["hole 1"] = mesh.borders["hole 1"], mesh.borders["outline"]
+    with pytest.raises(GeometryError, match="physical curve 'outline' leaves its border"):
+        foreign_mesh(written(tmp_path / "a.msh", mesh), SQUARE)
+
+
+def test_cells_turned_over_are_refused_with_their_place(tmp_path):
+    mesh = mesh_plate(SQUARE, 0.003)
+    number = mesh.triangles[0, 0]
+    corner = mesh.points[number].copy()
+    mesh.points[number] = mesh.points[mesh.triangles[0, 1:]].mean(axis=0) * 2.0 - corner
+    with pytest.raises(GeometryError, match="turned over") as caught:
+        foreign_mesh(written(tmp_path / "a.msh", mesh), SQUARE)
+    assert np.hypot(*(np.array(caught.value.places[0]) - corner)) < 0.03
+
+
+def test_a_bent_edge_that_turns_a_cell_over_is_refused(tmp_path):
+    mesh = mesh_plate(SQUARE, 0.003)
+    users = np.bincount(mesh.triangle_edges.ravel(), minlength=len(mesh.edges))
+    edge = np.flatnonzero(users == 2)[0]
+    a, b = mesh.points[mesh.edges[edge]]
+    mesh.bow[edge, 0] = 2.0 * np.array([a[1] - b[1], b[0] - a[0]])
+    with pytest.raises(GeometryError, match="is turned over, or nearly so"):
+        foreign_mesh(written(tmp_path / "a.msh", mesh, quadratic=True), SQUARE)
+
+
+def test_what_is_no_mesh_is_refused(tmp_path):
+    path = tmp_path / "a.msh"
+    path.write_text("no mesh\n")
+    with pytest.raises(ValueError, match="no Gmsh mesh that can be read"):
+        foreign_mesh(path, SQUARE)
