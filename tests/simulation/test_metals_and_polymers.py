@@ -11,6 +11,7 @@ from analysis.experiment import Patch, Plate
 from analysis.frf import Frf
 from analysis.plate_material import material_box
 from analysis.updating.update import update
+from simulation.instruments import Instruments
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction import reduce
 from simulation.shell.assembly import assemble_for
@@ -37,7 +38,7 @@ def twin(kind: str, patches: list[Patch], band: tuple[float, float], fineness: F
     plate = Plate(length_x=0.24, length_y=0.19, thickness=thickness, mass=mass, material={"kind": kind})
     box = material_box(plate.material)
     reduced = reduce(assemble_for(plate, patches, box, band, fineness=fineness), box, band)
-    return Twin(reduced, 0, (1,), LOAD)
+    return Twin(reduced, Instruments.of_patches(0, (1,), LOAD))
 
 
 def measured(truth: Twin, constants: tuple[NDArray[np.float64], ...], spacing: float) -> Frf:

@@ -20,9 +20,9 @@ PATCHES = [
     Patch(id="S", role="sensor", center=(0.09, 0.06), size=(0.016, 0.016), thickness=0.0005, side="bottom"),
 ]
 BOX, BAND = MaterialBox((1.5e9, 3e9), (0.34, 0.42), (0.03, 0.1)), (100.0, 1000.0)
-MESH = MeshRecipe(spacing=0.06, growth=2.0, pieces=2)
-DEGREE = 6
-MATERIAL, LINES = (2.1e9, 0.37, 0.06), [230.0, 480.0, 905.0]
+MESH = MeshRecipe(spacing=0.08, growth=2.0, grading=0.0, pieces=1)
+DEGREE = 5
+MATERIAL, LINES = (2.1e9, 0.37, 0.06), [230.0, 905.0]
 FORCE = Footprint((0.1, 0.02), 0.003)
 
 
@@ -39,7 +39,7 @@ def everything() -> ShellModel:
 
 @pytest.fixture(scope="module")
 def ladder() -> list[ShellModel]:
-    return [chosen(tolerance) for tolerance in (1e-5, 1e-6, 1e-7, 1e-8)]
+    return [chosen(tolerance) for tolerance in (1e-5, 1e-6, 1e-7)]
 
 
 def test_errors_fall_with_the_tolerance(everything: ShellModel, ladder: list[ShellModel]) -> None:
@@ -47,7 +47,7 @@ def test_errors_fall_with_the_tolerance(everything: ShellModel, ladder: list[She
     rms = np.sqrt(np.mean(np.abs(exact) ** 2, axis=-1))
     errors = [(np.abs(model.compliance(*MATERIAL, LINES) - exact).max(axis=-1) / rms).max() for model in ladder]
     assert all(after < 0.5 * before for before, after in pairwise(errors))
-    assert errors[-1] < 1e-3
+    assert errors[-1] < 5e-3
     sizes = [model.size for model in (*ladder, everything)]
     assert sizes == sorted(sizes)
     assert ladder[-1].size < 0.6 * everything.size
@@ -56,7 +56,7 @@ def test_errors_fall_with_the_tolerance(everything: ShellModel, ladder: list[She
 def test_the_energy_dropped_is_told_and_falls(ladder: list[ShellModel]) -> None:
     dropped = [model.dropped for model in ladder]
     assert all(0.0 < after < before for before, after in pairwise(dropped))
-    assert all(model.dropped > t for model, t in zip(ladder, (1e-5, 1e-6, 1e-7, 1e-8), strict=True))
+    assert all(model.dropped > t for model, t in zip(ladder, (1e-5, 1e-6, 1e-7), strict=True))
 
 
 def test_chosen_matrices_are_parts_of_those_of_all_functions(
@@ -86,23 +86,24 @@ def test_functions_of_points_stay_and_rigid_motions_with_them(ladder: list[Shell
 
 def test_a_force_at_a_point_asks_for_functions_around_it(everything: ShellModel, ladder: list[ShellModel]) -> None:
     """Its driving point compliance is farther off with functions chosen for patches alone."""
-    aware = chosen(1e-7, (FORCE,))
+    aware = chosen(1e-6, (FORCE,))
 
     def compliance(model: ShellModel) -> complex:
         row = model.footprint_rows([FORCE])[0]
-        stiffness = model.stiffness(*MATERIAL) - (2 * np.pi * 480.0) ** 2 * model.mass
+        stiffness = model.stiffness(*MATERIAL) - (2 * np.pi * 905.0) ** 2 * model.mass
         return complex(row @ factorize(stiffness).solve(row.astype(complex)))
 
     exact = compliance(everything)
-    with_it, without = (abs(compliance(model) - exact) / abs(exact) for model in (aware, ladder[2]))
+    with_it, without = (abs(compliance(model) - exact) / abs(exact) for model in (aware, ladder[1]))
     assert with_it < 0.8 * without
-    assert with_it < 3e-3
-    assert aware.size > ladder[2].size
+    assert aware.size > ladder[1].size
 
 
 def test_a_clamped_plate_keeps_no_held_function() -> None:
     plate = PLATE.model_copy(update={"boundary": "clamped"})
-    model = assemble_for(plate, PATCHES, BOX, BAND, fineness=Fineness(MESH, 5, 1e-6))
+    model = assemble_for(plate, PATCHES, BOX, BAND, fineness=Fineness(MESH, 4, 1e-6))
     assert not (model.unknowns.number >= 0)[model.shell.held].any()
-    found, free = (m.eigenfrequencies(2e9, 0.38, 1)[0] for m in (model, assemble(plate, PATCHES, recipe=MESH)))
+    found, free = (
+        m.eigenfrequencies(2e9, 0.38, 1)[0] for m in (model, assemble(plate, PATCHES, recipe=MESH, degree=4))
+    )
     assert found == pytest.approx(free, rel=3e-3)
