@@ -46,4 +46,4 @@ def test_the_door_trim_is_one_plate_in_all_its_files() -> None:
     assert plain.plate == hidden.plate == panel.plate
     assert plain.patch == hidden.patch
     assert plain.plate.density == pytest.approx(950.0, rel=1e-3)  # polypropylene
-    assert len(panel.patch) == 5
+    assert len(panel.patch) == 6
