@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.experiment import Plate
+from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from analysis.outline import CircleOutline
 from simulation.meshing.plate_mesh import BorderEdges, PlateMesh, edges_of
