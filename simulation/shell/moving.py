@@ -24,6 +24,8 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> Sh
     What is integrated depends smoothly on the shift. Cells under other patches stay, and so do their matrices.
     ValueError where there is no room for it, or where another patch lies on the other face.
     """
+    if not 0 <= patch < len(shell.patches):
+        raise ValueError(f"patch {patch} does not exist; the plate has {len(shell.patches)}")
     mesh, plate = shell.space.mesh, shell.plate
     own = shell.patches[patch].loop
     neighbours = [other.loop for k, other in enumerate(shell.patches) if k != patch]

@@ -4,13 +4,21 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
+from scipy.sparse.linalg import eigsh
 
+from analysis.experiment import Plate
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from simulation.composition import STEP, Composite
+from simulation.composition import STEP, Coefficients, Composite, composed
 from simulation.damaged_spots import coverage, spots_slope, with_spots
-from simulation.effect_operators import EffectOperators
+from simulation.effect_operators import BENDING_DEGREE, EffectOperators
+from simulation.effect_reduction import project
+from simulation.field_basis import field_basis
+from simulation.meshing.recipe import MeshRecipe
 from simulation.plate_state import Disc, PlateState
+from simulation.shell.assembly import assemble
+from simulation.state_matrices import FullPlate, StateMatrices
 
 H, RADIUS = 0.003, 0.012
 E, NU, ETA = 2e9, 0.38, 0.07
@@ -134,3 +142,43 @@ def test_what_of_a_disc_lies_beside_the_plate_is_lost(ops):
     half = coverage(ops, Disc(0.0, 0.09, RADIUS, 0.1))
     assert ops.cell * half.sum() == pytest.approx(0.5 * np.pi * RADIUS**2, rel=0.1)
     assert not coverage(ops, Disc(-0.1, 0.09, RADIUS, 0.1)).any()
+
+
+@pytest.mark.parametrize("loss", [0.2, 0.5])
+def test_a_spot_shifts_frequencies_as_a_disc_of_softer_cells_does(loss: float) -> None:
+    """The full plate, meshed around the disc and softened there by a temperature of its own."""
+    place, slope = (0.095, 0.06), -0.05
+    zone = {"kind": "circle", "center": place, "radius": RADIUS, "thickness": H}
+    plate = Plate(length_x=0.16, length_y=0.12, thickness=H, mass=0.0519, zone=(zone,))
+    model = assemble(plate, recipe=MeshRecipe(spacing=0.08, growth=2.0, grading=0.0), degree=4)
+    full = FullPlate.of(model)
+    laws = LocalLaws.of_material(E, NU, ETA, slope=(slope, 0.0, 0.0))
+
+    def frequencies(matrices: StateMatrices) -> tuple[np.ndarray, np.ndarray]:
+        shift = (2 * np.pi * 5.0) ** 2
+        values, vectors = eigsh(
+            matrices.plate + shift * matrices.mass,
+            14,
+            matrices.mass,
+            sigma=0.0,
+            v0=np.random.default_rng(0).standard_normal(full.unknowns.size),
+        )
+        return np.sqrt(np.abs(values - shift))[6:], vectors
+
+    whole = PlateState.baseline(*full.sampling, laws, laws.reference, np.array([500.0]))
+    under = full.shell.space.spread(full.shell.space.mesh.inside["zone 1"])
+    soft = whole.with_(temperature=np.where(under, laws.reference + np.log(1.0 - loss) / slope, laws.reference))
+    intact, vectors = frequencies(full.matrices(whole))
+    damaged, _ = frequencies(full.matrices(soft))
+    places = np.array([(0.02, 0.02)])
+    box = MaterialBox((1e9, 4e9), (0.3, 0.45), (0.01, 0.1))
+    probe = model.deflection(places).toarray()
+    operators = project(full, vectors, model, places, probe, box, (100.0, 900.0), lambda: None)
+    basis = field_basis(BENDING_DEGREE)
+    spotted = PlateState.baseline(basis.xi, basis.zeta, laws, laws.reference, np.array([500.0]))
+    spotted = spotted.with_(discs=(Disc(*place, RADIUS, loss),))
+    found = with_spots(operators, composed(operators, Coefficients.of(spotted, 1.0)), spotted)
+    squares = eigh(found.plate + found.fixed, found.mass, eigvals_only=True)[6:]
+    shift, wanted = np.sqrt(squares) / intact - 1.0, damaged / intact - 1.0
+    assert wanted.min() < -0.004 * loss
+    assert shift == pytest.approx(wanted, abs=0.08 * np.abs(wanted).max())

@@ -64,3 +64,9 @@ def test_over_a_patch_on_the_other_face_it_cannot_move() -> None:
     below = Patch(id="B", role="sensor", center=(0.05, 0.05), size=(0.04, 0.04), thickness=0.0005, side="bottom")
     with pytest.raises(ValueError, match="'S' lies over another one"):
         moved_space(shell(below), 1, (0.001, 0.0))
+
+
+def test_a_plate_without_patches_has_nothing_to_move() -> None:
+    bare = Plate(length_x=0.15, length_y=0.12, thickness=0.003, mass=0.0513)
+    with pytest.raises(ValueError, match="patch 0 does not exist; the plate has 0"):
+        moved_space(ShellPlate.of(bare, recipe=MeshRecipe(spacing=0.1), degree=2), 0, (0.001, 0.0))
