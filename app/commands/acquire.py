@@ -144,6 +144,7 @@ def _acquire(
     from analysis.protocol.advice import smeared
     from app.acquisition import acquire_campaign
     from app.campaign_screen import campaign_screen
+    from app.files.acquired_campaign import require_ours
     from app.files.experiment_toml import read_acquired_experiment
     from app.files.provenance import sha256
     from app.files.sweep_file import Source
@@ -156,6 +157,7 @@ def _acquire(
     declared = declared.on(chosen)
     source = Source(experiment.name, sha256(experiment))
     acquired = {"rig": chosen, **declared.model_dump(mode="json")}
+    require_ours(folder, {"acquired": acquired})  # before a twin is built
     with output.progress() as report:
         opened = rig_of(declared, chosen, experiment, report)
         rig = opened.__enter__()

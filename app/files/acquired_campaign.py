@@ -163,19 +163,25 @@ def open_campaign(
         ) from error
 
 
-def _prepare(folder: Path, protocol: dict[str, Any]) -> None:
+def require_ours(folder: Path, protocol: Mapping[str, Any]) -> None:
+    """Raise CampaignFileError if a folder holds something else than the campaign of this protocol."""
     ours = {PROTOCOL, f"{PROTOCOL}.part", SWEEPS}
     if is_campaign_folder(folder):
         there, _ = read_protocol(folder)
-        different = _differences(there, protocol)
+        different = _differences({part: there.get(part) for part in protocol}, dict(protocol))
         if different:
             seen = f"holds a campaign begun with another experiment; different: {', '.join(different[:6])}"
             allowed = "a new folder, or this same experiment"
             raise CampaignFileError(folder, [Problem("", "", seen, allowed, "undo the change, or use --out")])
-        remove_unfinished(folder)
     elif folder.exists() and (not folder.is_dir() or {child.name for child in folder.iterdir()} - ours):
         allowed = "a new folder, or one this same experiment began"
         raise CampaignFileError(folder, [Problem("", "", "exists and is no campaign", allowed, "use --out")])
+
+
+def _prepare(folder: Path, protocol: dict[str, Any]) -> None:
+    require_ours(folder, protocol)
+    if is_campaign_folder(folder):
+        remove_unfinished(folder)
     else:
         folder.mkdir(exist_ok=True)
         write_protocol(folder, protocol)

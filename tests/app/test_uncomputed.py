@@ -70,3 +70,15 @@ def test_modules_are_looked_at_before_a_twin_is_built(tmp_path: Path, run_flexur
     assert status == 2
     assert "Mod7" in err
     assert not cache.exists()
+
+
+def test_a_folder_of_something_else_is_refused_before_a_twin_is_built(
+    tmp_path: Path, run_flexura: Flexura, cache: Path
+) -> None:
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "letter.txt").write_text("mine", encoding="utf-8")
+    status, _, err = run_flexura("acquire", EXAMPLES / "simulated-rig.toml", "--out", folder)
+    assert status == 2
+    assert "exists and is no campaign" in " ".join(err.split())
+    assert not cache.exists()
