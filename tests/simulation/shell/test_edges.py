@@ -6,8 +6,8 @@ from scipy.sparse.linalg import spsolve
 
 from analysis.experiment import Plate
 from simulation.shell.edges import held_functions, penalty, spring_blocks, supported
+from simulation.shell.rigidity import THX, THY, U, V, W
 from simulation.shell.shell_plate import ShellPlate
-from simulation.shell.strain_energy import THX, THY, U, V, W
 from simulation.shell.unknowns import Unknowns
 
 RECTANGLE = {"length_x": 0.24, "length_y": 0.19, "thickness": 0.003, "mass": 0.13}
