@@ -11,6 +11,7 @@ from simulation.coarse_plate import CoarsePlate
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble
 from simulation.shell.electric_load import ElectricLoad
+from simulation.shell.factors import factorize
 from simulation.shell.shell_model import ShellModel
 
 
@@ -37,6 +38,30 @@ def test_resonances_are_those_of_the_mesh(finer: ShellModel, known: CoarsePlate,
     found = np.sqrt(np.abs(np.linalg.eigvalsh(stiffness))) / (2 * np.pi)
     assert full.size >= 2
     assert [np.abs(found / f - 1.0).min() for f in full] == pytest.approx([0.0] * full.size, abs=0.03)
+
+
+def test_a_hammer_and_a_loaded_accelerometer_are_nearly_those_of_direct_solution(
+    finer: ShellModel, experiment: Experiment
+) -> None:
+    hammer, accelerometer = (0.07, 0.06), (0.17, 0.12)
+    dumped = experiment.model_dump()
+    declared = dumped | {
+        "patch": [patch | {"role": "shorted"} for patch in dumped["patch"]],
+        "drive": [{"id": "hammer", "point": hammer, "side": "bottom"}],
+        "sensor": [{"id": "acc", "kind": "acceleration", "point": accelerometer, "mass": 0.002}],
+    }
+    bare = Experiment.model_validate(declared)
+    known = CoarsePlate.of(bare, MaterialBox((0.5e9, 50e9), (0.34, 0.42), (0.01, 0.1)))
+    lines = np.linspace(150.0, 650.0, 6)
+    found = known.frf(2e9, 0.38, lines)[0]
+    assert [pickup.order for pickup in known.instruments.pickups] == [2]
+    rows = finer.footprint_rows(bare.footprints)
+    for f, a in zip(lines, found, strict=True):
+        omega2 = (2 * np.pi * f) ** 2
+        z = finer.stiffness(2e9, 0.38, 0.04) - omega2 * finer.mass
+        g = rows @ factorize(z).solve(rows.T.astype(complex))
+        loaded = g[1, 0] / (1.0 - omega2 * 0.002 * g[1, 1])  # Sherman and Morrison
+        assert abs(a + omega2 * loaded) < 0.35 * np.abs(found).max()
 
 
 def test_voltages_are_nearly_those_of_direct_solution(finer: ShellModel, known: CoarsePlate) -> None:
