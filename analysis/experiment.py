@@ -32,10 +32,11 @@ __all__ = [
 ]
 
 
-class Attachment(Declared):
-    """A point where a string or a cable holds the plate."""
+class Attachment(Sparse):
+    """A place where a string or a cable holds the plate: a disc of `radius`, smaller where the edge is near."""
 
     point: Point
+    radius: Annotated[float, Field(ge=0.0, le=0.05, description="m")] = 0.004
 
 
 class Acquisition(Declared):

@@ -15,7 +15,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from analysis.channel import Footprint
-from analysis.experiment import Experiment
+from analysis.experiment import Attachment, Experiment, Plate
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.campaign_basis import for_materials
@@ -39,6 +39,8 @@ Real = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 STAGE = "reducing the plate with its effects"
+INSIDE = 0.9
+"""Share of the distance to the nearest edge that the disc of an attachment may take."""
 WORKERS = 2
 """Energies projected at a time."""
 BLOCKS = 10
@@ -62,8 +64,9 @@ def reduce_with_effects(
     """
     report = progress or (lambda stage, share: None)
     band = experiment.protocol.band
-    places = np.array([a.point for a in (*experiment.string, *experiment.cable)]).reshape(-1, 2)
-    acting = [*(Footprint((float(x), float(y))) for x, y in places), *experiment.footprints]
+    attached = [attached_disc(experiment.plate, a) for a in (*experiment.string, *experiment.cable)]
+    places = np.array([disc.point for disc in attached]).reshape(-1, 2)
+    acting = [*attached, *experiment.footprints]
     model = assemble_for(
         experiment.plate,
         experiment.patch,
@@ -101,6 +104,16 @@ def reduce_with_effects(
     ops = replace(ops, error=measured_error(full, ops))
     report(STAGE, 1.0)
     return ops, full, vectors
+
+
+def attached_disc(plate: Plate, attachment: Attachment) -> Footprint:
+    """Disc on which a string or a cable acts: as declared, or as large as the plate's edges leave room.
+
+    A mass at a point would be heavier the finer the mesh: the point compliance of a Mindlin plate has no limit.
+    """
+    point = np.array([attachment.point])
+    room = min(float(loop.distance(point)[0]) for loop in (plate.loop, *plate.hole_loops))
+    return Footprint(attachment.point, min(attachment.radius, INSIDE * room))
 
 
 def compressed(ops: EffectOperators) -> EffectOperators:

@@ -161,7 +161,7 @@ class EffectTwin:
     def _strain_energy(self, linear: PlateState, state_of: StateOf, frequency: Real, scale: float) -> StrainEnergy:
         local = LocalPlate.of(self.operators, self._whole(linear), linear, self.reach)
         plate = self.experiment.plate
-        density = plate.mass / (plate.length_x * plate.length_y)
+        density = plate.mass / plate.area
         return StrainEnergy.of(local, self._instruments.source, state_of, frequency, scale=scale, density=density)
 
     def _coefficients(self, state: PlateState) -> Coefficients:

@@ -18,6 +18,7 @@ from platformdirs import user_cache_path
 
 from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
+from analysis.geometry.fault import GeometryError
 from analysis.material import MaterialBox
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
@@ -104,8 +105,10 @@ def cached_reduction(
     def assembling(share: float) -> None:
         report("assembling the plate", share)
 
-    model = assemble_for(plate, patches, box, band, footprints=footprints, fineness=fineness, progress=assembling)
     with reducing(box, band):
+        model = assemble_for(
+            plate, patches, box, band, footprints=footprints, fineness=fineness, progress=assembling
+        )
         reduced = reduce_with_footprints(
             model,
             box,
@@ -146,9 +149,11 @@ def basis_file(
 
 @contextmanager
 def reducing(box: MaterialBox, band: tuple[float, float]) -> Iterator[None]:
-    """Turn a reduction that does not converge into a ResultFileError that says what to change."""
+    """Turn a plate that cannot be meshed, or reduced, into a ResultFileError that says what to change."""
     try:
         yield
+    except GeometryError as error:
+        raise ResultFileError(f"this plate cannot be meshed: {error}") from error
     except RuntimeError as error:
         (low, high), least = box.youngs_modulus, box.loss_factor[0]
         raise ResultFileError(
