@@ -18,9 +18,9 @@ from app.effect_twin import effect_twin
 from app.files.bad_file import ResultFileError
 from app.files.twin_file import TwinFile, read_twin, require_known_effects, require_same_plate
 from app.progress import Report
-from simulation.campaign_basis import for_materials
-from simulation.effect_twin import EffectTwin
 from simulation.effects.library import library
+from simulation.reduction.campaign_basis import for_materials
+from simulation.twin.effect_twin import EffectTwin
 
 MATERIALS = 5
 """Temperatures whose materials the smaller model is made for."""

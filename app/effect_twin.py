@@ -8,8 +8,8 @@ from analysis.experiment import Experiment
 from analysis.plate_material import material_box
 from app.files.effect_cache import cached_operators
 from app.progress import Report
-from simulation.effect_twin import EffectTwin
 from simulation.effects.library import library
+from simulation.twin.effect_twin import EffectTwin
 
 if TYPE_CHECKING:
     from simulation.effects.effect import Effect

@@ -10,7 +10,7 @@ from analysis.updating.coarse_look import CoarseLook, coarse_look, scanned_box
 from analysis.updating.update import middle_sweep
 from app.files.bad_file import ResultFileError
 from app.progress import Report
-from simulation.coarse_plate import CoarsePlate
+from simulation.reduction.coarse_plate import CoarsePlate
 
 STAGE = "first look"
 

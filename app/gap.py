@@ -20,9 +20,9 @@ from app.held_effects import HeldEffects
 from app.progress import Report
 from app.twin import campaign_twin
 from app.updating import Updating, constants, updated_twin
-from simulation.effect_twin import EffectTwin
 from simulation.effects.library import untried
-from simulation.mesh_disagreement import mesh_disagreement
+from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.mesh_disagreement import mesh_disagreement
 
 FLOOR_LINES = 400
 """Lines on which two meshes are compared: a dozen over the width of a resonance."""

@@ -16,8 +16,8 @@ from analysis.material import MaterialLaws
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
 from app.progress import Report
-from simulation.reduced_model import ReducedModel
-from simulation.reduction import Training
+from simulation.reduction.reduce import Training
+from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.fineness import Fineness
 
 Real = NDArray[np.float64]

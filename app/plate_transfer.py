@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from analysis.gap.model import Effects, SweepPoint
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
-from simulation.effect_twin import EffectTwin
-from simulation.twin import Twin
+from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.plain_twin import Twin
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

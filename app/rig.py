@@ -34,7 +34,7 @@ from drivers.ovens.settings import open_oven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig
 from drivers.rig.simulated import SimulatedParts, simulated_parts
-from simulation.effect_twin import EffectTwin
+from simulation.twin.effect_twin import EffectTwin
 
 Real = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from analysis.experiment import Experiment, Plate
 from analysis.plate_material import material_box
 from app.files.basis_cache import basis_file, cached_reduction
 from app.progress import Report
-from simulation.twin import Twin
+from simulation.twin.plain_twin import Twin
 
 SHAPE_POINTS = 32
 """Points along the longer side of the box around a plate on which its mode shapes are known."""

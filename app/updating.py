@@ -27,7 +27,7 @@ from app.held_effects import HeldEffects
 from app.progress import Report
 from app.twin import campaign_twin, twin_is_built
 from app.uncomputed import require_computed
-from simulation.twin import Twin
+from simulation.twin.plain_twin import Twin
 
 GOOD_MISFIT = 1.3
 """A twin that misses no more than this many times the noise explains the data."""

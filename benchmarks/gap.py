@@ -35,7 +35,7 @@ from app.effect_twin import effect_twin
 from app.files.campaign import load_campaign
 from app.progress import progress
 from app.twin import campaign_twin
-from simulation.effect_twin import EffectTwin
+from simulation.twin.effect_twin import EffectTwin
 
 ROOT = Path(__file__).resolve().parents[1]
 SENSORS = {"S2": (0.2, 0.035), "S3": (0.04, 0.115)}

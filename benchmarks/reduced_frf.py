@@ -18,11 +18,11 @@ from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from simulation.instruments import Instruments
-from simulation.reduction import reduce
+from simulation.reduction.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
-from simulation.twin import Twin
+from simulation.twin.instruments import Instruments
+from simulation.twin.plain_twin import Twin
 
 PLATE = Plate(length_x=0.24, length_y=0.19, thickness=0.003, mass=0.12996)
 PATCHES = [

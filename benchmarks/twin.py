@@ -20,13 +20,13 @@ from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
 from analysis.material import MaterialBox
-from simulation.effect_reduction import reduce_with_effects
-from simulation.instruments import Instruments
-from simulation.reduction import Training, reduce
+from simulation.reduction.effect_reduction import reduce_with_effects
+from simulation.reduction.reduce import Training, reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.fineness import Fineness
-from simulation.twin import Twin
+from simulation.twin.instruments import Instruments
+from simulation.twin.plain_twin import Twin
 
 BOX = MaterialBox((0.8e9, 4.0e9), (0.30, 0.49), (0.005, 0.15))
 MATERIAL = (2.26e9, 0.37, 0.082)

@@ -23,7 +23,7 @@ from analysis.updating.update import Updated, update
 from app.files.campaign import load_campaign
 from app.progress import progress
 from app.twin import campaign_twin
-from simulation.twin import Twin
+from simulation.twin.plain_twin import Twin
 
 ROOT = Path(__file__).resolve().parents[1]
 

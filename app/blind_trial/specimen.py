@@ -19,15 +19,15 @@ from app.progress import Report
 from app.rig import REFERENCE, parts_around
 from app.simulated_plate import TwinPlate
 from drivers.rig.rig import Rig
-from simulation.campaign_basis import for_materials
-from simulation.effect_operators import EffectOperators
-from simulation.effect_twin import EffectTwin
 from simulation.effects.library import library
+from simulation.reduction.campaign_basis import for_materials
+from simulation.reduction.effect_operators import EffectOperators
+from simulation.twin.effect_twin import EffectTwin
 
 MATERIALS = 6
 """Temperatures whose materials the campaign's smaller operators are made for."""
 TAIL = 4e-4
-"""What these may leave out, see `simulation.campaign_basis`; a quarter of what the analysis allows itself."""
+"""What these may leave out, see `simulation.reduction.campaign_basis`; a quarter of what the analysis allows."""
 
 
 FOLLOWING: Mapping[str, Followed] = {

@@ -15,7 +15,7 @@ from analysis.gap.effect_card import EffectCard, Parameter
 from analysis.gap.model import SweepPoint
 from app.plate_transfer import EffectTransfer, Followed
 from simulation.effects.effect import Effect
-from simulation.plate_state import Circumstances, Disc, PlateState, PointLoad
+from simulation.state.plate_state import Circumstances, Disc, PlateState, PointLoad
 
 Values = Mapping[str, Any]
 Real = NDArray[np.float64]

@@ -24,8 +24,8 @@ from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 
 if TYPE_CHECKING:
-    from simulation.reduced_model import ReducedModel
-    from simulation.reduction import Training
+    from simulation.reduction.reduce import Training
+    from simulation.reduction.reduced_model import ReducedModel
     from simulation.shell.fineness import Fineness
 
 Progress = Callable[[str, float], None]
@@ -93,7 +93,7 @@ def cached_reduction(
     ResultFileError
         Where the plate cannot be reduced, with what to change.
     """
-    from simulation.footprint_reduction import reduce_with_footprints
+    from simulation.reduction.footprint_reduction import reduce_with_footprints
     from simulation.shell.assembly import assemble_for
 
     file = basis_file(plate, patches, box, band, points, fineness, training, field_certified, footprints, driven)
@@ -138,7 +138,7 @@ def basis_file(
     driven: Sequence[int] = (),
 ) -> Path:
     """Return where the cache keeps a reduced model, there or not; arguments of `cached_reduction`."""
-    from simulation.basis_key import basis_key
+    from simulation.reduction.basis_key import basis_key
 
     key = basis_key(plate, patches, box, band, points, fineness, training, field_certified)
     if footprints:
@@ -178,7 +178,7 @@ def save_basis(file: Path, reduced: "ReducedModel") -> None:
 
 def load_basis(file: Path) -> "ReducedModel | None":
     """Read a reduced model; None where there is none or it is not what was written."""
-    from simulation.reduced_model import ReducedModel
+    from simulation.reduction.reduced_model import ReducedModel
 
     if not file.is_file():
         return None

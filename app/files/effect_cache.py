@@ -22,7 +22,7 @@ from app.files.basis_cache import cache_folder, reducing
 from app.progress import Report
 
 if TYPE_CHECKING:
-    from simulation.effect_operators import EffectOperators
+    from simulation.reduction.effect_operators import EffectOperators
     from simulation.shell.fineness import Fineness
 
 FORMAT = "flexura-effect-operators/1"
@@ -46,7 +46,7 @@ def cached_operators(
     experiment: Experiment, box: MaterialBox, report: Report, fineness: "Fineness | None" = None
 ) -> "EffectOperators":
     """Operators of an experiment's plate, from the cache or made and kept there; about a minute where made."""
-    from simulation.effect_reduction import reduce_with_effects
+    from simulation.reduction.effect_reduction import reduce_with_effects
 
     file = cache_folder() / f"effects-{operators_key(experiment, box, fineness)}.h5"
     stored = load_operators(file)
@@ -60,7 +60,7 @@ def cached_operators(
 
 def operators_key(experiment: Experiment, box: MaterialBox, fineness: "Fineness | None" = None) -> str:
     """SHA-256, hexadecimal, over all that decides an experiment's operators."""
-    from simulation.basis_key import basis_key
+    from simulation.reduction.basis_key import basis_key
 
     attached = [(*a.point, a.radius) for a in (*experiment.string, *experiment.cable)]
     points = np.array(attached).reshape(-1, 3)
@@ -93,7 +93,7 @@ def save_operators(file: Path, operators: "EffectOperators") -> None:
 
 def load_operators(file: Path) -> "EffectOperators | None":
     """Read operators; None where there are none or they are not what was written."""
-    from simulation.effect_operators import EffectOperators
+    from simulation.reduction.effect_operators import EffectOperators
 
     if not file.is_file():
         return None

@@ -8,7 +8,7 @@ import numpy as np
 from analysis.experiment import Experiment
 from analysis.gap.effect_card import EffectCard, Parameter
 from simulation.effects.effect import Effect
-from simulation.plate_state import Circumstances, PlateState
+from simulation.state.plate_state import Circumstances, PlateState
 
 SUBSONIC = 0.9  # of the speed of sound: nearer to coincidence the added mass of an infinite plate diverges
 EDGE_RADIATION = 0.35  # share of the plane-wave resistance that a finite plate radiates at coincidence

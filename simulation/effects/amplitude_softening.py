@@ -8,7 +8,7 @@ import numpy as np
 from analysis.experiment import Experiment
 from analysis.gap.effect_card import EffectCard, Parameter
 from simulation.effects.effect import Effect
-from simulation.plate_state import Circumstances, PlateState
+from simulation.state.plate_state import Circumstances, PlateState
 
 LARGEST = 4.0  # of the relative strain energy: what doubling the level makes of the strongest resonance
 
@@ -27,7 +27,7 @@ def card(experiment: Experiment) -> EffectCard:
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
     """Storage modulus times 1 - a e, loss modulus times 1 - a e + b e, e the relative strain energy, at most 4.
 
-    The energy is that of the plate so softened: `simulation.strain_energy` finds it.
+    The energy is that of the plate so softened: `simulation.twin.strain_energy` finds it.
     """
     energy = np.minimum(circumstances.strain_energy, LARGEST)
     kept = 1.0 - values["a"] * energy

@@ -8,7 +8,7 @@ import numpy as np
 from analysis.experiment import Experiment
 from analysis.gap.effect_card import EffectCard, Parameter
 from simulation.effects.effect import Effect
-from simulation.plate_state import Circumstances, PlateState
+from simulation.state.plate_state import Circumstances, PlateState
 
 REFERENCE_TEMPERATURE = 25.0  # degrees Celsius, where gamma25 holds
 

@@ -8,7 +8,7 @@ import numpy as np
 from analysis.experiment import Experiment
 from analysis.gap.effect_card import EffectCard, Parameter
 from simulation.effects.effect import Effect
-from simulation.plate_state import Circumstances, PlateState
+from simulation.state.plate_state import Circumstances, PlateState
 
 REFERENCE_FREQUENCY = 500.0  # Hz, where the laws hold as they stand
 

@@ -6,7 +6,7 @@ from typing import Any
 from analysis.experiment import Experiment
 from analysis.gap.effect_card import EffectCard, Parameter
 from simulation.effects.effect import Effect
-from simulation.plate_state import Circumstances, PlateState
+from simulation.state.plate_state import Circumstances, PlateState
 
 
 def card(experiment: Experiment) -> EffectCard:

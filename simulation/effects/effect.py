@@ -6,7 +6,7 @@ from typing import Any
 
 from analysis.experiment import Experiment
 from analysis.gap.effect_card import EffectCard
-from simulation.plate_state import Circumstances, PlateState
+from simulation.state.plate_state import Circumstances, PlateState
 
 Apply = Callable[[PlateState, Circumstances, Mapping[str, Any]], PlateState]
 
@@ -25,7 +25,8 @@ class Effect:
     card : callable
         Experiment -> EffectCard: ranges and sites may depend on the plate.
     apply : callable
-        (state, circumstances, values by parameter) -> state. Values may be complex, see `simulation.plate_state`.
+        (state, circumstances, values by parameter) -> state. Values may be complex, see
+        `simulation.state.plate_state`.
     available : callable
         Experiment -> bool: whether the declaration says enough (a point mass needs its point).
     needs_strain_energy : bool

@@ -29,7 +29,7 @@ from simulation.effects import (
 )
 from simulation.effects.effect import Effect
 from simulation.effects.user_folder import load_folder
-from simulation.plate_state import Circumstances, PlateState
+from simulation.state.plate_state import Circumstances, PlateState
 
 LIBRARY: Mapping[str, Effect] = MappingProxyType(
     {

@@ -10,7 +10,7 @@ from analysis.experiment import Experiment, Plate
 from analysis.gap.effect_card import EffectCard, Parameter
 from analysis.geometry.relations import TOUCH
 from simulation.effects.effect import Effect
-from simulation.plate_state import Circumstances, Disc, PlateState
+from simulation.state.plate_state import Circumstances, Disc, PlateState
 
 Real = NDArray[np.float64]
 

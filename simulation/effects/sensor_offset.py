@@ -7,7 +7,7 @@ from analysis.experiment import Experiment
 from analysis.gap.effect_card import EffectCard, Parameter
 from analysis.geometry.relations import TOUCH, leaves, overlap
 from simulation.effects.effect import Effect
-from simulation.plate_state import Circumstances, PlateState
+from simulation.state.plate_state import Circumstances, PlateState
 
 FARTHEST = 0.0025  # m, a patch of some 20 mm that lies farther off is seen by eye
 RESOLVED = 1e-7  # m, to which the room for it is found

@@ -12,7 +12,7 @@ from analysis.gap.effect_card import EffectCard, Parameter
 from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
 from simulation.effects.effect import Effect
-from simulation.plate_state import Circumstances, PlateState
+from simulation.state.plate_state import Circumstances, PlateState
 
 COMPLEX_STEP = 1e-30
 """Times a parameter's prior sigma; nothing is subtracted, so that it may be as small as it likes."""

@@ -16,10 +16,10 @@ from app.files import campaign_toml
 from app.files.campaign_error import CampaignFileError
 from app.files.recorded_campaign import read_recorded_campaign
 from app.files.toml_text import toml_text
-from simulation.footprint_reduction import reduce_with_footprints
 from simulation.meshing.recipe import MeshRecipe
+from simulation.reduction.footprint_reduction import reduce_with_footprints
 from simulation.shell.assembly import assemble
-from simulation.twin import Twin
+from simulation.twin.plain_twin import Twin
 
 Run = Callable[..., tuple[int, str, str]]
 RATE, SWEEP, TAIL, BAND = 51_200.0 / 12, 2.0, 0.6, (100.0, 600.0)

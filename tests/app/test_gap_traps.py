@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simulation.effect_reduction import reduce_with_effects
 from simulation.meshing.recipe import MeshRecipe
+from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.fineness import Fineness
 
 Run = Callable[..., tuple[int, str, str]]

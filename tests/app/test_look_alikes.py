@@ -19,7 +19,7 @@ from analysis.material import Material
 from analysis.updating.update import Updated
 from app.effect_twin import effect_twin
 from app.files.campaign import load_campaign
-from simulation.effect_twin import EffectTwin
+from simulation.twin.effect_twin import EffectTwin
 
 pytestmark = pytest.mark.slow
 

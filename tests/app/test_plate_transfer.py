@@ -18,14 +18,14 @@ from app.files.campaign_error import CampaignFileError
 from app.files.experiment_toml import Laws, read_acquired_experiment
 from app.plate_transfer import EffectTransfer, PlainTransfer
 from app.simulated_plate import TwinPlate
-from simulation.effect_reduction import reduce_with_effects
-from simulation.effect_twin import EffectTwin
 from simulation.effects.library import LIBRARY
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction import reduce
+from simulation.reduction.effect_reduction import reduce_with_effects
+from simulation.reduction.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness
-from simulation.twin import Twin
+from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.plain_twin import Twin
 
 Array = NDArray[np.float64]
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "hidden-effect.toml"

@@ -7,8 +7,8 @@ import pytest
 from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduced_model import ReducedModel
-from simulation.reduction import reduce
+from simulation.reduction.reduce import reduce
+from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import assemble, assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.shell.shell_model import ShellModel

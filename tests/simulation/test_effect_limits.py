@@ -9,13 +9,13 @@ from scipy.sparse.linalg import eigsh
 from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from simulation.composition import Coefficients, composed
-from simulation.effect_reduction import project
-from simulation.effect_twin import EffectTwin
 from simulation.effects.library import library
-from simulation.local_solution import LocalSolution
-from simulation.plate_state import PointLoad
-from simulation.state_matrices import FullPlate
+from simulation.reduction.composition import Coefficients, composed
+from simulation.reduction.effect_reduction import project
+from simulation.state.plate_state import PointLoad
+from simulation.state.state_matrices import FullPlate
+from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.local_solution import LocalSolution
 
 BAND = (100.0, 700.0)
 LINES = np.linspace(*BAND, 61)

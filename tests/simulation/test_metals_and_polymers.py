@@ -11,13 +11,13 @@ from analysis.experiment import Patch, Plate
 from analysis.frf import Frf
 from analysis.plate_material import material_box
 from analysis.updating.update import update
-from simulation.instruments import Instruments
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction import reduce
+from simulation.reduction.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.fineness import Fineness
-from simulation.twin import Twin
+from simulation.twin.instruments import Instruments
+from simulation.twin.plain_twin import Twin
 
 LOAD = ElectricLoad(305e3, 120e-12)
 TEMPERATURE = np.array([10.0, 40.0])

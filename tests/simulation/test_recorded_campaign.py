@@ -7,9 +7,9 @@ import pytest
 from nptdms import TdmsFile
 from scipy.interpolate import CubicSpline
 
-from simulation.instruments import Instruments
 from simulation.shell.electric_load import ElectricLoad
-from simulation.twin import Twin
+from simulation.twin.instruments import Instruments
+from simulation.twin.plain_twin import Twin
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "campaigns" / "pp-plate-nominal"
 GAIN = 16.5103  # stated in the campaign's README

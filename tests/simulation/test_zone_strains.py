@@ -5,12 +5,12 @@ import pytest
 
 from analysis.experiment import Patch, Plate
 from analysis.outline import CircleOutline, CircleZone
-from simulation.effect_projection import Projector, strains
 from simulation.meshing.recipe import MeshRecipe
+from simulation.reduction.effect_projection import Projector, strains
 from simulation.shell.assembly import assemble
 from simulation.shell.factors import factorize
 from simulation.shell.rigidity import SHEAR_FACTOR
-from simulation.state_matrices import FullPlate
+from simulation.state.state_matrices import FullPlate
 
 E, NU = 2e9, 0.38
 

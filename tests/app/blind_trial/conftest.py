@@ -11,11 +11,11 @@ from app.blind_trial.experiments import draw_experiment
 from app.blind_trial.plates import PlateKind, draw_plate
 from app.blind_trial.specimen import with_hidden_point
 from app.files.experiment_toml import AcquiredExperiment
-from simulation.effect_operators import EffectOperators
-from simulation.effect_reduction import reduce_with_effects
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduced_model import ReducedModel
-from simulation.reduction import Training, reduce
+from simulation.reduction.effect_operators import EffectOperators
+from simulation.reduction.effect_reduction import reduce_with_effects
+from simulation.reduction.reduce import Training, reduce
+from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness
 

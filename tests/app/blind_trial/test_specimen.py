@@ -12,9 +12,9 @@ from app.blind_trial.plates import PlateKind
 from app.blind_trial.specimen import Specimen
 from app.files.experiment_toml import AcquiredExperiment
 from app.plate_transfer import EffectTransfer
-from simulation.effect_operators import EffectOperators
 from simulation.effects.effect import Effect
-from simulation.plate_state import Circumstances, PlateState, PointLoad
+from simulation.reduction.effect_operators import EffectOperators
+from simulation.state.plate_state import Circumstances, PlateState, PointLoad
 
 LINES = np.linspace(100.0, 250.0, 301)
 POINT = SweepPoint(20.0, 0.0, 1.0)

@@ -14,8 +14,8 @@ from app.blind_trial.trial import Trial, begin, run_trial
 from app.commands.blind_trial import command
 from app.files.bad_file import ResultFileError
 from app.files.provenance import sha256
-from simulation.effect_operators import EffectOperators
-from simulation.reduced_model import ReducedModel
+from simulation.reduction.effect_operators import EffectOperators
+from simulation.reduction.reduced_model import ReducedModel
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -11,7 +11,7 @@ from app.blind_trial.plates import PlateKind
 from app.blind_trial.specimen import Specimen
 from app.blind_trial.yardstick import Yardstick
 from app.files.experiment_toml import AcquiredExperiment
-from simulation.effect_operators import EffectOperators
+from simulation.reduction.effect_operators import EffectOperators
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from analysis.experiment import Experiment, Patch
 from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
-from simulation.plate_state import Circumstances, PlateState
+from simulation.state.plate_state import Circumstances, PlateState
 
 Trial = Callable[..., tuple[Circumstances, PlateState]]
 

@@ -1,0 +1,29 @@
+"""Reduced models of a plate, their error measured against the full one.
+
+A plate over a range of materials:
+
+=========================  ================================================================
+``rational_krylov``        candidate vectors
+``damped_modes``           real modes, cheap enough to train with
+``resonance_lines``        lines that lie on narrow resonances
+``energy_decomposition``   the candidates worth keeping
+``certification``          the error against the full model where it was not trained
+``reduce``                 all of it
+``footprint_reduction``    the same, with forces and motions besides patches
+``reduced_model``          small matrices that answer for the whole range
+``modal_form``             poles, transfers as sums over them, and their derivatives
+``basis_key``              a reduced model's name by all that decides it
+``coarse_plate``           a plate known to a per cent, for a first look at data
+=========================  ================================================================
+
+The same plate with physical effects on it:
+
+=========================  ================================================================
+``effect_projection``      every field-weighted energy on given vectors
+``effect_operators``       the reduced matrices from which any state is composed
+``composition``            a state composed of them
+``effect_reduction``       all of it: operators of a plate
+``effect_certification``   their error
+``campaign_basis``         a smaller model for the few materials of one campaign
+=========================  ================================================================
+"""

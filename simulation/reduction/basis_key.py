@@ -1,0 +1,53 @@
+"""Name of a reduced model by all that decides what it is."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from analysis.experiment import Patch, Plate
+from analysis.material import MaterialBox
+from simulation.reduction.reduce import Training
+from simulation.shell.fineness import Fineness
+from simulation.shell.piezo_material import PIEZO_MATERIALS
+
+METHOD = 5
+"""Raised whenever the same declaration would give another reduced model."""
+
+
+def basis_key(
+    plate: Plate,
+    patches: Sequence[Patch],
+    box: MaterialBox,
+    band: tuple[float, float],
+    points: ArrayLike | None = None,
+    fineness: Fineness | None = None,
+    training: Training | None = None,
+    field_certified: bool = True,
+) -> str:
+    """SHA-256, hexadecimal, over plate, patches, their material, mesh, training, box, band and points.
+
+    Names and roles of patches do not count: they change no matrix.
+    """
+    geometry = [patch.model_dump(exclude={"id", "role"}) for patch in patches]
+    declared = {
+        "method": METHOD,
+        "plate": plate.model_dump(exclude={"material"}),  # of an isotropic one only the box counts
+        "patches": geometry,
+        "materials": {patch.material: asdict(PIEZO_MATERIALS[patch.material]) for patch in patches},
+        "box": asdict(box),
+        "band": [float(edge) for edge in band],
+        "fineness": asdict(fineness or Fineness()),
+        "training": asdict(training or Training()),
+    }
+    if plate.material is not None and plate.material.departure is not None:
+        declared["orthotropy"] = asdict(plate.material.departure)
+    digest = hashlib.sha256(json.dumps(declared, sort_keys=True, allow_nan=False).encode())
+    if points is not None:
+        digest.update(np.ascontiguousarray(points, dtype="<f8").tobytes())
+    if not field_certified:
+        digest.update(b"field not certified")
+    return digest.hexdigest()

@@ -1,0 +1,69 @@
+"""A smaller model for the few materials that one campaign meets."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from analysis.local_laws import LocalLaws
+from simulation.reduction.composition import Coefficients, composed
+from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
+from simulation.state.extreme_states import extreme_states
+from simulation.state.field_basis import field_basis
+from simulation.state.plate_state import PlateState
+
+Real = NDArray[np.float64]
+
+LINES = 60
+CAMPAIGN_TAIL = 1.5e-3
+
+
+def for_materials(
+    ops: EffectOperators, materials: Sequence[LocalLaws], tail: float = CAMPAIGN_TAIL
+) -> EffectOperators:
+    """Operators on the leading directions of a plate's answers at some materials, in plain and extreme states.
+
+    Proper orthogonal decomposition, as in `simulation.reduction.energy_decomposition`. The extreme states are asked
+    for the first and the last material only. `tail` is what may be left out of the answers, as a share of their size in
+    the energy's norm: transfers follow its square.
+    """
+    basis = field_basis(BENDING_DEGREE)
+    states = [
+        PlateState.baseline(basis.xi, basis.zeta, laws, laws.reference, np.array([500.0])) for laws in materials
+    ]
+    for laws in (materials[0], materials[-1])[: len(materials)]:
+        for size in (-1.0, 1.0):
+            states += extreme_states(basis.xi, basis.zeta, laws, ops.offset_range, size)
+    middle = composed(ops, Coefficients.of(states[len(materials) // 2], ops.offset_range or 1.0))
+    energy = middle.plate + middle.fixed + (0.6 * np.pi * ops.band[1]) ** 2 * middle.mass
+    root = scipy.linalg.cholesky(energy, lower=True)
+    gram = np.zeros_like(energy)
+    for state in states:
+        answers = root.T @ _answers(ops, state)
+        gram += answers @ answers.T
+    strength, vectors = _leading(gram, tail)
+    directions = scipy.linalg.solve_triangular(root.T, vectors, lower=False)
+    around = ops.zone @ (directions * np.sqrt(strength))
+    return ops.restricted(directions, _leading(around @ around.T, tail)[1])
+
+
+def _leading(gram: Real, tail: float) -> tuple[Real, Real]:
+    """Eigenvalues (s,) and eigenvectors (r, s) that leave out a share of `tail` of a gram matrix's root."""
+    values, vectors = np.linalg.eigh(gram)
+    values = np.maximum(values, 0.0)
+    kept = np.sqrt(np.cumsum(values)) > tail * np.sqrt(values.sum())
+    return values[kept], vectors[:, kept]
+
+
+def _answers(ops: EffectOperators, state: PlateState) -> Real:
+    """Real and imaginary parts of the answers to patches and point forces, each of size 1 in the mass, (r, k)."""
+    whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    squares, shapes = scipy.linalg.eigh(whole.plate + whole.fixed, whole.mass, check_finite=False)
+    force = shapes.T @ np.hstack([whole.coupling, ops.forces])
+    lines = np.linspace(*ops.band, LINES)
+    terms = 1.0 / ((1.0 + 0.03j) * squares[:, None] - (2 * np.pi * lines) ** 2)
+    modal = force[:, :, None] * terms[:, None, :]
+    modal /= np.sqrt((np.abs(modal) ** 2).sum(axis=(0, 2), keepdims=True))
+    flat = modal.reshape(len(squares), -1)
+    return np.asarray(shapes @ np.hstack([flat.real, flat.imag]))

@@ -1,0 +1,85 @@
+"""The error of a reduced model, measured against the full one where it was not trained."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from analysis.material import MaterialBox
+from simulation.reduction.reduced_model import ReducedModel
+from simulation.reduction.resonance_lines import resonance_lines, root_mean_square
+from simulation.shell.shell_model import ShellModel
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+Constants = tuple[float, float, float]
+
+WORKERS = 2
+"""Materials solved at a time."""
+
+
+def held_out(box: MaterialBox, attempt: int) -> list[Constants]:
+    """(E, nu, eta) between the trained materials, four of them drawn, new ones at each attempt.
+
+    The first attempt also asks on the box's soft and stiff sides at the least damping, where
+    resonances are most and sharpest.
+    """
+    (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
+    sides = [(e0, n0 + 0.55 * (n1 - n0), h0), (e1, n0 + 0.45 * (n1 - n0), h0)] if attempt == 0 else []
+    cube = qmc.Halton(3, scramble=True, rng=np.random.default_rng(attempt)).random(4)
+    within = [(e0 * (e1 / e0) ** a, n0 + b * (n1 - n0), h0 + c * (h1 - h0)) for a, b, c in cube]
+    return [(float(e), float(n), float(h)) for e, n, h in sides + within]
+
+
+def measured_error(
+    model: ShellModel, small: ReducedModel, candidate: ReducedModel, lines: Real, attempt: int
+) -> tuple[float, Complex]:
+    """Error of `small` at the held-out materials, and the full model's responses there (n, S).
+
+    Each material is solved in full at two frequencies: the one where `small` departs most from the
+    `candidate` it was cut from, of the even `lines` and those on narrow resonances, and one drawn from
+    the band; where resonances are narrow, also on a flank drawn of theirs. Errors are those of
+    `ReducedModel.error`.
+    """
+    rng = np.random.default_rng(100 + attempt)
+    materials = held_out(small.box, attempt)
+    drawn = [np.random.default_rng(seed) for seed in rng.integers(2**32, size=len(materials))]
+
+    def at(material: Constants, rng: np.random.Generator) -> tuple[float, Complex]:
+        places = _lines(small, material, lines)
+        over_band = small.compliance(*material, places)
+        rms = root_mean_square(over_band, places)[..., None]
+        departure = np.abs(over_band - candidate.compliance(*material, places)) / rms
+        chosen = np.array([places[departure.max(axis=(0, 1)).argmax()], rng.uniform(*small.band)])
+        if places.size > lines.size:
+            chosen = np.append(chosen, rng.choice(np.setdiff1d(places, lines)))
+        full = model.responses(*material, chosen)
+        transfer = np.einsum("ni,nkf->ikf", model.coupling, full)
+        wrong = np.abs(small.compliance(*material, chosen) - transfer) / rms
+        worst = max(float(wrong.max()), _field_error(model, small, material, chosen, full, places))
+        return worst, full.reshape(model.size, -1)
+
+    with ThreadPoolExecutor(WORKERS) as executor:
+        found = list(executor.map(at, materials, drawn))
+    return max(worst for worst, _ in found), np.hstack([seen for _, seen in found])
+
+
+def _field_error(
+    model: ShellModel, small: ReducedModel, material: Constants, chosen: Real, full: Complex, lines: Real
+) -> float:
+    """Largest rms over the points of the deflection's error, over its rms over points, inputs and band."""
+    if not len(small.points):
+        return 0.0
+    field = -(model.deflection(small.points) @ full.reshape(model.size, -1)).reshape(-1, *full.shape[1:])
+    reduced = np.einsum("kr,nfr->knf", small.deflection, small.amplitudes(*material, chosen))
+    over_band = np.einsum("kr,nfr->knf", small.deflection, small.amplitudes(*material, lines), optimize=True)
+    wrong = np.sqrt(np.mean(np.abs(field - reduced) ** 2, axis=0))
+    return float(wrong.max() / np.sqrt(np.mean(root_mean_square(over_band, lines) ** 2)))
+
+
+def _lines(small: ReducedModel, material: Constants, grid: Real) -> Real:
+    """Even lines, and those on the narrow resonances at one material."""
+    squares, _ = small.modes(*material, small.size)
+    return resonance_lines(np.sqrt(np.abs(squares.real)) / (2 * np.pi), material[2], grid)

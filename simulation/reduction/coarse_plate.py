@@ -1,0 +1,94 @@
+"""A plate known to a per cent over moduli of a hundredfold range: made in a second, for a first look at data."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.channel import Footprint
+from analysis.experiment import Experiment, Patch, Plate
+from analysis.material import MaterialBox
+from simulation.meshing.recipe import MeshRecipe
+from simulation.reduction.damped_modes import DampedModes
+from simulation.reduction.rational_krylov import Chain
+from simulation.reduction.reduce import projected
+from simulation.reduction.reduced_model import ReducedModel
+from simulation.shell.assembly import assemble
+from simulation.shell.factors import factorize
+from simulation.twin.instruments import Instruments
+from simulation.twin.transfer import Transfer
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+DEGREE, CELLS = 4, 5
+"""Of the mesh, and cells along the shorter side: frequencies to a few per mille."""
+LOSS_FACTOR = 0.04
+"""At which all is compared, whatever the material's own."""
+MODULUS_RATIO = 7.0
+VECTORS = 24
+"""Krylov vectors of every shift and modulus."""
+FORCES = 4
+
+
+@dataclass(frozen=True)
+class CoarsePlate:
+    """Transfer from the input to the outputs of a plate known roughly; see `analysis.updating.coarse_look`.
+
+    Attributes
+    ----------
+    reduced : ReducedModel
+        Of no certified error.
+    instruments : Instruments
+    """
+
+    reduced: ReducedModel
+    instruments: Instruments
+
+    @classmethod
+    def of(cls, experiment: Experiment, box: MaterialBox) -> Self:
+        """Reduce an experiment's plate on a coarse mesh over the moduli of `box`."""
+        footprints = experiment.footprints
+        reduced = coarse_reduction(experiment.plate, experiment.patch, box, experiment.protocol.band, footprints)
+        return cls(reduced.loaded(np.array([one.mass for one in footprints])), Instruments.of(experiment))
+
+    def frf(self, youngs_modulus: float, poisson_ratio: float, frequency: Real) -> Complex:
+        """Return the outputs per unit of the input, about, (K, F), damped by `LOSS_FACTOR`."""
+        stiffness = self.reduced.stiffness(youngs_modulus, poisson_ratio, 0.0).real
+        seen, driving = self.instruments.seen, self.instruments.driving
+        ports = list(dict.fromkeys((*seen, *driving)))
+        answer = DampedModes.of(stiffness, self.reduced.ports[:, ports]).transfers(frequency, LOSS_FACTOR)
+        between = answer[np.ix_([ports.index(one) for one in seen], [ports.index(one) for one in driving])]
+        return Transfer.of(self.instruments, self.reduced.capacitance, between, frequency).response
+
+
+def coarse_reduction(
+    plate: Plate,
+    patches: Sequence[Patch],
+    box: MaterialBox,
+    band: tuple[float, float],
+    footprints: Sequence[Footprint] = (),
+) -> ReducedModel:
+    """Galerkin model on Krylov vectors at a few moduli and the middle nu; its error is not measured.
+
+    Patches and the first `FORCES` footprints, the input among them, drive the vectors; others are read off them.
+    """
+    shorter = min(plate.length_x, plate.length_y)
+    spacing = shorter / CELLS * float((0.003 / plate.thickness) ** 0.5)
+    model = assemble(plate, patches, recipe=MeshRecipe(spacing=spacing, grading=0.0, growth=2.0), degree=DEGREE)
+    rows = model.footprint_rows(footprints)
+    forces = np.hstack([model.coupling, rows[:FORCES].T])
+    low, high = box.youngs_modulus
+    count = int(np.ceil(np.log(high / low) / np.log(MODULUS_RATIO))) + 1
+    shifts = np.array([max(band[0], 0.05 * band[1]), 0.5 * sum(band), band[1]])
+    blocks = max(VECTORS // forces.shape[1], 4)
+    spaces = []
+    for e in np.geomspace(low, high, count):
+        stiffness = model.stiffness(float(e), float(np.mean(box.poisson_ratio)))
+        for shift in 2 * np.pi * shifts:
+            chain = Chain(factorize(stiffness - shift**2 * model.mass), model.mass, forces)
+            spaces.append(chain.extend(blocks)[0])
+    reduced, vectors = projected(model, np.hstack(spaces), box, band)
+    return replace(reduced, footprints=rows @ vectors) if footprints else reduced

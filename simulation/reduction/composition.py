@@ -1,0 +1,154 @@
+"""A plate in one state, composed of reduced matrices."""
+
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE, EffectOperators, monomials
+from simulation.state.field_basis import field_basis
+from simulation.state.plate_state import PlateState
+
+Real = NDArray[np.float64]
+Numbers = NDArray[Any]
+
+STEP = 1e-30
+"""Imaginary part of a parameter by which derivatives are taken: far below rounding of the real part."""
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Factors of the stacks of `EffectOperators`; complex where a state was stepped into the complex plane.
+
+    Attributes
+    ----------
+    bending, bending_loss, membrane, membrane_loss : (4, terms) ndarray
+        Pa.
+    shear, shear_loss : (terms,) ndarray
+        Pa.
+    mass, rotary : (terms,) ndarray
+    patch : (1 + 2 terms,) ndarray
+    coupling : (1 + terms,) ndarray
+    offset : (monomials,) ndarray
+    """
+
+    bending: Numbers
+    bending_loss: Numbers
+    membrane: Numbers
+    membrane_loss: Numbers
+    shear: Numbers
+    shear_loss: Numbers
+    mass: Numbers
+    rotary: Numbers
+    patch: Numbers
+    coupling: Numbers
+    offset: Numbers
+
+    @classmethod
+    def of(cls, state: PlateState, offset_range: float) -> Self:
+        """Project the fields of `state`, which stand at the points of `field_basis`."""
+        fine, coarse = field_basis(BENDING_DEGREE), field_basis(MEMBRANE_DEGREE)
+        nu = state.laws.poisson_ratio(state.temperature)
+        c1 = state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
+        loss = state.laws.loss_factor(state.temperature)
+        shear = 0.5 * c1 * (1.0 - nu)
+        moduli = [
+            c1 * state.modulus_x,
+            c1 * state.modulus_y,
+            c1 * nu * np.sqrt(state.modulus_x * state.modulus_y),
+            shear * state.in_plane_shear,
+        ]
+        h, tau = state.thickness, state.thickness - 1.0
+        one = np.ones(1)
+        return cls(
+            bending=np.array([fine.coefficients(m * h**3) for m in moduli]),
+            bending_loss=np.array([fine.coefficients(m * loss * h**3) for m in moduli]),
+            membrane=np.array([coarse.coefficients(m * h) for m in moduli]),
+            membrane_loss=np.array([coarse.coefficients(m * loss * h) for m in moduli]),
+            shear=coarse.coefficients(shear * h),
+            shear_loss=coarse.coefficients(shear * loss * h),
+            mass=coarse.coefficients(h),
+            rotary=coarse.coefficients(h**3),
+            patch=state.bond * np.concatenate([one, fine.coefficients(tau), fine.coefficients(tau**2)]),
+            coupling=state.bond * np.concatenate([one, fine.coefficients(tau)]),
+            offset=monomials(state.offset_x / offset_range, state.offset_y / offset_range),
+        )
+
+
+@dataclass(frozen=True)
+class Composite:
+    """Reduced matrices of one state, or their derivative by a parameter.
+
+    Attributes
+    ----------
+    plate, plate_loss : (r, r) ndarray
+        Real part of the plate's stiffness, and imaginary part, before any factor over frequency.
+    fixed : (r, r) ndarray
+        Stiffness of the patches.
+    mass : (r, r) ndarray
+    coupling : (r, P) ndarray
+    """
+
+    plate: Real
+    plate_loss: Real
+    fixed: Real
+    mass: Real
+    coupling: Real
+
+
+def composed(ops: EffectOperators, c: Coefficients) -> Composite:
+    """Sum the stacks with real coefficients."""
+    whole = _plain(ops, c)
+    fixed = ops.patch_own + whole.fixed
+    mass = ops.patch_mass + whole.mass
+    if not c.offset.any():
+        return replace(whole, fixed=fixed, mass=mass)
+    moved = offset_part(ops, c, c.offset)
+    return Composite(
+        whole.plate + moved.plate, whole.plate_loss + moved.plate_loss, fixed, mass + moved.mass, whole.coupling
+    )
+
+
+def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
+    """Sum what depends on the coefficients with the sensor in its place."""
+    return Composite(
+        plate=_summed(c.bending, ops.bending) + _summed(c.membrane, ops.membrane) + _summed(c.shear, ops.shear),
+        plate_loss=_summed(c.bending_loss, ops.bending)
+        + _summed(c.membrane_loss, ops.membrane)
+        + _summed(c.shear_loss, ops.shear),
+        fixed=_summed(c.patch, ops.patch_membrane),
+        mass=_summed(c.mass, ops.mass) + _summed(c.rotary, ops.rotary),
+        coupling=np.tensordot(c.coupling, ops.coupling, 1),
+    )
+
+
+def offset_part(ops: EffectOperators, c: Coefficients, place: Numbers) -> Composite:
+    """Sum what the offset adds, with moduli, thickness and inertia as they are around the sensor."""
+
+    def here(coefficients: Numbers, stack: Real) -> Numbers:
+        powers = coefficients @ ops.zone_fit[: stack.shape[-4], : coefficients.shape[-1]].T
+        return np.multiply.outer(powers, place)
+
+    def moved(*parts: tuple[Numbers, Real]) -> Real:
+        energy = sum(_summed(here(coefficients, stack), stack) for coefficients, stack in parts)
+        return np.asarray(ops.zone.T @ energy @ ops.zone)
+
+    def stiffness(bending: Numbers, membrane: Numbers, shear: Numbers) -> Real:
+        return moved((bending, ops.offset_bending), (membrane, ops.offset_membrane), (shear, ops.offset_shear))
+
+    return Composite(
+        plate=stiffness(c.bending, c.membrane, c.shear),
+        plate_loss=stiffness(c.bending_loss, c.membrane_loss, c.shear_loss),
+        fixed=np.zeros(ops.normal.shape),
+        mass=moved((c.mass, ops.offset_mass)),
+        coupling=np.zeros(ops.coupling.shape[1:]),
+    )
+
+
+def _summed(coefficients: Numbers, stack: Real) -> Real:
+    """Sum of coefficients times matrices, vanishing ones skipped, (r, r)."""
+    flat = np.ravel(coefficients)
+    matrices = stack.reshape(-1, *stack.shape[-2:])
+    used = np.flatnonzero(flat)
+    return np.asarray(np.tensordot(flat[used], matrices[used], 1))

@@ -1,0 +1,67 @@
+"""Transfers of a small plate whose whole stiffness is damped: real modes, cheap enough to train with."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from simulation.reduction.resonance_lines import resonance_lines, root_mean_square
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class DampedModes:
+    """Undamped modes of a plate whose mass is the identity, and the couplings seen in them.
+
+    A plate with lossless patches has complex modes. For choosing a space the difference does not
+    matter, and a real symmetric eigenproblem takes a thirtieth of the time.
+
+    Attributes
+    ----------
+    squares : (r,) ndarray
+        Squared angular frequencies, rad2/s2.
+    shapes : (r, r) ndarray
+        One a column.
+    force : (r, P) ndarray
+        Coupling of every patch to every mode.
+    """
+
+    squares: Real
+    shapes: Real
+    force: Real
+
+    @classmethod
+    def of(cls, stiffness: Real, coupling: Real) -> Self:
+        """Solve the eigenproblem of a real symmetric (r, r) stiffness."""
+        squares, shapes = scipy.linalg.eigh(0.5 * (stiffness + stiffness.T), driver="evd", check_finite=False)
+        return cls(squares, shapes, shapes.T @ coupling)
+
+    def lines(self, loss_factor: float, grid: Real) -> Real:
+        """Lines at which nothing of the plate's response is missed, see `resonance_lines`."""
+        return resonance_lines(np.sqrt(np.abs(self.squares)) / (2 * np.pi), loss_factor, grid)
+
+    def terms(self, lines: Real, loss_factor: float) -> Complex:
+        """1/((1 + j eta) w_r**2 - w**2), (r, F)."""
+        return np.asarray(1.0 / ((1.0 + 1j * loss_factor) * self.squares[:, None] - (2 * np.pi * lines) ** 2))
+
+    def transfers(self, lines: Real, loss_factor: float) -> Complex:
+        """b_i' Z**-1 b_k between all patches, (P, P, F)."""
+        residues = self.force.T[:, None, :] * self.force.T[None, :, :]
+        return np.asarray(residues @ self.terms(lines, loss_factor))
+
+    def responses(self, lines: Real, loss_factor: float) -> Real:
+        """Real and imaginary parts of Z**-1 b for every patch and line, (r, 2 P F)."""
+        terms = self.terms(lines, loss_factor)
+        modal = (self.force[:, :, None] * terms[:, None, :]).reshape(len(self.squares), -1)
+        return np.asarray(self.shapes @ np.hstack([modal.real, modal.imag]))
+
+
+def relative_error(value: Complex, reference: Complex, lines: Real | None = None) -> float:
+    """Largest deviation of any transfer (..., F) over its reference's rms over the band, given uneven `lines`."""
+    even = np.arange(float(reference.shape[-1])) if lines is None else lines
+    rms = root_mean_square(reference, even)
+    return float((np.abs(value - reference).max(axis=-1) / rms).max())

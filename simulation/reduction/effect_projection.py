@@ -1,0 +1,267 @@
+"""Projection of every field-weighted energy of a plate with patches onto given vectors.
+
+Strains and displacements of the vectors are evaluated at the points of quadrature, some cells at a time; every
+energy is then a product of dense matrices.
+"""
+
+from collections.abc import Callable, Collection, Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
+from simulation.shell.rigidity import FIELDS, SHEAR_FACTOR, STRAINS, THX, THY, TILTED, U, V, W
+from simulation.shell.space import ShapeSpace
+from simulation.state.field_basis import polynomial, polynomials
+from simulation.state.state_matrices import FullPlate
+
+Real = NDArray[np.float64]
+Whole = NDArray[np.int_]
+Mask = NDArray[np.bool_]
+Step = Callable[[], None]
+
+STRAIN_SPACING = 0.004
+"""Distance of the points at which strains are kept, m: some thirty within a spot of 24 mm."""
+CHUNK = 12
+"""Cells whose strains are held at a time."""
+
+PLANE = (((0, 0),), ((1, 1),), ((0, 1), (1, 0)), ((2, 2),))
+"""Pairs of in-plane strains (x, y, xy) that Q11, Q22, Q12 and Q66 multiply, in the sheet's own axes."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Strains (8, Q, r) and displacements (5, Q, r) of vectors at points; areas and numbers (Q,) of these."""
+
+    strain: Real
+    motion: Real
+    dx: Real
+    points: Whole
+
+
+@dataclass(frozen=True)
+class Projector:
+    """Vectors (n, r) of a plate."""
+
+    full: FullPlate
+    vectors: Real
+
+    @cached_property
+    def _padded(self) -> Real:
+        """Vectors with a row of zeros at the end, (n + 1, r): functions that are no unknowns have number -1."""
+        return np.vstack([self.vectors, np.zeros((1, self.vectors.shape[1]))])
+
+    def rows(self, space: ShapeSpace, cells: Mask | None = None) -> Iterator[Rows]:
+        """Strains and displacements over all or some cells of a space, `CHUNK` cells at a time."""
+        first, offset = 0, 0
+        tilt = self.full.shell.tilt
+        for group in space.groups:
+            count, each = group.dx.shape
+            chosen = np.arange(count) if cells is None else np.flatnonzero(cells[first : first + count])
+            for start in range(0, chosen.size, CHUNK):
+                mine = chosen[start : start + CHUNK]
+                points = (offset + mine[:, None] * each + np.arange(each)).ravel()
+                here = {letter: group.factor(letter, mine).transpose(0, 2, 1) for letter in ("0", "x", "y")}
+                coordinates = [self._padded[number[group.functions[mine]]] for number in self.full.unknowns.number]
+                cache: dict[tuple[int, str], Real] = {}
+
+                def value(field: int, letter: str) -> Real:
+                    if (field, letter) not in cache:  # noqa: B023
+                        found = here[letter] @ coordinates[field]  # noqa: B023 (called within this round)
+                        cache[field, letter] = found.reshape(-1, found.shape[-1])  # noqa: B023
+                    return cache[field, letter]  # noqa: B023
+
+                strain = [sum((value(f, d) for f, d in parts[1:]), value(*parts[0])) for parts in STRAINS]
+                if tilt is not None:
+                    for k, parts in enumerate(TILTED):
+                        for letter, axis in parts:
+                            strain[k] = strain[k] + tilt[axis][points, None] * value(W, letter)
+                motion = [value(field, "0") for field in range(len(FIELDS))]
+                yield Rows(np.array(strain), np.array(motion), group.dx[mine].ravel(), points)
+            first, offset = first + count, offset + count * each
+
+
+def weight_table(p: Projector, degrees: Collection[tuple[int, int]]) -> Real:
+    """Polynomials at the points of quadrature, (terms, Q)."""
+    xi, zeta = p.full.sampling
+    return np.array([polynomial(pair, xi, zeta) for pair in degrees])
+
+
+def plate_energies(p: Projector, executor: Executor, step: Step) -> dict[str, Real]:
+    """Stacks ``bending``, ``membrane``, ``shear``, ``mass``, ``rotary`` and ``normal`` of `EffectOperators`."""
+    fine, coarse = (len(polynomials(degree)) for degree in (BENDING_DEGREE, MEMBRANE_DEGREE))
+    table = weight_table(p, polynomials(BENDING_DEGREE))
+    counts = {"bending": fine, "membrane": coarse, "shear": coarse, "mass": coarse}
+    found = weighed_energies(p, p.full.shell.space, table, counts, executor, step=step)
+    normal = np.zeros((p.vectors.shape[1],) * 2)
+    for rows in p.rows(p.full.shell.space):
+        normal += rows.motion[W].T @ (rows.dx[:, None] * rows.motion[W])
+    return {**found, "normal": normal}
+
+
+def weighed_energies(
+    p: Projector,
+    space: ShapeSpace,
+    table: Real,
+    counts: dict[str, int],
+    executor: Executor,
+    cells: Mask | None = None,
+    step: Step | None = None,
+) -> dict[str, Real]:
+    """Energies of the plate with weights over some cells, a stack for each kind; with ``mass`` comes ``rotary``.
+
+    Parameters
+    ----------
+    p : Projector
+    space : ShapeSpace
+        Of the plate, or of the plate with its sensor moved.
+    table : (terms, Q) ndarray
+        Weights at the points of quadrature.
+    counts : dict
+        How many of them each kind takes: ``bending``, ``membrane``, ``shear``, ``mass``.
+    """
+    r, shell = p.vectors.shape[1], p.full.shell
+    h, rho = shell.spread(shell.thickness), shell.plate.density
+    scale = {
+        "bending": h**3 / 12.0,
+        "membrane": h,
+        "shear": SHEAR_FACTOR * h,
+        "mass": rho * h,
+        "rotary": rho * h**3 / 12.0,
+    }
+    counts = {**counts, **({"rotary": counts["mass"]} if "mass" in counts else {})}
+    found = {
+        name: np.zeros((4, count, r, r) if name in ("bending", "membrane") else (count, r, r))
+        for name, count in counts.items()
+    }
+
+    def add(task: tuple[str, int]) -> None:
+        name, term = task
+        weight = (rows.dx * scale[name][rows.points] * table[term, rows.points])[:, None]
+        if name in ("bending", "membrane"):
+            strain = bent if name == "bending" else flat
+            for modulus, pairs in enumerate(PLANE):
+                a, b = pairs[0]
+                part = strain[a].T @ (declared[modulus] * weight * strain[b])
+                found[name][modulus, term] += part if len(pairs) == 1 else part + part.T
+            return
+        motions = {
+            "shear": rows.strain[6:],
+            "mass": rows.motion[[U, V, W]],
+            "rotary": rows.motion[[THX, THY]],
+        }
+        for motion in motions[name]:
+            found[name][term] += motion.T @ (weight * motion)
+
+    sheet = shell.sheet
+    x, y = 1.0 - sheet.delta_e, 1.0 + sheet.delta_e
+    declared = (x, y, (x * y) ** 0.5, 1.0 + sheet.delta_g)
+    tasks = [(name, term) for name, count in counts.items() for term in range(count)]
+    for rows in p.rows(space, cells):
+        flat, bent = (_in_axes(part, shell.sheet.angle) for part in (rows.strain[:3], rows.strain[3:6]))
+        list(executor.map(add, tasks))
+        if step is not None:
+            step()
+    return found
+
+
+def _in_axes(strain: Real, angle: float) -> Real:
+    """In-plane strains (x, y, xy) of (3, Q, r) in axes turned by `angle`."""
+    if angle == 0.0:
+        return strain
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, xy = strain
+    return np.array(
+        [
+            c * c * x + s * s * y + c * s * xy,
+            s * s * x + c * c * y - c * s * xy,
+            2.0 * c * s * (y - x) + (c * c - s * s) * xy,
+        ]
+    )
+
+
+def patch_energies(p: Projector) -> dict[str, Real]:
+    """Stacks ``patch_own``, ``patch_membrane``, ``patch_mass`` and ``coupling`` of `EffectOperators`."""
+    r, terms, shell = p.vectors.shape[1], polynomials(BENDING_DEGREE), p.full.shell
+    own, mass = np.zeros((r, r)), np.zeros((r, r))
+    membrane = np.zeros((1 + 2 * len(terms), r, r))
+    coupling = np.zeros((1 + len(terms), r, len(shell.patches)))
+    table, nominal = weight_table(p, terms), shell.spread(shell.thickness)
+    for k, (patch, covered) in enumerate(zip(shell.patches, shell.under, strict=True)):
+        ceramic, t = shell.materials[patch.material], patch.thickness
+        sign = 1.0 if patch.side == "top" else -1.0
+        q11, q12 = ceramic.stiffness
+        plane = np.array([[q11, q12, 0.0], [q12, q11, 0.0], [0.0, 0.0, 0.5 * (q11 - q12)]])
+        for rows in p.rows(shell.space, covered):
+            dx, h = rows.dx, nominal[rows.points]
+            z0 = 0.5 * sign * (h + t)
+            lever = 0.5 * sign * h
+            flat = rows.strain[:3] + z0[:, None] * rows.strain[3:6]
+            bent = rows.strain[3:6]
+            own += t**3 / 12.0 * _form(bent, bent, plane, dx)
+            for shear in rows.strain[6:]:
+                own += SHEAR_FACTOR * t * plane[2, 2] * shear.T @ (dx[:, None] * shear)
+            membrane[0] += t * _form(flat, flat, plane, dx)
+            mass += ceramic.density * t * _inertia(rows, z0, t)
+            coupling[0, :, k] += ceramic.e31 * (flat[0] + flat[1]).T @ dx
+            for j in range(len(terms)):
+                weight = dx * table[j, rows.points]
+                cross = _form(flat, bent, plane, weight * lever)
+                membrane[1 + j] += t * (cross + cross.T)
+                membrane[1 + len(terms) + j] += t * _form(bent, bent, plane, weight * lever**2)
+                coupling[1 + j, :, k] += ceramic.e31 * (bent[0] + bent[1]).T @ (weight * lever)
+    own += p.vectors.T @ (p.full.supports @ p.vectors)
+    return {"patch_own": own, "patch_membrane": membrane, "patch_mass": mass, "coupling": coupling}
+
+
+def _form(left: Real, right: Real, plane: Real, weight: Real) -> Real:
+    """Energy of two sets of in-plane strains (3, Q, r) for moduli (3, 3) and weights (Q,)."""
+    total = np.zeros((left.shape[2], right.shape[2]))
+    for a, b in zip(*np.nonzero(plane), strict=True):
+        total += plane[a, b] * (left[a].T @ (weight[:, None] * right[b]))
+    return total
+
+
+def _inertia(rows: Rows, height: Real, thickness: float) -> Real:
+    """Inertia per area density of a layer whose middle lies `height` (Q,) over the mid-plane."""
+    total = np.zeros((rows.motion.shape[2],) * 2)
+    for straight, turning in ((U, THX), (V, THY)):
+        moving = rows.motion[straight] + height[:, None] * rows.motion[turning]
+        total += moving.T @ (rows.dx[:, None] * moving)
+        total += thickness**2 / 12.0 * rows.motion[turning].T @ (rows.dx[:, None] * rows.motion[turning])
+    return np.asarray(total + rows.motion[W].T @ (rows.dx[:, None] * rows.motion[W]))
+
+
+def strains(p: Projector) -> dict[str, Any]:
+    """Entries ``strain``, ``strain_points``, ``cell`` and ``thickness`` of `EffectOperators`."""
+    shell = p.full.shell
+    plate, space, over = shell.plate, shell.space, p.full.unknowns
+    low, high = np.array(plate.bounds)
+    counts = np.ceil((high - low) / STRAIN_SPACING).astype(int)
+    x, y = (low[axis] + (np.arange(n) + 0.5) * (high - low)[axis] / n for axis, n in enumerate(counts))
+    grid = np.array([(a, b) for a in x for b in y])
+    points = grid[plate.contains(grid)]
+    by_x, by_y = space.slopes(points)
+    matrices = {"x": by_x, "y": by_y, "0": space.values(points)}
+    parts: list[list[tuple[int, str, Any]]] = [[(f, d, 1.0) for f, d in row] for row in STRAINS]
+    if plate.curvature is not None:
+        slope = plate.slope(points)
+        for k, row in enumerate(TILTED):
+            parts[k] += [(W, d, slope[:, axis, None]) for d, axis in row]
+    strain = np.array(
+        [sum(factor * (over.rows(matrices[d], f) @ p.vectors) for f, d, factor in row) for row in parts]
+    )
+    for zone, loop in zip(plate.zone, plate.zone_loops, strict=True):
+        # energies go with h and h**3: what is weighed with the plate's thickness is scaled where another one holds
+        share, here = zone.thickness / plate.thickness, loop.contains(points)
+        strain[:, here] *= np.array([share**0.5] * 3 + [share**1.5] * 3 + [share**0.5] * 2)[:, None, None]
+    return {
+        "strain": strain,
+        "strain_points": points,
+        "cell": float(np.prod((high - low) / counts)),
+        "thickness": plate.thickness,
+    }

@@ -1,0 +1,146 @@
+"""Proper orthogonal decomposition, in the energy norm, of what a plate does over a box of materials."""
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Self
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from analysis.material import MaterialBox
+from simulation.reduction.damped_modes import DampedModes, relative_error
+from simulation.reduction.reduced_model import ReducedModel
+from simulation.reduction.resonance_lines import root_mean_square
+
+Real = NDArray[np.float64]
+
+MODULI, RATIOS = 6, 4
+"""Materials along E (geometric) and nu (even) at which responses are taken."""
+
+FIELD_LINES = 5
+"""The field is compared at every so many lines."""
+
+LEAST_LOSS = 1e-4
+"""An undamped plate has no finite response at resonance to train on."""
+
+
+def middle(box: MaterialBox) -> tuple[float, float]:
+    """Geometric mean of E [Pa] and mean of nu."""
+    return float(np.sqrt(np.prod(box.youngs_modulus))), float(np.mean(box.poisson_ratio))
+
+
+def energy_shift(band: tuple[float, float]) -> float:
+    """Factor of the mass, rad2/s2, that makes a free plate's energy a norm of rigid motion too."""
+    return float((2 * np.pi * max(band[0], 0.1 * band[1])) ** 2)
+
+
+def training_loss(box: MaterialBox) -> float:
+    """Loss factor of training responses: the box's least, for the sharpest resonances."""
+    return max(box.loss_factor[0], LEAST_LOSS)
+
+
+def orthonormal(vectors: Real, weight: object, cutoff: float) -> Real:
+    """Orthonormal columns (n, N) for the inner product x' W y, directions below `cutoff` left out.
+
+    Parameters
+    ----------
+    vectors : (n, k) ndarray
+    weight : (n, n) sparse matrix
+        W, symmetric and positive definite.
+    cutoff : float
+        Smallest singular value kept of the vectors, each first made of norm 1, over the largest.
+    """
+    weighed = weight @ vectors  # type: ignore[operator]
+    norm = np.sqrt(np.einsum("ni,ni->i", vectors, weighed))
+    gram = (vectors.T @ weighed) / np.outer(norm, norm)
+    for attempt in range(2):  # the second pass repairs what the Gram matrix's rounding cost
+        values, basis = np.linalg.eigh(0.5 * (gram + gram.T))
+        kept = values > cutoff**2 * values[-1]
+        basis = basis[:, kept] / np.sqrt(values[kept])
+        vectors = vectors @ (basis / norm[:, None])
+        if attempt == 0:
+            gram, norm = vectors.T @ (weight @ vectors), np.ones(vectors.shape[1])  # type: ignore[operator]
+    return vectors
+
+
+def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Real:
+    """Fewest leading directions (N, r) of the responses all over the box that keep the tolerance.
+
+    Parameters
+    ----------
+    candidate : ReducedModel
+        Of N coordinates.
+    lines : (F,) ndarray
+        Hz, even; lines on narrow resonances are added at every material.
+    tolerance : float
+        Of any transfer between patches, relative to its rms, against the candidate.
+
+    Returns
+    -------
+    (N, r) ndarray
+        Orthonormal in the mass, as the candidate's coordinates are.
+    """
+    loss = training_loss(candidate.box)
+    materials = list(
+        product(
+            np.geomspace(*candidate.box.youngs_modulus, MODULI), np.linspace(*candidate.box.poisson_ratio, RATIOS)
+        )
+    )
+    modes = [_modes(candidate, e, nu) for e, nu in materials]
+    places = [mode.lines(loss, lines) for mode in modes]
+    references = [_Reference.of(*pair, candidate, loss) for pair in zip(modes, places, strict=True)]
+    energy = candidate.stiffness(*middle(candidate.box), 0.0).real
+    energy = energy + energy_shift(candidate.band) * np.eye(candidate.size)
+    root = scipy.linalg.cholesky(energy, lower=True)
+    gram = np.zeros_like(energy)
+    for mode, there in zip(modes, places, strict=True):
+        weighed = root.T @ mode.responses(there, loss)
+        gram += weighed @ weighed.T
+    directions = scipy.linalg.solve_triangular(root.T, np.linalg.eigh(gram)[1][:, ::-1], lower=False)
+
+    def good(size: int) -> bool:
+        small = candidate.restricted(np.linalg.qr(directions[:, :size])[0])
+        return all(
+            reference.error(_modes(small, e, nu), small, loss) <= tolerance
+            for (e, nu), reference in zip(materials, references, strict=True)
+        )
+
+    low, high = 0, candidate.size
+    while high - low > 2:
+        size = (low + high) // 2
+        low, high = (low, size) if good(size) else (size, high)
+    return np.asarray(np.linalg.qr(directions[:, :high])[0])
+
+
+@dataclass(frozen=True)
+class _Reference:
+    """Transfers, and the field at the points on some of the lines, that a smaller model must meet."""
+
+    lines: Real
+    transfers: NDArray[np.complex128]
+    field: Real
+
+    @classmethod
+    def of(cls, modes: DampedModes, lines: Real, model: ReducedModel, loss: float) -> Self:
+        field = model.deflection @ modes.responses(lines[::FIELD_LINES], loss)
+        return cls(lines, modes.transfers(lines, loss), field)
+
+    def error(self, modes: DampedModes, model: ReducedModel, loss: float) -> float:
+        """Larger of the errors of transfers and field, as `ReducedModel.error` counts them."""
+        transfer = relative_error(modes.transfers(self.lines, loss), self.transfers, self.lines)
+        if not self.field.size:
+            return transfer
+        some = self.lines[::FIELD_LINES]
+        wrong = np.sqrt(_power(model.deflection @ modes.responses(some, loss) - self.field, some.size))
+        rms = np.sqrt(np.mean(root_mean_square(np.sqrt(_power(self.field, some.size)), some) ** 2))
+        return max(transfer, float(wrong.max() / rms))
+
+
+def _power(field: Real, lines: int) -> Real:
+    """Mean over the points of |w|**2, (inputs, lines); columns are real, then imaginary parts of both."""
+    return np.asarray(np.mean(field**2, axis=0).reshape(2, -1, lines).sum(axis=0))
+
+
+def _modes(model: ReducedModel, youngs_modulus: float, poisson_ratio: float) -> DampedModes:
+    return DampedModes.of(model.stiffness(youngs_modulus, poisson_ratio, 0.0).real, model.coupling)

@@ -1,0 +1,70 @@
+"""Reduction of a plate on which forces act and motions are read, besides its patches."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.channel import Footprint
+from analysis.material import MaterialBox
+from simulation.reduction.reduce import Training, reduce
+from simulation.reduction.reduced_model import ReducedModel
+from simulation.shell.assembly import FEW
+from simulation.shell.footprints import footprint_points
+from simulation.shell.shell_model import ShellModel
+
+Real = NDArray[np.float64]
+
+
+def reduce_with_footprints(
+    model: ShellModel,
+    box: MaterialBox,
+    band: tuple[float, float],
+    footprints: Sequence[Footprint],
+    driven: Sequence[int] = (0,),
+    *,
+    points: ArrayLike | None = None,
+    field_certified: bool = True,
+    training: Training | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> ReducedModel:
+    """As `simulation.reduction.reduce.reduce`, with the footprints of transducers.
+
+    Forces on the `driven` footprints and those that carry a mass are trained and certified as patches are, and so
+    are all others if they are few; of a laser's many points the field is certified instead.
+    """
+    if not footprints:
+        return reduce(
+            model, box, band, points=points, field_certified=field_certified, training=training, progress=progress
+        )
+    trained = [k for k, one in enumerate(footprints) if len(footprints) <= FEW or k in driven or one.mass]
+    looked_at = [k for k in range(len(footprints)) if k not in trained]
+    rows = model.footprint_rows([footprints[k] for k in trained])
+    places = np.asarray(() if points is None else points, float).reshape(-1, 2)
+    more, average = footprint_points([footprints[k] for k in looked_at])
+    patches = model.capacitance.size
+    reduced = reduce(
+        replace(
+            model,
+            coupling=np.hstack([model.coupling, rows.T]),
+            capacitance=np.concatenate([model.capacitance, np.ones(len(rows))]),
+        ),
+        box,
+        band,
+        points=np.vstack([places, more]),
+        field_certified=field_certified or bool(looked_at),
+        training=training,
+        progress=progress,
+    )
+    found = np.empty((len(footprints), reduced.size))
+    found[trained] = reduced.coupling[:, patches:].T
+    found[looked_at] = average @ reduced.deflection[len(places) :]
+    return replace(
+        reduced,
+        coupling=reduced.coupling[:, :patches],
+        capacitance=model.capacitance,
+        deflection=reduced.deflection[: len(places)],
+        points=places,
+        footprints=found,
+    )

@@ -1,0 +1,225 @@
+"""Reduction of a plate over a box of materials and a band, with its error measured.
+
+Two steps. Rational Krylov spaces at a few materials give candidates, cheap to make but too many. A
+proper orthogonal decomposition of responses computed within those candidates, all over the box,
+keeps about half of them; the full model is solved only to measure the error that is left.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.material import MaterialBox
+from simulation.reduction.certification import measured_error
+from simulation.reduction.energy_decomposition import (
+    decomposition,
+    energy_shift,
+    middle,
+    orthonormal,
+    training_loss,
+)
+from simulation.reduction.rational_krylov import material_space
+from simulation.reduction.reduced_model import ReducedModel
+from simulation.shell.shell_model import ShellModel
+
+Real = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+STAGE = "reducing the plate"
+WORKERS = 2
+"""Materials solved at a time: sparse factorization lets other threads run."""
+
+
+@dataclass(frozen=True)
+class Training:
+    """How a reduced model is made.
+
+    Attributes
+    ----------
+    tolerance : float
+        Error allowed, relative to a transfer's rms over the band.
+    modulus_ratio, poisson_step : float
+        Widest gaps between trained materials.
+    lines : int
+        Frequencies at which responses are compared and decomposed.
+    rounds : int
+        How often the candidates are enriched before the reduction is given up.
+    """
+
+    tolerance: float = 1e-4
+    modulus_ratio: float = 5.0
+    poisson_step: float = 0.2
+    lines: int = 200
+    rounds: int = 3
+
+    def materials(self, box: MaterialBox) -> list[tuple[float, float]]:
+        """(E, nu) of a grid that covers the box, and of the middle of every cell."""
+        (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
+        cells_e = int(np.ceil(np.log(e1 / e0) / np.log(self.modulus_ratio) - 1e-6))
+        cells_n = int(np.ceil((n1 - n0) / self.poisson_step - 1e-6))
+        e, n = np.geomspace(e0, e1, cells_e + 1), np.linspace(n0, n1, cells_n + 1)
+        grid = [(x, y) for x in e for y in n]
+        centers = [(x, y) for x in np.sqrt(e[1:] * e[:-1]) for y in 0.5 * (n[1:] + n[:-1])]
+        return [(float(x), float(y)) for x, y in grid + centers]
+
+
+def reduce(
+    model: ShellModel,
+    box: MaterialBox,
+    band: tuple[float, float],
+    *,
+    points: ArrayLike | None = None,
+    field_certified: bool = True,
+    training: Training | None = None,
+    progress: Progress | None = None,
+) -> ReducedModel:
+    """Reduce `model` to what its patches can do within a box of materials and a band.
+
+    Parameters
+    ----------
+    model : ShellModel
+    box : MaterialBox
+    band : (float, float)
+        Hz.
+    points : (K, 2) array_like, optional
+        Where the deflection will be asked for, m.
+    field_certified : bool
+        Whether the deflection there counts in the error, as for fields; else it is what the coordinates happen to
+        know, as for looking at shapes.
+    training : Training, optional
+    progress : callable, optional
+        Told the stage's name and the share done.
+
+    Returns
+    -------
+    ReducedModel
+        Its `error` is measured against the full model at materials outside the training.
+
+    Raises
+    ------
+    ValueError
+        If box or band make no sense, or the plate has no patch.
+    RuntimeError
+        If the tolerance cannot be reached.
+    """
+    return reduction(
+        model,
+        box,
+        band,
+        points=points,
+        field_certified=field_certified,
+        training=training,
+        progress=progress,
+    )[0]
+
+
+def reduction(
+    model: ShellModel,
+    box: MaterialBox,
+    band: tuple[float, float],
+    *,
+    points: ArrayLike | None = None,
+    field_certified: bool = True,
+    training: Training | None = None,
+    progress: Progress | None = None,
+) -> tuple[ReducedModel, Real]:
+    """As `reduce`, and the vectors (n, r) that the reduced coordinates stand for."""
+    training = training or Training()
+    report = progress or (lambda stage, share: None)
+    _check(model, box, band)
+    lines = np.linspace(*band, training.lines)
+    places = np.asarray(() if points is None else points, float).reshape(-1, 2)
+    probe = model.deflection(places)
+    counted = slice(None) if field_certified else slice(0)
+    vectors = _candidates(model, box, band, lines, training, report)
+    error = float("inf")
+    for attempt in range(training.rounds):
+        candidate, vectors = projected(model, vectors, box, band)
+        candidate = replace(candidate, deflection=probe[counted] @ vectors, points=places[counted])
+        report(STAGE, 0.65 + 0.1 * attempt)
+        basis = decomposition(candidate, lines, 0.25 * training.tolerance)
+        small = candidate.restricted(basis)
+        report(STAGE, 0.7 + 0.1 * attempt)
+        error, seen = measured_error(model, small, candidate, lines, attempt)
+        if error <= training.tolerance:
+            report(STAGE, 1.0)
+            chosen = vectors @ basis
+            return replace(small, error=error, deflection=probe @ chosen, points=places), chosen
+        vectors = np.hstack([vectors, seen.real, seen.imag])
+    raise RuntimeError(
+        f"the reduced model's error is {error:.2g} after {training.rounds} rounds; allowed {training.tolerance:g}"
+    )
+
+
+def _check(model: ShellModel, box: MaterialBox, band: tuple[float, float]) -> None:
+    """ValueError for what cannot be reduced."""
+    if model.coupling.shape[1] == 0:
+        raise ValueError("a plate without patches has nothing to reduce to")
+    (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
+    if not (0.0 < e0 <= e1 and 0.0 <= n0 <= n1 < 0.5 and 0.0 <= h0 <= h1 <= 1.0):
+        raise ValueError(
+            f"material box E {e0:g} to {e1:g} Pa, nu {n0:g} to {n1:g}, eta {h0:g} to {h1:g}: each must ascend, "
+            "E above 0, nu within 0 to 0.5, eta within 0 to 1"
+        )
+    if not 0.0 <= band[0] < band[1]:
+        raise ValueError(f"band {band[0]:g} to {band[1]:g} Hz must ascend from 0 or above")
+
+
+def _candidates(
+    model: ShellModel,
+    box: MaterialBox,
+    band: tuple[float, float],
+    lines: Real,
+    training: Training,
+    report: Progress,
+) -> Real:
+    """Krylov vectors (n, N) of all trained materials; the real shifts span the band."""
+    shifts = np.array([max(band[0], 0.05 * band[1]), 0.5 * sum(band), band[1]])
+    materials = training.materials(box)
+
+    def space(constants: tuple[float, float]) -> Real:
+        return material_space(
+            model,
+            *constants,
+            shifts=shifts,
+            lines=lines,
+            loss_factor=training_loss(box),
+            tolerance=0.1 * training.tolerance,
+        )
+
+    spaces = []
+    with ThreadPoolExecutor(WORKERS) as executor:
+        for k, found in enumerate(executor.map(space, materials)):
+            spaces.append(found)
+            report(STAGE, 0.6 * (k + 1) / len(materials))
+    return np.hstack(spaces)
+
+
+def projected(
+    model: ShellModel, vectors: Real, box: MaterialBox, band: tuple[float, float]
+) -> tuple[ReducedModel, Real]:
+    """Galerkin model on candidate vectors, and the vectors made orthonormal in the mass (n, N)."""
+    energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
+    vectors = orthonormal(vectors, energy, cutoff=1e-6)
+    root = scipy.linalg.cholesky(vectors.T @ (model.mass @ vectors), lower=True)
+    vectors = vectors @ np.linalg.inv(root).T
+
+    def projected(matrix: object) -> Real:
+        small = vectors.T @ (matrix @ vectors)  # type: ignore[operator]
+        return np.asarray(0.5 * (small + small.T))
+
+    candidate = ReducedModel(
+        stiffness_1=projected(model.stiffness_1),
+        stiffness_2=projected(model.stiffness_2),
+        stiffness_patch=projected(model.stiffness_patch),
+        coupling=vectors.T @ model.coupling,
+        capacitance=model.capacitance,
+        box=box,
+        band=band,
+        error=float("inf"),
+    )
+    return candidate, vectors

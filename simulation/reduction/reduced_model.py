@@ -1,0 +1,196 @@
+"""A reduced plate with piezo patches: small dense matrices that answer for a whole box of materials."""
+
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.material import MaterialBox
+from simulation.reduction.modal_form import ModalForm
+from simulation.shell.shell_model import plane_stress_moduli
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """K = (1 + j eta)(C1 K1 + C2 K2) + Kp over r coordinates whose mass matrix is the identity.
+
+    Attributes
+    ----------
+    stiffness_1, stiffness_2, stiffness_patch : (r, r) ndarray
+        Real symmetric.
+    coupling : (r, P) ndarray
+        b of every patch, N/V.
+    capacitance : (P,) ndarray
+        Cp of every patch, F.
+    box : MaterialBox
+        Where the error is certified.
+    band : (float, float)
+        Hz; likewise.
+    error : float
+        Largest error, against the full model, at materials and frequencies that were not trained on:
+        of a transfer between patches relative to its rms over the band, and of the field, as rms over
+        the points, relative to its rms over points, inputs and band.
+    deflection : (K, r) ndarray
+        w at `points` of every coordinate; K = 0 if no field was asked for.
+    points : (K, 2) ndarray
+        m.
+    footprints : (S, r) ndarray
+        Mean deflection over the footprints of transducers: forces there were trained as inputs, as patches were.
+    """
+
+    stiffness_1: Real
+    stiffness_2: Real
+    stiffness_patch: Real
+    coupling: Real
+    capacitance: Real
+    box: MaterialBox
+    band: tuple[float, float]
+    error: float
+    deflection: Real = field(default_factory=lambda: np.zeros((0, 0)))
+    points: Real = field(default_factory=lambda: np.zeros((0, 2)))
+    footprints: Real = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def __post_init__(self) -> None:
+        size = len(self.coupling)
+        for name in ("stiffness_1", "stiffness_2", "stiffness_patch"):
+            matrix = getattr(self, name)
+            if matrix.shape != (size, size) or not np.isfinite(matrix).all():
+                raise ValueError(f"reduced model: {name} {matrix.shape} must be finite and ({size}, {size})")
+        if self.capacitance.shape != self.coupling.shape[1:]:
+            raise ValueError(
+                f"reduced model: {self.capacitance.shape} capacitances for {self.coupling.shape[1]} patches"
+            )
+        if len(self.footprints) and self.footprints.shape[1] != size:
+            raise ValueError(f"reduced model: footprints {self.footprints.shape} of {size} coordinates")
+        if len(self.deflection) != len(self.points):
+            raise ValueError(
+                f"reduced model: {len(self.deflection)} rows of deflection, {len(self.points)} points"
+            )
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates r."""
+        return len(self.coupling)
+
+    @property
+    def ports(self) -> Real:
+        """Columns of the patches, then of the footprints, (r, P + S)."""
+        return np.hstack([self.coupling, self.footprints.T]) if len(self.footprints) else self.coupling
+
+    def loaded(self, masses: Real) -> Self:
+        """Return the plate with masses (S,), kg, that move with the footprints; in other coordinates."""
+        if not np.any(masses):
+            return self
+        mass = np.eye(self.size) + (self.footprints.T * masses) @ self.footprints
+        root = scipy.linalg.cholesky(mass, lower=True)
+        return self.restricted(scipy.linalg.solve_triangular(root, np.eye(self.size), lower=True).T)
+
+    def modes(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int
+    ) -> tuple[Complex, Real]:
+        """Lowest `count` undamped modes, each with the damping the plate gives it (patches add none).
+
+        Squares of the angular frequency (count,), rad2/s2, the damping as their imaginary part, and shapes
+        (r, count).
+        """
+        self.require(youngs_modulus, poisson_ratio, loss_factor)
+        stiffness = self.stiffness(youngs_modulus, poisson_ratio, loss_factor)
+        values, shapes = scipy.linalg.eigh(stiffness.real, subset_by_index=(0, min(count, self.size) - 1))
+        return values + 1j * np.einsum("rm,rs,sm->m", shapes, stiffness.imag, shapes), shapes
+
+    def require(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike = ()
+    ) -> None:
+        """ValueError, naming value and range, for what lies outside the trained box or band."""
+        asked = (
+            ("youngs_modulus", youngs_modulus, self.box.youngs_modulus, "Pa"),
+            ("poisson_ratio", poisson_ratio, self.box.poisson_ratio, ""),
+            ("loss_factor", loss_factor, self.box.loss_factor, ""),
+        )
+        for name, value, (low, high), unit in asked:
+            slack = 1e-9 * high
+            if not low - slack <= value <= high + slack:
+                raise ValueError(
+                    f"{name} {value:.6g} {unit} is outside the twin's box, {low:.6g} to {high:.6g} {unit}"
+                )
+        lines = np.asarray(frequency, float)
+        low, high = self.band
+        outside = lines[~((lines >= low * (1 - 1e-9)) & (lines <= high * (1 + 1e-9)))]
+        if outside.size:
+            raise ValueError(
+                f"frequency {outside.flat[0]:.6g} Hz is outside the twin's band, {low:g} to {high:g} Hz"
+            )
+
+    def stiffness(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> Complex:
+        """Complex K, (r, r), rad2/s2."""
+        c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
+        plate = c1 * self.stiffness_1 + c2 * self.stiffness_2
+        return np.asarray((1.0 + 1j * loss_factor) * plate + self.stiffness_patch, complex)
+
+    def stiffness_derivatives(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float
+    ) -> tuple[tuple[Real, Real], Complex]:
+        """Differentiate K with respect to E, nu and eta.
+
+        Returns
+        -------
+        matrices : pair of (r, r) ndarray
+            The plate's real stiffness, and its derivative with respect to nu.
+        weights : (3, 2) ndarray
+            Row p holds the shares of the two in the derivative with respect to parameter p.
+        """
+        e, nu = youngs_modulus, poisson_ratio
+        c1, c2 = plane_stress_moduli(e, nu)
+        slope_1, slope_2 = 2.0 * nu * c1 / (1.0 - nu**2), c1 * (1.0 + nu**2) / (1.0 - nu**2)
+        plate = c1 * self.stiffness_1 + c2 * self.stiffness_2
+        by_nu = slope_1 * self.stiffness_1 + slope_2 * self.stiffness_2
+        damped = 1.0 + 1j * loss_factor
+        return (plate, by_nu), np.array([[damped / e, 0.0], [0.0, damped], [1j, 0.0]])
+
+    def restricted(self, basis: Real) -> Self:
+        """Galerkin model on the columns of `basis` (r, s), orthonormal in the mass; same ranges and error."""
+        return replace(
+            self,
+            stiffness_1=basis.T @ self.stiffness_1 @ basis,
+            stiffness_2=basis.T @ self.stiffness_2 @ basis,
+            stiffness_patch=basis.T @ self.stiffness_patch @ basis,
+            coupling=basis.T @ self.coupling,
+            deflection=self.deflection @ basis if len(self.points) else np.zeros((0, basis.shape[1])),
+            footprints=self.footprints @ basis if len(self.footprints) else np.zeros((0, basis.shape[1])),
+        )
+
+    def modal_form(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> ModalForm:
+        """Poles and shapes at one material; ValueError outside the box."""
+        self.require(youngs_modulus, poisson_ratio, loss_factor)
+        return ModalForm.of(self.stiffness(youngs_modulus, poisson_ratio, loss_factor))
+
+    def compliance(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike
+    ) -> Complex:
+        """b_i' Z**-1 b_k between all patches, (P, P, F), C/V."""
+        self.require(youngs_modulus, poisson_ratio, loss_factor, frequency)
+        modal = self.modal_form(youngs_modulus, poisson_ratio, loss_factor)
+        return modal.compliance(self.coupling, self.coupling, frequency)
+
+    def amplitudes(
+        self,
+        youngs_modulus: float,
+        poisson_ratio: float,
+        loss_factor: float,
+        frequency: ArrayLike,
+        inputs: ArrayLike | None = None,
+    ) -> Complex:
+        """Coordinates A per unit of each input, patches short-circuited: (N, F, r).
+
+        The field is w = deflection @ A[n, f], in m/V; of a footprint in m per -1 N along z. `inputs` (N,) are
+        indices of `ports`, all unless given.
+        """
+        self.require(youngs_modulus, poisson_ratio, loss_factor, frequency)
+        modal = self.modal_form(youngs_modulus, poisson_ratio, loss_factor)
+        chosen = slice(None) if inputs is None else np.atleast_1d(np.asarray(inputs, int))
+        return -modal.solve(self.ports[:, chosen], frequency)

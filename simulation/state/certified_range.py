@@ -1,0 +1,45 @@
+"""Where a reduced plate with effects may be asked."""
+
+from typing import Any
+
+import numpy as np
+
+from simulation.reduction.effect_operators import EffectOperators
+from simulation.state.plate_state import PlateState
+
+ANISOTROPY = (0.88, 1.12)
+THICKNESS = (0.9, 1.1)
+BOND = (0.55, 1.0)
+SPREAD = 1.3
+"""Largest ratio of local moduli to the one at the mean temperature."""
+
+
+def require_certified(state: PlateState, ops: EffectOperators) -> None:
+    """ValueError, naming value and range, for a state beyond what the operators' error was measured for."""
+    temperature = np.real(state.mean_temperature)
+    laws = state.laws
+    asked: list[tuple[str, Any, tuple[float, float]]] = [
+        ("youngs_modulus [Pa]", laws.youngs_modulus(temperature), ops.box.youngs_modulus),
+        ("poisson_ratio", laws.poisson_ratio(temperature), ops.box.poisson_ratio),
+        ("loss_factor", laws.loss_factor(temperature), ops.box.loss_factor),
+        ("modulus along x over E", state.modulus_x, ANISOTROPY),
+        ("modulus along y over E", state.modulus_y, ANISOTROPY),
+        ("in-plane shear modulus over its isotropic value", state.in_plane_shear, ANISOTROPY),
+        ("local thickness over the nominal", state.thickness, THICKNESS),
+        ("bond factor", state.bond, BOND),
+        ("offset along x [m]", state.offset_x, (-ops.offset_range, ops.offset_range)),
+        ("offset along y [m]", state.offset_y, (-ops.offset_range, ops.offset_range)),
+        (
+            "local modulus over its mean",
+            laws.youngs_modulus(state.temperature) / laws.youngs_modulus(temperature),
+            (1.0 / SPREAD, SPREAD),
+        ),
+    ]
+    for name, value, (low, high) in asked:
+        values = np.atleast_1d(np.real(value))
+        slack = 1e-9 * max(abs(low), abs(high))
+        outside = values[~((values >= low - slack) & (values <= high + slack))]
+        if outside.size:
+            raise ValueError(
+                f"{name} {outside[0]:.6g} is outside the twin's certified range, {low:.6g} to {high:.6g}"
+            )

@@ -1,0 +1,70 @@
+"""States at the edges of what effects may do to a plate, for which reduced models are made."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from simulation.state.plate_state import PlateState
+
+STEEPEST = (-0.025, 0.0025, -0.01)
+"""Slopes of log E, nu and log eta of polypropylene where they are steepest, 1/K."""
+
+SOFT, STIFF = (0.2, 0.68), (0.82, 0.26)
+"""Shares of a box's ranges of E (geometric) and nu: soft, where most modes lie in the band, and stiff."""
+
+ANISOTROPY, TAPER, TILT, SLIP = 0.12, 0.05, 3.5, 0.45
+"""Of moduli, of thickness and of temperature [K], towards an edge; of the bond."""
+
+
+def laws_within(box: MaterialBox, shares: tuple[float, float], loss_factor: float = 0.05) -> LocalLaws:
+    """Return a material at given shares of a box's ranges, steep in temperature, its loss within the box."""
+    (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
+    e, nu = e0 * (e1 / e0) ** shares[0], n0 + shares[1] * (n1 - n0)
+    return LocalLaws.of_material(float(e), float(nu), float(np.clip(loss_factor, h0, h1)), slope=STEEPEST)
+
+
+def extreme_states(
+    xi: NDArray[Any], zeta: NDArray[Any], laws: LocalLaws, offset_range: float, size: float = 1.0
+) -> list[PlateState]:
+    """One state for each way in which fields and patches can change, fields at (xi, zeta).
+
+    `size` is the share of the certified range, negative for the other side.
+    """
+    plain = PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0]))
+    return [
+        plain.with_(
+            modulus_x=1 - ANISOTROPY * size, modulus_y=1 + ANISOTROPY * size, in_plane_shear=1 + ANISOTROPY * size
+        ),
+        plain.with_(in_plane_shear=1 - ANISOTROPY * size),
+        plain.with_(thickness=1.0 + TAPER * size * xi),
+        plain.with_(thickness=1.0 + TAPER * size * zeta),
+        plain.with_(temperature=laws.reference + TILT * size * xi),
+        plain.with_(temperature=laws.reference + TILT * size * zeta),
+        plain.with_(bond=1.0 - SLIP * abs(size)),
+        *offset_states(plain, size * offset_range),
+    ]
+
+
+def offset_states(plain: PlateState, offset: float) -> list[PlateState]:
+    """Move the sensor off its place along x, and along y; no state if the offset is zero."""
+    return [plain.with_(offset_x=offset), plain.with_(offset_y=offset)] if offset else []
+
+
+def combined_state(
+    xi: NDArray[Any], zeta: NDArray[Any], laws: LocalLaws, offset_range: float, size: float
+) -> PlateState:
+    """All of `extreme_states` at once; 0 is the plate as declared."""
+    plain = PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0]))
+    return plain.with_(
+        modulus_x=1 - ANISOTROPY * size,
+        modulus_y=1 + ANISOTROPY * size,
+        in_plane_shear=1 + ANISOTROPY * size,
+        thickness=1.0 + TAPER * size * (xi - zeta),
+        temperature=laws.reference + TILT * size * (xi + zeta),
+        bond=1.0 - SLIP * abs(size),
+        offset_x=size * offset_range,
+        offset_y=-size * offset_range,
+    )

@@ -1,0 +1,142 @@
+"""What moving the first sensor patch changes, as polynomials of its offset in reduced coordinates.
+
+The mesh moves with the patch: shear layers at its edges stay on the strips made for them, the patch's own matrices
+do not change at all, and those of the elements around it are smooth functions of the offset.
+"""
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.reduction.effect_operators import BENDING_DEGREE, OFFSET_DEGREE, ZONE_DEGREES, monomials
+from simulation.reduction.effect_projection import Projector, weighed_energies
+from simulation.state.field_basis import polynomial, polynomials
+from simulation.state.state_matrices import FullPlate
+
+Real = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+OFFSET_RANGE = 0.0025
+"""How far the first sensor patch can sit off its place along x or y, m."""
+KEPT = 2e-4
+"""Motions of the elements around the sensor weaker than this share of the strongest are left out."""
+
+
+@dataclass(frozen=True)
+class Zone:
+    """The elements that stretch when the sensor moves.
+
+    Attributes
+    ----------
+    elements : (elements,) bool ndarray
+    middle : (float, float)
+        xi and zeta of their centre of area.
+    """
+
+    elements: Mask
+    middle: tuple[float, float]
+
+    @classmethod
+    def of(cls, full: FullPlate) -> "Zone":
+        """Look what a small offset changes."""
+        mesh = full.shell.space.mesh
+        moved = full.moved_by(1e-3 * OFFSET_RANGE, 1e-3 * OFFSET_RANGE).shell.space.mesh
+        shifts = (mesh.points != moved.points).any(axis=1)
+        elements = np.concatenate([shifts[mesh.quads].any(axis=1), shifts[mesh.triangles].any(axis=1)])
+        area = np.where(full.shell.space.spread(elements), full.shell.space.dx, 0.0)
+        xi, zeta = (float(np.average(place, weights=area)) for place in full.sampling)
+        return cls(elements, (xi, zeta))
+
+    def powers(self, full: FullPlate) -> Real:
+        """Products of powers of xi and zeta about the middle at the points of quadrature, (powers, Q)."""
+        xi, zeta = (place - middle for place, middle in zip(full.sampling, self.middle, strict=True))
+        return np.array([xi**i * zeta**j for i, j in _powers()])
+
+    def fit(self, full: FullPlate) -> Real:
+        """Return ``zone_fit`` of `EffectOperators`."""
+        here = full.shell.space.spread(self.elements)
+        root = np.sqrt(full.shell.space.dx[here])
+        xi, zeta = (place[here] for place in full.sampling)
+        powers = self.powers(full)[:, here]
+        fields = [polynomial(degrees, xi, zeta) for degrees in polynomials(BENDING_DEGREE)]
+        return np.asarray(np.linalg.lstsq((root * powers).T, (root * np.array(fields)).T)[0])
+
+
+def can_move(full: FullPlate) -> bool:
+    """Whether the first sensor has room for offsets up to `OFFSET_RANGE`."""
+    try:
+        for x in (-OFFSET_RANGE, OFFSET_RANGE):
+            for y in (-OFFSET_RANGE, OFFSET_RANGE):
+                full.moved_by(x, y)
+    except ValueError:
+        return False
+    return True
+
+
+def offset_energies(p: Projector, executor: Executor) -> dict[str, object]:
+    """Stacks ``offset_*`` of `EffectOperators`, fitted over a grid of offsets; zero where it cannot move."""
+    if not can_move(p.full):
+        return _unmoved(p.vectors.shape[1])
+    zone = Zone.of(p.full)
+    near, motions = _around(p, zone, executor)
+    origin = _energies(near, p.full, zone, executor)
+    places = padua_points(OFFSET_DEGREE)
+    moved = [
+        _energies(near, p.full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y), zone, executor) for x, y in places
+    ]
+    fit = np.linalg.pinv(np.array([monomials(x, y) for x, y in places]))
+    found: dict[str, object] = {"zone": motions, "zone_fit": zone.fit(p.full), "offset_range": OFFSET_RANGE}
+    for name, start in origin.items():
+        change = np.tensordot(fit, np.array([energies[name] - start for energies in moved]), 1)
+        found[f"offset_{name}"] = np.moveaxis(change, 0, -3)
+    return found
+
+
+def padua_points(degree: int) -> list[tuple[float, float]]:
+    """Points of a square that determine polynomials of a total degree (Caliari et al., AMC 165, 2005)."""
+    x = np.cos(np.pi * np.arange(degree + 1) / degree)
+    y = np.cos(np.pi * np.arange(degree + 2) / (degree + 1))
+    return [(float(x[i]), float(y[j])) for i in range(x.size) for j in range(y.size) if (i + j) % 2 == 0]
+
+
+def _powers() -> list[tuple[int, int]]:
+    return polynomials(max(ZONE_DEGREES.values()))
+
+
+def _unmoved(size: int) -> dict[str, object]:
+    """Return the stacks of a sensor that stays where it is."""
+    found: dict[str, object] = {
+        "zone": np.zeros((0, size)),
+        "zone_fit": np.zeros((len(_powers()), len(polynomials(BENDING_DEGREE)))),
+        "offset_range": 0.0,
+    }
+    for name, degree in ZONE_DEGREES.items():
+        moduli = (4,) if name in ("bending", "membrane") else ()
+        shape = (*moduli, len(polynomials(degree)), len(monomials(0.0, 0.0)), 0, 0)
+        found[f"offset_{name}"] = np.zeros(shape)
+    return found
+
+
+def _around(p: Projector, zone: Zone, executor: Executor) -> tuple[Projector, Real]:
+    """Vectors (n, q) of the leading motions in the zone, and the reduced coordinates' shares in them (q, r)."""
+    ones = np.ones((1, p.full.shell.space.dx.size))
+    found = weighed_energies(p, p.full.shell.space, ones, dict.fromkeys(ZONE_DEGREES, 1), executor, zone.elements)
+    in_plane = found["bending"][:, 0] + found["membrane"][:, 0]
+    elastic = in_plane[0] + in_plane[1] + 0.5 * in_plane[3] + found["shear"][0]  # moduli of 1 Pa, nu = 0
+    inertia = found["mass"][0] + found["rotary"][0]
+    energy = elastic + inertia * np.trace(elastic) / np.trace(inertia)
+    values, basis = np.linalg.eigh(0.5 * (energy + energy.T))
+    kept = values > KEPT**2 * values[-1]
+    root = np.sqrt(values[kept])
+    return Projector(p.full, p.vectors @ (basis[:, kept] / root)), root[:, None] * basis[:, kept].T
+
+
+def _energies(p: Projector, full: FullPlate, zone: Zone, executor: Executor) -> dict[str, Real]:
+    """Energies over the zone of a plate, by the keys of `ZONE_DEGREES`, ([4,] powers, q, q)."""
+    counts = {name: len(polynomials(degree)) for name, degree in ZONE_DEGREES.items()}
+    here = Projector(full, p.vectors)
+    found = weighed_energies(here, full.shell.space, zone.powers(full), counts, executor, zone.elements)
+    found["mass"] = found["mass"] + found.pop("rotary")
+    return found

@@ -1,0 +1,103 @@
+"""Sparse matrices of a plate in any state, fields taken at the points of quadrature."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from simulation.shell.moving import moved_space
+from simulation.shell.shell_model import ShellModel
+from simulation.shell.shell_plate import ShellPlate
+from simulation.shell.unknowns import Unknowns
+from simulation.state.plate_state import PlateState
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StateMatrices:
+    """A plate in one state: Z = storage K + j loss K_loss + Kp - w**2 M + (j w r - w**2 m) W.
+
+    Attributes
+    ----------
+    plate, plate_loss, patches, mass, normal : (n, n) csr_matrix
+        K, K_loss (already times the loss factor), Kp, M, and W, the integral of w times w.
+    coupling : (n, P) ndarray
+    """
+
+    plate: csr_matrix
+    plate_loss: csr_matrix
+    patches: csr_matrix
+    mass: csr_matrix
+    normal: csr_matrix
+    coupling: Real
+
+
+@dataclass(frozen=True)
+class FullPlate:
+    """A meshed plate with patches that can be assembled in any state.
+
+    Attributes
+    ----------
+    shell : ShellPlate
+    unknowns : Unknowns
+    supports : (n, n) csr_matrix
+        Stiffness of springs along edges and at points.
+    """
+
+    shell: ShellPlate
+    unknowns: Unknowns
+    supports: csr_matrix
+
+    @classmethod
+    def of(cls, model: ShellModel) -> "FullPlate":
+        """Take mesh and unknowns of an assembled plate."""
+        return cls(model.shell, model.unknowns, model.unknowns.springs(model.shell))
+
+    @property
+    def moved(self) -> int:
+        """The patch that a state's offset moves: the first sensor."""
+        roles = [patch.role for patch in self.shell.patches]
+        return roles.index("sensor") if "sensor" in roles else 0
+
+    @property
+    def sampling(self) -> tuple[Real, Real]:
+        """Return xi and zeta of all points of quadrature; of a moved sensor's, see `moved_by`."""
+        return self.shell.plate.normalised(self.shell.space.points)
+
+    def moved_by(self, dx: float, dy: float) -> "FullPlate":
+        """Return the plate with its first sensor (dx, dy) m off its place; ValueError where it has no room."""
+        return replace(self, shell=self.shell.on(moved_space(self.shell, self.moved, (dx, dy))))
+
+    def matrices(self, state: PlateState, *, loss: bool = True) -> StateMatrices:
+        """Assemble `state`; discs and point loads are not in it. Without `loss`, K_loss is left at zero.
+
+        Its fields stand at the points of `sampling`, those of the moved plate if the state has an offset.
+        """
+        here = self
+        if state.offset_x or state.offset_y:
+            here = self.moved_by(state.offset_x, state.offset_y)
+        shell, over = here.shell, self.unknowns
+        thickness = shell.spread(shell.thickness) * state.thickness
+        lossy = state.laws.loss_factor(state.temperature)
+        plate = here._plate(state, np.ones_like(lossy), thickness)
+        columns = [over.vector(coupling) for coupling in shell.couplings(thickness, state.bond)]
+        return StateMatrices(
+            plate=plate,
+            plate_loss=here._plate(state, lossy, thickness) if loss else csr_matrix(plate.shape),
+            patches=csr_matrix(
+                over.matrix(shell.cells.of(shell.patch_stiffness(thickness, state.bond))) + self.supports
+            ),
+            mass=over.matrix(shell.inertia(thickness)),
+            normal=over.matrix(shell.cells.normal()),
+            coupling=np.array(columns).reshape(len(columns), over.size).T,
+        )
+
+    def _plate(self, state: PlateState, factor: Real, thickness: Real) -> csr_matrix:
+        """Stiffness of the plate with all moduli multiplied by a factor at the points."""
+        nu = state.laws.poisson_ratio(state.temperature)
+        c1 = factor * state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
+        shear = 0.5 * c1 * (1.0 - nu)
+        q = self.shell.moduli(c1, nu * c1, state.modulus_x, state.modulus_y, state.in_plane_shear)
+        return self.unknowns.matrix(self.shell.cells.of(self.shell.plate_stiffness(q, shear, thickness)))

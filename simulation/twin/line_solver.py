@@ -1,0 +1,105 @@
+"""Answers of a plate whose stiffness changes from line to line, to right sides that change too."""
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.reduction.composition import Composite
+from simulation.state.plate_state import PlateState
+from simulation.twin.local_solution import CHUNK, LocalPlate
+from simulation.twin.sensitivity import proportion
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int_]
+
+ITERATIONS = 12
+"""As long as a direct solution takes; what has not converged then is solved directly."""
+CONVERGED = 1e-14
+"""Last step over the answer."""
+
+
+@dataclass(frozen=True)
+class LineSolver:
+    """Z**-1 over the band, in the complex modes of one mean stiffness.
+
+    In these modes Z is a diagonal that follows every line, and little beside it: what the stiffness of the patches
+    couples, times how far a line is from the mean. So an iteration that divides by the diagonal gains one to two
+    digits a step, at a tenth of the cost of a factorization.
+
+    Attributes
+    ----------
+    shapes : (m, m) complex ndarray
+        Modes in local coordinates, one a column.
+    poles : (m,) complex ndarray
+        Their eigenvalues, rad2/s2.
+    omega2 : (F,) ndarray
+        Angular frequency squared, rad2/s2.
+    mean : (float, float)
+        Factors of storage and loss whose modes these are.
+    ratio : float or None
+        Loss factor, where the plate has one everywhere.
+    terms : tuple of (m, m) complex ndarray
+        In these modes: stiffness, its loss (unless `ratio` says it), normal mass, dashpots (if there are any).
+    """
+
+    shapes: Complex
+    poles: Complex
+    omega2: Real
+    mean: tuple[float, float]
+    ratio: float | None
+    terms: tuple[Complex, ...]
+
+    @classmethod
+    def of(cls, plate: LocalPlate, state: PlateState, frequency: Real) -> Self:
+        """Take the mean factors, and what is damped at points, from a state."""
+        local: Composite = plate.composite
+        mean = float(np.mean(state.storage)), float(np.mean(state.loss))
+        poles, shapes = np.linalg.eig(mean[0] * local.plate + 1j * mean[1] * local.plate_loss + local.fixed)
+        ratio = proportion(local.plate_loss, local.plate)
+        dashpots = plate.dashpots(state)
+        matrices = [local.plate, *([local.plate_loss] if ratio is None else []), plate.normal]
+        matrices += [dashpots] if dashpots.any() else []
+        terms = tuple(np.linalg.solve(shapes, matrix @ shapes) for matrix in matrices)
+        return cls(shapes, poles, (2 * np.pi * frequency) ** 2, mean, ratio, terms)
+
+    def weights(self, state: PlateState) -> list[Complex]:
+        """Factors (F,) of the `terms` in a state that differs by its factors over frequency alone."""
+        omega = np.sqrt(self.omega2)
+        stored, lost = state.storage - self.mean[0], 1j * (state.loss - self.mean[1])
+        air = 1j * omega * state.area_resistance - self.omega2 * state.area_mass
+        stiffness = [stored, lost] if self.ratio is None else [stored + self.ratio * lost]
+        found = [np.asarray(weight, complex) for weight in (*stiffness, air, 1j * omega)]
+        return found[: len(self.terms)]
+
+    def solve(self, weights: list[Complex], right: Complex, lines: Index) -> Complex:
+        """Z x = right at some lines, (m, n), both in the complex modes; `weights` are of all lines."""
+        used = [(w[lines], term) for w, term in zip(weights, self.terms, strict=True) if w[lines].any()]
+        apart = self.poles[:, None] - self.omega2[lines]
+        diagonal = apart + sum((w * np.diagonal(term)[:, None] for w, term in used), np.zeros_like(apart))
+        x = right / diagonal
+        if not used:
+            return np.asarray(x)
+        left = np.arange(lines.size)
+        for _ in range(ITERATIONS):
+            there = x[:, left]
+            step = right[:, left] - apart[:, left] * there
+            for w, term in used:
+                step -= w[left] * (term @ there)
+            step /= diagonal[:, left]
+            x[:, left] = there + step
+            left = left[np.linalg.norm(step, axis=0) > CONVERGED * np.linalg.norm(there, axis=0)]
+            if not left.size:
+                return np.asarray(x)
+        for start in range(0, left.size, CHUNK):
+            part = left[start : start + CHUNK]
+            z = sum((w[part, None, None] * term for w, term in used), np.zeros((part.size, *self.shapes.shape)))
+            z = z + apart[:, part].T[:, :, None] * np.eye(self.poles.size)
+            x[:, part] = np.linalg.solve(z, right[:, part].T[..., None])[..., 0].T
+        return np.asarray(x)
+
+    def into(self, local: NDArray[Any]) -> Complex:
+        """Carry a right side (m, ...) over from local coordinates."""
+        return np.asarray(np.linalg.solve(self.shapes, local.astype(complex)))

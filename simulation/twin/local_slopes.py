@@ -1,0 +1,76 @@
+"""Derivatives of a plate's reduced matrices, in the few coordinates of one local solution.
+
+Each operator is carried over into these coordinates once, when the first parameter asks for it: what follows is
+sums of small matrices, however many parameters there are.
+"""
+
+from dataclasses import fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.reduction.composition import STEP, Coefficients, Composite, offset_part
+from simulation.reduction.effect_operators import EffectOperators
+from simulation.state.plate_state import PlateState
+
+Real = NDArray[np.float64]
+
+FIELDS = ("temperature", "thickness", "modulus_x", "modulus_y", "in_plane_shear", "bond", "offset_x", "offset_y")
+"""Attributes of a state that `Coefficients` look at, besides its laws."""
+
+
+class LocalSlopes:
+    """Derivatives of the composite at `value`, by whatever moves its coefficients.
+
+    Parameters
+    ----------
+    ops : EffectOperators
+    basis : (r, m) ndarray
+        Local coordinates.
+    value : Coefficients
+    """
+
+    def __init__(self, ops: EffectOperators, basis: Real, value: Coefficients) -> None:
+        self._ops, self._basis, self._value = ops, basis, value
+        self._stacks: dict[str, tuple[Real, NDArray[np.bool_]]] = {}
+
+    def by(self, stepped: PlateState) -> Composite:
+        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`, discs left out."""
+        m = self._basis.shape[1]
+        laws = (stepped.laws.value, stepped.laws.slope, stepped.laws.curvature)
+        if not any(np.iscomplexobj(entry) for entry in (*laws, *(getattr(stepped, name) for name in FIELDS))):
+            nothing = np.zeros((m, m))
+            return Composite(nothing, nothing, nothing, nothing, np.zeros((m, self._ops.coupling.shape[-1])))
+        there = Coefficients.of(stepped, self._ops.offset_range or 1.0)
+        d = Coefficients(**{entry.name: np.imag(getattr(there, entry.name)) / STEP for entry in fields(there)})
+        plate = self._energies(d.bending, d.membrane, d.shear)
+        plate_loss = self._energies(d.bending_loss, d.membrane_loss, d.shear_loss)
+        mass = self._summed("mass", d.mass) + self._summed("rotary", d.rotary)
+        for place, by in ((self._value.offset, d), (d.offset, self._value)):
+            if place.any():
+                part = offset_part(self._ops, by, place)
+                plate = plate + self._carried(part.plate)
+                plate_loss = plate_loss + self._carried(part.plate_loss)
+                mass = mass + self._carried(part.mass)
+        coupling = self._basis.T @ np.tensordot(d.coupling, self._ops.coupling, 1)
+        return Composite(plate, plate_loss, self._summed("patch_membrane", d.patch), mass, coupling)
+
+    def _energies(self, bending: Real, membrane: Real, shear: Real) -> Real:
+        return self._summed("bending", bending) + self._summed("membrane", membrane) + self._summed("shear", shear)
+
+    def _carried(self, matrix: Real) -> Real:
+        return np.asarray(self._basis.T @ matrix @ self._basis)
+
+    def _summed(self, name: str, coefficients: Real) -> Real:
+        """Sum of coefficients times the operators `name`, (m, m)."""
+        flat = np.ravel(coefficients)
+        whole = getattr(self._ops, name)
+        whole = whole.reshape(-1, *whole.shape[-2:])
+        m = self._basis.shape[1]
+        if name not in self._stacks:
+            self._stacks[name] = np.zeros((len(whole), m, m)), np.zeros(len(whole), dtype=bool)
+        small, carried = self._stacks[name]
+        for k in np.flatnonzero((flat != 0.0) & ~carried):
+            small[k] = self._carried(whole[k])
+            carried[k] = True
+        return np.asarray((flat @ small.reshape(len(small), -1)).reshape(m, m))

@@ -1,0 +1,108 @@
+"""How weighed sums of a plate's answers change with a parameter: a field and its adjoint serve all parameters.
+
+With the compliance G = b' Z**-1 b between patches and weights l and r on them, a change dZ, db alters l' G r by
+-y' dZ u + y' db r + l' db' u: the field u = Z**-1 b r that r drives, and y = Z**-1 b l that l would drive.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.reduction.composition import STEP, Composite
+from simulation.state.plate_state import PlateState, PointLoad
+from simulation.twin.local_solution import LocalSolution, deflection_at
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Change of sense' G drive, at every frequency.
+
+    Attributes
+    ----------
+    solved : LocalSolution
+    state : PlateState
+        Whose solution it is.
+    drive : (P, F) complex ndarray
+        Volts on the patches, and minus the forces on further ports.
+    sense : (K, P, F) complex ndarray
+        How much the charge of each patch, and the deflection of each further port, counts in each of K sums.
+    field : (m, F) complex ndarray
+        Z**-1 b drive.
+    adjoint : (K, m, F) complex ndarray
+        Z**-1 b sense.
+    """
+
+    solved: LocalSolution
+    state: PlateState
+    drive: Complex
+    sense: Complex
+    field: Complex
+    adjoint: Complex
+
+    @classmethod
+    def of(cls, solved: LocalSolution, state: PlateState, drive: Complex, sense: Complex) -> Self:
+        """Sum the answers of the patches to both fields."""
+        field = np.einsum("mpf,pf->mf", solved.answers, drive)
+        adjoint = np.einsum("mpf,kpf->kmf", solved.answers, sense)
+        return cls(solved, state, drive, sense, field, adjoint)
+
+    def by(self, local: Composite, stepped: PlateState) -> Complex:
+        """Differentiate by the parameter whose imaginary step turned `state` into `stepped`, (K, F).
+
+        `local` is the derivative of the composite, in local coordinates.
+        """
+        state, solved = self.state, self.solved
+        omega2 = (2 * np.pi * solved.frequency) ** 2
+        rates = {
+            name: _rate(getattr(stepped, name)) for name in ("storage", "loss", "area_mass", "area_resistance")
+        }
+        ratio = proportion(local.plate_loss, local.plate)
+        weighed: list[tuple[Real, NDArray[Any]]] = [
+            (local.plate, state.storage + 1j * state.loss * (ratio or 0.0)),
+            (local.plate_loss, 1j * state.loss * (ratio is None)),
+            (local.fixed, np.ones(omega2.size)),
+            (local.mass, -omega2),
+            (solved.composite.plate, rates["storage"]),
+            (solved.composite.plate_loss, 1j * rates["loss"]),
+            (solved.normal, 1j * np.sqrt(omega2) * rates["area_resistance"] - omega2 * rates["area_mass"]),
+        ]
+        total = np.zeros((len(self.sense), omega2.size), complex)
+        for matrix, weight in weighed:
+            if weight.any() and matrix.any():
+                total -= weight * self._between(matrix)
+        loads = zip(self.state.point_loads, stepped.point_loads, strict=False)
+        added = ((PointLoad(load.point), load) for load in stepped.point_loads[len(self.state.point_loads) :])
+        for load, step in (*loads, *added):
+            total -= self._of_point(load, step)
+        if local.coupling.any():  # of the patches, which are the first ports
+            drive, sense = (part[..., : local.coupling.shape[1], :] for part in (self.drive, self.sense))
+            total += np.einsum("kmf,mp,pf->kf", self.adjoint, local.coupling, drive, optimize=True)
+            total += np.einsum("kpf,mp,mf->kf", sense, local.coupling, self.field, optimize=True)
+        return total
+
+    def _between(self, matrix: Real) -> Complex:
+        """Adjoint times A times field, (K, F)."""
+        product = (matrix @ self.field.view(float)).view(complex)
+        return np.asarray(np.einsum("kmf,mf->kf", self.adjoint, product))
+
+    def _of_point(self, load: PointLoad, step: PointLoad) -> Complex:
+        omega = 2 * np.pi * self.solved.frequency
+        impedance = _rate(step.stiffness) + 1j * omega * _rate(step.damping) - omega**2 * _rate(step.mass)
+        row = deflection_at(self.solved.operators, load) @ self.solved.basis
+        return np.asarray(impedance * (row @ self.adjoint) * (row @ self.field))
+
+
+def proportion(a: Real, b: Real) -> float | None:
+    """Return c where a = c b, as of losses that follow a stiffness: one product serves both; None elsewhere."""
+    place = np.unravel_index(np.argmax(np.abs(b)), b.shape)
+    c = float(a[place] / b[place]) if b[place] else 0.0
+    return c if np.abs(a - c * b).max() <= 1e-13 * abs(float(a[place])) else None
+
+
+def _rate(value: object) -> Real:
+    return np.asarray(np.imag(value) / STEP)  # type: ignore[call-overload]

@@ -1,0 +1,199 @@
+"""Strain energy of a plate whose state may follow it: self-consistent, line by line, and its derivatives.
+
+At every line e = g(e), where g is the energy of the plate whose state the relative energy e makes. A line of a
+plate driven hard may have three solutions, as beside every resonance that bends over. The one meant is reached
+from the linear plate by raising the level from nothing: the lowest. It is bracketed by steps that are short
+against the width of a resonance, then found by the secants of Anderson and Bjoerck (BIT 13, 1973).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.reduction.composition import STEP, Composite
+from simulation.state.plate_state import PlateState
+from simulation.twin.line_solver import LineSolver
+from simulation.twin.local_solution import LocalPlate, LocalSolution
+from simulation.twin.sensitivity import Sensitivity
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int_]
+StateOf = Callable[[NDArray[Any]], PlateState]
+"""The plate's state when its relative strain energies are (F,); of them, only spectra may follow."""
+
+SHARE = 0.5
+"""Longest step towards the solution, over the change of e that shifts a resonance by its half-power width."""
+STEPS = 200
+SECANTS = 80
+SETTLED = 1e-12
+"""Of e - g(e), over 1 + e."""
+
+
+@dataclass(frozen=True)
+class StrainEnergy:
+    """Relative strain energy g(e), amplitude squared taken, of the plate alone with its patches short-circuited.
+
+    Attributes
+    ----------
+    solver : LineSolver
+    drive : (m,) complex ndarray
+        Coupling of the actuator, in the solver's modes.
+    metric : (m, m) complex ndarray
+        x^H metric x is u^H K u.
+    state_of : callable
+    scale : float
+        Energies per J/V2.
+    density : float
+        Mass of the plate by area, kg/m2.
+    """
+
+    solver: LineSolver
+    drive: Complex
+    metric: Complex
+    state_of: StateOf
+    scale: float
+    density: float
+
+    @classmethod
+    def of(
+        cls,
+        plate: LocalPlate,
+        actuator: int,
+        state_of: StateOf,
+        frequency: Real,
+        *,
+        scale: float = 1.0,
+        density: float = 1.0,
+    ) -> Self:
+        """Take the plate in local coordinates, which do not follow the energy."""
+        solver = LineSolver.of(plate, state_of(np.zeros(frequency.size)), frequency)
+        metric = solver.shapes.conj().T @ (plate.composite.plate @ solver.shapes)
+        return cls(solver, solver.into(plate.composite.coupling[:, actuator]), metric, state_of, scale, density)
+
+    def at(self, energy: Real, lines: Index | None = None) -> Real:
+        """Return g at some lines (n,), all if None, when the energies of all lines are `energy` (F,)."""
+        lines = np.arange(energy.size) if lines is None else lines
+        state = self.state_of(energy)
+        right = np.broadcast_to(self.drive[:, None], (self.drive.size, lines.size))
+        x = self.solver.solve(self.solver.weights(state), right, lines)
+        stored = 0.5 * np.einsum("mf,mf->f", x.conj(), self.metric @ x).real
+        return np.asarray(self.scale * state.storage[lines] * stored)
+
+    def settled(self) -> Real:
+        """Return the lowest e = g(e) of every line, (F,); ValueError where there is none within reach."""
+        low = np.zeros(self.solver.omega2.size)
+        linear = self.at(low)
+        if not self._follows(linear):
+            return linear
+        high, below, above = low.copy(), -linear, np.zeros(low.size)
+        ahead = np.arange(low.size)
+        for k in range(STEPS):
+            # a resonance that leans over is not stepped across; where e changes little, nor is the bracket wide
+            step = np.minimum(self._short(low)[ahead], -below[ahead] * 2.0 ** (k + 1))
+            probe = low.copy()
+            probe[ahead] += step
+            beyond = probe[ahead] - self.at(probe, ahead)
+            over = beyond >= 0.0
+            high[ahead[over]], above[ahead[over]] = probe[ahead[over]], beyond[over]
+            low[ahead[~over]], below[ahead[~over]] = probe[ahead[~over]], beyond[~over]
+            ahead = ahead[~over]
+            if not ahead.size:
+                return self._between(low, high, below, above)
+        raise ValueError(
+            f"the strain energy at {np.sqrt(self.solver.omega2[ahead[0]]) / (2 * np.pi):.6g} Hz finds no value "
+            f"that its own effects allow, up to {low[ahead[0]]:.3g}: weaken the effects that follow it"
+        )
+
+    def _follows(self, linear: Real) -> bool:
+        """Whether the state at the linear energies is another than at none."""
+        here, there = self.state_of(np.zeros(linear.size)), self.state_of(linear)
+        return any((getattr(here, name) != getattr(there, name)).any() for name in SPECTRA)
+
+    def _short(self, energy: Real) -> Real:
+        """Return the longest step that cannot miss a resonance, (F,)."""
+        state = self.state_of(energy + 1j * STEP)
+        pull = [np.abs(np.imag(getattr(state, name))) / STEP for name in SPECTRA]
+        omega2 = self.solver.omega2
+        eta = float(np.real(state.laws.loss_factor(state.mean_temperature)))
+        moved = pull[0] + eta * pull[1] + pull[2] / self.density + pull[3] / (np.sqrt(omega2) * self.density)
+        with np.errstate(divide="ignore"):
+            return np.asarray(SHARE * eta * np.real(state.loss) / moved)
+
+    def _between(self, low: Real, high: Real, below: Real, above: Real) -> Real:
+        """Return the solutions between energies with e - g(e) below and above zero."""
+        found, left = high.copy(), np.flatnonzero(above > 0.0)
+        a, fa, b, fb = (values.copy() for values in (low, below, high, above))
+        for _ in range(SECANTS):
+            if not left.size:
+                return found
+            found[left] = b[left] - fb[left] * (b[left] - a[left]) / (fb[left] - fa[left])
+            f = found[left] - self.at(found, left)
+            # b is the newest point; a keeps the other side, its weight lessened where it stays twice
+            same = np.sign(f) == np.sign(fb[left])
+            less = 1.0 - f / fb[left]
+            less = np.where(less > 0.0, less, 0.5)
+            a[left], fa[left] = np.where(same, a[left], b[left]), np.where(same, fa[left] * less, fb[left])
+            b[left], fb[left] = found[left], f
+            settled = (np.abs(f) <= SETTLED * (1.0 + found[left])) | (a[left] == b[left])
+            left = left[~settled]
+        return found
+
+
+SPECTRA = ("storage", "loss", "area_mass", "area_resistance")
+"""What of a state follows the strain energy and acts back on it."""
+
+
+@dataclass(frozen=True)
+class EnergySlopes:
+    """Derivatives of the self-consistent strain energy, by whatever steps a state (implicit function theorem).
+
+    Attributes
+    ----------
+    sensitivity : Sensitivity
+        Its one sum changes as (K u)^H du does, u the motion per volt on the actuator.
+    stored : (F,) ndarray
+        u^H K u / 2.
+    scale : float
+    feedback : (F,) ndarray
+        dg/de.
+    """
+
+    sensitivity: Sensitivity
+    stored: Real
+    scale: float
+    feedback: Real
+
+    @classmethod
+    def of(
+        cls, solved: LocalSolution, actuator: int, state: PlateState, stepped: PlateState, scale: float
+    ) -> Self:
+        """Take the state at the self-consistent energy, its solution, and the state with e stepped by j `STEP`."""
+        u = np.ascontiguousarray(solved.answers[:, actuator])
+        force = solved.composite.plate @ u
+        solver = LineSolver.of(solved.plate, state, solved.frequency)
+        lines = np.arange(solved.frequency.size)
+        adjoint = solver.shapes @ solver.solve(solver.weights(state), solver.into(force.conj()), lines)
+        drive = np.zeros(solved.answers.shape[1:], complex)
+        drive[actuator] = 1.0
+        sensitivity = Sensitivity(solved, state, drive, np.zeros((1, *drive.shape), complex), u, adjoint[None])
+        stored = 0.5 * np.einsum("mf,mf->f", u.conj(), force).real
+        slopes = cls(sensitivity, stored, scale, np.zeros(stored.size))
+        nothing = np.zeros_like(solved.normal)
+        still = Composite(nothing, nothing, nothing, nothing, np.zeros_like(solved.composite.coupling))
+        return cls(sensitivity, stored, scale, slopes.by(still, stepped))
+
+    def by(self, local: Composite, stepped: PlateState) -> Real:
+        """Differentiate e, (F,), by the parameter whose imaginary step gave `stepped` at the same e.
+
+        `local` is as in `Sensitivity.by`.
+        """
+        u, storage = self.sensitivity.field, self.sensitivity.state.storage
+        change = self.sensitivity.by(local, stepped)[0].real
+        if local.plate.any():
+            change = change + 0.5 * np.einsum("mf,mf->f", u.conj(), local.plate @ u).real
+        direct = np.imag(stepped.storage) / STEP * self.stored + storage * change
+        return np.asarray(self.scale * direct / (1.0 - self.feedback))

@@ -1,0 +1,97 @@
+"""Transfers of a plate with instruments, and their derivatives, from compliances between ports."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.twin.instruments import Instruments
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """What the outputs read per unit of the input; see `simulation.twin.instruments` for the equations.
+
+    Attributes
+    ----------
+    instruments : Instruments
+    compliance : (N, c + 1, F) complex ndarray
+        G of the N ports of `Instruments.seen` over the c + 1 of `Instruments.driving`.
+    admittance : (F, c, c) complex ndarray
+    voltage : (c, F) complex ndarray
+        On the connected ports.
+    factors : (K, F) complex ndarray
+        Of `Instruments.factors`.
+    response : (K, F) complex ndarray
+    """
+
+    instruments: Instruments
+    compliance: Complex
+    admittance: Complex
+    voltage: Complex
+    factors: Complex
+    response: Complex
+
+    @classmethod
+    def of(cls, instruments: Instruments, capacitance: Real, compliance: Complex, frequency: Real) -> Self:
+        """Connect all instruments at once; `capacitance` (P,) is that of all patches, F."""
+        count = len(instruments.connected)
+        admittance = instruments.admittance(capacitance, compliance[:count, :count], frequency)
+        short = instruments.amplitude * compliance[:, -1]
+        voltage = np.asarray(-np.linalg.solve(admittance, short[:count].T[..., None])[..., 0].T, complex)
+        moved = short + np.einsum("ikf,kf->if", compliance[:, :-1], voltage)
+        factors = instruments.factors(frequency)
+        return cls(
+            instruments, compliance, admittance, voltage, factors, _read(instruments, voltage, moved, factors)
+        )
+
+    def change(self, slopes: Complex) -> Complex:
+        """Differentiate `response`, (D, K, F), given the derivatives of the compliance, (D, N, c + 1, F).
+
+        Y V = -h gives Y V' = -(h' + G' V), and then what the other ports feel.
+        """
+        count = len(self.instruments.connected)
+        direct = self.instruments.amplitude * slopes[:, :, -1]
+        direct = direct + np.einsum("dikf,kf->dif", slopes[:, :, :-1], self.voltage)
+        by_line = -np.linalg.solve(self.admittance, direct[:, :count].transpose(2, 1, 0))
+        voltage = by_line.transpose(2, 1, 0)
+        moved = direct + np.einsum("ikf,dkf->dif", self.compliance[:, :-1], voltage)
+        return np.stack(
+            [_read(self.instruments, one, other, self.factors) for one, other in zip(voltage, moved, strict=True)]
+        )
+
+    def drive(self, count: int) -> Complex:
+        """X on all `count` ports, (count, F)."""
+        x = np.zeros((count, self.response.shape[1]), complex)
+        x[self.instruments.source] = self.instruments.amplitude
+        x[list(self.instruments.connected)] = self.voltage
+        return x
+
+    def sense(self, count: int) -> Complex:
+        """How much a change of (G x) at each of `count` ports counts in each output, x held, (K, count, F)."""
+        instruments, connected = self.instruments, list(self.instruments.connected)
+        inverse = -np.linalg.inv(self.admittance).transpose(1, 2, 0)
+        weights = np.zeros((len(instruments.pickups), count, self.response.shape[1]), complex)
+        for k, pickup in enumerate(instruments.pickups):
+            if pickup.voltage:
+                weights[k, connected] = inverse[connected.index(pickup.port)]
+            else:
+                row = self.compliance[instruments.seen.index(pickup.port), :-1]
+                weights[k, connected] = self.factors[k] * np.einsum("kf,kif->if", row, inverse)
+                weights[k, pickup.port] += self.factors[k]
+        return weights
+
+
+def _read(instruments: Instruments, voltage: Complex, moved: Complex, factors: Complex) -> Complex:
+    """Return the outputs (K, F) of voltages (c, F) on the connected ports and (G x) of the ports seen, (N, F)."""
+    seen = instruments.seen
+    return np.stack(
+        [
+            voltage[instruments.connected.index(one.port)] if one.voltage else factor * moved[seen.index(one.port)]
+            for one, factor in zip(instruments.pickups, factors, strict=True)
+        ]
+    )

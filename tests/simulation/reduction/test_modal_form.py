@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+
+from simulation.reduction.modal_form import ModalForm
+
+F = np.linspace(5.0, 60.0, 200)
+
+
+def stiffness(size, rng, highest=4e7):
+    """Complex symmetric, poles from a few Hz to far above the lines, not proportionally damped."""
+    q, _ = np.linalg.qr(rng.standard_normal((size, size)))
+    squares = np.geomspace((2 * np.pi * 8) ** 2, highest, size)
+    loss = rng.uniform(0.02, 0.12, size)
+    other, _ = np.linalg.qr(rng.standard_normal((size, size)) + 8 * q)
+    return (q * squares) @ q.T + 1j * (other * (loss * squares)) @ other.T
+
+
+def direct(k, left, right):
+    solved = [np.linalg.solve(k - (2 * np.pi * f) ** 2 * np.eye(len(k)), right.astype(complex)) for f in F]
+    return np.stack([left.T @ x for x in solved], axis=-1)
+
+
+@pytest.fixture
+def system():
+    rng = np.random.default_rng(2)
+    return stiffness(14, rng), rng.standard_normal((14, 2)), rng.standard_normal((14, 3))
+
+
+def test_compliance_equals_direct_solution(system):
+    k, a, b = system
+    answer, expected = ModalForm.of(k).compliance(a, b, F), direct(k, a, b)
+    assert np.abs(answer - expected).max() < 1e-10 * np.abs(expected).max()
+
+
+def test_far_poles_are_summed_to_rounding(system):
+    """Few lines are summed term by term, many through a polynomial: both must agree."""
+    k, a, b = system
+    form = ModalForm.of(k)
+    assert (np.abs(form.poles) > 4 * (2 * np.pi * F.max()) ** 2).sum() > 3
+    one_by_one = np.concatenate([form.compliance(a, b, F[i : i + 10]) for i in range(0, F.size, 10)], axis=-1)
+    assert np.abs(form.compliance(a, b, F) - one_by_one).max() < 1e-13 * np.abs(one_by_one).max()
+
+
+def slopes_directly(k, a, b, changes):
+    out = []
+    for change in changes:
+        z = [k - (2 * np.pi * f) ** 2 * np.eye(len(k)) for f in F]
+        out.append(
+            np.stack(
+                [-a.T @ np.linalg.solve(m, change @ np.linalg.solve(m, b.astype(complex))) for m in z], axis=-1
+            )
+        )
+    return np.array(out)
+
+
+def test_derivatives_equal_their_definition(system):
+    k, a, b = system
+    changes = [k.real, np.diag(np.arange(14.0)), k.imag]
+    value, slopes = ModalForm.of(k).compliance_and_derivatives(a, b, changes, F)
+    expected = slopes_directly(k, a, b, changes)
+    assert np.abs(value - direct(k, a, b)).max() < 1e-10 * np.abs(value).max()
+    for slope, truth in zip(slopes, expected, strict=True):
+        assert np.abs(slope - truth).max() < 1e-9 * np.abs(truth).max()
+
+
+@pytest.mark.parametrize("split", [0.0, 1e-12, 1e-8, 1e-5])
+def test_derivatives_hold_where_poles_meet(split):
+    """A square plate has double modes; patches and temperature bring others arbitrarily close."""
+    rng = np.random.default_rng(3)
+    squares = (2 * np.pi * np.array([10.0, 20.0, 20.0 * (1 + split), 45.0])) ** 2
+    q, _ = np.linalg.qr(rng.standard_normal((4, 4)))
+    k = (q * (squares * (1 + 0.05j))) @ q.T
+    a, b = rng.standard_normal((4, 1)), rng.standard_normal((4, 1))
+    change = rng.standard_normal((4, 4))
+    change = change + change.T
+    _, slopes = ModalForm.of(k).compliance_and_derivatives(a, b, [change], F)
+    expected = slopes_directly(k, a, b, [change])
+    assert np.abs(slopes - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+def test_solve_returns_coordinates(system):
+    k, _, b = system
+    x = ModalForm.of(k).solve(b, F)
+    assert x.shape == (3, F.size, 14)
+    residual = np.einsum("rs,nfs->nfr", k, x) - (2 * np.pi * F[:, None]) ** 2 * x - b.T[:, None, :]
+    assert np.abs(residual).max() < 1e-7 * np.abs(b).max()

@@ -1,0 +1,218 @@
+"""The twin with effects on a coarsely meshed plate: derivatives, known answers, and the full plate."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from analysis.gap.model import SweepPoint
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from simulation.effects.library import library
+from simulation.reduction.effect_certification import state_error
+from simulation.reduction.effect_operators import BENDING_DEGREE
+from simulation.reduction.effect_reduction import reduce_with_effects
+from simulation.shell.factors import factorize
+from simulation.shell.fineness import Fineness
+from simulation.shell.rigidity import W
+from simulation.state.extreme_states import STEEPEST, combined_state, extreme_states
+from simulation.state.field_basis import field_basis
+from simulation.state.plate_state import PlateState
+from simulation.twin.effect_twin import EffectTwin
+
+Real = NDArray[np.float64]
+
+BAND = (100.0, 500.0)
+LINES = np.linspace(*BAND, 120)
+POINT = SweepPoint(24.0, 0.4 / 60.0, 2.0)
+LAWS = LocalLaws(
+    23.0, np.array([np.log(2e9), 0.38, np.log(0.06)]), np.array([-0.02, 0.002, -0.01]), np.array([1e-4, 0.0, 1e-4])
+)
+SHAPES = {"softening": 0.03, "x": 0.11, "y": 0.08}
+
+
+@pytest.fixture(scope="module")
+def experiment(declare, patches):
+    return declare(patches, BAND)
+
+
+@pytest.fixture(scope="module")
+def reduced(experiment, coarse_mesh):
+    box = MaterialBox((1e9, 3.2e9), (0.33, 0.46), (0.02, 0.12))
+    return reduce_with_effects(experiment, box, fineness=Fineness(coarse_mesh, degree=4, tolerance=1e-6))
+
+
+@pytest.fixture(scope="module")
+def twin(experiment, reduced):
+    return EffectTwin(experiment, reduced[0], library(experiment)).referred(LAWS)
+
+
+def values_of(twin, name, share):
+    """Amplitudes at a share of their prior sigma, shapes somewhere."""
+    return {p.name: SHAPES[p.name] if p.shape else share * p.sigma for p in twin.cards[name].parameters}
+
+
+def every_effect(twin):
+    return list(twin.cards)
+
+
+def test_all_eighteen_take_part(twin):
+    assert len(twin.cards) == 18
+
+
+def test_absent_effects_change_nothing(twin):
+    plain = twin.frf(POINT, LAWS, {}, LINES)
+    for name in every_effect(twin):
+        there = twin.frf(POINT, LAWS, {name: values_of(twin, name, 0.0)}, LINES)
+        assert there == pytest.approx(plain, rel=1e-9, abs=1e-9 * np.abs(plain).max()), name
+
+
+def test_derivatives_by_every_parameter(twin):
+    exact = replace(twin, reach=np.inf)
+    for name, card in twin.cards.items():
+        at = values_of(twin, name, 0.3)
+        wanted = [(name, p.name, at) for p in card.parameters]
+        line = exact.linearise(POINT, LAWS, {name: at}, LINES[::6], wanted)
+        for parameter, found in zip(card.parameters, line.by_parameter, strict=True):
+            # no one step is far from both rounding and curvature for all effects: the better of two counts
+            errors = []
+            for step in (
+                (2e-6, 2e-5) if parameter.name in "xy" else (1e-3 * parameter.sigma, 1e-2 * parameter.sigma)
+            ):
+                moved = [
+                    exact.frf(
+                        POINT, LAWS, {name: {**at, parameter.name: at[parameter.name] + k * step}}, LINES[::6]
+                    )
+                    for k in (1, -1, 2, -2)
+                ]
+                quotient = (8.0 * (moved[0] - moved[1]) - (moved[2] - moved[3])) / (12.0 * step)
+                rounding = 1e-10 * np.abs(moved[0]).max() / step
+                errors.append(np.abs(found - quotient).max() / (1e-6 * np.abs(quotient).max() + rounding))
+            assert min(errors) < 1.0, (name, parameter.name)
+
+
+def test_derivatives_by_material_temperature_and_slopes(twin):
+    exact = replace(twin, reach=np.inf)
+    on = {"thermal_lag": {"tau": 120.0}}
+    line = exact.linearise(POINT, LAWS, on, LINES[::6])
+    for law in range(3):
+        d = 1e-5 * np.eye(3)[law]
+        # steps ten times as large and one order more: smaller ones drown in rounding
+        one, other, two, third = (
+            exact.frf(POINT, replace(LAWS, value=LAWS.value + 10 * s * d), on, LINES[::6]) for s in (1, -1, 2, -2)
+        )
+        quotient = (8.0 * (one - other) - (two - third)) / 12e-4
+        assert np.abs(line.by_material[law] - quotient).max() < 1e-6 * np.abs(quotient).max()
+        up, down = (exact.frf(POINT, LAWS.tilted(s * d, POINT.temperature), on, LINES[::6]) for s in (1, -1))
+        quotient = (up - down) / 2e-5
+        assert np.abs(line.by_slope[law] - quotient).max() < 1e-5 * np.abs(quotient).max()
+    up, down = (
+        exact.frf(replace(POINT, temperature=POINT.temperature + s * 1e-3), LAWS, on, LINES[::6]) for s in (1, -1)
+    )
+    quotient = (up - down) / 2e-3
+    assert np.abs(line.by_temperature - quotient).max() < 1e-6 * np.abs(quotient).max()
+
+
+def test_few_coordinates_answer_like_all(twin):
+    for effects in ({}, {"orthotropy": {"delta_e": 0.05, "delta_g": -0.04}}, {"point_mass": {"mass": 0.002}}):
+        few, all_of_them = (t.frf(POINT, LAWS, effects, LINES) for t in (twin, replace(twin, reach=np.inf)))
+        assert np.abs(few - all_of_them).max() < 2e-4 * np.abs(all_of_them).max()
+
+
+def test_a_lag_is_another_temperature(twin):
+    late = twin.frf(POINT, LAWS, {"thermal_lag": {"tau": 240.0}}, LINES)
+    colder = replace(POINT, temperature=POINT.temperature - 240.0 * POINT.rate)
+    assert late == pytest.approx(twin.frf(colder, LAWS, {}, LINES), rel=1e-9)
+
+
+def test_dispersion_is_another_modulus_at_each_frequency(twin):
+    eta = LAWS.loss_factor(POINT.temperature)
+    for f in (200.0, 500.0):
+        line = np.array([f])
+        found = twin.frf(POINT, LAWS, {"viscoelastic_dispersion": {"kappa": 1.0}}, line)
+        stiffer = replace(LAWS, value=LAWS.value + np.array([2.0 * eta / np.pi * np.log(f / 500.0), 0.0, 0.0]))
+        assert found == pytest.approx(twin.frf(POINT, stiffer, {}, line), rel=2e-3)
+        found = twin.frf(POINT, LAWS, {"damping_dispersion": {"p": 0.2}}, line)
+        damped = replace(LAWS, value=LAWS.value + np.array([0.0, 0.0, 0.2 * np.log(f / 500.0)]))
+        assert found == pytest.approx(twin.frf(POINT, damped, {}, line), rel=2e-3)
+
+
+def test_softening_grows_with_the_square_of_the_level(twin):
+    on = {"amplitude_softening": {"a": 1e-4, "b": 0.0}}
+    plain, strong = (twin.frf(POINT, LAWS, effects, LINES) for effects in ({}, on))
+    weak = twin.frf(replace(POINT, level=1.0), LAWS, on, LINES)
+    assert strong - plain == pytest.approx(4.0 * (weak - plain), abs=0.02 * np.abs(strong - plain).max())
+
+
+def test_point_loads_against_the_full_plate(twin, reduced):
+    ops, full, _ = reduced
+    order = {(0.03, 0.187): 0, (0.058, 0.03): 1}
+    state = twin.state(POINT, LAWS, {}, LINES)
+    xi, zeta = full.sampling
+    exact = full.matrices(type(state).baseline(xi, zeta, LAWS, POINT.temperature, LINES))
+    values = full.shell.space.values(np.array(list(order)))
+    rows = full.unknowns.rows(values, W).toarray()
+    peak = np.abs(twin.frf(POINT, LAWS, {}, LINES)).max()
+    for effects, place, k, c, m in (
+        ({"point_mass": {"mass": 0.002}}, (0.058, 0.03), 0.0, 0.0, 0.002),
+        ({"suspension": {"stiffness": 300.0, "damping": 0.4}}, (0.03, 0.187), 300.0, 0.4, 0.0),
+    ):
+        row = rows[order[place]]
+        for f in (141.0, 263.0, 407.0):
+            omega = 2 * np.pi * f
+            z = exact.plate + 1j * exact.plate_loss + exact.patches - omega**2 * exact.mass
+            factors = factorize(z)
+            answers = factors.solve(exact.coupling.astype(complex))
+            to_point = factors.solve(row.astype(complex))
+            impedance = k + 1j * omega * c - omega**2 * m
+            # Sherman and Morrison: a load on one point changes the plate by a matrix of rank one
+            there = row @ answers
+            answers -= np.outer(to_point, there) * impedance / (1.0 + impedance * (row @ to_point))
+            g = exact.coupling.T @ answers
+            load = twin.experiment.acquisition
+            across = ops.capacitance[1] + load.input_capacitance + 1.0 / (1j * omega * load.input_resistance)
+            expected = -g[1, 0] / (across + g[1, 1])
+            found = twin.frf(POINT, LAWS, effects, np.array([f]))[0, 0]
+            assert abs(found - expected) < 5e-4 * peak, (effects, f)
+
+
+def test_light_mass_lowers_a_mode_as_rayleigh_says(twin, reduced):
+    ops, _, _ = reduced
+    plain = twin._solved(twin.state(POINT, LAWS, {}, LINES), LINES)  # modes of the plate as it is
+    stiffness, mass = plain.composite.plate + plain.composite.fixed, plain.composite.mass
+    squares, shapes = np.linalg.eigh(np.linalg.solve(mass, stiffness))
+    elastic = int(np.searchsorted(squares, (2 * np.pi * 100.0) ** 2))
+    there = ops.deflection[1] @ plain.basis @ shapes[:, elastic]
+    light = 1e-5
+    loaded = twin._solved(twin.state(POINT, LAWS, {"point_mass": {"mass": light}}, LINES), LINES)
+    k, m = loaded.composite.plate + loaded.composite.fixed, loaded.composite.mass
+    moved = np.sort(np.linalg.eigvals(np.linalg.solve(m, k)).real)[elastic]
+    assert moved / squares[elastic] - 1.0 == pytest.approx(-light * there**2, rel=0.01)
+
+
+def test_states_at_the_edges_of_their_ranges_against_the_full_plate(reduced):
+    ops, full, _ = reduced
+    basis, rng = field_basis(BENDING_DEGREE), np.random.default_rng(3)
+    laws = LocalLaws.of_material(2.2e9, 0.37, 0.05, slope=STEEPEST)
+
+    def error(make: Callable[[Real, Real], PlateState]) -> float:
+        few = make(basis.xi, basis.zeta)
+        there = full.moved_by(few.offset_x, few.offset_y)  # fields stay where they are when the sensor moves
+        return state_error(full, ops, few, make(*there.sampling), rng)
+
+    def extreme(xi: Real, zeta: Real, size: float) -> list[PlateState]:
+        return extreme_states(xi, zeta, laws, ops.offset_range, size)
+
+    for size in (1.0, -1.0):
+        for k in range(len(extreme(basis.xi, basis.zeta, size))):
+            assert error(lambda xi, zeta, k=k, size=size: extreme(xi, zeta, size)[k]) < 2e-4, (size, k)
+    assert error(lambda xi, zeta: combined_state(xi, zeta, laws, ops.offset_range, 0.5)) < 1e-3
+
+
+def test_it_refuses_what_was_not_certified(twin):
+    with pytest.raises(ValueError, match=r"modulus along x over E .* outside the twin's certified range"):
+        twin.frf(POINT, LAWS, {"orthotropy": {"delta_e": 0.3, "delta_g": 0.0}}, LINES)
+    with pytest.raises(ValueError, match="youngs_modulus"):
+        twin.frf(POINT, replace(LAWS, value=LAWS.value + np.array([2.0, 0.0, 0.0])), {}, LINES)

@@ -1,0 +1,57 @@
+"""Lines solved by iteration in the modes of their mean, against factorizing each."""
+
+import numpy as np
+import pytest
+
+from analysis.local_laws import LocalLaws
+from simulation.reduction.composition import Composite
+from simulation.reduction.effect_operators import EffectOperators
+from simulation.state.plate_state import PlateState
+from simulation.twin.line_solver import LineSolver
+from simulation.twin.local_solution import LocalPlate
+
+SIZE = 12
+LINES = np.linspace(100.0, 700.0, 61)
+
+
+def plate(rng: np.random.Generator, one_loss: bool) -> LocalPlate:
+    """Resonances over the band and beyond, patches that couple them, and dashpots of no particular place."""
+    turned = np.linalg.qr(rng.standard_normal((SIZE, SIZE)))[0]
+    stiffness = turned * (2 * np.pi * np.geomspace(90.0, 3000.0, SIZE)) ** 2 @ turned.T
+    root = rng.standard_normal((SIZE, 3))
+    patches = 0.03 * (2 * np.pi * 400.0) ** 2 * root @ root.T
+    local = rng.standard_normal((SIZE, SIZE))
+    loss = 0.06 * stiffness if one_loss else 0.06 * stiffness + 20.0 * local @ local.T
+    normal = np.eye(SIZE) + 0.1 * (local + local.T) / np.sqrt(SIZE)
+    composite = Composite(stiffness, loss, patches, np.eye(SIZE), rng.standard_normal((SIZE, 2)))
+    no_operators: EffectOperators = None  # type: ignore[assignment]
+    return LocalPlate(np.eye(SIZE), composite, normal, no_operators)
+
+
+@pytest.mark.parametrize("one_loss", [True, False])
+@pytest.mark.parametrize("amount", [0.0, 0.02, 0.5])
+def test_every_line_is_solved_to_rounding(amount: float, one_loss: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 0.5 the iteration does not converge everywhere: lines are factorized, too."""
+    rng = np.random.default_rng(5)
+    local = plate(rng, one_loss)
+    dashpots = rng.standard_normal((SIZE, 1))
+    dashpots = 3.0 * amount * dashpots @ dashpots.T
+    monkeypatch.setattr(LocalPlate, "dashpots", lambda *_: dashpots)
+    laws = LocalLaws.of_material(2e9, 0.38, 0.06)
+    state = PlateState.baseline(np.zeros(1), np.zeros(1), laws, 20.0, LINES).with_(
+        storage=1.0 - amount * rng.random(LINES.size),
+        loss=1.0 + amount * rng.random(LINES.size),
+        area_mass=0.2 * amount * rng.random(LINES.size),
+        area_resistance=30.0 * amount * rng.random(LINES.size),
+    )
+    solver = LineSolver.of(local, state, LINES)
+    some = np.arange(LINES.size)[::-3]
+    right = rng.standard_normal((SIZE, some.size)) + 1j * rng.standard_normal((SIZE, some.size))
+    found = solver.shapes @ solver.solve(solver.weights(state), solver.into(right), some)
+    for k, line in enumerate(some):
+        omega = 2 * np.pi * LINES[line]
+        z = state.storage[line] * local.composite.plate + 1j * state.loss[line] * local.composite.plate_loss
+        z = z + local.composite.fixed - omega**2 * np.eye(SIZE) + 1j * omega * dashpots
+        z = z + (1j * omega * state.area_resistance[line] - omega**2 * state.area_mass[line]) * local.normal
+        wanted = np.linalg.solve(z, right[:, k])
+        assert np.abs(found[:, k] - wanted).max() < 1e-11 * np.abs(wanted).max()

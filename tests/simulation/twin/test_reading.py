@@ -1,0 +1,139 @@
+"""The twin with effects, driven by a hammer and read by a patch, an accelerometer and a laser."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.experiment import Experiment
+from analysis.gap.model import SweepPoint
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from simulation.effects.library import library
+from simulation.reduction.effect_reduction import reduce_with_effects
+from simulation.shell.fineness import Fineness
+from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.instruments import Instruments
+
+BAND = (100.0, 500.0)
+LINES = np.linspace(*BAND, 40)
+POINT = SweepPoint(24.0, 0.4 / 60.0, 2.0)
+LAWS = LocalLaws(
+    23.0, np.array([np.log(2e9), 0.38, np.log(0.06)]), np.array([-0.02, 0.002, -0.01]), np.array([1e-4, 0.0, 1e-4])
+)
+PLACES = ((0.07, 0.06), (0.17, 0.12), (0.1, 0.15))
+MASS = 0.004
+
+
+@pytest.fixture(scope="module")
+def operators(declare, patches, coarse_mesh):
+    """With strings where the transducers are: what a plate does at points is what it does at small footprints."""
+    plain = declare(patches, BAND, strings=PLACES)
+    box = MaterialBox((1e9, 3.2e9), (0.33, 0.46), (0.02, 0.12))
+    ops = reduce_with_effects(plain, box, fineness=Fineness(coarse_mesh, degree=3, tolerance=0.0))[0]
+    return replace(ops, footprints=ops.deflection[: len(PLACES)])
+
+
+@pytest.fixture(scope="module")
+def experiment(declare, patches):
+    hammer, accelerometer, laser = PLACES
+    dumped = declare(patches, BAND, strings=PLACES).model_dump()
+    return Experiment.model_validate(
+        dumped
+        | {
+            "patch": [dumped["patch"][0] | {"role": "open"}, dumped["patch"][1]],
+            "drive": [{"id": "hammer", "point": hammer, "radius": 0.0}],
+            "sensor": [
+                {"id": "acc", "kind": "acceleration", "point": accelerometer, "radius": 0.0, "mass": MASS},
+                {"id": "laser", "kind": "velocity", "point": laser},
+            ],
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def twin(experiment, operators):
+    return EffectTwin(experiment, operators, library(experiment), reach=np.inf).referred(LAWS)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "parameter", "step"),
+    [
+        ("orthotropy", {"delta_e": 0.03, "delta_g": 0.02}, "delta_e", 1e-4),
+        ("bond_shear_lag", {"gamma25": 0.1, "softening": 0.03}, "gamma25", 1e-3),
+        ("suspension", {"stiffness": 200.0, "damping": 0.3}, "damping", 1e-3),
+        ("point_mass", {"mass": 0.001}, "mass", 1e-6),
+        ("high_pass", {"corner": 5.0}, "corner", 1e-2),
+        ("amplitude_softening", {"a": 1e-3, "b": 1e-3}, "a", 1e-5),
+        ("thermal_gradient", {"gx": 1.0, "gy": 0.5}, "gx", 1e-1),
+    ],
+)
+def test_derivatives_of_every_kind_of_output(twin, effect, values, parameter, step):
+    line = twin.linearise(POINT, LAWS, {effect: values}, LINES, [(effect, parameter, values)])
+    moved = [
+        twin.frf(POINT, LAWS, {effect: {**values, parameter: values[parameter] + k * step}}, LINES)
+        for k in (1, -1, 2, -2)
+    ]
+    quotient = (8.0 * (moved[0] - moved[1]) - (moved[2] - moved[3])) / (12.0 * step)
+    assert line.transfer.shape == (3, LINES.size)
+    error = np.abs(line.by_parameter[0] - quotient).max(axis=1)
+    rounding = 1e-10 * np.abs(moved[0]).max(axis=1) / step
+    assert np.all(error < 1e-5 * np.abs(quotient).max(axis=1) + rounding)
+
+
+def test_derivatives_by_the_material(twin):
+    line = twin.linearise(POINT, LAWS, {}, LINES)
+    for law in range(3):
+        d = 1e-4 * np.eye(3)[law]
+        one, other, two, third = (
+            twin.frf(POINT, replace(LAWS, value=LAWS.value + s * d), {}, LINES) for s in (1, -1, 2, -2)
+        )
+        quotient = (8.0 * (one - other) - (two - third)) / 12e-4
+        error = np.abs(line.by_material[law] - quotient).max(axis=1)
+        assert np.all(error < 5e-6 * np.abs(quotient).max(axis=1))
+
+
+def test_the_accelerometers_mass_is_a_point_mass(twin, experiment):
+    """Declared, or as the effect of a string's place: the cable's point moved under the accelerometer."""
+    dumped = experiment.model_dump()
+    light = {**dumped["sensor"][0], "mass": 0.0}
+    bare = Experiment.model_validate(
+        dumped | {"sensor": [light, dumped["sensor"][1]], "cable": [{"point": PLACES[1]}]}
+    )
+    other = EffectTwin(bare, twin.operators, library(bare), reach=np.inf)
+    loaded = other.frf(POINT, LAWS, {"point_mass": {"mass": MASS}}, LINES)
+    declared = twin.frf(POINT, LAWS, {}, LINES)
+    assert np.abs(loaded - declared).max() < 1e-8 * np.abs(declared).max()
+
+
+def test_a_motion_is_read_as_often_differentiated_as_declared(twin, experiment):
+    sensors = [
+        {"id": kind, "kind": kind, "point": PLACES[2]} for kind in ("displacement", "velocity", "acceleration")
+    ]
+    sensors[2]["radius"] = 0.0
+    dumped = experiment.model_dump()
+    moving = Experiment.model_validate(dumped | {"sensor": sensors})
+    operators = replace(twin.operators, footprints=twin.operators.footprints[[0, 2, 2, 2]])
+    w, v, a = EffectTwin(moving, operators, library(moving), reach=np.inf).frf(POINT, LAWS, {}, LINES)[1:]
+    omega = 2 * np.pi * LINES
+    assert v == pytest.approx(1j * omega * w, rel=1e-10)
+    assert a == pytest.approx(-(omega**2) * w, rel=1e-10)
+
+
+def test_effects_of_patches_need_patches(experiment):
+    dumped = experiment.model_dump()
+    without = Experiment.model_validate(dumped | {"patch": []})
+    gone = {"bond_shear_lag", "piezo_drift", "feedthrough", "sensor_offset"}
+    assert set(library(without)) == set(library(experiment)) - gone
+    assert "feedthrough" not in library(experiment)  # the drive is no voltage
+
+
+def test_undeclared_footprints_are_refused(experiment, operators):
+    bare = replace(operators, footprints=np.zeros((0, 0)))
+    with pytest.raises(ValueError, match="3 footprints are declared, the operators hold 0"):
+        EffectTwin(experiment, bare, library(experiment)).frf(POINT, LAWS, {}, LINES)
+
+
+def test_ports_are_patches_then_footprints(experiment):
+    instruments = Instruments.of(experiment)
+    assert (instruments.source, instruments.connected, instruments.seen) == (2, (1, 0), (1, 0, 3, 4))
