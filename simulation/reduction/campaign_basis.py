@@ -24,9 +24,9 @@ def for_materials(
 ) -> EffectOperators:
     """Operators on the leading directions of a plate's answers at some materials, in plain and extreme states.
 
-    Proper orthogonal decomposition, as in `simulation.reduction.energy_decomposition`. The extreme states are asked
-    for the first and the last material only. `tail` is what may be left out of the answers, as a share of their size in
-    the energy's norm: transfers follow its square.
+    Proper orthogonal decomposition, as in `simulation.reduction.energy_decomposition`. The extreme states are
+    asked for the first and the last material only. `tail` is what may be left out of the answers, as a share of
+    their size in the energy's norm: transfers follow its square.
     """
     basis = field_basis(BENDING_DEGREE)
     states = [
