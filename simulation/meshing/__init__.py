@@ -1,6 +1,7 @@
 """Meshes of plates of any outline.
 
 ===============  ================================================================
+``crossings``    where borders cross or touch
 ``arrangement``  borders as a planar graph: edges, nodes and faces
 ``recipe``       how fine
 ``sides``        edges cut into pieces, and the widths of strips

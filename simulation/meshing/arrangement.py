@@ -6,23 +6,17 @@ borders that it is part of, every face the borders that enclose it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.geometry.curves import Curve, turning
+from analysis.geometry.curves import Curve
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
+from simulation.meshing.crossings import SAME, cuts_of, polyline
 
 Real = NDArray[np.float64]
-
-SAME = 1e-7
-"""Points closer than this are one, m."""
-CHORD = np.deg2rad(4.0)
-"""Turn of a curve that one side of its polyline stands for."""
-ALONG = 1e-4
-"""Sine of the angle below which curves that meet do not cross."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +88,7 @@ class Arrangement:
     @classmethod
     def of(cls, borders: Sequence[Loop], extra_nodes: Sequence[tuple[float, float]] = ()) -> "Arrangement":
         """Cut borders at each other and at `extra_nodes` that lie on them, and find the faces."""
-        nodes, edges = _edges(borders, _cuts(borders, np.asarray(extra_nodes, float).reshape(-1, 2)))
+        nodes, edges = _edges(borders, cuts_of(borders, np.asarray(extra_nodes, float).reshape(-1, 2)))
         return cls(nodes, edges, _faces(nodes, edges, borders))
 
     def curve(self, half: HalfEdge) -> Curve:
@@ -114,82 +108,6 @@ def direction(curve: Curve) -> Real:
     if np.hypot(*step) < 1e-9:
         step = curve.at(1e-3) - curve.at(0.0)
     return np.asarray(step / np.hypot(*step))
-
-
-def _polyline(curve: Curve) -> tuple[Real, Real]:
-    """Parameters (k,) and points (k, 2) along a curve."""
-    t = np.linspace(0.0, 1.0, 1 + max(1, int(np.ceil(turning(curve) / CHORD))))
-    return t, curve.at(t)
-
-
-def _cuts(borders: Sequence[Loop], extra: Real) -> list[list[list[float]]]:
-    """Parameters at which every curve of every border is cut, ends included."""
-    curves = [(b, c, curve) for b, loop in enumerate(borders) for c, curve in enumerate(loop.curves)]
-    cuts = [[[0.0, 1.0] for _ in loop.curves] for loop in borders]
-    lines = [_polyline(curve) for _, _, curve in curves]
-    ends = np.array([curve.at(0.0) for _, _, curve in curves])
-    for (b, c, curve), line in zip(curves, lines, strict=True):
-        cuts[b][c] += _passing(curve, line, np.vstack([ends, extra]))
-    for (one, line), (other, line_2) in combinations(zip(curves, lines, strict=True), 2):
-        for t, s in _crossings(one[2], line, other[2], line_2):
-            cuts[one[0]][one[1]].append(t)
-            cuts[other[0]][other[1]].append(s)
-    return cuts
-
-
-def _passing(curve: Curve, line: tuple[Real, Real], points: Real) -> list[float]:
-    """Parameters at which a curve runs through some of the points, its ends left out."""
-    t, along = line
-    step = np.diff(along, axis=0)
-    away = points[:, None] - along[:-1]
-    length = np.maximum((step**2).sum(axis=1), 1e-30)
-    share = np.clip((away * step).sum(axis=2) / length, 0.0, 1.0)
-    distance = np.hypot(*np.moveaxis(away - share[..., None] * step, -1, 0))
-    reach = 2.0 * CHORD * np.sqrt(length.max()) + SAME if len(t) > 2 else SAME
-    found = []
-    for k in np.flatnonzero(distance.min(axis=1) < reach):
-        i = int(distance[k].argmin())
-        place = float(t[i] + share[k, i] * (t[i + 1] - t[i]))
-        for _ in range(12):
-            slope, miss = curve.derivative(place), curve.at(place) - points[k]
-            place = float(np.clip(place - slope @ miss / (slope @ slope), 0.0, 1.0))
-        ends = np.array([points[k] - curve.at(0.0), points[k] - curve.at(1.0)])
-        if np.hypot(*(curve.at(place) - points[k])) < SAME and np.hypot(*ends.T).min() > SAME:
-            found.append(place)
-    return found
-
-
-def _crossings(
-    one: Curve, line: tuple[Real, Real], other: Curve, line_2: tuple[Real, Real]
-) -> list[tuple[float, float]]:
-    """Parameters (t, s) at which two curves cross, common ends left out."""
-    (t, p), (s, q) = line, line_2
-    margin = 0.02 * (np.ptp(p, axis=0).max() + np.ptp(q, axis=0).max()) + SAME
-    if (p.min(axis=0) > q.max(axis=0) + margin).any() or (q.min(axis=0) > p.max(axis=0) + margin).any():
-        return []
-    a, b = np.diff(p, axis=0)[:, None], np.diff(q, axis=0)[None]
-    gap = q[None, :-1] - p[:-1, None]
-    det = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    oblique = np.abs(det) > 1e-9 * np.hypot(*np.moveaxis(a, -1, 0)) * np.hypot(*np.moveaxis(b, -1, 0))
-    safe = np.where(oblique, det, 1.0)
-    x = (gap[..., 0] * b[..., 1] - gap[..., 1] * b[..., 0]) / safe
-    y = (gap[..., 0] * a[..., 1] - gap[..., 1] * a[..., 0]) / safe
-    near = oblique & (x > -0.05) & (x < 1.05) & (y > -0.05) & (y < 1.05)
-    found: list[tuple[float, float]] = []
-    for i, j in zip(*np.nonzero(near), strict=True):
-        place = np.array([t[i] + x[i, j] * (t[i + 1] - t[i]), s[j] + y[i, j] * (s[j + 1] - s[j])])
-        for _ in range(8):
-            slopes = np.column_stack([one.derivative(place[0]), -other.derivative(place[1])])
-            if abs(np.linalg.det(slopes)) < ALONG * np.prod(np.hypot(*slopes)):
-                break  # they run along each other
-            place = np.clip(place - np.linalg.solve(slopes, one.at(place[0]) - other.at(place[1])), 0.0, 1.0)
-        else:
-            meet = one.at(place[0])
-            if np.hypot(*(meet - other.at(place[1]))) > SAME:
-                continue
-            if not any(np.hypot(*(meet - one.at(known))) < SAME for known, _ in found):
-                found.append((float(place[0]), float(place[1])))
-    return found
 
 
 def _edges(borders: Sequence[Loop], cuts: list[list[list[float]]]) -> tuple[Real, tuple[Edge, ...]]:
@@ -285,7 +203,7 @@ def _next(nodes: Real, edges: tuple[Edge, ...]) -> dict[HalfEdge, HalfEdge]:
 
 
 def _walk(edges: tuple[Edge, ...], half: HalfEdge) -> Real:
-    points = _polyline(edges[half.edge].curve)[1]
+    points = polyline(edges[half.edge].curve)[1]
     return points[:0:-1] if half.backward else points[:-1]
 
 

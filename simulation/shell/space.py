@@ -74,21 +74,6 @@ class CellGroup:
 
 
 @dataclass(frozen=True)
-class Integrals:
-    """Integrals of products of shape functions N and their derivatives over one region, all (n, n).
-
-    The first letter belongs to the row, the second to the column: ``x0`` is that of N_i,x N_j.
-    """
-
-    xx: csr_matrix
-    yy: csr_matrix
-    xy: csr_matrix
-    x0: csr_matrix
-    y0: csr_matrix
-    m: csr_matrix
-
-
-@dataclass(frozen=True)
 class ShapeSpace:
     """Functions of one degree over a mesh.
 
@@ -140,21 +125,6 @@ class ShapeSpace:
         parts = (cells[:quads], cells[quads:])
         counts = (group.dx.shape[1] for group in self.groups)
         return np.concatenate([np.repeat(part, count) for part, count in zip(parts, counts, strict=True)])
-
-    def integrals(self, cells: Mask | None = None) -> Integrals:
-        """Integrate over all or some cells."""
-
-        def product(row: str, column: str) -> csr_matrix:
-            return self.product(row, column, cells)
-
-        return Integrals(
-            xx=product("x", "x"),
-            yy=product("y", "y"),
-            xy=product("x", "y"),
-            x0=product("x", "0"),
-            y0=product("y", "0"),
-            m=product("0", "0"),
-        )
 
     def product(self, row: str, column: str, cells: Mask | None = None, weight: Real | None = None) -> csr_matrix:
         """Integral of weight times N_i (or its derivative by ``row``) times N_j (by ``column``), (n, n).
@@ -292,18 +262,6 @@ class ShapeSpace:
     def moved(self, shift: Real) -> "ShapeSpace":
         """Build the same functions over the mesh with its points moved by `shift` (V, 2) m."""
         return ShapeSpace.on(self.mesh.moved(shift), self.degree)
-
-    def degrees(self) -> Whole:
-        """Degree of every function, (n,): the larger one inside quadrilaterals."""
-        found = np.ones(self.size, int)
-        ladder = np.arange(2, self.degree + 1)
-        edges = len(self.mesh.points) + len(self.mesh.edges) * (self.degree - 1)
-        found[len(self.mesh.points) : edges] = np.tile(ladder, len(self.mesh.edges))
-        quads = edges + len(self.mesh.quads) * (self.degree - 1) ** 2
-        found[edges:quads] = np.tile(np.maximum.outer(ladder, ladder).ravel(), len(self.mesh.quads))
-        inside = [total + 3 for total in range(self.degree - 2) for _ in range(total + 1)]
-        found[quads:] = np.tile(inside, len(self.mesh.triangles))
-        return found
 
 
 def _group(mesh: PlateMesh, degree: int, places: Real, weights: Real, *, triangles: bool) -> CellGroup:

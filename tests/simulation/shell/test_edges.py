@@ -25,7 +25,7 @@ def shell(declared, *supports):
 
 
 def coefficients(space, field):
-    return spsolve(space.integrals().m.tocsc(), space.moments("0", field(space.points)))
+    return spsolve(space.product("0", "0").tocsc(), space.moments("0", field(space.points)))
 
 
 def energy(plate, space, fields, *, damping=False):
