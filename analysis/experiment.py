@@ -33,10 +33,14 @@ __all__ = [
 
 
 class Attachment(Sparse):
-    """A place where a string or a cable holds the plate: a disc of `radius`, smaller where the edge is near."""
+    """A place where a string or a cable holds the plate: a disc of `radius`, smaller where the edge is near.
+
+    Half the plate's thickness unless given: within less, a plate theory says nothing; over more, a disc averages the
+    bending waves.
+    """
 
     point: Point
-    radius: Annotated[float, Field(ge=0.0, le=0.05, description="m")] = 0.004
+    radius: Annotated[float | None, Field(ge=0.0, le=0.05, description="m")] = None
 
 
 class Acquisition(Declared):

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from simulation.shell.fineness import Fineness
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 8
+METHOD = 9
 """Raised whenever the same declaration would give other operators."""
 SCALARS = ("offset_range", "cell", "thickness", "error")
 PLAIN = (
@@ -62,7 +62,9 @@ def operators_key(experiment: Experiment, box: MaterialBox, fineness: "Fineness 
     """SHA-256, hexadecimal, over all that decides an experiment's operators."""
     from simulation.reduction.basis_key import basis_key
 
-    attached = [(*a.point, a.radius) for a in (*experiment.string, *experiment.cable)]
+    attached = [
+        (*a.point, -1.0 if a.radius is None else a.radius) for a in (*experiment.string, *experiment.cable)
+    ]
     points = np.array(attached).reshape(-1, 3)
     plain = basis_key(experiment.plate, experiment.patch, box, experiment.protocol.band, points, fineness)
     first = next((k for k, patch in enumerate(experiment.patch) if patch.role == "sensor"), None)

@@ -113,7 +113,8 @@ def attached_disc(plate: Plate, attachment: Attachment) -> Footprint:
     """
     point = np.array([attachment.point])
     room = min(float(loop.distance(point)[0]) for loop in (plate.loop, *plate.hole_loops))
-    return Footprint(attachment.point, min(attachment.radius, INSIDE * room))
+    radius = 0.5 * plate.thickness if attachment.radius is None else attachment.radius
+    return Footprint(attachment.point, min(radius, INSIDE * room))
 
 
 def compressed(ops: EffectOperators) -> EffectOperators:
