@@ -35,8 +35,8 @@ __all__ = [
 class Attachment(Sparse):
     """A place where a string or a cable holds the plate: a disc of `radius`, smaller where the edge is near.
 
-    Half the plate's thickness unless given: within less, a plate theory says nothing; over more, a disc averages the
-    bending waves.
+    Half the plate's thickness unless given: within less, a plate theory says nothing; over more, a disc averages
+    the bending waves.
     """
 
     point: Point
