@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 from scipy.spatial import cKDTree
 
-from simulation.laminate import SHEAR_FACTOR
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.meshing.recipe import MeshRecipe
@@ -13,6 +12,7 @@ from simulation.shell.cells import quad_functions, triangle_functions
 from simulation.shell.edges import line_blocks, straight_edges
 from simulation.shell.factors import factorize
 from simulation.shell.mapping import map_cells
+from simulation.shell.rigidity import SHEAR_FACTOR
 from simulation.shell.space import ShapeSpace
 from simulation.shell.strain_energy import THX, THY, CellMatrices, Rigidity, W, laminate
 from simulation.shell.unknowns import Unknowns

@@ -7,15 +7,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from analysis.experiment import Attachment
 from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.effects.library import library
 from simulation.reduction.effect_certification import state_error
 from simulation.reduction.effect_operators import BENDING_DEGREE
-from simulation.reduction.effect_reduction import reduce_with_effects
+from simulation.reduction.effect_reduction import attached_disc, reduce_with_effects
 from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
+from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.state.extreme_states import STEEPEST, combined_state, extreme_states
 from simulation.state.field_basis import field_basis
@@ -152,8 +154,8 @@ def test_point_loads_against_the_full_plate(twin, reduced):
     state = twin.state(POINT, LAWS, {}, LINES)
     xi, zeta = full.sampling
     exact = full.matrices(type(state).baseline(xi, zeta, LAWS, POINT.temperature, LINES))
-    values = full.shell.space.values(np.array(list(order)))
-    rows = full.unknowns.rows(values, W).toarray()
+    discs = [attached_disc(full.shell.plate, Attachment(point=point)) for point in order]
+    rows = full.unknowns.rows(footprint_rows(full.shell.space, discs), W).toarray()
     peak = np.abs(twin.frf(POINT, LAWS, {}, LINES)).max()
     for effects, place, k, c, m in (
         ({"point_mass": {"mass": 0.002}}, (0.058, 0.03), 0.0, 0.0, 0.002),
