@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from analysis.geometry.curves import Curve
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
-from simulation.meshing.crossings import SAME, cuts_of, polyline
+from simulation.meshing.crossings import SAME, cuts_of, inside, polyline
 
 Real = NDArray[np.float64]
 
@@ -208,13 +208,8 @@ def _walk(edges: tuple[Edge, ...], half: HalfEdge) -> Real:
 
 
 def _within(polygon: Real, shape: Real) -> bool:
-    """Whether a polygon lies inside another: most of its points do, by the crossing rule."""
-    x, y = polygon.T[..., None]
-    end = np.roll(shape, -1, axis=0)
-    rises = (shape[:, 1] > y) != (end[:, 1] > y)
-    slope = np.where(rises, end[:, 1] - shape[:, 1], 1.0)
-    crossing = shape[:, 0] + (y - shape[:, 1]) * (end[:, 0] - shape[:, 0]) / slope
-    return bool(np.mean((rises & (x < crossing)).sum(axis=-1) % 2 == 1) > 0.5)
+    """Whether a polygon lies inside another: most of its points do."""
+    return bool(np.mean(inside(polygon, shape, np.roll(shape, -1, axis=0))) > 0.5)
 
 
 def _enclosing(edges: tuple[Edge, ...], half: HalfEdge, borders: Sequence[Loop]) -> frozenset[int]:

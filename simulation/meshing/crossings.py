@@ -93,3 +93,12 @@ def _crossings(
             if not any(np.hypot(*(meet - one.at(known))) < SAME for known, _ in found):
                 found.append((float(place[0]), float(place[1])))
     return found
+
+
+def inside(places: Real, start: Real, end: Real) -> NDArray[np.bool_]:
+    """Which places (K, 2) lie within closed rings of sides: a ray crosses them an odd number of times."""
+    x, y = places.T[..., None]
+    rises = (start[:, 1] > y) != (end[:, 1] > y)
+    slope = np.where(rises, end[:, 1] - start[:, 1], 1.0)
+    crossing = start[:, 0] + (y - start[:, 1]) * (end[:, 0] - start[:, 0]) / slope
+    return np.asarray((rises & (x < crossing)).sum(axis=1) % 2 == 1)

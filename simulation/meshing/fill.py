@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
+from simulation.meshing.crossings import inside
+
 Real = NDArray[np.float64]
 Whole = NDArray[np.int_]
 
@@ -92,15 +94,6 @@ def _distance(places: Real, start: Real, end: Real) -> Real:
     return np.asarray(np.sqrt((x - t * dx) ** 2 + (y - t * dy) ** 2))
 
 
-def _inside(places: Real, start: Real, end: Real) -> NDArray[np.bool_]:
-    """Which places lie within the rings: a ray crosses their sides an odd number of times."""
-    x, y = places.T[..., None]
-    rises = (start[:, 1] > y) != (end[:, 1] > y)
-    slope = np.where(rises, end[:, 1] - start[:, 1], 1.0)
-    crossing = start[:, 0] + (y - start[:, 1]) * (end[:, 0] - start[:, 0]) / slope
-    return np.asarray((rises & (x < crossing)).sum(axis=1) % 2 == 1)
-
-
 def _graded(start: Real, end: Real, spacing: float, growth: float) -> Real:
     """Place points (K, 2) apart by about the size wanted there: that of the sides, growing with the distance."""
     length = np.sqrt(((end - start) ** 2).sum(axis=1))
@@ -121,7 +114,7 @@ def _graded(start: Real, end: Real, spacing: float, growth: float) -> Real:
         rows = max(1, CHUNK // len(start))
         for first in range(0, len(grid), rows):
             part = grid[first : first + rows]
-            part = part[_inside(part, start, end)]
+            part = part[inside(part, start, end)]
             away = _distance(part, start, end)
             wanted = np.minimum(spacing, (length + growth * away).min(axis=1, initial=np.inf))
             upper = np.inf if level >= spacing else BAND * level
@@ -169,7 +162,7 @@ def _triangles(points: Real, start: Real, end: Real) -> Whole:
     twice = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     corners[twice < 0.0] = corners[twice < 0.0][:, [0, 2, 1]]
     longest = np.maximum.reduce([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))])
-    kept = (np.abs(twice) > 1e-6 * longest) & _inside((a + b + c) / 3.0, start, end)
+    kept = (np.abs(twice) > 1e-6 * longest) & inside((a + b + c) / 3.0, start, end)
     return np.asarray(corners[kept])
 
 

@@ -125,7 +125,7 @@ def weighed_energies(
         How many of them each kind takes: ``bending``, ``membrane``, ``shear``, ``mass``.
     """
     r, shell = p.vectors.shape[1], p.full.shell
-    h, rho = shell.spread(shell.thickness), shell.plate.density
+    h, rho = shell.space.spread(shell.thickness), shell.plate.density
     scale = {
         "bending": h**3 / 12.0,
         "membrane": h,
@@ -190,7 +190,7 @@ def patch_energies(p: Projector) -> dict[str, Real]:
     own, mass = np.zeros((r, r)), np.zeros((r, r))
     membrane = np.zeros((1 + 2 * len(terms), r, r))
     coupling = np.zeros((1 + len(terms), r, len(shell.patches)))
-    table, nominal = weight_table(p, terms), shell.spread(shell.thickness)
+    table, nominal = weight_table(p, terms), shell.space.spread(shell.thickness)
     for k, (patch, covered) in enumerate(zip(shell.patches, shell.under, strict=True)):
         ceramic, t = shell.materials[patch.material], patch.thickness
         sign = 1.0 if patch.side == "top" else -1.0

@@ -103,13 +103,15 @@ def assemble_for(
     (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
     asked = [(e0, n1, band[1]), (e1, n0, band[1]), (e0, n0, 0.5 * sum(band))]
     lines = list(shell.springs())
+    diagonals = [diagonal(shell.space, blocks) for blocks in parts]
 
     def problem(youngs_modulus: float, poisson_ratio: float, frequency: float) -> Problem:
         c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
         omega2 = (2 * np.pi * frequency) ** 2
-        elastic = ((c1, parts[0]), (c2, parts[1]), (1.0, parts[2]))
-        energy = diagonal(shell.space, _sum((*elastic, (omega2, parts[3]))))
-        return Problem(_sum((*elastic, (-omega2, parts[3]))), lines, loads, energy)
+        factors = (c1, c2, 1.0, omega2)
+        energy = sum((factor * one for factor, one in zip(factors, diagonals, strict=True)), np.zeros(()))
+        blocks = _sum(zip((c1, c2, 1.0, -omega2), parts, strict=True))
+        return Problem(blocks, lines, loads, np.asarray(energy))
 
     answered = count(1)
 

@@ -120,12 +120,6 @@ class ShellPlate:
         """Stiffness of elastic supports along edges."""
         return spring_blocks(self.space, self.plate)
 
-    def spread(self, per_cell: Real) -> Real:
-        """Values of cells (cells,) at the points of quadrature, (Q,)."""
-        counts = [group.dx.shape[1] for group in self.space.groups]
-        quads = len(self.space.mesh.quads)
-        return np.concatenate([np.repeat(per_cell[:quads], counts[0]), np.repeat(per_cell[quads:], counts[1])])
-
     def moduli(self, c1: Weight, c2: Weight, x: Weight = 1.0, y: Weight = 1.0, shear: Weight = 1.0) -> InPlane:
         """Q of the sheet along the plate's axes, from C1 = E/(1 - nu**2) and C2 = nu C1.
 
@@ -191,7 +185,7 @@ class ShellPlate:
         """Force per volt b of every patch, N/V: field -> values over the functions (N,)."""
         found = []
         for k, patch in enumerate(self.patches):
-            h = thickness if len(thickness) == len(self.space.dx) else self.spread(thickness)
+            h = thickness if len(thickness) == len(self.space.dx) else self.space.spread(thickness)
             sign = 1.0 if patch.side == "top" else -1.0
             height = 0.5 * sign * (h + patch.thickness)
             factor = bond * self.materials[patch.material].e31
@@ -225,7 +219,7 @@ class ShellPlate:
         for patch, cells in zip(self.patches, self.under, strict=True):
             place = cells.astype(float)
             if len(thickness) != len(place):
-                place = self.spread(place)
+                place = self.space.spread(place)
             height = 0.5 * (thickness + patch.thickness)
             yield patch, place, height if patch.side == "top" else -height
 
@@ -241,7 +235,7 @@ class ShellPlate:
         if self.tilt is None:
             return Rigidity(used)
         spread = tuple(
-            (place, self.spread(v) if not isinstance(v, float) and len(v) == self.space.mesh.cells else v)
+            (place, self.space.spread(v) if not isinstance(v, float) and len(v) == self.space.mesh.cells else v)
             for place, v in used
         )
         return Rigidity(spread, self.tilt)

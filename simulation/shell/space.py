@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from simulation.shell.mapping import boxes_of, inverse_of, map_cells, map_places
 Real = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Whole = NDArray[np.int_]
+Value = TypeVar("Value", bound=np.generic)
 
 CURVED_ORDER = 4
 """Added to the order of quadrature, for the Jacobian of curved cells."""
@@ -119,8 +121,8 @@ class ShapeSpace:
         """Points of quadrature, (Q, 2), m."""
         return np.vstack([group.places.reshape(-1, 2) for group in self.groups])
 
-    def spread(self, cells: Mask) -> Mask:
-        """Which points of quadrature lie in some cells, (Q,)."""
+    def spread(self, cells: NDArray[Value]) -> NDArray[Value]:
+        """Values of cells (cells,), or a choice of cells, at the points of quadrature, (Q,)."""
         quads = len(self.mesh.quads)
         parts = (cells[:quads], cells[quads:])
         counts = (group.dx.shape[1] for group in self.groups)
@@ -142,13 +144,14 @@ class ShapeSpace:
             At `points`.
         """
         rows, columns, values = [], [], []
-        for group, functions, blocks in self._blocks(row, column, cells, weight):
+        for group, chosen, measure in self._measures(cells, weight):
+            functions, right = group.functions[chosen], group.factor(column, chosen)
+            blocks = (group.factor(row, chosen) * measure[:, None]) @ right.transpose(0, 2, 1)
             largest = np.abs(blocks).max(axis=(1, 2), keepdims=True, initial=0.0)
             cell, i, j = np.nonzero(np.abs(blocks) > 1e-13 * largest)
             rows.append(functions[cell, i])
             columns.append(functions[cell, j])
             values.append(blocks[cell, i, j])
-            del group
         flat = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
         return csr_matrix(coo_matrix(flat, shape=(self.size, self.size)))
 
@@ -160,15 +163,6 @@ class ShapeSpace:
         return np.asarray(
             (part.factor(row, chosen) * measure[:, None]) @ part.factor(column, chosen).transpose(0, 2, 1)
         )
-
-    def _blocks(
-        self, row: str, column: str, cells: Mask | None, weight: Real | None
-    ) -> Iterator[tuple[CellGroup, Whole, Real]]:
-        for group, chosen, measure in self._measures(cells, weight):
-            blocks = (group.factor(row, chosen) * measure[:, None]) @ group.factor(column, chosen).transpose(
-                0, 2, 1
-            )
-            yield group, group.functions[chosen], blocks
 
     def _measures(self, cells: Mask | None, weight: Real | None) -> Iterator[tuple[CellGroup, Whole, Real]]:
         """Of every group: the chosen cells, and their points' areas times the weight, (C', Q)."""

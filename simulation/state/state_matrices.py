@@ -79,7 +79,7 @@ class FullPlate:
         if state.offset_x or state.offset_y:
             here = self.moved_by(state.offset_x, state.offset_y)
         shell, over = here.shell, self.unknowns
-        thickness = shell.spread(shell.thickness) * state.thickness
+        thickness = shell.space.spread(shell.thickness) * state.thickness
         lossy = state.laws.loss_factor(state.temperature)
         plate = here._plate(state, np.ones_like(lossy), thickness)
         columns = [over.vector(coupling) for coupling in shell.couplings(thickness, state.bond)]
