@@ -18,14 +18,10 @@ from app.campaign_model import WORKERS, Start, campaign_model, judging
 from app.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from app.held_effects import HeldEffects
 from app.progress import Report
-from app.twin import campaign_twin
-from app.updating import Updating, constants, updated_twin
+from app.updating import Updating, updated_twin
 from simulation.effects.library import untried
 from simulation.twin.effect_twin import EffectTwin
-from simulation.twin.mesh_disagreement import mesh_disagreement
 
-FLOOR_LINES = 400
-"""Lines on which two meshes are compared: a dozen over the width of a resonance."""
 ROUGH = 2e-3
 """Certified error of the plate with effects from which it is said: plates reduced as they should be stay below."""
 
@@ -93,7 +89,7 @@ def campaign_gap(
     protocol = campaign.experiment.protocol
     report("numerical floor", 0.0)
     with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
-        floor = _floor(campaign, plain, twin, report)
+        floor = _floor(plain, twin)
         found = find_gap(frf, plain.updated, model, protocol, executor, floor=floor, progress=report)
         not_tried = untried(campaign.experiment, folder)
         told = (
@@ -129,12 +125,7 @@ def roughness(error: float) -> tuple[str, ...]:
     )
 
 
-def _floor(campaign: Campaign, plain: Updating, twin: EffectTwin, report: Report) -> NumericalFloor:
-    """Compare the plate on its two meshes, as cold, as warm and as between as the campaign met it."""
-    frf = plain.frf
-    materials = constants(plain.updated)
-    order = np.argsort(frf.temperature, kind="stable")
-    some = [materials[int(order[place])] for place in (0, len(order) // 2, -1)]
-    lines = np.linspace(frf.frequency[0], frf.frequency[-1], FLOOR_LINES)
-    error = mesh_disagreement(campaign_twin(campaign.experiment, report), twin, some, lines)
-    return NumericalFloor(error, float(np.median(frf.noise_floor)))
+def _floor(plain: Updating, twin: EffectTwin) -> NumericalFloor:
+    """Return what is known of the twin's own error, at the least damping that the campaign met."""
+    least = float(plain.updated.material.loss_factor.min())
+    return NumericalFloor(twin.operators.numerical_error(least), float(np.median(plain.frf.noise_floor)))

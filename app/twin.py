@@ -7,8 +7,10 @@ from numpy.typing import NDArray
 
 from analysis.experiment import Experiment, Plate
 from analysis.plate_material import material_box
-from app.files.basis_cache import basis_file, cached_reduction
+from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.progress import Report
+from simulation.reduction.plate_basis import PlateBasis
+from simulation.shell.footprints import attached_disc
 from simulation.twin.plain_twin import Twin
 
 SHAPE_POINTS = 32
@@ -18,6 +20,17 @@ SHAPE_POINTS = 32
 def campaign_twin(experiment: Experiment, report: Report) -> Twin:
     """Twin of a campaign's plate over its band, certified over its material's box; its shapes known on a grid."""
     return Twin.of(experiment, cached_reduction(**_asked(experiment), progress=report))
+
+
+def plate_basis(experiment: Experiment, report: Report) -> PlateBasis | None:
+    """Functions and vectors behind the twin of `campaign_twin`, which is made where it is not in the cache."""
+    asked = _asked(experiment)
+    file = basis_file(**asked)
+    found = load_plate_basis(file)
+    if found is None:
+        cached_reduction(**asked, progress=report)
+        found = load_plate_basis(file)
+    return found
 
 
 def twin_is_built(experiment: Experiment) -> bool:
@@ -35,6 +48,7 @@ def _asked(experiment: Experiment) -> dict[str, Any]:
         "band": experiment.protocol.band,
         "footprints": experiment.footprints,
         "driven": range(sum(source.footprint is not None for source in experiment.inputs)),
+        "attached": [attached_disc(plate, one) for one in (*experiment.string, *experiment.cable)],
         "points": shape_points(plate),
         "field_certified": False,
     }

@@ -137,7 +137,6 @@ def _whitened(
     splines = gain * sweeps.nodes.coefficients(
         np.concatenate([local, line.transfer[None], line.by_parameter, np.zeros_like(line.transfer)[None]])
     )
-    splines[GLOBAL] += gain * sweeps.defect[sweep]
     predicted = splines[GLOBAL].copy()
     compressed = sweeps.compressed[sweep]
     splines[-1] = compressed.coefficients - predicted

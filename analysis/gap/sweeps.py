@@ -38,8 +38,6 @@ class GapSweeps:
         Laws about as they are, to tell how well their slopes are known.
     slope_sigma : (G, 3) ndarray
         Standard deviations of the laws' slopes, per K.
-    defect : (T, K, n) complex ndarray
-        Spline coefficients of the numerical defect.
     twin_error : float
         Error of the twin common to all lines, as a share of rms|H|.
     rows : (T, K, n) bool ndarray
@@ -57,7 +55,6 @@ class GapSweeps:
     reading_sigma: float
     rough: NDArray[np.float64]
     slope_sigma: NDArray[np.float64]
-    defect: NDArray[np.complex128] = field(repr=False)
     twin_error: float
     rows: NDArray[np.bool_] = field(repr=False)
     original: NDArray[np.int_] = field(repr=False)
@@ -118,7 +115,6 @@ class GapSweeps:
             groups=groups,
             rough=rough,
             slope_sigma=groups.slope_sigma(rough),
-            defect=self.defect[kept],
             rows=self.rows[kept],
             original=self.original[kept],
         )
@@ -171,9 +167,6 @@ def prepare(
         for t, way, level in zip(frf.temperature, frf.direction, frf.level, strict=True)
     )
     shape = (len(points), len(frf.channels), nodes.frequency.size)
-    defect = np.zeros(shape, dtype=np.complex128)
-    if floor is not None and floor.defect is not None:
-        defect = nodes.coefficients(np.array([floor.defect(p, nodes.frequency) for p in points]))
     groups = TemperatureGroups.of(frf.temperature)
     rough = mean_laws(updated.material, groups)
     sweeps = GapSweeps(
@@ -186,7 +179,6 @@ def prepare(
         reading_sigma=reading_sigma,
         rough=rough,
         slope_sigma=groups.slope_sigma(rough),
-        defect=defect,
         twin_error=floor.carried if floor is not None else MODEL_ERROR,
         rows=np.ones(shape, dtype=bool),
         original=np.arange(len(points)),

@@ -22,7 +22,7 @@ NOISE_DOF = 100
 """Degrees of freedom between the nodes below which the stated noise cannot be checked to 15 %: it is believed."""
 
 NUMERICAL_REST = 0.3
-"""Numerical error left after the defect correction, in sigma of the noise, above which ghosts would be named."""
+"""Numerical error of the twin, in sigma of the noise, above which effects that are not there would be named."""
 
 MODEL_ERROR = 1e-3
 """How far apart two converged solvers of one plate are, as a share of rms|H| (0.05 to 0.1 % between independent

@@ -6,14 +6,14 @@ damaged, cut short or of another layout is made again, never trusted.
 
 import hashlib
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from platformdirs import user_cache_path
 
 from analysis.channel import Footprint
@@ -24,13 +24,14 @@ from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 
 if TYPE_CHECKING:
+    from simulation.reduction.plate_basis import PlateBasis
     from simulation.reduction.reduce import Training
     from simulation.reduction.reduced_model import ReducedModel
     from simulation.shell.fineness import Fineness
 
 Progress = Callable[[str, float], None]
 
-FORMAT = "flexura-basis/2"
+FORMAT = "flexura-basis/3"
 ARRAYS = (
     "stiffness_1",
     "stiffness_2",
@@ -57,6 +58,7 @@ def cached_reduction(
     *,
     footprints: Sequence[Footprint] = (),
     driven: Sequence[int] = (),
+    attached: Sequence[Footprint] | None = None,
     points: ArrayLike | None = None,
     field_certified: bool = True,
     fineness: "Fineness | None" = None,
@@ -77,6 +79,9 @@ def cached_reduction(
         Of the transducers.
     driven : sequence of int
         Those of them on which forces act.
+    attached : sequence of Footprint, optional
+        Discs of strings and cables. Where they are given, none too, effects will be asked of the plate, and the
+        basis behind the model is kept as well, see `load_plate_basis`.
     points : (K, 2) array_like, optional
         Where the deflection will be asked for, m.
     field_certified : bool
@@ -93,10 +98,13 @@ def cached_reduction(
     ResultFileError
         Where the plate cannot be reduced, with what to change.
     """
-    from simulation.reduction.footprint_reduction import reduce_with_footprints
+    from simulation.reduction.footprint_reduction import footprint_reduction
+    from simulation.reduction.plate_basis import PlateBasis
     from simulation.shell.assembly import assemble_for
 
-    file = basis_file(plate, patches, box, band, points, fineness, training, field_certified, footprints, driven)
+    file = basis_file(
+        plate, patches, box, band, points, fineness, training, field_certified, footprints, driven, attached
+    )
     stored = load_basis(file)
     if stored is not None:
         return stored
@@ -107,9 +115,15 @@ def cached_reduction(
 
     with reducing(box, band):
         model = assemble_for(
-            plate, patches, box, band, footprints=footprints, fineness=fineness, progress=assembling
+            plate,
+            patches,
+            box,
+            band,
+            footprints=[*(attached or ()), *footprints],
+            fineness=fineness,
+            progress=assembling,
         )
-        reduced = reduce_with_footprints(
+        reduced, vectors = footprint_reduction(
             model,
             box,
             band,
@@ -120,7 +134,8 @@ def cached_reduction(
             training=training,
             progress=progress,
         )
-    save_basis(file, reduced)
+    basis = PlateBasis(model.unknowns.kept, model.dropped, vectors, reduced.error)
+    save_basis(file, reduced, None if attached is None else basis)
     # as it will be read next time: arrays laid out otherwise in memory round otherwise in the last digit
     return load_basis(file) or reduced
 
@@ -136,14 +151,16 @@ def basis_file(
     field_certified: bool = True,
     footprints: Sequence[Footprint] = (),
     driven: Sequence[int] = (),
+    attached: Sequence[Footprint] | None = None,
 ) -> Path:
     """Return where the cache keeps a reduced model, there or not; arguments of `cached_reduction`."""
     from simulation.reduction.basis_key import basis_key
 
     key = basis_key(plate, patches, box, band, points, fineness, training, field_certified)
-    if footprints:
-        acting = [(*one.point, one.radius, one.mass > 0.0, k in driven) for k, one in enumerate(footprints)]
-        key = hashlib.sha256(repr((key, acting)).encode()).hexdigest()
+    acting = [(*one.point, one.radius, one.mass > 0.0, k in driven) for k, one in enumerate(footprints)]
+    if acting or attached is not None:
+        held = None if attached is None else [(*one.point, one.radius) for one in attached]
+        key = hashlib.sha256(repr((key, acting, held)).encode()).hexdigest()
     return cache_folder() / f"basis-{key}.h5"
 
 
@@ -163,8 +180,8 @@ def reducing(box: MaterialBox, band: tuple[float, float]) -> Iterator[None]:
         ) from error
 
 
-def save_basis(file: Path, reduced: "ReducedModel") -> None:
-    """Write a reduced model, whole or not at all."""
+def save_basis(file: Path, reduced: "ReducedModel", basis: "PlateBasis | None" = None) -> None:
+    """Write a reduced model, and what it rests on, whole or not at all."""
     with atomic_hdf5(file) as stored:
         stored.attrs["format"] = FORMAT
         stored.attrs["sha256"] = _checksum(reduced)
@@ -174,6 +191,27 @@ def save_basis(file: Path, reduced: "ReducedModel") -> None:
             stored.attrs[name] = getattr(reduced.box, name)
         for name in ARRAYS:
             stored.create_dataset(name, data=getattr(reduced, name))
+        if basis is not None:
+            stored.create_dataset("kept", data=basis.kept)
+            stored.create_dataset("vectors", data=basis.vectors)
+            stored.attrs["dropped"] = basis.dropped
+            stored.attrs["sha256_basis"] = _digest({"kept": basis.kept, "vectors": basis.vectors}, basis.dropped)
+
+
+def load_plate_basis(file: Path) -> "PlateBasis | None":
+    """Read what a reduced model rests on; None where it is not there or not what was written."""
+    from simulation.reduction.plate_basis import PlateBasis
+
+    if not file.is_file():
+        return None
+    try:
+        with h5py.File(file, "r") as stored:
+            kept, vectors = stored["kept"][()], stored["vectors"][()]
+            basis = PlateBasis(kept, float(stored.attrs["dropped"]), vectors, float(stored.attrs["error"]))
+            digest = _digest({"kept": kept, "vectors": vectors}, basis.dropped)
+            return basis if stored.attrs["sha256_basis"] == digest else None
+    except (OSError, KeyError, ValueError, TypeError):  # what h5py says of a damaged file
+        return None
 
 
 def load_basis(file: Path) -> "ReducedModel | None":
@@ -200,9 +238,14 @@ def load_basis(file: Path) -> "ReducedModel | None":
 
 
 def _checksum(reduced: "ReducedModel") -> str:
-    digest = hashlib.sha256(repr((reduced.box, reduced.band, reduced.error)).encode())
-    for name in ARRAYS:
-        array = np.ascontiguousarray(getattr(reduced, name))
+    arrays = {name: getattr(reduced, name) for name in ARRAYS}
+    return _digest(arrays, (reduced.box, reduced.band, reduced.error))
+
+
+def _digest(arrays: Mapping[str, NDArray[Any]], values: object) -> str:
+    digest = hashlib.sha256(repr(values).encode())
+    for name, value in arrays.items():
+        array = np.ascontiguousarray(value)
         digest.update(f"{name}{array.dtype.str}{array.shape}".encode())
         digest.update(array.tobytes())
     return digest.hexdigest()

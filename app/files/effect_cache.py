@@ -6,6 +6,7 @@ damaged. Symmetric matrices are stored as their upper triangles.
 
 import hashlib
 import json
+from collections.abc import Callable
 from dataclasses import asdict, fields
 from math import isqrt
 from pathlib import Path
@@ -23,12 +24,13 @@ from app.progress import Report
 
 if TYPE_CHECKING:
     from simulation.reduction.effect_operators import EffectOperators
+    from simulation.reduction.plate_basis import PlateBasis
     from simulation.shell.fineness import Fineness
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 9
+METHOD = 10
 """Raised whenever the same declaration would give other operators."""
-SCALARS = ("offset_range", "cell", "thickness", "error")
+SCALARS = ("offset_range", "cell", "thickness", "error", "plain_error", "dropped")
 PLAIN = (
     "capacitance",
     "coupling",
@@ -43,9 +45,16 @@ PLAIN = (
 
 
 def cached_operators(
-    experiment: Experiment, box: MaterialBox, report: Report, fineness: "Fineness | None" = None
+    experiment: Experiment,
+    box: MaterialBox,
+    report: Report,
+    fineness: "Fineness | None" = None,
+    basis: "Callable[[], PlateBasis | None]" = lambda: None,
 ) -> "EffectOperators":
-    """Operators of an experiment's plate, from the cache or made and kept there; about a minute where made."""
+    """Operators of an experiment's plate, from the cache or made and kept there; about a minute where made.
+
+    `basis`, asked only then, gives what the plain reduction rests on, if it is known.
+    """
     from simulation.reduction.effect_reduction import reduce_with_effects
 
     file = cache_folder() / f"effects-{operators_key(experiment, box, fineness)}.h5"
@@ -53,7 +62,7 @@ def cached_operators(
     if stored is not None:
         return stored
     with reducing(box, experiment.protocol.band):
-        operators = reduce_with_effects(experiment, box, fineness=fineness, progress=report)[0]
+        operators = reduce_with_effects(experiment, box, basis=basis(), fineness=fineness, progress=report)[0]
     save_operators(file, operators)
     return load_operators(file) or operators
 

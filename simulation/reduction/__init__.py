@@ -13,6 +13,7 @@ A plate over a range of materials:
 ``reduced_model``          small matrices that answer for the whole range
 ``modal_form``             poles, transfers as sums over them, and their derivatives
 ``basis_key``              a reduced model's name by all that decides it
+``plate_basis``            functions and vectors behind a reduced model
 ``coarse_plate``           a plate known to a per cent, for a first look at data
 =========================  ================================================================
 
@@ -20,6 +21,7 @@ The same plate with physical effects on it:
 
 =========================  ================================================================
 ``effect_projection``      every field-weighted energy on given vectors
+``missing_answers``        what the plain vectors miss in other states
 ``effect_operators``       the reduced matrices from which any state is composed
 ``composition``            a state composed of them
 ``effect_reduction``       all of it: operators of a plate

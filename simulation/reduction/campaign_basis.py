@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from analysis.local_laws import LocalLaws
 from simulation.reduction.composition import Coefficients, composed
 from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
+from simulation.reduction.energy_decomposition import leading
 from simulation.state.extreme_states import extreme_states
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
@@ -16,12 +17,10 @@ from simulation.state.plate_state import PlateState
 Real = NDArray[np.float64]
 
 LINES = 60
-CAMPAIGN_TAIL = 1.5e-3
+TAIL = 1.5e-3
 
 
-def for_materials(
-    ops: EffectOperators, materials: Sequence[LocalLaws], tail: float = CAMPAIGN_TAIL
-) -> EffectOperators:
+def for_materials(ops: EffectOperators, materials: Sequence[LocalLaws], tail: float = TAIL) -> EffectOperators:
     """Operators on the leading directions of a plate's answers at some materials, in plain and extreme states.
 
     Proper orthogonal decomposition, as in `simulation.reduction.energy_decomposition`. The extreme states are
@@ -42,18 +41,10 @@ def for_materials(
     for state in states:
         answers = root.T @ _answers(ops, state)
         gram += answers @ answers.T
-    strength, vectors = _leading(gram, tail)
+    strength, vectors = leading(gram, tail * np.sqrt(np.trace(gram)))
     directions = scipy.linalg.solve_triangular(root.T, vectors, lower=False)
     around = ops.zone @ (directions * np.sqrt(strength))
-    return ops.restricted(directions, _leading(around @ around.T, tail)[1])
-
-
-def _leading(gram: Real, tail: float) -> tuple[Real, Real]:
-    """Eigenvalues (s,) and eigenvectors (r, s) that leave out a share of `tail` of a gram matrix's root."""
-    values, vectors = np.linalg.eigh(gram)
-    values = np.maximum(values, 0.0)
-    kept = np.sqrt(np.cumsum(values)) > tail * np.sqrt(values.sum())
-    return values[kept], vectors[:, kept]
+    return ops.restricted(directions, leading(around @ around.T, tail * float(np.linalg.norm(around)))[1])
 
 
 def _answers(ops: EffectOperators, state: PlateState) -> Real:

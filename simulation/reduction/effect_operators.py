@@ -27,6 +27,9 @@ def monomials(x: Any, y: Any) -> NDArray[Any]:
     return np.array([x ** (n - j) * y**j for n in range(1, OFFSET_DEGREE + 1) for j in range(n + 1)])
 
 
+DISCRETIZATION = 2.0
+"""Error of mesh and functions over what the energy of the functions left out tells of it."""
+
 STACKS = (
     "bending",
     "membrane",
@@ -100,6 +103,10 @@ class EffectOperators:
         declared and with all effects at half of their certified ranges at once.
     footprints : (S, r) ndarray
         Mean deflection over the footprints of transducers, in the order of `Experiment.footprints`.
+    plain_error : float
+        Of the plain reduction, whose coordinates come first: see `ReducedModel.error`.
+    dropped : float
+        See `ShellModel.dropped`.
     """
 
     bending: Real
@@ -130,6 +137,8 @@ class EffectOperators:
     offset_range: float
     error: float
     footprints: Real = field(default_factory=lambda: np.zeros((0, 0)))
+    plain_error: float = 0.0
+    dropped: float = 0.0
 
     def __post_init__(self) -> None:
         for entry in fields(self):
@@ -141,6 +150,15 @@ class EffectOperators:
     def size(self) -> int:
         """Number of coordinates r."""
         return len(self.normal)
+
+    def numerical_error(self, loss_factor: float) -> float:
+        """Estimate what mesh and reduction do to a transfer as declared, as a share of its rms.
+
+        Functions left out that hold a share e of the energy of an answer raise a natural frequency by e/2 of
+        itself, and a response near resonance by e over the loss factor; `DISCRETIZATION` allows for what no
+        function of the mesh holds.
+        """
+        return self.plain_error + DISCRETIZATION * self.dropped / loss_factor
 
     @property
     def forces(self) -> Real:

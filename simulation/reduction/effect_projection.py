@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.sheet_orthotropy import Orthotropy
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
 from simulation.shell.rigidity import FIELDS, SHEAR_FACTOR, STRAINS, THX, THY, TILTED, U, V, W
 from simulation.shell.space import ShapeSpace
@@ -28,9 +29,8 @@ STRAIN_SPACING = 0.004
 """Distance of the points at which strains are kept, m: some thirty within a spot of 24 mm."""
 CHUNK = 12
 """Cells whose strains are held at a time."""
-
-PLANE = (((0, 0),), ((1, 1),), ((0, 1), (1, 0)), ((2, 2),))
-"""Pairs of in-plane strains (x, y, xy) that Q11, Q22, Q12 and Q66 multiply, in the sheet's own axes."""
+IN_PLANE = ("bending", "membrane")
+"""Energies of in-plane strains, which the moduli Q11, Q22, Q12 and Q66 multiply in the sheet's own axes."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,8 @@ def weighed_energies(
     space : ShapeSpace
         Of the plate, or of the plate with its sensor moved.
     table : (terms, Q) ndarray
-        Weights at the points of quadrature.
+        Weights at the points of quadrature, the first of them one everywhere: others are lifted by it where they
+        are negative, so that every energy is a sum of squares.
     counts : dict
         How many of them each kind takes: ``bending``, ``membrane``, ``shear``, ``mass``.
     """
@@ -135,38 +136,47 @@ def weighed_energies(
     }
     counts = {**counts, **({"rotary": counts["mass"]} if "mass" in counts else {})}
     found = {
-        name: np.zeros((4, count, r, r) if name in ("bending", "membrane") else (count, r, r))
+        name: np.zeros((4, count, r, r) if name in IN_PLANE else (1, count, r, r))
         for name, count in counts.items()
     }
+    lift = np.maximum(-table.min(axis=1), 0.0)
 
     def add(task: tuple[str, int]) -> None:
         name, term = task
-        weight = (rows.dx * scale[name][rows.points] * table[term, rows.points])[:, None]
-        if name in ("bending", "membrane"):
-            strain = bent if name == "bending" else flat
-            for modulus, pairs in enumerate(PLANE):
-                a, b = pairs[0]
-                part = strain[a].T @ (declared[modulus] * weight * strain[b])
-                found[name][modulus, term] += part if len(pairs) == 1 else part + part.T
-            return
-        motions = {
-            "shear": rows.strain[6:],
-            "mass": rows.motion[[U, V, W]],
-            "rotary": rows.motion[[THX, THY]],
-        }
-        for motion in motions[name]:
-            found[name][term] += motion.T @ (weight * motion)
+        weight = rows.dx * scale[name][rows.points] * (table[term, rows.points] + lift[term])
+        root = np.sqrt(weight)[:, None]
+        for place, parts in enumerate(motions[name]):
+            for part in parts:
+                weighed = root * part
+                found[name][place, term] += weighed.T @ weighed  # of one matrix with itself: half of the work
 
-    sheet = shell.sheet
-    x, y = 1.0 - sheet.delta_e, 1.0 + sheet.delta_e
-    declared = (x, y, (x * y) ** 0.5, 1.0 + sheet.delta_g)
     tasks = [(name, term) for name, count in counts.items() for term in range(count)]
     for rows in p.rows(space, cells):
-        flat, bent = (_in_axes(part, shell.sheet.angle) for part in (rows.strain[:3], rows.strain[3:6]))
+        u, v, w, thx, thy = (rows.motion[field] for field in (U, V, W, THX, THY))
+        motions: dict[str, list[Any]] = {
+            "shear": [rows.strain[6:]],
+            "mass": [[u, v, w]],
+            "rotary": [[thx, thy]],
+        }
+        for name, part in zip(IN_PLANE, (rows.strain[3:6], rows.strain[:3]), strict=True):
+            x, y, xy = _in_axes(part, shell.sheet.angle)
+            motions[name] = [[x], [y], [x + y], [xy]]
         list(executor.map(add, tasks))
         if step is not None:
             step()
-    return found
+    return {
+        name: _moduli(name, stack - lift[: stack.shape[1], None, None] * stack[:, :1], shell.sheet)
+        for name, stack in found.items()
+    }
+
+
+def _moduli(name: str, squares: NDArray[Any], sheet: Orthotropy) -> Real:
+    """Energies of the sheet's Q11, Q22, Q12 and Q66 from squares of strains x, y, x + y, xy; others kept."""
+    if name not in IN_PLANE:
+        return np.asarray(squares[0])
+    x, y = 1.0 - sheet.delta_e, 1.0 + sheet.delta_e
+    squares[2] -= squares[0] + squares[1]
+    return np.asarray(squares * np.reshape([x, y, (x * y) ** 0.5, 1.0 + sheet.delta_g], (4, 1, 1, 1)))
 
 
 def _in_axes(strain: Real, angle: float) -> Real:

@@ -64,6 +64,14 @@ def orthonormal(vectors: Real, weight: object, cutoff: float) -> Real:
     return vectors
 
 
+def leading(gram: Real, least: float) -> tuple[Real, Real]:
+    """Eigenvalues (s,) and eigenvectors (r, s) of a gram matrix, those left out of a root sum below `least`."""
+    values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
+    values = np.maximum(values, 0.0)
+    kept = np.sqrt(np.cumsum(values)) > least
+    return values[kept], vectors[:, kept]
+
+
 def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Real:
     """Fewest leading directions (N, r) of the responses all over the box that keep the tolerance.
 

@@ -21,7 +21,7 @@ Real = NDArray[np.float64]
 STEPS = 4
 """Blocks added to every chain between two looks at the convergence."""
 
-LONGEST = 60
+LONGEST = 90
 """Blocks of a chain at which a space that has not converged is given up."""
 
 

@@ -1,6 +1,6 @@
 """From a declared plate to its matrices: with all functions, or with those that its answers need."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
 
@@ -110,8 +110,8 @@ def assemble_for(
         omega2 = (2 * np.pi * frequency) ** 2
         factors = (c1, c2, 1.0, omega2)
         energy = sum((factor * one for factor, one in zip(factors, diagonals, strict=True)), np.zeros(()))
-        blocks = _sum(zip((c1, c2, 1.0, -omega2), parts, strict=True))
-        return Problem(blocks, lines, loads, np.asarray(energy))
+        terms = list(zip((c1, c2, 1.0, -omega2), parts, strict=True))
+        return Problem(terms, lines, loads, np.asarray(energy))
 
     answered = count(1)
 
@@ -125,6 +125,17 @@ def assemble_for(
     model = assembled(shell, choice.kept, parts, choice.dropped)
     report(1.0)
     return model
+
+
+def assemble_chosen(
+    plate: Plate, patches: Sequence[Patch], kept: Mask, *, fineness: Fineness | None = None
+) -> ShellModel:
+    """Assemble the matrices of a plate again, given the functions (5, N) that `assemble_for` has chosen."""
+    fine = fineness or Fineness()
+    shell = ShellPlate.of(plate, patches, recipe=fine.mesh, degree=fine.degree)
+    if kept.shape != shell.held.shape:
+        raise ValueError(f"functions {kept.shape} are not those of this plate, {shell.held.shape}")
+    return assembled(shell, kept, _parts(shell))
 
 
 def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0) -> ShellModel:
@@ -154,12 +165,3 @@ def _parts(shell: ShellPlate) -> Parts:
         list(shell.cells.of(shell.patch_stiffness(thickness))),
         list(shell.inertia(thickness)),
     )
-
-
-def _sum(weighted: Iterable[tuple[float, list[Block]]]) -> list[Block]:
-    found: dict[tuple[int, int, int], Real] = {}
-    for weight, blocks in weighted:
-        for f, g, group, block in blocks:
-            place = (f, g, group)
-            found[place] = found[place] + weight * block if place in found else weight * block
-    return [(f, g, group, block) for (f, g, group), block in found.items()]

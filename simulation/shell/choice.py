@@ -48,8 +48,8 @@ class Problem:
 
     Attributes
     ----------
-    blocks : list of Block
-        Of Z.
+    terms : sequence of (float, list of Block)
+        Matrices, and their factors in Z.
     lines : list of LineBlock
         Springs along edges.
     loads : (5, N, L) ndarray
@@ -57,7 +57,7 @@ class Problem:
         Diagonal of K + w**2 M.
     """
 
-    blocks: list[Block]
+    terms: Sequence[tuple[float, Sequence[Block]]]
     lines: list[LineBlock]
     loads: Real
     energy: Real
@@ -135,25 +135,25 @@ def _shares(space: ShapeSpace, held: Mask, problem: Problem, order: Whole) -> Re
     outer = Unknowns.ordered(space, free, order)
     loads = problem.loads.reshape(5 * size, -1)
     load = loads[outer.chosen].copy()
-    rows, columns, values, parts = [], [], [], []
+    rows, columns, values, parts = [], [], [], []  # the largest arrays of all: numbers of half the width
     for part in _condensed(space, problem, outer.number):
         used = part.outer >= 0
         np.subtract.at(load, part.outer[used], part.lost[used])
         cell, r, c = np.nonzero(used[:, :, None] & used[:, None, :])
-        rows.append(part.outer[cell, r])
-        columns.append(part.outer[cell, c])
+        rows.append(part.outer[cell, r].astype(np.int32))
+        columns.append(part.outer[cell, c].astype(np.int32))
         values.append(part.schur[cell, r, c])
         parts.append(part)
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    matrix = csr_matrix(coo_matrix(entries, shape=(outer.size, outer.size))) + outer.lines(problem.lines)
-    solved = factorize(csr_matrix(0.5 * (matrix + matrix.T))).solve(load)
+    matrix = csr_matrix(coo_matrix(entries, shape=(outer.size, outer.size)))
+    solved = factorize(csr_matrix(matrix + outer.lines(problem.lines))).solve(load)
     answer = np.zeros_like(loads)
     answer[outer.chosen] = solved
     padded = np.vstack([solved, np.zeros((1, load.shape[1]))])  # number -1: held at zero
     for part in parts:
         answer[part.inner] = part.alone - part.followed @ padded[part.outer]
     energy = problem.energy.reshape(-1, 1) * answer**2
-    total = np.maximum(_energy(space, problem.blocks, answer), energy.max(axis=0))
+    total = np.maximum(np.abs(np.einsum("nl,nl->l", loads, answer)), energy.max(axis=0))  # x' Z x is x' load
     return np.asarray((energy / total).reshape(5, size, -1))
 
 
@@ -162,7 +162,6 @@ def _condensed(space: ShapeSpace, problem: Problem, number: Whole) -> Iterator[_
     size, first = space.size, _first_inside(space)
     loads = problem.loads.reshape(5 * size, -1)
     for group in (0, 1):
-        blocks = [(f, g, block) for f, g, which, block in problem.blocks if which == group]
         functions = space.groups[group].functions
         count = functions.shape[1]
         for start in range(0, len(functions), CHUNK):
@@ -172,7 +171,7 @@ def _condensed(space: ShapeSpace, problem: Problem, number: Whole) -> Iterator[_
             i = (np.arange(5)[:, None] * count + inside).ravel()
             e = np.setdiff1d(np.arange(5 * count), i)
             place = (np.arange(5)[:, None] * size + here[:, None, :]).reshape(len(here), -1)
-            z = _dense([(f, g, block[mine]) for f, g, block in blocks], count)
+            z = _dense(problem, group, mine, len(here), count)
             between = z[:, i[:, None], e]
             followed = np.linalg.solve(z[:, i[:, None], i], np.concatenate([between, loads[place[:, i]]], axis=2))
             followed, alone = followed[:, :, : e.size], followed[:, :, e.size :]
@@ -192,26 +191,16 @@ def _first_inside(space: ShapeSpace) -> int:
     return len(space.mesh.points) + len(space.mesh.edges) * (space.degree - 1)
 
 
-def _dense(blocks: list[tuple[int, int, Real]], count: int) -> Real:
-    """Blocks of pairs of fields as whole matrices of cells, (C, 5 N, 5 N)."""
-    cells = len(blocks[0][2])
-    z = np.zeros((cells, 5 * count, 5 * count))
-    for f, g, block in blocks:
-        rows, columns = slice(f * count, (f + 1) * count), slice(g * count, (g + 1) * count)
-        z[:, rows, columns] = block
-        if f != g:
-            z[:, columns, rows] = block.transpose(0, 2, 1)
+def _dense(problem: Problem, group: int, cells: slice, size: int, count: int) -> Real:
+    """Z of some cells of a group as whole matrices, (C, 5 N, 5 N)."""
+    z = np.zeros((size, 5 * count, 5 * count))
+    for factor, blocks in problem.terms:
+        for f, g, which, block in blocks:
+            if which != group:
+                continue
+            rows, columns = slice(f * count, (f + 1) * count), slice(g * count, (g + 1) * count)
+            part = factor * block[cells]
+            z[:, rows, columns] += part
+            if f != g:
+                z[:, columns, rows] += part.transpose(0, 2, 1)
     return z
-
-
-def _energy(space: ShapeSpace, blocks: list[Block], answer: Real) -> Real:
-    """Size of x' Z x for every answer, (L,): the scale of what its functions hold."""
-    size = space.size
-    by_field = answer.reshape(5, size, -1)
-    total = np.zeros(answer.shape[1])
-    for f, g, group, block in blocks:
-        functions = space.groups[group].functions
-        left, right = by_field[f][functions], by_field[g][functions]
-        part = np.einsum("cil,cil->l", left, block @ right)
-        total += part if f == g else 2.0 * part
-    return np.abs(total)

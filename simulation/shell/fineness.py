@@ -20,7 +20,7 @@ class Fineness:
     """
 
     mesh: MeshRecipe = field(default_factory=MeshRecipe)
-    degree: int = 8
+    degree: int = 7
     tolerance: float = 3e-9
 
     def __post_init__(self) -> None:

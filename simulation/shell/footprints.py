@@ -1,4 +1,4 @@
-"""Rows that give the mean deflection over the footprints of transducers.
+"""Footprints of transducers and attachments, and rows that give the mean deflection over them.
 
 A rule of seven points is exact for polynomials up to degree 5 (Stroud, Approximate Calculation of Multiple
 Integrals, 1971, S2 5-1): a footprint of millimetres holds a small part of any bending wave.
@@ -10,12 +10,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.channel import Footprint
+from analysis.experiment import Attachment, Plate
 
 Real = NDArray[np.float64]
 
 ANGLES = np.arange(6) * np.pi / 3.0
 AROUND = np.sqrt(2.0 / 3.0) * np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)
 WEIGHTS = np.array([0.25, *np.full(6, 0.125)])
+
+INSIDE = 0.9
+"""Share of the distance to the nearest edge that the disc of an attachment may take."""
+
+
+def attached_disc(plate: Plate, attachment: Attachment) -> Footprint:
+    """Disc on which a string or a cable acts: as declared, or as large as the plate's edges leave room.
+
+    A mass at a point would be heavier the finer the mesh: the point compliance of a Mindlin plate has no limit.
+    """
+    point = np.array([attachment.point])
+    room = min(float(loop.distance(point)[0]) for loop in (plate.loop, *plate.hole_loops))
+    radius = 0.5 * plate.thickness if attachment.radius is None else attachment.radius
+    return Footprint(attachment.point, min(radius, INSIDE * room))
 
 
 def footprint_points(footprints: Sequence[Footprint]) -> tuple[Real, Real]:

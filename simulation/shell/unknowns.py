@@ -60,6 +60,11 @@ class Unknowns:
         found[self.chosen] = np.arange(self.size)
         return found.reshape(5, -1)
 
+    @property
+    def kept(self) -> Mask:
+        """Functions that are unknowns, (5, N)."""
+        return self.number >= 0
+
     def matrix(self, blocks: Iterable[Block]) -> csr_matrix:
         """Sum of cells' matrices, (n, n); blocks of two different fields are taken both ways."""
         rows, columns, values = [], [], []

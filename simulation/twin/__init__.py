@@ -11,6 +11,5 @@
 ``line_solver``        lines whose stiffness follows their own answer
 ``reading``            what the recorder reads
 ``effect_twin``        for the gap workflow: any state, and derivatives
-``mesh_disagreement``  how far the two twins, on meshes of their own, are apart
 =====================  ================================================================
 """

@@ -14,9 +14,10 @@ from analysis.material import MaterialBox
 from simulation.effects.library import library
 from simulation.reduction.effect_certification import state_error
 from simulation.reduction.effect_operators import BENDING_DEGREE
-from simulation.reduction.effect_reduction import attached_disc, reduce_with_effects
+from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
+from simulation.shell.footprints import attached_disc
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.state.extreme_states import STEEPEST, combined_state, extreme_states

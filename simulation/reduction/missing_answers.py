@@ -1,0 +1,92 @@
+"""What the space of the plain plate misses of the answers in other states.
+
+Each state by itself: the plain space is joined by a few Krylov vectors of the plate in that state, and the leading
+directions of what the plain space alone cannot say of the answers are kept, each as long as its share in them.
+Together, over all states, they are decomposed once more.
+"""
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from simulation.reduction.energy_decomposition import leading
+from simulation.reduction.rational_krylov import Chain
+from simulation.shell.factors import factorize
+from simulation.state.state_matrices import StateMatrices
+
+Real = NDArray[np.float64]
+
+SHIFTS = (0.55, 1.0)
+"""Places of the band, as shares of its end, at which a state's stiffness is factorized."""
+BLOCKS = 10
+"""Krylov vectors of every load and shift."""
+LOSS_FACTOR = 0.04
+LINES = 150
+
+
+def missed(vectors: Real, matrices: StateMatrices, band: tuple[float, float], least: float) -> Real:
+    """Directions (n, s) that `vectors` (n, r) miss of a state's answers to its loads, leading ones first.
+
+    The length of each, in the norm of the state's energy, is its rms share in the answers; those shorter than
+    `least` are left out.
+    """
+    stiffness = matrices.plate + matrices.patches
+    shifts = 2 * np.pi * np.array(SHIFTS) * band[1]
+    chains = [
+        Chain(factorize(stiffness - shift**2 * matrices.mass), matrices.mass, matrices.coupling)
+        for shift in shifts
+    ]
+    new = np.hstack([chain.extend(BLOCKS)[0] for chain in chains])
+    both = np.hstack([vectors, new])
+    mass, elastic = both.T @ (matrices.mass @ both), both.T @ (stiffness @ both)
+    answers = _answers(elastic, mass, both.T @ matrices.coupling, band)
+    energy = elastic + (2 * np.pi * 0.3 * band[1]) ** 2 * mass
+    r = vectors.shape[1]
+    inner = np.linalg.solve(energy[:r, :r], energy[:r, r:])
+    values, basis = np.linalg.eigh(_symmetric(energy[r:, r:] - energy[r:, :r] @ inner))
+    kept = values > 1e-9 * values[-1]
+    root = basis[:, kept] * np.sqrt(values[kept])
+    size = np.sqrt(np.einsum("ij,ij->j", answers, energy @ answers))
+    left, strength, _ = np.linalg.svd(root.T @ (answers[r:] / size), full_matrices=False)
+    share = strength / np.sqrt(answers.shape[1])
+    count = int((share > least).sum())
+    directions = (basis[:, kept] / np.sqrt(values[kept])) @ left[:, :count] * share[:count]
+    return np.asarray(new @ directions - vectors @ (inner @ directions))
+
+
+def joined(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, tail: float) -> Real:
+    """Basis (n, r + k) of `vectors` and the leading directions of all that they miss, orthonormal in the mass.
+
+    Parameters
+    ----------
+    vectors : (n, r) ndarray
+        Orthonormal in the mass.
+    missing : (n, s) ndarray
+        Of all states, see `missed`.
+    energy, mass : (n, n) sparse matrix
+    tail : float
+        What may be left out, as a share of a state's answers.
+    """
+    weighed = energy @ vectors
+    rest = missing - vectors @ np.linalg.solve(vectors.T @ weighed, weighed.T @ missing)
+    values, basis = leading(rest.T @ (energy @ rest), tail)
+    rest = rest @ (basis / np.sqrt(values))
+    rest = rest - vectors @ (vectors.T @ (mass @ rest))
+    root = scipy.linalg.cholesky(_symmetric(rest.T @ (mass @ rest)))
+    return np.hstack([vectors, scipy.linalg.solve_triangular(root, rest.T, trans="T").T])
+
+
+def _answers(stiffness: Real, mass: Real, force: Real, band: tuple[float, float]) -> Real:
+    """Real and imaginary parts of the lightly damped answers along the band, (N, k)."""
+    values, basis = np.linalg.eigh(_symmetric(mass))
+    kept = values > 1e-11 * values[-1]
+    basis = basis[:, kept] / np.sqrt(values[kept])
+    squares, shapes = scipy.linalg.eigh(_symmetric(basis.T @ stiffness @ basis), driver="evd")
+    terms = 1.0 / ((1.0 + 1j * LOSS_FACTOR) * squares[:, None] - (2 * np.pi * np.linspace(*band, LINES)) ** 2)
+    modal = ((shapes.T @ (basis.T @ force))[:, :, None] * terms[:, None, :]).reshape(len(squares), -1)
+    return np.asarray(basis @ (shapes @ np.hstack([modal.real, modal.imag])))
+
+
+def _symmetric(matrix: Real) -> Real:
+    return np.asarray(0.5 * (matrix + matrix.T))
