@@ -30,13 +30,14 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, float], None]
 
-FORMAT = "flexura-basis/2"
+FORMAT = "flexura-basis/3"
 ARRAYS = (
     "stiffness_1",
     "stiffness_2",
     "stiffness_patch",
     "coupling",
     "capacitance",
+    "dashpots",
     "deflection",
     "points",
     "footprints",

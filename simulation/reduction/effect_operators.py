@@ -34,6 +34,7 @@ STACKS = (
     "mass",
     "rotary",
     "normal",
+    "damping",
     "patch_own",
     "patch_membrane",
     "patch_mass",
@@ -59,6 +60,8 @@ class EffectOperators:
         Inertia of the plate as declared, per unit field: of displacements, of rotations.
     normal : (r, r) ndarray
         Integral of w times w, m2.
+    damping : (r, r) ndarray
+        Of the supports' dashpots, N s/m.
     patch_own : (r, r) ndarray
         Bending about their own mid-height and shear of all patches, N/m.
     patch_membrane : (1 + 2 terms, r, r) ndarray
@@ -108,6 +111,7 @@ class EffectOperators:
     mass: Real
     rotary: Real
     normal: Real
+    damping: Real
     patch_own: Real
     patch_membrane: Real
     patch_mass: Real
