@@ -12,15 +12,17 @@ from scipy.sparse import csr_matrix
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-LEAST = 1e-6
+LEAST = 1e-7
 """Share of the largest power that a direction has to take up to count among the columns."""
 
 
 def columns(damping: csr_matrix | Real, answers: Real) -> Real:
     """R (n, q) with R R' x = C x for every x among the answers (n, k), C (n, n) symmetric (Nystroem).
 
-    Directions that take up less than `LEAST` of the power of the strongest are left out.
+    Directions that take up less than `LEAST` of the power of the strongest are left out; all answers count alike,
+    whether they are those to a volt or to a newton.
     """
+    answers = answers / np.linalg.norm(answers, axis=0)
     forces = damping @ answers
     power, directions = np.linalg.eigh(answers.T @ forces)
     kept = power > LEAST * max(float(power.max(initial=0.0)), 1e-300)
