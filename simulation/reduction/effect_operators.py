@@ -80,9 +80,11 @@ class EffectOperators:
     zone_fit : (powers, terms) ndarray
         Fields as polynomials over the plate -> as those powers, least squares over the zone.
     strain : (8, N, r) ndarray
-        Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy; transverse
-        shear x, y. They weigh what changes on a spot smaller than any polynomial. In a thickness zone they are
-        scaled so that with the plate's own thickness they have the zone's energies.
+        Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy, both in the
+        sheet's own axes; transverse shear x, y. They weigh what changes on a spot smaller than any polynomial.
+        In a thickness zone they are scaled so that with the plate's own thickness they have the zone's energies.
+    sheet : (3,) ndarray
+        Declared factors of E_x, E_y and the in-plane shear modulus in these axes.
     strain_points : (N, 2) ndarray
         m; the middles of equal cells that cover the plate.
     cell : float
@@ -124,6 +126,7 @@ class EffectOperators:
     offset_mass: Real
     zone_fit: Real
     strain: Real
+    sheet: Real
     strain_points: Real
     cell: float
     thickness: float
