@@ -3,20 +3,12 @@
 from analysis.plate import Plate
 from app.files.bad_file import ResultFileError
 
-DASHPOTS = ("damping", "rotation_damping")
-
 
 def require_computed(plate: Plate, origin: str) -> None:
-    """Raise ResultFileError, naming every key, unless a twin computes all that a plate declares."""
-    found = [
-        f"plate.support[{number}].{name} = {getattr(support, name):g}"
-        for number, support in enumerate(plate.support)
-        for name in DASHPOTS
-        if getattr(support, name) > 0.0
-    ]
-    if found:
+    """Raise ResultFileError, naming the key, unless a twin computes all that a plate declares."""
+    if plate.expansion:
         raise ResultFileError(
-            f"{origin}: {', '.join(found)}: dashpots of supports can be declared, but no twin computes them yet; "
-            f"allowed: 0 (remove {'it' if len(found) == 1 else 'them'}: loss in the supports then counts in the "
-            "plate's loss factor)"
+            f"{origin}: plate.expansion = {plate.expansion:g} 1/K: thermal expansion can be declared, but no twin "
+            "computes it yet; allowed: 0 (remove it: the dimensions then hold at every temperature T, and the E "
+            "that is found is 1 + expansion (T - dimensions_at) times that of the material)"
         )

@@ -38,6 +38,7 @@ ARRAYS = (
     "stiffness_patch",
     "coupling",
     "capacitance",
+    "dashpots",
     "deflection",
     "points",
     "footprints",

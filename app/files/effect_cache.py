@@ -40,6 +40,7 @@ PLAIN = (
     "zone",
     "zone_fit",
     "strain",
+    "sheet",
     "strain_points",
 )
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
@@ -89,10 +89,13 @@ def mesh_plate(
     Raises
     ------
     GeometryError
-        Where no good mesh was found, with the place.
+        Where no good mesh was found, with the place and the borders there.
     """
     recipe = recipe or MeshRecipe()
-    plan = Arrangement.of([border.loop for border in borders], cuts)
+    try:
+        plan = Arrangement.of([border.loop for border in borders], cuts)
+    except GeometryError as error:
+        raise GeometryError(f"{_nearest(borders, error.places[0])}: {error}", *error.places) from error
     outline = {k for k, border in enumerate(borders) if border.kind == "outline"}
     holes = {k for k, border in enumerate(borders) if border.kind == "hole"}
     faces = {k: face for k, face in enumerate(plan.faces) if outline <= face.inside and not holes & face.inside}
@@ -110,11 +113,18 @@ def mesh_plate(
         repairs = _repaired(repairs, faults, cells, cutter)
         if sum(map(len, repairs.splits.values())) > MOST_CUTS:
             break
+    place = faults[0].place
     raise GeometryError(
-        f"no good mesh near {at(faults[0].place)}: borders of plate, patches or zones come too close to each "
-        "other there, or meet at too sharp an angle; move one of them by a millimetre",
-        faults[0].place,
+        f"no good mesh near {at(place)}: the borders of {_nearest(borders, place)} come too close to each other "
+        "there, or meet at too sharp an angle; move one of them by a millimetre",
+        place,
     )
+
+
+def _nearest(borders: Sequence[Border], place: ArrayLike) -> str:
+    """Names of the two borders nearest to a place, or of the only one."""
+    point = np.asarray(place, float)[None]
+    return " and ".join(b.name for b in sorted(borders, key=lambda b: float(b.loop.distance(point)[0]))[:2])
 
 
 def _sizes(

@@ -11,6 +11,7 @@ A plate over a range of materials:
 ``reduce``                 all of it
 ``footprint_reduction``    the same, with forces and motions besides patches
 ``reduced_model``          small matrices that answer for the whole range
+``dashpots``               viscous supports, connected to a plate without them
 ``modal_form``             poles, transfers as sums over them, and their derivatives
 ``basis_key``              a reduced model's name by all that decides it
 ``plate_basis``            functions and vectors behind a reduced model

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from analysis.local_laws import LocalLaws
 from simulation.reduction.composition import Coefficients, composed
+from simulation.reduction.damped_modes import DampedModes
+from simulation.reduction.dashpots import columns
 from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.reduction.energy_decomposition import leading
 from simulation.state.extreme_states import extreme_states
@@ -53,8 +55,8 @@ def _answers(ops: EffectOperators, state: PlateState) -> Real:
     squares, shapes = scipy.linalg.eigh(whole.plate + whole.fixed, whole.mass, check_finite=False)
     force = shapes.T @ np.hstack([whole.coupling, ops.forces])
     lines = np.linspace(*ops.band, LINES)
-    terms = 1.0 / ((1.0 + 0.03j) * squares[:, None] - (2 * np.pi * lines) ** 2)
-    modal = force[:, :, None] * terms[:, None, :]
+    dashpots = shapes.T @ columns(ops.damping, np.eye(ops.size))
+    modal = DampedModes(squares, shapes, force, dashpots).modal(lines, 0.03)
     modal /= np.sqrt((np.abs(modal) ** 2).sum(axis=(0, 2), keepdims=True))
     flat = modal.reshape(len(squares), -1)
     return np.asarray(shapes @ np.hstack([flat.real, flat.imag]))

@@ -12,6 +12,7 @@ from analysis.experiment import Experiment, Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.damped_modes import DampedModes
+from simulation.reduction.dashpots import columns
 from simulation.reduction.rational_krylov import Chain
 from simulation.reduction.reduce import projected
 from simulation.reduction.reduced_model import ReducedModel
@@ -59,7 +60,8 @@ class CoarsePlate:
         stiffness = self.reduced.stiffness(youngs_modulus, poisson_ratio, 0.0).real
         seen, driving = self.instruments.seen, self.instruments.driving
         ports = list(dict.fromkeys((*seen, *driving)))
-        answer = DampedModes.of(stiffness, self.reduced.ports[:, ports]).transfers(frequency, LOSS_FACTOR)
+        modes = DampedModes.of(stiffness, self.reduced.ports[:, ports], self.reduced.dashpots)
+        answer = modes.transfers(frequency, LOSS_FACTOR)
         between = answer[np.ix_([ports.index(one) for one in seen], [ports.index(one) for one in driving])]
         return Transfer.of(self.instruments, self.reduced.capacitance, between, frequency).response
 
@@ -90,5 +92,6 @@ def coarse_reduction(
         for shift in 2 * np.pi * shifts:
             chain = Chain(factorize(stiffness - shift**2 * model.mass), model.mass, forces)
             spaces.append(chain.extend(blocks)[0])
-    reduced, vectors = projected(model, np.hstack(spaces), box, band)
+    space = np.hstack(spaces)
+    reduced, vectors = projected(model, space, box, band, columns(model.damping, space))
     return replace(reduced, footprints=rows @ vectors) if footprints else reduced

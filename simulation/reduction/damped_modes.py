@@ -7,6 +7,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from simulation.reduction.dashpots import connected, forces
 from simulation.reduction.resonance_lines import resonance_lines, root_mean_square
 
 Real = NDArray[np.float64]
@@ -28,17 +29,21 @@ class DampedModes:
         One a column.
     force : (r, P) ndarray
         Coupling of every patch to every mode.
+    dashpots : (r, q) ndarray
+        Of dashpots, likewise.
     """
 
     squares: Real
     shapes: Real
     force: Real
+    dashpots: Real
 
     @classmethod
-    def of(cls, stiffness: Real, coupling: Real) -> Self:
-        """Solve the eigenproblem of a real symmetric (r, r) stiffness."""
+    def of(cls, stiffness: Real, coupling: Real, dashpots: Real | None = None) -> Self:
+        """Solve the eigenproblem of a real symmetric (r, r) stiffness; `dashpots` (r, q) are connected."""
         squares, shapes = scipy.linalg.eigh(0.5 * (stiffness + stiffness.T), driver="evd", check_finite=False)
-        return cls(squares, shapes, shapes.T @ coupling)
+        columns = np.zeros((len(squares), 0)) if dashpots is None else shapes.T @ dashpots
+        return cls(squares, shapes, shapes.T @ coupling, columns)
 
     def lines(self, loss_factor: float, grid: Real) -> Real:
         """Lines at which nothing of the plate's response is missed, see `resonance_lines`."""
@@ -50,13 +55,23 @@ class DampedModes:
 
     def transfers(self, lines: Real, loss_factor: float) -> Complex:
         """b_i' Z**-1 b_k between all patches, (P, P, F)."""
-        residues = self.force.T[:, None, :] * self.force.T[None, :, :]
-        return np.asarray(residues @ self.terms(lines, loss_factor))
+        ports = np.hstack([self.force, self.dashpots]).T
+        residues = ports[:, None, :] * ports[None, :, :]
+        return connected(residues @ self.terms(lines, loss_factor), self.dashpots.shape[1], lines)
+
+    def modal(self, lines: Real, loss_factor: float) -> Complex:
+        """Z**-1 b for every patch and line in the modes, (r, P, F)."""
+        terms = self.terms(lines, loss_factor)
+        answers = self.force[:, :, None] * terms[:, None, :]
+        if not self.dashpots.size:
+            return np.asarray(answers)
+        moved = np.einsum("rq,rpf->qpf", self.dashpots, answers, optimize=True)
+        x = forces((self.dashpots.T[:, None, :] * self.dashpots.T) @ terms, moved, lines)
+        return np.asarray(answers - np.einsum("rq,qpf->rpf", self.dashpots, x, optimize=True) * terms[:, None, :])
 
     def responses(self, lines: Real, loss_factor: float) -> Real:
         """Real and imaginary parts of Z**-1 b for every patch and line, (r, 2 P F)."""
-        terms = self.terms(lines, loss_factor)
-        modal = (self.force[:, :, None] * terms[:, None, :]).reshape(len(self.squares), -1)
+        modal = self.modal(lines, loss_factor).reshape(len(self.squares), -1)
         return np.asarray(self.shapes @ np.hstack([modal.real, modal.imag]))
 
 

@@ -52,7 +52,8 @@ def state_error(
     stiffness = matrices.plate + 1j * matrices.plate_loss + matrices.patches
     worst = 0.0
     for index in (strongest, int(rng.integers(lines.size))):
-        z = stiffness - (2 * np.pi * lines[index]) ** 2 * matrices.mass
+        omega = 2 * np.pi * lines[index]
+        z = stiffness - omega**2 * matrices.mass + 1j * omega * full.damping
         answer = matrices.coupling.T @ factorize(z).solve(matrices.coupling.astype(complex))
         worst = max(worst, float((np.abs(answer - over_band[..., index]) / peak).max()))
     return worst

@@ -37,6 +37,7 @@ STACKS = (
     "mass",
     "rotary",
     "normal",
+    "damping",
     "patch_own",
     "patch_membrane",
     "patch_mass",
@@ -62,6 +63,8 @@ class EffectOperators:
         Inertia of the plate as declared, per unit field: of displacements, of rotations.
     normal : (r, r) ndarray
         Integral of w times w, m2.
+    damping : (r, r) ndarray
+        Of the supports' dashpots, N s/m.
     patch_own : (r, r) ndarray
         Bending about their own mid-height and shear of all patches, N/m.
     patch_membrane : (1 + 2 terms, r, r) ndarray
@@ -80,9 +83,11 @@ class EffectOperators:
     zone_fit : (powers, terms) ndarray
         Fields as polynomials over the plate -> as those powers, least squares over the zone.
     strain : (8, N, r) ndarray
-        Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy; transverse
-        shear x, y. They weigh what changes on a spot smaller than any polynomial. In a thickness zone they are
-        scaled so that with the plate's own thickness they have the zone's energies.
+        Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy, both in the
+        sheet's own axes; transverse shear x, y. They weigh what changes on a spot smaller than any polynomial.
+        In a thickness zone they are scaled so that with the plate's own thickness they have the zone's energies.
+    sheet : (3,) ndarray
+        Declared factors of E_x, E_y and the in-plane shear modulus in these axes.
     strain_points : (N, 2) ndarray
         m; the middles of equal cells that cover the plate.
     cell : float
@@ -115,6 +120,7 @@ class EffectOperators:
     mass: Real
     rotary: Real
     normal: Real
+    damping: Real
     patch_own: Real
     patch_membrane: Real
     patch_mass: Real
@@ -127,6 +133,7 @@ class EffectOperators:
     offset_mass: Real
     zone_fit: Real
     strain: Real
+    sheet: Real
     strain_points: Real
     cell: float
     thickness: float

@@ -247,7 +247,7 @@ def _inertia(rows: Rows, height: Real, thickness: float) -> Real:
 
 
 def strains(p: Projector) -> dict[str, Any]:
-    """Entries ``strain``, ``strain_points``, ``cell`` and ``thickness`` of `EffectOperators`."""
+    """Entries ``strain``, ``sheet``, ``strain_points``, ``cell`` and ``thickness`` of `EffectOperators`."""
     shell = p.full.shell
     plate, space, over = shell.plate, shell.space, p.full.unknowns
     low, high = np.array(plate.bounds)
@@ -265,12 +265,15 @@ def strains(p: Projector) -> dict[str, Any]:
     strain = np.array(
         [sum(factor * (over.rows(matrices[d], f) @ p.vectors) for f, d, factor in row) for row in parts]
     )
+    angle = shell.sheet.angle
+    strain = np.concatenate([_in_axes(strain[:3], angle), _in_axes(strain[3:6], angle), strain[6:]])
     for zone, loop in zip(plate.zone, plate.zone_loops, strict=True):
         # energies go with h and h**3: what is weighed with the plate's thickness is scaled where another one holds
         share, here = zone.thickness / plate.thickness, loop.contains(points)
         strain[:, here] *= np.array([share**0.5] * 3 + [share**1.5] * 3 + [share**0.5] * 2)[:, None, None]
     return {
         "strain": strain,
+        "sheet": np.array([1.0 - shell.sheet.delta_e, 1.0 + shell.sheet.delta_e, 1.0 + shell.sheet.delta_g]),
         "strain_points": points,
         "cell": float(np.prod((high - low) / counts)),
         "thickness": plate.thickness,

@@ -151,6 +151,7 @@ def project(
         }
     return EffectOperators(
         **stacks,
+        damping=vectors.T @ (full.damping @ vectors),
         capacitance=model.capacitance,
         points=places,
         deflection=probe[: len(places)] @ vectors,

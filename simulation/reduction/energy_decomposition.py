@@ -151,4 +151,5 @@ def _power(field: Real, lines: int) -> Real:
 
 
 def _modes(model: ReducedModel, youngs_modulus: float, poisson_ratio: float) -> DampedModes:
-    return DampedModes.of(model.stiffness(youngs_modulus, poisson_ratio, 0.0).real, model.coupling)
+    stiffness = model.stiffness(youngs_modulus, poisson_ratio, 0.0).real
+    return DampedModes.of(stiffness, model.coupling, model.dashpots)

@@ -1,13 +1,15 @@
 """A reduced plate at one set of constants: poles, and transfers as sums over them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 import scipy.linalg
 from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike, NDArray
+
+from simulation.reduction.dashpots import connected, connected_derivatives, forces
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -21,7 +23,7 @@ FAR, NODES = 4.0, 16
 
 @dataclass(frozen=True)
 class ModalForm:
-    """Eigenvalues and eigenvectors of a complex symmetric stiffness whose mass is the identity.
+    """Eigenvalues and eigenvectors of a complex symmetric stiffness whose mass is the identity, and dashpots.
 
     The right eigenvectors' inverse serves as left eigenvectors: the usual normalisation of complex
     symmetric eigenvectors, x'x = 1, has no answer where eigenvalues meet.
@@ -34,19 +36,41 @@ class ModalForm:
         Right eigenvectors, one a column.
     inverse : (r, r) ndarray
         Left eigenvectors, one a row.
+    dashpots : (r, q) ndarray
+        Columns whose product is the damping matrix, 1/s; they are in none of the above.
     """
 
     poles: Complex
     shapes: Complex
     inverse: Complex
+    dashpots: Real = field(default_factory=lambda: np.zeros((0, 0)))
 
     @classmethod
-    def of(cls, stiffness: Complex) -> Self:
-        """Solve the eigenproblem of a complex (r, r) stiffness."""
+    def of(cls, stiffness: Complex, dashpots: Real | None = None) -> Self:
+        """Solve the eigenproblem of a complex (r, r) stiffness; `dashpots` (r, q) are connected to its modes."""
         poles, shapes = np.linalg.eig(stiffness)  # scipy's holds the interpreter; this one lets other threads run
         order = np.argsort(poles.real)
         shapes = np.asfortranarray(shapes[:, order])
-        return cls(poles[order], shapes, scipy.linalg.inv(shapes, check_finite=False))
+        inverse = scipy.linalg.inv(shapes, check_finite=False)
+        return cls(poles[order], shapes, inverse, np.zeros((len(shapes), 0)) if dashpots is None else dashpots)
+
+    @property
+    def count(self) -> int:
+        """Number of dashpots' columns q."""
+        return int(self.dashpots.shape[1])
+
+    def damped_poles(self) -> Complex:
+        """Squared angular frequencies of free motion with the dashpots, rad2/s2, by ascending real part.
+
+        Motions that die away without swinging are left out.
+        """
+        if not self.count:
+            return self.poles
+        damping = 1j * (self.inverse @ self.dashpots) @ (self.dashpots.T @ self.shapes)
+        zero, one = np.zeros_like(damping), np.eye(len(damping))
+        roots = np.linalg.eigvals(np.block([[zero, one], [np.diag(self.poles), damping]]))
+        squares = roots[roots.real > np.abs(roots.imag)] ** 2
+        return np.asarray(squares[np.argsort(squares.real)])
 
     def terms(self, frequency: ArrayLike) -> Complex:
         """1/(pole - w**2), (F, r)."""
@@ -55,13 +79,19 @@ class ModalForm:
 
     def solve(self, force: Real, frequency: ArrayLike) -> Complex:
         """Coordinates Z**-1 b for every column b of `force` (r, N): (N, F, r)."""
-        weights = (self.inverse @ force).T
+        weights = (self.inverse @ np.hstack([force, self.dashpots])).T
         terms = self.terms(frequency)
-        return np.asarray(np.stack([(terms * weight) @ self.shapes.T for weight in weights]))
+        answers = np.stack([(terms * weight) @ self.shapes.T for weight in weights])
+        if not self.count:
+            return np.asarray(answers)
+        moved = np.einsum("rq,nfr->qnf", self.dashpots, answers)
+        x = forces(moved[:, -self.count :], moved[:, : -self.count], frequency)
+        return np.asarray(answers[: -self.count] - np.einsum("qfr,qnf->nfr", answers[-self.count :], x))
 
     def compliance(self, left: Real, right: Real, frequency: ArrayLike) -> Complex:
         """Return a' Z**-1 b for every column a of `left` (r, I) and b of `right` (r, J): (I, J, F)."""
-        return self._summed(self._residues(left, right), None, frequency)
+        residues = self._residues(self._with_dashpots(left), self._with_dashpots(right))
+        return connected(self._summed(residues, None, frequency), self.count, frequency)
 
     def compliance_and_derivatives(
         self, left: Real, right: Real, changes: Sequence[Real], frequency: ArrayLike
@@ -73,6 +103,7 @@ class ModalForm:
         over q - p, so that a sum over pairs of poles and frequencies becomes one over pairs of poles
         and one over frequencies.
         """
+        left, right = self._with_dashpots(left), self._with_dashpots(right)
         gap = self.poles[None, :] - self.poles[:, None]
         double = np.abs(gap) <= SAME_POLE * np.abs(self.poles)[:, None]
         weights = np.where(double, 0.0, 1.0 / np.where(double, 1.0, gap))
@@ -85,7 +116,11 @@ class ModalForm:
             simple.append((a @ split)[:, None] * b.T[None] - a[:, None] * (split @ b).T[None])
             squared.append(-a[:, None] * ((modal * double) @ b).T[None])
         sums = self._summed(np.stack(simple), np.stack(squared), frequency)
-        return sums[0], sums[1:]
+        slopes = connected_derivatives(sums[0], sums[1:], self.count, frequency)
+        return connected(sums[0], self.count, frequency), slopes
+
+    def _with_dashpots(self, ports: Real) -> Real:
+        return np.hstack([ports, self.dashpots]) if self.count else ports
 
     def _residues(self, left: Real, right: Real) -> Complex:
         residues: Complex = (left.T @ self.shapes)[:, None, :] * (self.inverse @ right).T[None, :, :]

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from analysis.material import MaterialBox
 from simulation.reduction.certification import measured_error
+from simulation.reduction.dashpots import columns
 from simulation.reduction.energy_decomposition import (
     decomposition,
     energy_shift,
@@ -34,6 +35,10 @@ WORKERS = 2
 """Materials solved at a time: sparse factorization lets other threads run."""
 SHIFTS = (0.3, 0.85)
 """Places along the band at which a material's stiffness is factorized."""
+
+
+DAMPED_LINES = 16
+"""Frequencies at every material at which a plate with dashpots is solved."""
 
 
 @dataclass(frozen=True)
@@ -138,9 +143,11 @@ def reduction(
     probe = model.deflection(places)
     counted = slice(None) if field_certified else slice(0)
     vectors = _candidates(model, box, band, lines, training, report)
+    swung = _damped_answers(model, box, band, training)
+    vectors = np.hstack([vectors, swung])
     error = float("inf")
     for attempt in range(training.rounds):
-        candidate, vectors = projected(model, vectors, box, band)
+        candidate, vectors = projected(model, vectors, box, band, columns(model.damping, swung))
         candidate = replace(candidate, deflection=probe[counted] @ vectors, points=places[counted])
         report(STAGE, 0.65 + 0.1 * attempt)
         basis = decomposition(candidate, lines, 0.25 * training.tolerance)
@@ -152,6 +159,7 @@ def reduction(
             chosen = vectors @ basis
             return replace(small, error=error, deflection=probe @ chosen, points=places), chosen
         vectors = np.hstack([vectors, seen.real, seen.imag])
+        swung = np.hstack([swung, seen.real, seen.imag])
     raise RuntimeError(
         f"the reduced model's error is {error:.2g} after {training.rounds} rounds; allowed {training.tolerance:g}"
     )
@@ -201,10 +209,30 @@ def _candidates(
     return np.hstack(spaces)
 
 
+def _damped_answers(model: ShellModel, box: MaterialBox, band: tuple[float, float], training: Training) -> Real:
+    """Real and imaginary parts of answers of a plate with dashpots (n, N) all over the box; none without them.
+
+    Along an edge they are too much for Krylov spaces, to which every function of the edge would be a load.
+    """
+    if not model.damping.nnz:
+        return np.zeros((model.size, 0))
+    lines = np.linspace(*band, DAMPED_LINES)
+
+    def answers(constants: tuple[float, float]) -> Real:
+        found = model.responses(*constants, training_loss(box), lines)
+        return np.reshape([found.real, found.imag], (2, model.size, -1)).transpose(1, 0, 2).reshape(model.size, -1)
+
+    with ThreadPoolExecutor(WORKERS) as executor:
+        return np.hstack(list(executor.map(answers, training.materials(box))))
+
+
 def projected(
-    model: ShellModel, vectors: Real, box: MaterialBox, band: tuple[float, float]
+    model: ShellModel, vectors: Real, box: MaterialBox, band: tuple[float, float], dashpots: Real
 ) -> tuple[ReducedModel, Real]:
-    """Galerkin model on candidate vectors, and the vectors made orthonormal in the mass (n, N)."""
+    """Galerkin model on candidate vectors, and the vectors made orthonormal in the mass (n, N).
+
+    `dashpots` (n, q) are columns whose product is the damping, as far as it is felt.
+    """
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
     vectors = orthonormal(vectors, energy, cutoff=1e-6)
     root = scipy.linalg.cholesky(vectors.T @ (model.mass @ vectors), lower=True)
@@ -223,5 +251,6 @@ def projected(
         box=box,
         band=band,
         error=float("inf"),
+        dashpots=vectors.T @ dashpots,
     )
     return candidate, vectors

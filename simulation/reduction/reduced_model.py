@@ -17,7 +17,7 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class ReducedModel:
-    """K = (1 + j eta)(C1 K1 + C2 K2) + Kp over r coordinates whose mass matrix is the identity.
+    """K = (1 + j eta)(C1 K1 + C2 K2) + Kp, and dashpots, over r coordinates whose mass matrix is the identity.
 
     Attributes
     ----------
@@ -35,6 +35,8 @@ class ReducedModel:
         Largest error, against the full model, at materials and frequencies that were not trained on:
         of a transfer between patches relative to its rms over the band, and of the field, as rms over
         the points, relative to its rms over points, inputs and band.
+    dashpots : (r, q) ndarray
+        Columns whose product is the damping matrix of the supports' dashpots, 1/s.
     deflection : (K, r) ndarray
         w at `points` of every coordinate; K = 0 if no field was asked for.
     points : (K, 2) ndarray
@@ -51,6 +53,7 @@ class ReducedModel:
     box: MaterialBox
     band: tuple[float, float]
     error: float
+    dashpots: Real
     deflection: Real = field(default_factory=lambda: np.zeros((0, 0)))
     points: Real = field(default_factory=lambda: np.zeros((0, 2)))
     footprints: Real = field(default_factory=lambda: np.zeros((0, 0)))
@@ -65,6 +68,8 @@ class ReducedModel:
             raise ValueError(
                 f"reduced model: {self.capacitance.shape} capacitances for {self.coupling.shape[1]} patches"
             )
+        if self.dashpots.ndim != 2 or len(self.dashpots) != size:
+            raise ValueError(f"reduced model: dashpots {self.dashpots.shape} of {size} coordinates")
         if len(self.footprints) and self.footprints.shape[1] != size:
             raise ValueError(f"reduced model: footprints {self.footprints.shape} of {size} coordinates")
         if len(self.deflection) != len(self.points):
@@ -93,7 +98,7 @@ class ReducedModel:
     def modes(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int
     ) -> tuple[Complex, Real]:
-        """Lowest `count` undamped modes, each with the damping the plate gives it (patches add none).
+        """Lowest `count` undamped modes, each with the damping that plate and dashpots give it (patches add none).
 
         Squares of the angular frequency (count,), rad2/s2, the damping as their imaginary part, and shapes
         (r, count).
@@ -101,7 +106,9 @@ class ReducedModel:
         self.require(youngs_modulus, poisson_ratio, loss_factor)
         stiffness = self.stiffness(youngs_modulus, poisson_ratio, loss_factor)
         values, shapes = scipy.linalg.eigh(stiffness.real, subset_by_index=(0, min(count, self.size) - 1))
-        return values + 1j * np.einsum("rm,rs,sm->m", shapes, stiffness.imag, shapes), shapes
+        lost = np.einsum("rm,rs,sm->m", shapes, stiffness.imag, shapes)
+        viscous = np.sqrt(np.abs(values)) * ((self.dashpots.T @ shapes) ** 2).sum(axis=0)
+        return values + 1j * (lost + viscous), shapes
 
     def require(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike = ()
@@ -162,12 +169,13 @@ class ReducedModel:
             coupling=basis.T @ self.coupling,
             deflection=self.deflection @ basis if len(self.points) else np.zeros((0, basis.shape[1])),
             footprints=self.footprints @ basis if len(self.footprints) else np.zeros((0, basis.shape[1])),
+            dashpots=basis.T @ self.dashpots,
         )
 
     def modal_form(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> ModalForm:
         """Poles and shapes at one material; ValueError outside the box."""
         self.require(youngs_modulus, poisson_ratio, loss_factor)
-        return ModalForm.of(self.stiffness(youngs_modulus, poisson_ratio, loss_factor))
+        return ModalForm.of(self.stiffness(youngs_modulus, poisson_ratio, loss_factor), self.dashpots)
 
     def compliance(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike

@@ -78,7 +78,7 @@ def assemble_for(
     band : (float, float)
         Hz.
     footprints : sequence of Footprint
-        Where forces act; the first `FEW` of them count in the choice of functions.
+        Where forces act; the first `FEW` of them count in the choice of functions, as dashpots at points do.
     fineness : Fineness, optional
     progress : callable, optional
         Told the share done, 0 to 1.
@@ -96,9 +96,10 @@ def assemble_for(
     for k, coupling in enumerate(shell.couplings(shell.thickness)):
         for field, values in coupling.items():
             loads[field, :, k] = values
-    if footprints:
-        forces = np.zeros((5, shell.space.size, len(footprints[:FEW])))
-        forces[W] = footprint_rows(shell.space, footprints[:FEW]).toarray().T
+    acting = [*footprints[:FEW], *_dashpots(plate)]
+    if acting:
+        forces = np.zeros((5, shell.space.size, len(acting)))
+        forces[W] = footprint_rows(shell.space, acting).toarray().T
         loads = np.concatenate([loads, forces], axis=2)
     (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
     asked = [(e0, n1, band[1]), (e1, n0, band[1]), (e0, n0, 0.5 * sum(band))]
@@ -151,10 +152,17 @@ def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0)
         stiffness_2=second,
         stiffness_patch=patches,
         mass=mass,
+        damping=unknowns.springs(shell, damping=True),
         coupling=np.array(columns).reshape(len(columns), unknowns.size).T,
         capacitance=shell.capacitance,
         dropped=dropped,
     )
+
+
+def _dashpots(plate: Plate) -> list[Footprint]:
+    """Discs on which dashpots act."""
+    found = [support for support in plate.supported_points() if support.damping]
+    return [Footprint(one.point, one.radius) for one in found if one.point is not None]
 
 
 def _parts(shell: ShellPlate) -> Parts:

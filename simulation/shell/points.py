@@ -24,14 +24,19 @@ def footprint_rows(space: ShapeSpace, footprints: Sequence[Footprint]) -> csr_ma
     return csr_matrix(csr_matrix(average) @ space.values(points))
 
 
-def point_springs(space: ShapeSpace, plate: Plate) -> Iterator[tuple[int, csr_matrix, float]]:
-    """Field, row (1, N) and stiffness of every spring that stands for a support at a point."""
+def point_springs(
+    space: ShapeSpace, plate: Plate, *, damping: bool = False
+) -> Iterator[tuple[int, csr_matrix, float]]:
+    """Field, row (1, N) and stiffness of every spring that stands for a support at a point; or damping."""
     for support in plate.supported_points():
         if support.point is None:
             continue
         mean = footprint_rows(space, [Footprint(support.point, support.radius)])
         if support.kind == "elastic":
-            yield W, mean, support.stiffness
+            value = support.damping if damping else support.stiffness
+            if value:
+                yield W, mean, value
+        if support.kind == "elastic" or damping:
             continue
         bending = 1e10 * plate.thickness**3 / 12.0
         yield W, mean, HELD * bending / support.radius**2

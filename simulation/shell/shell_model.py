@@ -32,7 +32,7 @@ class ShellModel:
     """Sparse matrices of a plate with piezo patches over n unknowns.
 
     K = (1 + j eta)(C1 K1 + C2 K2) + Kp, with C1, C2 of `plane_stress_moduli`;
-    M u'' + K u + b V = F and b'u - Cp V = -q for every patch.
+    M u'' + C u' + K u + b V = F and b'u - Cp V = -q for every patch.
 
     Attributes
     ----------
@@ -43,6 +43,8 @@ class ShellModel:
     stiffness_patch : (n, n) csr_matrix
         Kp: patches short-circuited, and springs of supports.
     mass : (n, n) csr_matrix
+    damping : (n, n) csr_matrix
+        C, N s/m: dashpots of supports.
     coupling : (n, P) ndarray
         b of every patch, N/V.
     capacitance : (P,) ndarray
@@ -57,6 +59,7 @@ class ShellModel:
     stiffness_2: csr_matrix
     stiffness_patch: csr_matrix
     mass: csr_matrix
+    damping: csr_matrix
     coupling: Real
     capacitance: Real
     dropped: float = 0.0
@@ -86,8 +89,8 @@ class ShellModel:
         stiffness = self.stiffness(youngs_modulus, poisson_ratio, loss_factor)
         lines = np.atleast_1d(np.asarray(frequency, float))
         load = self.coupling.astype(complex)
-        answers = [factorize(stiffness - (2 * np.pi * f) ** 2 * self.mass).solve(load) for f in lines]
-        return np.stack(answers, axis=-1)
+        dynamic = (stiffness - w**2 * self.mass + 1j * w * self.damping for w in 2 * np.pi * lines)
+        return np.stack([factorize(z).solve(load) for z in dynamic], axis=-1)
 
     def compliance(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike

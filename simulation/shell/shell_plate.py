@@ -116,9 +116,9 @@ class ShellPlate:
         """Functions of every field that supports hold at zero, (5, N)."""
         return held_functions(self.space, self.plate)
 
-    def springs(self) -> Iterator[LineBlock]:
-        """Stiffness of elastic supports along edges."""
-        return spring_blocks(self.space, self.plate)
+    def springs(self, *, damping: bool = False) -> Iterator[LineBlock]:
+        """Stiffness of elastic supports along edges; damping, N s/m2 and the like, instead."""
+        return spring_blocks(self.space, self.plate, damping=damping)
 
     def moduli(self, c1: Weight, c2: Weight, x: Weight = 1.0, y: Weight = 1.0, shear: Weight = 1.0) -> InPlane:
         """Q of the sheet along the plate's axes, from C1 = E/(1 - nu**2) and C2 = nu C1.

@@ -94,10 +94,10 @@ class Unknowns:
             found = found + part if f == g else found + part + part.T
         return csr_matrix(found)
 
-    def springs(self, shell: ShellPlate) -> csr_matrix:
-        """Stiffness of a plate's supports along edges and at points, (n, n)."""
-        total = self.lines(shell.springs())
-        for field, row, stiffness in point_springs(shell.space, shell.plate):
+    def springs(self, shell: ShellPlate, *, damping: bool = False) -> csr_matrix:
+        """Stiffness of a plate's supports along edges and at points, (n, n); damping, N s/m, instead."""
+        total = self.lines(shell.springs(damping=damping))
+        for field, row, stiffness in point_springs(shell.space, shell.plate, damping=damping):
             mean = self.rows(row, field)
             total = csr_matrix(total + stiffness * (mean.T @ mean))
         return total

@@ -3,8 +3,9 @@
 A spot is smaller than what polynomials over the plate can tell: its energy is summed over the points at which
 strains are kept, a point on the rim counting for the part of its cell that lies inside. A soft spot strains more
 than its surroundings do. That is not in the coordinates, but known: a round inclusion in a wide uniform strain is
-strained uniformly, 1/(1 - s loss) times as much (Eshelby, Proc. R. Soc. A 241, 1957, in plane stress; in bending,
-from the continuity of deflection, slope, moment and shear force over the rim).
+strained uniformly, (1 - loss P q)**-1 times as much (Eshelby, Proc. R. Soc. A 241, 1957). Of a disc in a sheet of
+any stiffness q, P is the mean over all directions of how a wave along one yields to a stress (Mura, Micromechanics
+of Defects in Solids, 1987, section 11, in the plane; likewise in bending). All is in the sheet's own axes.
 """
 
 from dataclasses import replace
@@ -21,6 +22,8 @@ from simulation.state.plate_state import Disc, PlateState
 Real = NDArray[np.float64]
 Numbers = NDArray[Any]
 
+ANGLES = np.arange(96) * (np.pi / 96)
+"""Directions in the plane, rad."""
 WHOLE = 0.95
 """Share of a disc's cells from which it counts as wholly on the plate: its ramp reaches a cell beyond its rim."""
 
@@ -49,37 +52,42 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
 
 
 def _lost(ops: EffectOperators, state: PlateState, disc: Disc) -> tuple[NDArray[np.int_], Numbers]:
-    """Points within a disc, and the stiffness lost there, (8, 8, points): force by strain, as in `ops.strain`."""
+    """Points within a disc, and the stiffness lost there, (8, 8, points): force by strain, as in `ops.strain`.
+
+    The energy lost is loss u'Qu, one strain that around the disc, the other that in it.
+    """
     share = coverage(ops, disc)
     near = np.flatnonzero(np.real(share))
     temperature, h = state.mean_temperature, ops.thickness
     nu = state.laws.poisson_ratio(temperature)
     c1 = state.laws.youngs_modulus(temperature) / (1.0 - nu**2)
-    cross = nu * np.sqrt(state.modulus_x * state.modulus_y)
-    in_plane = c1 * np.array(
-        [
-            [state.modulus_x, cross, 0.0],
-            [cross, state.modulus_y, 0.0],
-            [0.0, 0.0, 0.5 * (1.0 - nu) * state.in_plane_shear],
-        ]
-    )
-    stiffness: Numbers = np.zeros((8, 8), dtype=np.result_type(in_plane, disc.loss))
-    even = 0.5 * (1.0 + nu)
-    for first, factor, odd in ((0, h, 0.25 * (3.0 - nu)), (3, h**3 / 12.0, 0.25 * (1.0 - nu))):
-        more = _amplified(disc.loss, even, odd)
-        stiffness[first : first + 3, first : first + 3] = factor * more @ in_plane @ more
+    x, y, shear = ops.sheet * [state.modulus_x, state.modulus_y, state.in_plane_shear]
+    cross = nu * np.sqrt(x * y)
+    q = np.array([[x, cross, 0.0], [cross, y, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu) * shear]])
+    stiffness: Numbers = np.zeros((8, 8), dtype=np.result_type(q, c1, disc.loss))
+    for first, factor, yielding in ((0, h, in_plane_yielding(q)), (3, h**3 / 12.0, bending_yielding(q))):
+        held = np.linalg.solve(np.eye(3) - disc.loss * q @ yielding, q)
+        stiffness[first : first + 3, first : first + 3] = factor * c1 * held
     stiffness[6:, 6:] = np.eye(2) * SHEAR_FACTOR * h * 0.5 * c1 * (1.0 - nu) / (1.0 - 0.5 * disc.loss)
     return near, np.multiply.outer(disc.loss * stiffness, ops.cell * share[near])
 
 
-def _amplified(loss: Any, even: Any, odd: Any) -> Numbers:
-    """Root of strains (x, y, xy) in a spot over those around: energy lost is in between the two, (3, 3).
+def in_plane_yielding(q: Numbers) -> Numbers:
+    """Strains (x, y, xy) of a disc per stress that it has lost, in a wide sheet of stiffness q, (3, 3), 1/Pa."""
+    total = np.zeros((3, 3), q.dtype)
+    for c, s in zip(np.cos(ANGLES), np.sin(ANGLES), strict=True):
+        along = np.array([[c, 0.0], [0.0, s], [s, c]])  # strains of displacements that vary along this direction
+        total = total + along @ np.linalg.solve(along.T @ q @ along, along.T)
+    return np.asarray(total / ANGLES.size)
 
-    `even` and `odd` are s of strain that is alike in all directions, and of the rest.
-    """
-    alike, rest = (1.0 / np.sqrt(1.0 - s * loss) for s in (even, odd))
-    mean, half = 0.5 * (alike + rest), 0.5 * (alike - rest)
-    return np.array([[mean, half, 0.0], [half, mean, 0.0], [0.0, 0.0, rest]])
+
+def bending_yielding(q: Numbers) -> Numbers:
+    """Likewise curvatures of a disc in a wide thin plate, whose deflection varies along each direction, (3, 3)."""
+    total = np.zeros((3, 3), q.dtype)
+    for c, s in zip(np.cos(ANGLES), np.sin(ANGLES), strict=True):
+        along = np.array([c * c, s * s, 2.0 * c * s])
+        total = total + np.outer(along, along) / (along @ q @ along)
+    return np.asarray(total / ANGLES.size)
 
 
 def _energy(ops: EffectOperators, near: NDArray[np.int_], stiffness: Real, basis: Real) -> Real:

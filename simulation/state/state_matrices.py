@@ -44,16 +44,19 @@ class FullPlate:
     unknowns : Unknowns
     supports : (n, n) csr_matrix
         Stiffness of springs along edges and at points.
+    damping : (n, n) csr_matrix
+        Of dashpots there, N s/m: in no state's matrices.
     """
 
     shell: ShellPlate
     unknowns: Unknowns
     supports: csr_matrix
+    damping: csr_matrix
 
     @classmethod
     def of(cls, model: ShellModel) -> "FullPlate":
         """Take mesh and unknowns of an assembled plate."""
-        return cls(model.shell, model.unknowns, model.unknowns.springs(model.shell))
+        return cls(model.shell, model.unknowns, model.unknowns.springs(model.shell), model.damping)
 
     @property
     def moved(self) -> int:

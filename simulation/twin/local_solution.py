@@ -9,6 +9,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from simulation.reduction.composition import Composite
+from simulation.reduction.dashpots import columns
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState, PointLoad
 
@@ -56,9 +57,10 @@ class LocalPlate:
         return cls(basis, _restricted(whole, basis), basis.T @ ops.normal @ basis, ops)
 
     def dashpots(self, state: PlateState) -> Real:
-        """Damping at points, (m, m), N s/m."""
+        """Damping of supports, and at points, (m, m), N s/m."""
+        own = self.basis.T @ self.operators.damping @ self.basis
         rows = [(load.damping, deflection_at(self.operators, load) @ self.basis) for load in state.point_loads]
-        return np.asarray(sum((c * np.outer(row, row) for c, row in rows if c), np.zeros_like(self.normal)))
+        return np.asarray(sum((c * np.outer(row, row) for c, row in rows if c), own))
 
 
 @dataclass(frozen=True)
@@ -134,7 +136,7 @@ def _restricted(whole: Composite, basis: Real) -> Composite:
 
 
 def _local_basis(ops: EffectOperators, whole: Composite, storage: float, reach: float) -> Real:
-    """Modes up to `reach` times the band's end, and residual vectors of patches and points, (r, m)."""
+    """Modes up to `reach` times the band's end, and residual vectors of patches, points and dashpots, (r, m)."""
     root = scipy.linalg.cholesky(whole.mass, lower=True, check_finite=False)
     if np.isinf(reach):
         return np.asarray(scipy.linalg.solve_triangular(root, np.eye(len(root)), lower=True, trans="T"))
@@ -145,9 +147,9 @@ def _local_basis(ops: EffectOperators, whole: Composite, storage: float, reach: 
     # all of them: LAPACK's divide and conquer is twice as fast as its search for those wanted
     squares, shapes = np.linalg.eigh(0.5 * (standard + standard.T))
     shapes = shapes[:, squares <= (reach * end) ** 2]
-    block = scipy.linalg.solve_triangular(
-        root, np.hstack([whole.coupling, ops.deflection.T]), lower=True, check_finite=False
-    )
+    modes = scipy.linalg.solve_triangular(root, shapes, lower=True, trans="T", check_finite=False)
+    loads = [whole.coupling, ops.deflection.T, columns(ops.damping, modes)]
+    block = scipy.linalg.solve_triangular(root, np.hstack(loads), lower=True, check_finite=False)
     shifted = scipy.linalg.cho_factor(standard + (0.5 * end) ** 2 * np.eye(len(standard)), check_finite=False)
     residual = []
     for _ in range(RESIDUALS):

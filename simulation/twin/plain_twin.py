@@ -118,6 +118,6 @@ class Twin:
         Hysteretic reading: a pole is w_n**2 (1 + j eta_n). Patches short-circuited. Modes below the band
         are good to a per cent or so: only their tails were trained.
         """
-        poles = self.reduced.modal_form(youngs_modulus, poisson_ratio, loss_factor).poles
+        poles = self.reduced.modal_form(youngs_modulus, poisson_ratio, loss_factor).damped_poles()
         elastic = poles[poles.real < (2 * np.pi * self.band[1]) ** 2]
         return np.sqrt(elastic.real) / (2 * np.pi), elastic.imag / elastic.real

@@ -7,21 +7,13 @@ from pathlib import Path
 import pytest
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-SPRING = """
-[[plate.support]]
-kind = "elastic"
-edge = "left"
-translation = 1e5
-damping = 40.0
-rotation_damping = 0.2
-"""
 Flexura = Callable[..., tuple[int, str, str]]
 
 
-def with_dashpot(text: str) -> str:
-    """Declare an elastic edge with dashpots where the first patch begins."""
-    assert "\n[[patch]]" in text
-    return text.replace("\n[[patch]]", f"{SPRING}\n[[patch]]", 1)
+def growing(text: str) -> str:
+    """Declare a plate that grows with temperature."""
+    assert text.count("\n[plate]\n") == 1
+    return text.replace("\n[plate]\n", "\n[plate]\ndimensions_at = 23.0\nexpansion = 1.5e-4\n")
 
 
 @pytest.fixture(autouse=True)
@@ -34,9 +26,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def refused(answer: tuple[int, str, str], cache: Path) -> None:
     status, _, err = answer
     assert status == 2
-    assert "plate.support[0].damping = 40, plate.support[0].rotation_damping = 0.2: dashpots" in " ".join(
-        err.split()
-    )
+    assert "plate.expansion = 0.00015 1/K: thermal expansion can be declared" in " ".join(err.split())
     assert not cache.exists()
 
 
@@ -45,20 +35,20 @@ def test_a_campaign(verb: str, cut_recording, tmp_path: Path, run_flexura: Flexu
     folder = tmp_path / "plate"
     cut_recording(folder, (0, 28, 60))
     file = folder / "campaign.toml"
-    file.write_text(with_dashpot(file.read_text(encoding="utf-8")), encoding="utf-8")
+    file.write_text(growing(file.read_text(encoding="utf-8")), encoding="utf-8")
     refused(run_flexura(verb, folder, "--out", tmp_path / "run"), cache)
 
 
 def test_a_simulated_rig(tmp_path: Path, run_flexura: Flexura, cache: Path) -> None:
     file = tmp_path / "rig.toml"
-    file.write_text(with_dashpot((EXAMPLES / "simulated-rig.toml").read_text(encoding="utf-8")), encoding="utf-8")
+    file.write_text(growing((EXAMPLES / "simulated-rig.toml").read_text(encoding="utf-8")), encoding="utf-8")
     refused(run_flexura("acquire", file, "--out", tmp_path / "out"), cache)
 
 
 def test_a_panel_before_the_laws_are_looked_for(tmp_path: Path, run_flexura: Flexura, cache: Path) -> None:
-    text = (EXAMPLES / "section2-panel.toml").read_text(encoding="utf-8").replace('boundary = "clamped"\n', "")
+    text = (EXAMPLES / "section2-panel.toml").read_text(encoding="utf-8")
     file = tmp_path / "panel.toml"
-    file.write_text(with_dashpot(text), encoding="utf-8")
+    file.write_text(growing(text), encoding="utf-8")
     refused(run_flexura("focus", tmp_path / "no-run", "--panel", file), cache)
 
 

@@ -28,6 +28,7 @@ def model(size=6, points=2):
         box=BOX,
         band=BAND,
         error=3.2e-5,
+        dashpots=rng.standard_normal((size, 2)),
         deflection=rng.standard_normal((points, size)),
         points=rng.uniform(0, 0.1, (points, 2)),
         footprints=rng.standard_normal((points, size)),

@@ -10,6 +10,7 @@ from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE
 from simulation.meshing.quality import jacobian_ratio
 from simulation.meshing.recipe import MeshRecipe
+from simulation.reduction.effect_reduction import FINE
 from simulation.shell.lobatto import lobatto
 from simulation.shell.space import ShapeSpace
 
@@ -153,11 +154,47 @@ def test_strips_end_where_there_is_no_room_and_go_on_elsewhere():
 
 def test_borders_that_nearly_coincide_are_refused_with_their_place():
     hole = Border("hole", shapes.rectangle((0.12, 0.005 + 3e-6), (0.02, 0.01)), "hole")
-    with pytest.raises(GeometryError, match="too close to each other") as caught:
-        mesh_plate([OUTLINE, hole], 0.003)
+    patch = Border("patch 1", shapes.rectangle((0.12, 0.15), (0.02, 0.02)))
+    with pytest.raises(GeometryError, match=r"outline and hole|hole and outline") as caught:
+        mesh_plate([OUTLINE, patch, hole], 0.003)
+    assert "too close to each other" in str(caught.value)
     x, y = caught.value.places[0]
     assert 0.109 < x < 0.131
     assert y < 1e-4
+
+
+def across(seed):
+    """Plate 0.2 x 0.15 m with two turned rectangles that overlap in part, as patches on both faces may."""
+    rng = np.random.default_rng(seed)
+    center = np.array([rng.uniform(0.05, 0.15), rng.uniform(0.05, 0.1)])
+    both = [center, center + rng.uniform(-0.02, 0.02, 2)]
+    loops = [shapes.rectangle(c, rng.uniform(0.012, 0.045, 2), float(rng.uniform(-1.57, 1.57))) for c in both]
+    patches = [Border(f"patch {k + 1}", loop) for k, loop in enumerate(loops)]
+    return [Border("outline", shapes.rectangle((0.1, 0.075), (0.2, 0.15)), "outline"), *patches]
+
+
+@pytest.mark.parametrize("recipe", [None, FINE.mesh])
+def test_a_turned_patch_partly_over_another_one_is_meshed(recipe):
+    borders = across(0)[:1]
+    borders += [Border("A", shapes.rectangle((0.08, 0.07), (0.04, 0.03)))]
+    borders += [Border("S", shapes.rectangle((0.1, 0.08), (0.03, 0.03), np.deg2rad(30.0)))]
+    check(borders, mesh_plate(borders, 0.004, recipe))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(60))
+def test_patches_drawn_across_each_other_are_meshed(seed):
+    borders = across(seed)
+    check(borders, mesh_plate(borders, 0.004, None if seed % 2 else FINE.mesh))
+
+
+def test_patches_turned_by_next_to_nothing_are_refused_by_name():
+    plate, first, second = across(0)[0], (0.04, 0.03), np.deg2rad(0.05)
+    patches = [Border("A", shapes.rectangle((0.08, 0.07), first))]
+    patches += [Border("S", shapes.rectangle((0.09, 0.07), first, second))]
+    with pytest.raises(GeometryError, match=r"^(A and S|S and A): two borders touch without crossing") as caught:
+        mesh_plate([plate, *patches], 0.004)
+    assert len(caught.value.places) == 1
 
 
 def test_a_narrower_spacing_makes_smaller_cells():

@@ -15,7 +15,7 @@ from simulation.reduction.composition import STEP, Coefficients, Composite, comp
 from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.reduction.effect_reduction import project
 from simulation.shell.assembly import assemble
-from simulation.state.damaged_spots import coverage, spots_slope, with_spots
+from simulation.state.damaged_spots import coverage, in_plane_yielding, spots_slope, with_spots
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import Disc, PlateState
 from simulation.state.state_matrices import FullPlate, StateMatrices
@@ -35,6 +35,7 @@ def ops() -> EffectOperators:
     empty = {entry.name: np.zeros((1, 2, 2)) for entry in fields(EffectOperators)}
     values = {
         "strain": strain,
+        "sheet": np.ones(3),
         "strain_points": points,
         "cell": 1.6e-5,
         "thickness": H,
@@ -144,12 +145,25 @@ def test_what_of_a_disc_lies_beside_the_plate_is_lost(ops):
     assert not coverage(ops, Disc(-0.1, 0.09, RADIUS, 0.1)).any()
 
 
-@pytest.mark.parametrize("loss", [0.2, 0.5])
-def test_a_spot_shifts_frequencies_as_a_disc_of_softer_cells_does(loss: float) -> None:
+def test_a_disc_in_an_isotropic_sheet_yields_as_eshelby_found() -> None:
+    """(1 + nu)/2 of strain alike in all directions, (3 - nu)/4 of the rest (Mura 1987, 11.22, in plane stress)."""
+    q = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - NU)]])
+    share = in_plane_yielding(q) @ q
+    assert share @ [1.0, 1.0, 0.0] == pytest.approx(0.5 * (1.0 + NU) * np.array([1.0, 1.0, 0.0]))
+    for strain in ([1.0, -1.0, 0.0], [0.0, 0.0, 1.0]):
+        assert share @ strain == pytest.approx(0.25 * (3.0 - NU) * np.array(strain))
+
+
+ORTHOTROPY = {"delta_e": -0.5, "delta_g": 0.4, "angle": 35.0}
+
+
+@pytest.mark.parametrize(("loss", "orthotropy"), [(0.2, None), (0.5, None), (0.2, ORTHOTROPY), (0.5, ORTHOTROPY)])
+def test_a_spot_shifts_frequencies_as_a_disc_of_softer_cells_does(loss: float, orthotropy: dict | None) -> None:
     """The full plate, meshed around the disc and softened there by a temperature of its own."""
     place, slope = (0.095, 0.06), -0.05
     zone = {"kind": "circle", "center": place, "radius": RADIUS, "thickness": H}
-    plate = Plate(length_x=0.16, length_y=0.12, thickness=H, mass=0.0519, zone=(zone,))
+    sheet = None if orthotropy is None else {"orthotropy": orthotropy}
+    plate = Plate(length_x=0.16, length_y=0.12, thickness=H, mass=0.0519, zone=(zone,), material=sheet)
     model = assemble(plate, recipe=MeshRecipe(spacing=0.08, growth=2.0, grading=0.0), degree=4)
     full = FullPlate.of(model)
     laws = LocalLaws.of_material(E, NU, ETA, slope=(slope, 0.0, 0.0))

@@ -1,0 +1,65 @@
+"""Dashpots of supports: few columns R whose product R R' is the damping matrix, connected to a plate without.
+
+Z = Z0 + j w R R' is no diagonal in the modes of Z0. But what the dashpots do is known from the answers of Z0 to
+the columns of R (Woodbury): Z**-1 b = Z0**-1 b - Z0**-1 R x, where x = (1 + j w R' Z0**-1 R)**-1 j w R' Z0**-1 b
+are the forces of the dashpots.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_matrix
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+LEAST = 1e-7
+"""Share of the largest power that a direction has to take up to count among the columns."""
+
+
+def columns(damping: csr_matrix | Real, answers: Real) -> Real:
+    """R (n, q) with R R' x = C x for every x among the answers (n, k), C (n, n) symmetric (Nystroem).
+
+    Directions that take up less than `LEAST` of the power of the strongest are left out; all answers count alike,
+    whether they are those to a volt or to a newton.
+    """
+    answers = answers / np.linalg.norm(answers, axis=0)
+    forces = damping @ answers
+    power, directions = np.linalg.eigh(answers.T @ forces)
+    kept = power > LEAST * max(float(power.max(initial=0.0)), 1e-300)
+    return np.asarray(forces @ (directions[:, kept] / np.sqrt(power[kept])))
+
+
+def forces(between: Complex, moved: Complex, frequency: ArrayLike) -> Complex:
+    """Return the forces of the dashpots, (q, J, F).
+
+    Parameters
+    ----------
+    between : (q, q, F) complex ndarray
+        R' Z0**-1 R.
+    moved : (q, J, F) complex ndarray
+        R' Z0**-1 b of J loads.
+    frequency : (F,) array_like, Hz
+    """
+    factor = 2j * np.pi * np.asarray(frequency, float)
+    system = np.moveaxis(factor * between, -1, 0) + np.eye(len(between))
+    return np.asarray(np.moveaxis(np.linalg.solve(system, np.moveaxis(factor * moved, -1, 0)), 0, -1))
+
+
+def connected(compliance: Complex, count: int, frequency: ArrayLike) -> Complex:
+    """Compliance (I, J, F) with the dashpots, from one without them over q = `count` more rows and columns."""
+    if not count:
+        return compliance
+    x = forces(compliance[-count:, -count:], compliance[-count:, :-count], frequency)
+    return np.asarray(compliance[:-count, :-count] - np.einsum("iqf,qjf->ijf", compliance[:-count, -count:], x))
+
+
+def connected_derivatives(compliance: Complex, slopes: Complex, count: int, frequency: ArrayLike) -> Complex:
+    """Differentiate `connected`, (D, I, J, F), given the derivatives (D, I + q, J + q, F) of the compliance."""
+    if not count:
+        return slopes
+    between = compliance[-count:, -count:]
+    right = -forces(between, compliance[-count:, :-count], frequency)
+    left = -forces(between.swapaxes(0, 1), compliance[:-count, -count:].swapaxes(0, 1), frequency)
+    change = slopes[:, :-count, :-count] + np.einsum("diqf,qjf->dijf", slopes[:, :-count, -count:], right)
+    over = slopes[:, -count:, :-count] + np.einsum("dpqf,qjf->dpjf", slopes[:, -count:, -count:], right)
+    return np.asarray(change + np.einsum("pif,dpjf->dijf", left, over))
