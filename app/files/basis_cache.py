@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, float], None]
 
-FORMAT = "flexura-basis/3"
+FORMAT = "flexura-basis/4"
 ARRAYS = (
     "stiffness_1",
     "stiffness_2",
