@@ -10,7 +10,6 @@ from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE
 from simulation.meshing.quality import jacobian_ratio
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.effect_reduction import FINE
 from simulation.shell.lobatto import lobatto
 from simulation.shell.space import ShapeSpace
 
@@ -67,6 +66,8 @@ PLATES = {
         Border("slit", shapes.ellipse((0.0, 0.0), (0.08, 0.002)), "hole"),
     ],
 }  # fmt: skip
+
+FINER = MeshRecipe(spacing=0.034, strip=0.7, edge_strip=0.85, growth=1.1)
 
 
 def on_edges(mesh, edges, count=9):
@@ -173,7 +174,7 @@ def across(seed):
     return [Border("outline", shapes.rectangle((0.1, 0.075), (0.2, 0.15)), "outline"), *patches]
 
 
-@pytest.mark.parametrize("recipe", [None, FINE.mesh])
+@pytest.mark.parametrize("recipe", [None, FINER])
 def test_a_turned_patch_partly_over_another_one_is_meshed(recipe):
     borders = across(0)[:1]
     borders += [Border("A", shapes.rectangle((0.08, 0.07), (0.04, 0.03)))]
@@ -185,7 +186,7 @@ def test_a_turned_patch_partly_over_another_one_is_meshed(recipe):
 @pytest.mark.parametrize("seed", range(60))
 def test_patches_drawn_across_each_other_are_meshed(seed):
     borders = across(seed)
-    check(borders, mesh_plate(borders, 0.004, None if seed % 2 else FINE.mesh))
+    check(borders, mesh_plate(borders, 0.004, None if seed % 2 else FINER))
 
 
 def test_patches_turned_by_next_to_nothing_are_refused_by_name():
