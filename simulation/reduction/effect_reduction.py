@@ -78,7 +78,7 @@ def reduce_with_effects(
     )
     full = FullPlate.of(model)
     probe = model.footprint_rows(acting)
-    trained = probe[: len(places) + FEW]
+    trained, felt = probe[: len(places) + FEW], experiment.footprints[:FEW]
     inputs = replace(
         model,
         coupling=np.hstack([model.coupling, trained.T]),
@@ -90,7 +90,8 @@ def reduce_with_effects(
     states = training_states(full, box)
     for k, state in enumerate(states):
         report(STAGE, 0.3 + 0.3 * k / len(states))
-        vectors = extended(vectors, full.matrices(state, loss=False), band, (training or Training()).tolerance)
+        matrices = full.matrices(state, loss=False, footprints=felt)
+        vectors = extended(vectors, matrices, band, (training or Training()).tolerance)
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
     vectors = orthonormal(vectors, energy, cutoff=1e-6)
     done = [0.6]
@@ -101,7 +102,7 @@ def reduce_with_effects(
 
     ops = compressed(project(full, vectors, model, places, probe, box, band, step))
     report(STAGE, 0.9)
-    ops = replace(ops, error=measured_error(full, ops))
+    ops = replace(ops, error=measured_error(full, ops, felt))
     report(STAGE, 1.0)
     return ops, full, vectors
 
