@@ -124,6 +124,11 @@ class Experiment(Sparse):
         return (*patches, *(channel for sensor in self.sensor for channel in sensor.channels(self.plate)))
 
     @property
+    def driven(self) -> range:
+        """Which of the footprints forces act on."""
+        return range(sum(source.footprint is not None for source in self.inputs))
+
+    @property
     def footprints(self) -> tuple[Footprint, ...]:
         """Where forces act and motions are read: of the inputs, then of the outputs."""
         return tuple(c.footprint for c in (*self.inputs, *self.outputs) if c.footprint is not None)

@@ -33,7 +33,7 @@ def h1(
         else, at a line where the drive is exactly zero, as at 0 Hz where it has no mean.
     residual_power : (M // 2 + 1,) ndarray
         Unbiased variance of a single repeat's ratio about h; NaN for one repeat. From three repeats on, a straight
-        drift over them is no noise: the oven ramps on, and h stands for the temperature in the middle.
+        drift of the ratio is no noise: the oven ramps on, and h stands for the temperature in the middle.
     coherence : (M // 2 + 1,) ndarray
         |G_yu|^2 / (G_uu G_yy); identically 1 for one repeat, which says nothing.
     """
@@ -46,8 +46,10 @@ def h1(
     repeats = drive.shape[0]
     residual, freedom = y - h * u, repeats - 1
     if repeats > 2:
-        place = np.arange(repeats) - 0.5 * (repeats - 1)
-        residual = residual - np.outer(place, place @ residual) / (place @ place)
+        # hits come when and as hard as they happen to: what drifts is the ratio, not the response
+        drift = (np.arange(repeats) - 0.5 * (repeats - 1))[:, None] * u
+        drift = drift - np.nan_to_num(_ratio((drift * u.conj()).sum(0), g_uu)) * u
+        residual = residual - _ratio((residual * drift.conj()).sum(0), (np.abs(drift) ** 2).sum(0)) * drift
         freedom -= 1
     power = np.full(h.shape, np.nan)
     if freedom:

@@ -47,7 +47,7 @@ def _asked(experiment: Experiment) -> dict[str, Any]:
         "box": material_box(plate.material),
         "band": experiment.protocol.band,
         "footprints": experiment.footprints,
-        "driven": range(sum(source.footprint is not None for source in experiment.inputs)),
+        "driven": experiment.driven,
         "attached": [attached_disc(plate, one) for one in (*experiment.string, *experiment.cable)],
         "points": shape_points(plate),
         "field_certified": False,

@@ -2,6 +2,7 @@
 
 A plate's transfer is smooth on the scale of half a resonance's width, eta f / 2; lines are much closer. A quintic
 spline through nodes at a fraction of that width carries all a plate can do; what lines hold beyond it is noise.
+Where resonances are so sharp that lines are no closer than that, each line is a node, and nothing lies beyond.
 With W the interpolation from nodes to lines and O the weights, chi2 of any smooth model H splits exactly into
 
     sum O |h - W H|^2 = sum O |h - W c|^2 + (c - H)^H W'OW (c - H),    c = (W'OW)^-1 W'O h,
@@ -53,17 +54,20 @@ class Nodes:
         cls, lines: Real, loss_factor: float, *, spacing: float, per_half_width: float = NODES_PER_HALF_WIDTH
     ) -> "Nodes":
         """Nodes for resonances no sharper than `loss_factor` over `lines` (F,), which lie `spacing` Hz apart."""
-        low, high = float(lines[0]), float(lines[-1])
-        grid = np.linspace(low, high, 4001)
+        # below this frequency nodes would have to be closer than lines let them: there each line is a node
+        sharp = float(np.clip(2.0 * per_half_width * LINES_PER_NODE * spacing / loss_factor, lines[0], lines[-1]))
+        single = lines[lines < sharp]
+        grid = np.linspace(sharp, float(lines[-1]), 4001)
         step = np.maximum(loss_factor * grid / 2.0 / per_half_width, LINES_PER_NODE * spacing)
         count = np.concatenate([[0.0], np.cumsum(0.5 * (1.0 / step[1:] + 1.0 / step[:-1]) * np.diff(grid))])
-        n = max(int(np.ceil(count[-1])) + 1, 2 * DEGREE)
+        further = max(int(np.ceil(count[-1])) + 1, 2 * DEGREE - single.size)
+        frequency = np.concatenate([single, np.interp(np.linspace(0.0, count[-1], further), count, grid)])
+        n = frequency.size
         if n > len(lines):
             raise ValueError(
-                f"{len(lines)} lines over {low:g} to {high:g} Hz cannot carry {n} nodes: resonances with a loss "
-                f"factor of {loss_factor:g} are too sharp for lines {spacing:g} Hz apart"
+                f"{len(lines)} lines over {lines[0]:g} to {lines[-1]:g} Hz cannot carry {n} nodes; a wider "
+                "band or a longer record is needed"
             )
-        frequency = np.interp(np.linspace(0.0, count[-1], n), count, grid)
         knots = _knots(frequency)
         square = BSpline.design_matrix(frequency, knots, DEGREE).toarray()
         banded = np.zeros((2 * DEGREE + 1, n))
@@ -166,7 +170,10 @@ def compress(h: Complex, variance: Real, nodes: Nodes) -> CompressedSweep:
     count = nodes.frequency.size
     # a block's share of the nodes' freedom follows how dense they are there
     leverage = np.interp(nodes.lines, nodes.frequency, np.gradient(np.arange(count, dtype=float), nodes.frequency))
-    leverage *= count / leverage.sum()
+    between = ~np.isin(nodes.lines, nodes.frequency)
+    leverage[~between] = 1.0
+    if between.any():
+        leverage[between] *= (count - np.count_nonzero(~between)) / leverage[between].sum()
     edges = np.linspace(0, nodes.lines.size, BLOCKS + 1).astype(int)[:-1]
     block_freedom = 2.0 * np.maximum(np.add.reduceat(1.0 - leverage, edges), 1e-9)
     for row, spread in zip(h, variance, strict=True):

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from analysis.gap.compression import CompressedSweep
 from analysis.gap.thresholds import NOISE_DOF, NOISE_RATIO_RANGE, NOISE_RATIO_SAID, NOISE_SPREAD
 
+LEAST_FREEDOM = 0.25
+"""Share of the freest block's degrees of freedom below which a block scatters too much to stand out."""
 SHARP = 6.0
 """Standard deviations by which a block of lines must stand out to be taken for a feature instead of noise."""
 
@@ -66,7 +68,9 @@ def check_noise(sweeps: Sequence[CompressedSweep], channels: Sequence[str]) -> N
         note = "the lines lie too far apart to check the stated noise; it is believed"
         ones = np.ones(local.shape[:2])
         return NoiseCheck(ones[0], ones, dof * len(channels), np.zeros_like(local), (note,))
-    quiet = ~_standing_out(local / freedom)
+    known = freedom[0, 0] >= LEAST_FREEDOM * freedom.max()
+    quiet = np.ones(local.shape, dtype=bool)
+    quiet[..., known] = ~_standing_out((local / freedom)[..., known])
     ratio = (local * quiet).sum((0, 2)) / (freedom * quiet).sum((0, 2))
     by_sweep = (local * quiet).sum(2) / np.maximum((freedom * quiet).sum(2), 1e-9)
     notes = []

@@ -38,7 +38,9 @@ def available(experiment: Experiment) -> bool:
 
 
 def _range(experiment: Experiment, axis: int) -> tuple[float, float]:
-    """Range of the offset along an axis that leaves the patch on the plate, m."""
+    """Range of the offset along an axis that leaves the patch on the plate, m; the widest without a patch."""
+    if not experiment.sensors:
+        return -FARTHEST, FARTHEST
     plate, border = experiment.plate, experiment.sensors[0].loop
 
     def fits(distance: float) -> bool:

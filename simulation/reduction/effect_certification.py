@@ -1,8 +1,12 @@
 """The error of a reduced plate with effects, measured against the full one in states it was not made for."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.channel import Footprint
 from simulation.reduction.composition import Coefficients, composed
 from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
 from simulation.shell.factors import factorize
@@ -18,8 +22,8 @@ MATERIALS = ((0.25, 0.79), (0.82, 0.26))
 """Shares of the box's ranges of E and nu: a soft plate and a stiff one."""
 
 
-def measured_error(full: FullPlate, ops: EffectOperators) -> float:
-    """Largest error of any transfer between patches, over its peak along the band.
+def measured_error(full: FullPlate, ops: EffectOperators, footprints: Sequence[Footprint] = ()) -> float:
+    """Largest error of any transfer between patches and the first `footprints`, over its peak along the band.
 
     Of a soft plate as declared, and of a stiff one with all effects at once, half as strong as `extreme_states`
     and on the side these were not made for; at the line where the reduced transfers are largest and at one drawn
@@ -33,22 +37,27 @@ def measured_error(full: FullPlate, ops: EffectOperators) -> float:
         reduced = combined_state(basis.xi, basis.zeta, laws, ops.offset_range, size)
         there = full.moved_by(reduced.offset_x, reduced.offset_y) if ops.offset_range else full
         exact = combined_state(*there.sampling, laws, ops.offset_range, size)
-        worst = max(worst, state_error(full, ops, reduced, exact, rng))
+        worst = max(worst, state_error(full, ops, reduced, exact, rng, footprints))
     return worst
 
 
 def state_error(
-    full: FullPlate, ops: EffectOperators, reduced: PlateState, exact: PlateState, rng: np.random.Generator
+    full: FullPlate,
+    ops: EffectOperators,
+    reduced: PlateState,
+    exact: PlateState,
+    rng: np.random.Generator,
+    footprints: Sequence[Footprint] = (),
 ) -> float:
     """Error in one state, given with its fields at the points of `field_basis` and at those of the full plate.
 
     Where the sensor is off its place, at those of the plate so moved: fields stay where they are.
     """
     lines = np.linspace(*ops.band, 200)
-    over_band = solved(ops, reduced, lines).compliance()
+    over_band = solved(ops, reduced, lines, len(footprints)).compliance()
     peak = np.abs(over_band).max(axis=-1)
     strongest = int((np.abs(over_band) / peak[..., None]).sum(axis=(0, 1)).argmax())
-    matrices = full.matrices(exact)
+    matrices = full.matrices(exact, footprints=footprints)
     stiffness = matrices.plate + 1j * matrices.plate_loss + matrices.patches
     worst = 0.0
     for index in (strongest, int(rng.integers(lines.size))):
@@ -59,9 +68,11 @@ def state_error(
     return worst
 
 
-def solved(ops: EffectOperators, state: PlateState, frequency: Real) -> LocalSolution:
-    """Solve a state whose spectra are constant over frequency."""
+def solved(ops: EffectOperators, state: PlateState, frequency: Real, count: int) -> LocalSolution:
+    """Solve a state whose spectra are constant over frequency, the first `count` footprints as further ports."""
     ones, zeros = np.ones(frequency.size), np.zeros(frequency.size)
     state = state.with_(storage=ones, loss=ones, area_mass=zeros, area_resistance=zeros)
     whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
+    if count:
+        whole = replace(whole, coupling=np.hstack([whole.coupling, ops.footprints[:count].T]))
     return LocalSolution.of(ops, whole, state, frequency)

@@ -104,8 +104,8 @@ class EffectOperators:
     offset_range : float
         Largest offset along x or y, m.
     error : float
-        Largest error of any transfer between patches, over its peak along the band, against the full model as
-        declared and with all effects at half of their certified ranges at once.
+        Largest error of any transfer between patches and the first footprints, over its peak along the band,
+        against the full model as declared and with all effects at half of their certified ranges at once.
     footprints : (S, r) ndarray
         Mean deflection over the footprints of transducers, in the order of `Experiment.footprints`.
     plain_error : float

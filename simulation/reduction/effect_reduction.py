@@ -4,7 +4,7 @@ The vectors of the plain reduction are joined by the leading directions of what 
 forces, and of those to patches in extreme states. What is left is measured against the full plate in other states.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
@@ -12,15 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.channel import Footprint
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
 from simulation.reduction.effect_certification import measured_error
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_projection import CHUNK, Projector, patch_energies, plate_energies, strains
 from simulation.reduction.energy_decomposition import energy_shift, middle
+from simulation.reduction.footprint_reduction import footprint_reduction
 from simulation.reduction.missing_answers import joined, missed
 from simulation.reduction.plate_basis import PlateBasis
-from simulation.reduction.reduce import Training, reduction
+from simulation.reduction.reduce import Training
 from simulation.shell.assembly import FEW, assemble_chosen, assemble_for
 from simulation.shell.fineness import Fineness
 from simulation.shell.footprints import attached_disc
@@ -36,7 +38,6 @@ Progress = Callable[[str, float], None]
 STAGE = "reducing the plate with its effects"
 WORKERS = 2
 """States answered, and energies projected, at a time."""
-PLAIN = 3
 LEAST, TAIL = 7e-4, 3e-3
 """Shares of a state's answers: what one direction has to hold, and what all that are left out may hold."""
 
@@ -57,34 +58,81 @@ def reduce_with_effects(
     report = progress or (lambda stage, share: None)
     band = experiment.protocol.band
     attached = [attached_disc(experiment.plate, a) for a in (*experiment.string, *experiment.cable)]
-    places = np.array([disc.point for disc in attached]).reshape(-1, 2)
-    acting = [*attached, *experiment.footprints]
+    acting, felt = [*attached, *experiment.footprints], experiment.footprints[:FEW]
     if basis is None:
-        model = assemble_for(
-            experiment.plate,
-            experiment.patch,
-            box,
-            band,
-            footprints=acting,
-            fineness=fineness,
-            progress=lambda share: report(STAGE, 0.1 * share),
-        )
-        plain, vectors = reduction(
-            model, box, band, training=training, progress=lambda stage, share: report(STAGE, 0.1 + 0.2 * share)
-        )
-        basis = PlateBasis(model.unknowns.kept, model.dropped, vectors, plain.error)
+        model, basis = _plain(experiment, acting, box, fineness, training, report)
     else:
         model = assemble_chosen(experiment.plate, experiment.patch, basis.kept, fineness=fineness)
-    vectors = basis.vectors
     full = FullPlate.of(model)
     probe = model.footprint_rows(acting)
-    loads = probe[: len(places) + FEW].T
-    states = [*plain_states(full, box), *training_states(full, box)]
+    missing = _missing(full, basis.vectors, probe[: len(attached) + FEW].T, felt, box, band, report)
+    energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
+    vectors = joined(basis.vectors, missing, energy, model.mass, TAIL)
+    done = [0.6]
+
+    def step() -> None:
+        report(STAGE, done[0])
+        done[0] += 0.25 * CHUNK / model.space.mesh.cells
+
+    places = np.array([disc.point for disc in attached]).reshape(-1, 2)
+    ops = project(full, vectors, model, places, probe, box, band, step)
+    report(STAGE, 0.9)
+    ops = replace(ops, error=measured_error(full, ops, felt), plain_error=basis.error, dropped=basis.dropped)
+    report(STAGE, 1.0)
+    return ops, full, vectors
+
+
+def _plain(
+    experiment: Experiment,
+    acting: Sequence[Footprint],
+    box: MaterialBox,
+    fineness: Fineness | None,
+    training: Training | None,
+    report: Progress,
+) -> tuple[ShellModel, PlateBasis]:
+    """Assemble and reduce the plate as declared, as the twin of model updating is."""
+    band = experiment.protocol.band
+    model = assemble_for(
+        experiment.plate,
+        experiment.patch,
+        box,
+        band,
+        footprints=acting,
+        fineness=fineness,
+        progress=lambda share: report(STAGE, 0.1 * share),
+    )
+    plain, vectors = footprint_reduction(
+        model,
+        box,
+        band,
+        experiment.footprints,
+        experiment.driven,
+        training=training,
+        progress=lambda stage, share: report(STAGE, 0.1 + 0.2 * share),
+    )
+    return model, PlateBasis(model.unknowns.kept, model.dropped, vectors, plain.error)
+
+
+def _missing(
+    full: FullPlate,
+    vectors: Real,
+    loads: Real,
+    felt: Sequence[Footprint],
+    box: MaterialBox,
+    band: tuple[float, float],
+    report: Progress,
+) -> Real:
+    """Collect what the vectors miss, (n, s): answers to `loads` (n, k) as declared, to the rest in extreme states.
+
+    The rest are the patches and the footprints `felt`.
+    """
+    as_declared = plain_states(full, box) if loads.size else []
+    states = [*as_declared, *training_states(full, box)]
     found = []
 
     def missing(place: int) -> Real:
-        matrices = full.matrices(states[place], loss=False)
-        if place < PLAIN:
+        matrices = full.matrices(states[place], loss=False, footprints=felt)
+        if place < len(as_declared):
             matrices = replace(matrices, coupling=loads)
         return missed(vectors, matrices, band, LEAST)
 
@@ -92,23 +140,11 @@ def reduce_with_effects(
         for k, part in enumerate(executor.map(missing, range(len(states)))):
             report(STAGE, 0.3 + 0.3 * (k + 1) / len(states))
             found.append(part)
-    energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
-    vectors = joined(vectors, np.hstack(found), energy, model.mass, TAIL)
-    done = [0.6]
-
-    def step() -> None:
-        report(STAGE, done[0])
-        done[0] += 0.25 * CHUNK / model.space.mesh.cells
-
-    ops = project(full, vectors, model, places, probe, box, band, step)
-    report(STAGE, 0.9)
-    ops = replace(ops, error=measured_error(full, ops), plain_error=basis.error, dropped=basis.dropped)
-    report(STAGE, 1.0)
-    return ops, full, vectors
+    return np.hstack(found)
 
 
 def plain_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
-    """`PLAIN` states of the plate as declared: soft, stiff and between."""
+    """States of the plate as declared: soft, stiff and between."""
     xi, zeta = full.sampling
     laws = [laws_within(box, shares) for shares in (SOFT, STIFF, (0.5, 0.5))]
     return [PlateState.baseline(xi, zeta, there, there.reference, np.array([500.0])) for there in laws]

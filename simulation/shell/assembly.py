@@ -121,7 +121,7 @@ def assemble_for(
 
     with ThreadPoolExecutor(WORKERS) as executor:
         choice = chosen(
-            shell.space, shell.held, [problem(*constants) for constants in asked], fine.tolerance, executor, step
+            shell.space, shell.held, [problem(*constants) for constants in asked], fine.share(box), executor, step
         )
     model = assembled(shell, choice.kept, parts, choice.dropped)
     report(1.0)

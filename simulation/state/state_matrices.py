@@ -1,12 +1,16 @@
 """Sparse matrices of a plate in any state, fields taken at the points of quadrature."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from analysis.channel import Footprint
 from simulation.shell.moving import moved_space
+from simulation.shell.points import footprint_rows
+from simulation.shell.rigidity import W
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.unknowns import Unknowns
@@ -23,7 +27,8 @@ class StateMatrices:
     ----------
     plate, plate_loss, patches, mass, normal : (n, n) csr_matrix
         K, K_loss (already times the loss factor), Kp, M, and W, the integral of w times w.
-    coupling : (n, P) ndarray
+    coupling : (n, P + S) ndarray
+        Of the patches, then of the footprints asked for.
     """
 
     plate: csr_matrix
@@ -73,7 +78,9 @@ class FullPlate:
         """Return the plate with its first sensor (dx, dy) m off its place; ValueError where it has no room."""
         return replace(self, shell=self.shell.on(moved_space(self.shell, self.moved, (dx, dy))))
 
-    def matrices(self, state: PlateState, *, loss: bool = True) -> StateMatrices:
+    def matrices(
+        self, state: PlateState, *, loss: bool = True, footprints: Sequence[Footprint] = ()
+    ) -> StateMatrices:
         """Assemble `state`; discs and point loads are not in it. Without `loss`, K_loss is left at zero.
 
         Its fields stand at the points of `sampling`, those of the moved plate if the state has an offset.
@@ -86,6 +93,7 @@ class FullPlate:
         lossy = state.laws.loss_factor(state.temperature)
         plate = here._plate(state, np.ones_like(lossy), thickness)
         columns = [over.vector(coupling) for coupling in shell.couplings(thickness, state.bond)]
+        columns += list(over.rows(footprint_rows(shell.space, footprints), W).toarray()) if footprints else []
         return StateMatrices(
             plate=plate,
             plate_loss=here._plate(state, lossy, thickness) if loss else csr_matrix(plate.shape),

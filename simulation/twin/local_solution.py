@@ -156,13 +156,14 @@ def _local_basis(ops: EffectOperators, whole: Composite, storage: float, reach: 
         block = scipy.linalg.cho_solve(shifted, block, check_finite=False)
         block = block / np.linalg.norm(block, axis=0)
         residual.append(block)
-    # the ratio of patch to plate stiffness is complex and may change: how every mode follows it belongs here too
-    fixed = scipy.linalg.solve_triangular(root, whole.fixed, lower=True, check_finite=False)
-    fixed = scipy.linalg.solve_triangular(root, fixed.T, lower=True, check_finite=False)
-    follows = scipy.linalg.cho_solve(shifted, fixed @ np.hstack([shapes, residual[0]]), check_finite=False)
-    follows -= shapes @ (shapes.T @ follows)
-    left, strength, _ = np.linalg.svd(follows, full_matrices=False)
-    residual.append(left[:, :FOLLOWING] * (strength[:FOLLOWING] / strength[0]))
+    if whole.fixed.any():
+        # the ratio of patch to plate stiffness is complex and may change: how modes follow it belongs here too
+        fixed = scipy.linalg.solve_triangular(root, whole.fixed, lower=True, check_finite=False)
+        fixed = scipy.linalg.solve_triangular(root, fixed.T, lower=True, check_finite=False)
+        follows = scipy.linalg.cho_solve(shifted, fixed @ np.hstack([shapes, residual[0]]), check_finite=False)
+        follows -= shapes @ (shapes.T @ follows)
+        left, strength, _ = np.linalg.svd(follows, full_matrices=False)
+        residual.append(left[:, :FOLLOWING] * (strength[:FOLLOWING] / strength[0]))
     beside = np.hstack(residual)
     for _ in range(2):
         beside = beside - shapes @ (shapes.T @ beside)

@@ -99,6 +99,25 @@ def test_coherence_falls_with_noise_as_its_definition_says() -> None:
     np.testing.assert_allclose(coherence.mean(), (signal / (signal + power)).mean(), rtol=0.01)
 
 
+@pytest.mark.parametrize("repeats", [3, 4, 8])
+def test_noise_of_hits_that_come_when_they_happen_to(repeats: int) -> None:
+    """Three blows of different height and time, and a plate that warms up between them: the noise alone counts."""
+    rng = np.random.default_rng(11)
+    count, noise = 2048, 1e-3
+    grid = np.fft.rfftfreq(count)
+    plate = 1.0 / (1.0 - (grid / 0.1) ** 2 + 0.05j)
+    stated = []
+    for _ in range(40):
+        at, height = rng.uniform(50.0, 150.0, repeats), rng.uniform(0.7, 1.3, repeats)
+        hit = height[:, None] * np.exp(-(((np.arange(count) - at[:, None]) / 2.0) ** 2))
+        warmer = 1.0 + 0.03 * (np.arange(repeats) - 0.5 * (repeats - 1))
+        moved = warmer[:, None] * np.fft.irfft(plate * np.fft.rfft(hit), count)
+        _, power, _ = h1(hit, moved + noise * rng.standard_normal(hit.shape))
+        true = noise**2 * count * repeats / (np.abs(np.fft.rfft(hit)) ** 2).sum(0)
+        stated.append((power / true)[20:400].mean())
+    assert np.mean(stated) == pytest.approx(1.0, abs=0.03)
+
+
 def test_a_straying_repeat_is_left_out_and_named() -> None:
     drive, response = recorded(np.random.default_rng(4))
     clean = campaign_frf(campaign(drive[[0, 2]], response[[0, 2]]))

@@ -50,5 +50,6 @@ def test_a_needle_between_the_nodes_is_a_feature_and_no_noise(toy):
     _, quiet = toy.prepared(temperatures=(10.0, 30.0))
     _, noise = toy.prepared(temperatures=(10.0, 30.0), extra=needle)
     assert noise.ratio == pytest.approx(quiet.ratio, rel=0.12)  # its skirts reach into the neighbouring blocks
-    assert (noise.sharp.sum((0, 1)) > 0.0).sum() == 1
+    seen = noise.sharp.sum((0, 1))
+    assert seen.max() > 0.999 * seen.sum()
     assert noise.z(1000.0, 1000.0) > 10.0 > abs(quiet.z(1000.0, 1000.0))
