@@ -38,7 +38,7 @@ Progress = Callable[[str, float], None]
 STAGE = "reducing the plate with its effects"
 WORKERS = 2
 """States answered, and energies projected, at a time."""
-LEAST, TAIL = 7e-4, 3e-3
+LEAST, TAIL = 5e-4, 2e-3
 """Shares of a state's answers: what one direction has to hold, and what all that are left out may hold."""
 
 

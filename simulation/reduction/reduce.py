@@ -33,7 +33,7 @@ Progress = Callable[[str, float], None]
 STAGE = "reducing the plate"
 WORKERS = 2
 """Materials solved at a time: sparse factorization lets other threads run."""
-SHIFTS = (0.3, 0.85)
+SHIFTS = (0.1, 0.9)
 """Places along the band at which a material's stiffness is factorized."""
 
 

@@ -20,7 +20,7 @@ Mask = NDArray[np.bool_]
 
 OFFSET_RANGE = 0.0025
 """How far the first sensor patch can sit off its place along x or y, m."""
-KEPT = 2e-5
+KEPT = 2e-6
 """Motions of the elements around the sensor weaker than this share of the strongest are left out."""
 
 

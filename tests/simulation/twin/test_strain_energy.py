@@ -1,6 +1,8 @@
 """The self-consistent strain energy: of one mode, whose equation is a cubic, and of a plate solved directly."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -42,8 +44,8 @@ def one_mode(force: float, a: float, b: float, lines: np.ndarray) -> StrainEnerg
         kept = 1.0 - a * energy
         return state.with_(storage=kept, loss=kept + b * energy)
 
-    no_operators: EffectOperators = None  # type: ignore[assignment]
-    plate = LocalPlate(np.eye(1), local, zero, no_operators)
+    undamped = cast(EffectOperators, SimpleNamespace(damping=zero))
+    plate = LocalPlate(np.eye(1), local, zero, undamped)
     return StrainEnergy.of(plate, 0, softened, lines)
 
 
