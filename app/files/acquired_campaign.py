@@ -3,8 +3,7 @@
 import errno
 import logging
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +22,10 @@ from app.files.campaign_folder import (
     read_protocol,
     remove_unfinished,
     sweep_paths,
-    write_index,
     write_protocol,
 )
 from app.files.coverage import Place
-from app.files.folder_lock import folder_lock
+from app.files.folder_lock import writable
 from app.files.latest_repeat import LatestRepeat, save_latest
 from app.files.sweep_file import Source, file_name, read_sweep_file, write_sweep
 from drivers.ni.cards import Record
@@ -127,11 +125,10 @@ class AcquiredCampaign:
         return steps
 
 
-@contextmanager
 def open_campaign(
     folder: Path, protocol: dict[str, Any], experiment: Experiment, source: Source
-) -> Iterator[AcquiredCampaign]:
-    """Make a campaign folder, or take one up again; nobody else can meanwhile.
+) -> AcquiredCampaign:
+    """Make a campaign folder, or take one up again; for whoever holds its `folder_lock`.
 
     Parameters
     ----------
@@ -141,26 +138,24 @@ def open_campaign(
     experiment : Experiment
     source : Source
 
-    Yields
-    ------
-    AcquiredCampaign
-
     Raises
     ------
     CampaignFileError
-        If another process writes it, if it holds something else, or if it cannot be written.
+        If it holds something else, or cannot be written.
     """
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with folder_lock(folder):
-            _prepare(folder, protocol)
-            yield AcquiredCampaign(folder, experiment, source)
-            write_index(folder)
-    except PermissionError as error:
-        seen = f"cannot be written: {error.strerror or error}"
-        raise CampaignFileError(
-            folder, [Problem("", "", seen, "a folder on a writable disk", "use --out")]
-        ) from error
+    with writable(folder):
+        _prepare(folder, protocol)
+        return AcquiredCampaign(folder, experiment, source)
+
+
+def campaign_log(folder: Path) -> Callable[[Mapping[str, Any]], None]:
+    """Return what appends an event to the log of a campaign, once there is one in the folder."""
+
+    def log(event: Mapping[str, Any]) -> None:
+        if is_campaign_folder(folder):
+            events.append_event(folder, dict(event))
+
+    return log
 
 
 def require_ours(folder: Path, protocol: Mapping[str, Any]) -> None:

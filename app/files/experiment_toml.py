@@ -186,13 +186,13 @@ class AcquiredExperiment(Declared):
         return self
 
 
-def read_acquired_experiment(path: Path) -> AcquiredExperiment:
-    """Read an experiment's file, and hold its protocol against cards, amplifier and oven.
+def read_declared_experiment(path: Path) -> AcquiredExperiment:
+    """Read an experiment's file.
 
     Raises
     ------
     CampaignFileError
-        With every key that is wrong, or every reason why this hardware cannot run this protocol.
+        With every key that is wrong.
     """
     if path.is_dir():
         takes = f"; flexura import {path} takes this recorded campaign" if (path / NAME).is_file() else ""
@@ -201,7 +201,18 @@ def read_acquired_experiment(path: Path) -> AcquiredExperiment:
     if table.get("format") == FORMAT:
         seen = f"declares a recorded campaign (format {FORMAT!r}), which flexura import {path.parent} takes"
         raise CampaignFileError(path.parent, [Problem(path.name, "", seen, "")])
-    experiment = checked(path, table, AcquiredExperiment)
+    return checked(path, table, AcquiredExperiment)
+
+
+def read_acquired_experiment(path: Path) -> AcquiredExperiment:
+    """Read an experiment's file, and hold its protocol against cards, amplifier and oven.
+
+    Raises
+    ------
+    CampaignFileError
+        With every key that is wrong, or every reason why this hardware cannot run this protocol.
+    """
+    experiment = read_declared_experiment(path)
     if experiment.simulation is not None and experiment.simulation.effects:
         _require_known_effects(path, experiment, experiment.simulation)
     oven = experiment.oven

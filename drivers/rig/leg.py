@@ -6,9 +6,9 @@ from typing import TypeVar
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import Leg, SetPoint
 from drivers.ni.errors import Action, DaqError
-from drivers.rig.errors import RigStopped
+from drivers.rig.errors import RESUME, RigStopped
 from drivers.rig.progress import Purpose
-from drivers.rig.readings import Reading
+from drivers.rig.readings import Patience, Reading
 from drivers.rig.station import Station
 from drivers.rig.sweeping import Sweeping
 
@@ -54,6 +54,7 @@ class LegRun:
         self._sweeping = sweeping
         self._protocol = protocol
         self._failures: dict[int, int] = {}
+        self._losing = Patience(protocol.limits.lost_after)
         self._mark: tuple[float, float] | None = None
         self._begun_anew = False
         self._held = False
@@ -165,7 +166,10 @@ class LegRun:
         self._station.note("missing", step=set_point.step, place=str(set_point), why=why)
 
     def _read(self) -> Reading | None:
-        return self._with_cards(self._station.next_reading)
+        reading = self._with_cards(self._station.next_reading)
+        if reading is not None:
+            self._losing.good()
+        return reading
 
     def _with_cards(self, action: Callable[[], Result]) -> Result | None:
         """Return what `action` returns; None if the cards were lost meanwhile and are back."""
@@ -174,6 +178,7 @@ class LegRun:
         except DaqError as error:
             if error.action is not Action.LOST_DEVICE:
                 raise
+            self._losing.bad(self._station.now, f"the cards are lost again and again: {error}", RESUME)
         self._station.regain_cards()
         self._held, self._mark = True, None
         return None

@@ -3,8 +3,8 @@
 import errno
 import os
 import shutil
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import frozen_protocol, sweep_paths
 from app.files.experiment_toml import read_acquired_experiment
+from app.files.folder_lock import folder_lock
 from app.files.sweep_file import Source, read_sweep_file
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "simulated-rig.toml"
@@ -28,14 +29,16 @@ Opened = Callable[..., AbstractContextManager[AcquiredCampaign]]
 def opened(tmp_path: Path) -> Opened:
     """Return a function that opens the campaign of the example, or of a changed one."""
 
-    def make(folder: str = "campaign", **changes: Any) -> AbstractContextManager[AcquiredCampaign]:
+    @contextmanager
+    def make(folder: str = "campaign", **changes: Any) -> Iterator[AcquiredCampaign]:
         experiment = read_acquired_experiment(EXAMPLE)
         recorded = experiment.recorded(8533.0)
         acquired = experiment.model_dump(mode="json") | changes
         source = Source("mine.toml", changes.get("sha256", "0" * 64))
         acquired.pop("sha256", None)
         protocol = frozen_protocol("campaign", recorded, {source.file: source.sha256}, acquired)
-        return open_campaign(tmp_path / folder, protocol, recorded, source)
+        with folder_lock(tmp_path / folder):
+            yield open_campaign(tmp_path / folder, protocol, recorded, source)
 
     return make
 
