@@ -64,7 +64,7 @@ def flexura() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run one verb; exit 0 (done), 1 (ran, not good enough), 2 (bad input) or 3 (a rig not known to be at rest)."""
+    """Run one verb; exit 0 (done), 1 (not good enough), 2 (bad input) or 3 (a rig not known to be at rest)."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # Windows redirects in an encoding that has no sigma
             stream.reconfigure(errors="replace")

@@ -61,7 +61,7 @@ def acquire(experiment: AcquiredExperiment, folder: Path) -> dict[str, float]:
             memory.append((moment.done, resident()))
 
     with progress() as report, rig_of(experiment, "simulated", EXAMPLE, report) as rig:
-        session = Session(rig, campaign_log(folder))
+        session = Session(rig, experiment.limits, campaign_log(folder))
         started = time.perf_counter()
         outcome = acquire_campaign(session, experiment, folder, source, acquired, look)
         seconds = time.perf_counter() - started

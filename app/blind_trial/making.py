@@ -57,7 +57,8 @@ def make_campaign(
     shutil.rmtree(folder, ignore_errors=True)
     rig = specimen.rig(hidden.effects, yard.noise, truth)
     acquired = experiment.model_dump(mode="json", exclude={"simulation"})
-    acquire_campaign(Session(rig), experiment, folder, Source(truth.name, sha256(truth)), acquired, unobserved)
+    session, source = Session(rig, experiment.limits), Source(truth.name, sha256(truth))
+    acquire_campaign(session, experiment, folder, source, acquired, unobserved)
 
 
 def record(

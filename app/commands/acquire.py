@@ -62,7 +62,7 @@ def command(experiment: Path, rig: "RigKind | None", again: bool, out: Path | No
     require_ours(folder, {"acquired": acquired})  # before a twin is built
     _advise(declared, output)
     with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
-        session = Session(opened, campaign_log(folder), requests.check)
+        session = Session(opened, declared.limits, campaign_log(folder), requests.check)
         try:
             outcome = _acquire(session, declared, experiment, folder, acquired, again, output)
         except BaseException as error:

@@ -17,10 +17,10 @@ from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.sweep import SweepSettings
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_toml import FORMAT, NAME
+from app.files.far_limits import far_limits
 from app.files.settings_toml import checked, read_table
 from drivers.ni.modules import find_module
 from drivers.ni.wiring import Wiring
-from drivers.ovens.espec import Espec
 from drivers.ovens.settings import OvenSettings
 
 RigKind = Literal["simulated", "ni"]
@@ -223,13 +223,14 @@ def read_acquired_experiment(path: Path) -> AcquiredExperiment:
         oven_minimum=oven.minimum,
         oven_maximum=oven.maximum,
         oven_max_rate=oven.max_rate,
-        poll_within=Espec.poll_within if oven.kind == "espec-p300" else float("inf"),
     )
-    found = objections(experiment.protocol, hardware)
+    found = [
+        Problem(path.name, one.key, one.seen, one.allowed, one.remedy)
+        for one in objections(experiment.protocol, hardware)
+    ]
+    found += far_limits(path.name, experiment.limits, experiment.oven)
     if found:
-        raise CampaignFileError(
-            path.parent, [Problem(path.name, one.key, one.seen, one.allowed, one.remedy) for one in found]
-        )
+        raise CampaignFileError(path.parent, found)
     return experiment
 
 

@@ -1,18 +1,19 @@
 """A rig in use: the oven opened, then the cards, and both brought to rest however that ends."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any, Self
 
+from analysis.protocol.limits import Limits
 from drivers.interruptions import held_back
 from drivers.ni.cards import Cards, go_on
 from drivers.ni.errors import DaqError
 from drivers.ovens.error import OvenError
-from drivers.ovens.oven import Oven
 from drivers.rig.errors import RESUME, RigStopped
 from drivers.rig.rest import bring_to_rest
 from drivers.rig.rig import Rig
+from drivers.rig.supervision import SupervisedOven
 
 Log = Callable[[Mapping[str, Any]], None]
 
@@ -35,29 +36,34 @@ class Session:
     Parameters
     ----------
     rig : Rig
+    limits : Limits
+        What the oven is watched for, from the moment it is open.
     log : callable
         Keeps the event that says how the rig was left.
-    check : callable
-        Raises where the session is to end; asked wherever that is safe.
+    asked_to_end : callable
+        Raises where somebody wants the session to end; asked wherever that is safe.
 
     Attributes
     ----------
     rig : Rig
-    oven : Oven
+    oven : SupervisedOven
     cards : Cards
         Of an open session.
     unsafe : tuple of str or None
         What could not be verified to be at rest when the session was left; None before: nothing was touched.
     """
 
-    oven: Oven
+    oven: SupervisedOven
     cards: Cards
 
-    def __init__(self, rig: Rig, log: Log = unlogged, check: Callable[[], None] = go_on) -> None:
+    def __init__(
+        self, rig: Rig, limits: Limits, log: Log = unlogged, asked_to_end: Callable[[], None] = go_on
+    ) -> None:
         self.rig = rig
         self.unsafe: tuple[str, ...] | None = None
+        self._limits = limits
         self._log = log
-        self.check = check
+        self._asked_to_end = asked_to_end
 
     @property
     def now(self) -> float:
@@ -67,7 +73,8 @@ class Session:
     def __enter__(self) -> Self:
         """Open oven and cards; RigStopped, and all at rest, where one of them cannot be opened."""
         try:
-            self.oven = self.rig.open_oven()
+            self.oven = SupervisedOven(self.rig.open_oven(), self._limits, self.rig.clock, self._asked_to_end)
+            self.oven.begin()
             self.cards = self.rig.open_cards()
         except (DaqError, OvenError) as error:
             stopped = RigStopped(f"the rig cannot be opened: {error}", RESUME)
@@ -83,6 +90,16 @@ class Session:
     ) -> None:
         """Bring everything to rest."""
         self._leave(error)
+
+    def check(self) -> None:
+        """Raise where the session is to end: RigInterrupted as somebody wishes, RigStopped by the supervision."""
+        self.oven.check()
+
+    def restore(self, events: Sequence[Mapping[str, Any]]) -> None:
+        """Let a simulated rig go back to where it was, in which hours pass that nobody needs to watch."""
+        self.oven.end()
+        self.rig.restore(self.oven, events)
+        self.oven.begin()
 
     def reopen_cards(self) -> None:
         """Let go of lost cards and open them again.
@@ -110,6 +127,8 @@ class Session:
     def _leave(self, error: BaseException | None) -> None:
         with held_back():
             opened = self.__dict__
+            if "oven" in opened:
+                self.oven.end()
             self.unsafe = bring_to_rest(self.rig, opened.get("oven"), opened.get("cards"))
             if error is not None:
                 for told in self.unsafe:

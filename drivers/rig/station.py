@@ -14,6 +14,7 @@ from drivers.ni.errors import Action, DaqError
 from drivers.ovens.error import OvenError
 from drivers.ovens.line import PASSING
 from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.plausibility import Company, Sensor, require_celsius
 from drivers.rig.progress import Purpose
 from drivers.rig.readings import RESOLUTION, Patience, Reading
 from drivers.rig.session import Session
@@ -45,6 +46,10 @@ class Station:
         self._protocol = protocol
         self._store = store
         self._patience = Patience(protocol.limits.lost_after)
+        self._company = Company()
+        max_rate = session.oven.limits.max_rate
+        self._air = Sensor(self._ask_air, lambda: self.now, max_rate)
+        self._plate = Sensor(self._ask_plate, lambda: self.now, max_rate)
         self.leg = -1
 
     @property
@@ -65,14 +70,9 @@ class Station:
         """Play a drive (M,), V, and return what came back; broken off where the session is to end."""
         return self._session.cards.sweep(drive, self._session.check)
 
-    @property
-    def poll_within(self) -> float:
-        """Longest time the oven may be left alone, s."""
-        return self._oven.poll_within
-
     def restore(self, events: Sequence[Mapping[str, Any]]) -> None:
         """Let a simulated rig go back to where it was."""
-        self._session.rig.restore(self._oven, events)
+        self._session.restore(events)
 
     def note(self, event: str, **what: Any) -> None:
         """Log an event with its time."""
@@ -99,7 +99,7 @@ class Station:
         """Read both temperatures now; see `next_reading`."""
         advice = "Check the oven's line, its sensor and the thermocouple; then run the same command again"
         try:
-            found = Reading(self._air(), self._plate())
+            found = Reading(self._air.read(), self._plate.read())
         except (OvenError, DaqError) as error:
             if not _passes(error):
                 raise
@@ -116,6 +116,7 @@ class Station:
             self.note("recovered", air=found.air, plate=found.plate)
         self._patience.good()
         found.require_within(self._protocol.limits.coldest, self._protocol.limits.hottest)
+        self._company.require_moving(found)
         return found
 
     def watched(self, reading: Reading) -> float:
@@ -129,10 +130,18 @@ class Station:
             )
         return reading.plate
 
-    def _air(self) -> float:
+    def require_celsius(self) -> None:
+        """Raise RigStopped where the controller plainly shows another unit: to be asked before anything moves."""
+        try:
+            require_celsius(Reading(self._air.read(), self._plate.read()))
+        except (OvenError, DaqError) as error:
+            if not _passes(error):
+                raise
+
+    def _ask_air(self) -> float:
         return round(float(self._oven.temperature()), RESOLUTION)
 
-    def _plate(self) -> float | None:
+    def _ask_plate(self) -> float | None:
         readings = self._session.cards.temperatures()
         return round(float(np.mean(readings)), RESOLUTION) if readings.size else None
 
@@ -167,11 +176,7 @@ class Station:
             else:
                 self.note("recovered", what="the cards are back")
                 return
-            try:
-                self._oven.temperature()  # some ovens stop when nobody asks
-            except OvenError as error:
-                log.debug("oven while the cards are lost: %s", error)
-            self._session.sleep_until(self.now + min(5.0, 0.3 * self._oven.poll_within))
+            self._session.sleep_until(self.now + 5.0)
 
 
 def _passes(error: OvenError | DaqError) -> bool:

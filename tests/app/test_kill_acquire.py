@@ -55,7 +55,7 @@ def acquire(experiment: AcquiredExperiment, folder: Path) -> None:
     parts = simulated_parts(
         experiment.cards, experiment.oven, plate, modules={1: NI_9234, 2: NI_9260, 3: NI_9211}, seed=3
     )
-    session = Session(parts.rig(), campaign_log(folder))
+    session = Session(parts.rig(), experiment.limits, campaign_log(folder))
     source = Source("mine.toml", "0" * 64)
     acquire_campaign(session, experiment, folder, source, experiment.model_dump(mode="json"), unobserved)
     assert session.unsafe == ()

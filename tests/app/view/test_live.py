@@ -80,7 +80,7 @@ class Acquisition:
         self.parts = simulated_parts(experiment.cards, experiment.oven, self.plate, modules=modules, seed=3)
         source = Source("mine.toml", "0" * 64)
         acquired = {"rig": "simulated", **experiment.model_dump(mode="json")}
-        session = Session(self.parts.rig(), campaign_log(self.folder))
+        session = Session(self.parts.rig(), experiment.limits, campaign_log(self.folder))
         try:
             self.outcome = acquire_campaign(session, experiment, self.folder, source, acquired, unobserved)
         except RigStopped as stopped:

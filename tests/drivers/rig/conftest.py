@@ -188,7 +188,7 @@ class World:
 
     def run(self, check: Callable[[], None] = go_on, **options: Any) -> Outcome:
         """Run the campaign in a session of its own, which `session` then is."""
-        self.session = Session(self.rig, self.store.log, check)
+        self.session = Session(self.rig, self.protocol.limits, self.store.log, check)
         with self.session:
             return run_campaign(self.session, self.protocol, self.store, **options)
 

@@ -25,7 +25,7 @@ def killed_at(monkeypatch: pytest.MonkeyPatch) -> Callable[[Any, float], None]:
     def run(world: Any, seconds: float) -> None:
         world.at(seconds, die)
         with monkeypatch.context() as dead:
-            dead.setattr(Session, "_leave", lambda self, error: None)
+            dead.setattr(Session, "_leave", lambda self, error: self.oven.end())  # its thread dies, too
             with pytest.raises(Killed):
                 world.run()
 
