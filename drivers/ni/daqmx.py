@@ -213,11 +213,12 @@ class DaqmxCards:
         for terminal in wiring.inputs:
             channel = task.ai_channels.add_ai_voltage_chan(
                 terminal,
-                terminal_config=TerminalConfiguration.PSEUDO_DIFF,
+                terminal_config=TerminalConfiguration[wiring.terminal_configuration],
                 min_val=-wiring.input_range,
                 max_val=wiring.input_range,
             )
-            channel.ai_coupling = Coupling[wiring.coupling]
+            if wiring.coupling != "DEFAULT":
+                channel.ai_coupling = Coupling[wiring.coupling]
         task.timing.cfg_samp_clk_timing(
             wiring.sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=samples
         )
