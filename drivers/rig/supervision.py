@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from analysis.protocol.limits import Limits
 from drivers.clock import Clock, Stop
-from drivers.ovens.error import OvenError
+from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import PASSING
 from drivers.ovens.oven import Oven, OvenLimits, SetPoint
 from drivers.rig.errors import RESUME, RigStopped
@@ -19,6 +19,8 @@ PERIOD = 1.0
 """Between two looks at whether anything is to be done, s."""
 QUIET = 6.0
 """An oven that nobody has asked for so long is asked by the supervision, s."""
+HANGS = 20.0
+"""A question that keeps the line for longer does not come to its end, s."""
 
 LOOK = "Look at the oven, its set-point and its sensors before going on"
 
@@ -50,6 +52,7 @@ class SupervisedOven:
         self._limits = limits
         self._clock = clock
         self._asked_to_end = asked_to_end
+        self._quiet = min(QUIET, 0.3 * oven.poll_within)
         self._turn = threading.Lock()
         self._asked = self._answered = self._user = clock.now()
         self._wrong: RigStopped | None = None
@@ -95,9 +98,15 @@ class SupervisedOven:
         return self._told(self._oven.hold)
 
     def safe(self) -> None:
-        """Put the oven to rest; always possible."""
-        with self._turn:
+        """Put the oven to rest; OvenError where an earlier question keeps the line for ever."""
+        if not self._turn.acquire(timeout=HANGS):
+            raise OvenError(
+                Fault.BUSY, "its line hangs in an earlier question", "Pull the cable, and plug it in again."
+            )
+        try:
             self._oven.safe()
+        finally:
+            self._turn.release()
 
     def close(self) -> None:
         """Let go of the port."""
@@ -138,7 +147,7 @@ class SupervisedOven:
         if now - self._user > patience:
             what = f"the campaign has stood still for {now - self._user:.0f} s (limits.lost_after {patience:g} s)"
             return RigStopped(what, f"Is its folder out of reach, a network share? {RESUME}")
-        if now - self._asked >= QUIET:
+        if now - self._asked >= self._quiet:
             try:
                 return self._beyond(self._ask()) and self._beyond(self._ask())  # one glitch is none
             except OvenError as error:

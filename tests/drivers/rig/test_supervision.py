@@ -11,6 +11,7 @@ from drivers.clock import SystemClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.rig import leg, supervision
 from drivers.rig.errors import RigStopped
+from drivers.rig.rest import bring_to_rest
 from drivers.rig.supervision import SupervisedOven
 
 World = Any
@@ -100,6 +101,9 @@ class Thermostat:
     def ramp_to(self, target: float, rate: float) -> None:
         self.said.append("ramp")
 
+    def close(self) -> None:
+        self.said.append("close")
+
     def safe(self) -> None:
         self.said.append("safe")
         self.told.set()
@@ -157,3 +161,29 @@ def test_a_request_to_end_is_heard_while_its_user_is_stuck(world: World) -> None
     watched(world, thermostat, check=asked_to_end)
     world.parts.clock.sleep(2.0)
     assert thermostat.said == ["safe"]
+
+
+def test_a_line_that_hangs_does_not_keep_the_drive_from_its_rest(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The question of another thread never comes back: the oven is told as not at rest, the drive zeroed."""
+    monkeypatch.setattr(supervision, "HANGS", 0.01)
+    over, waiting = threading.Event(), threading.Event()
+    thermostat = Thermostat([20.0])
+
+    def for_ever() -> float:
+        waiting.set()
+        over.wait(60.0)
+        return 20.0
+
+    thermostat.temperature = for_ever  # type: ignore[method-assign]
+    oven = watched(world, thermostat)
+    thread = threading.Thread(target=oven.temperature)
+    thread.start()
+    assert waiting.wait(60.0)
+    world.parts.server.chassis.lines["cDAQ1Mod2/ao0"].hold(2.0, world.parts.clock.now())
+    told = bring_to_rest(world.rig, oven)
+    over.set()
+    thread.join(60.0)
+    assert ["line hangs" in what for what in told] == [True]
+    assert world.parts.server.output_voltage() == 0.0
