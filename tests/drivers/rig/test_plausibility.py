@@ -1,12 +1,21 @@
 """Temperatures that cannot be true are asked for again, and sensors that lie are found out."""
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from drivers.clock import VirtualClock
+from drivers.ovens.error import OvenError
+from drivers.ovens.settings import OvenSettings, open_oven
+from drivers.ovens.simulated.build import simulated_controller
+from drivers.ovens.simulated.controller import Delivery
+from drivers.ovens.simulated.disturbance import Disturbed
+from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.rig.errors import RigStopped
 from drivers.rig.plausibility import Company, Sensor, require_agreement, require_celsius
 from drivers.rig.readings import Reading
@@ -116,3 +125,34 @@ def test_what_cannot_be_judged_is_not() -> None:
     require_agreement(Reading(40.0, 38.5), 38.5)
     require_celsius(Reading(70.0, None))
     require_celsius(Reading(40.0, 22.0))  # hot from the last run
+
+
+@pytest.mark.parametrize(
+    ("kind", "checksum"),
+    [("votsch-ascii2", False), ("espec-p300", False), ("watlow-f4t", True), ("eurotherm-2400", True)],
+)
+def test_what_gets_through_a_damaged_line(kind: str, checksum: bool) -> None:
+    """One answer in ten has a wrong bit: nothing gets through a checksum, and nothing far off without one."""
+    clock, rng = VirtualClock(), np.random.default_rng(3)
+    body = RegulatedOven(clock, np.random.default_rng(7), air=20.0, plate=20.0)
+    given = {"kind": kind, "port": "simulated", "minimum": -5.0, "maximum": 65.0, "max_rate": 2.0, "timeout": 0.5}
+    settings = OvenSettings.model_validate(given | {"lost_after": 3600.0})
+    line = Disturbed(simulated_controller(settings, body, clock))
+    oven = open_oven(settings, clock, MemoryTransport(line, clock))
+    oven.ramp_to(60.0, 1.0)
+
+    def damaged(answer: Delivery) -> list[Delivery]:
+        data = bytearray(answer.data)
+        if rng.random() < 0.1:
+            data[rng.integers(len(data))] ^= 1 << rng.integers(8)
+        return [Delivery(answer.delay, bytes(data))]
+
+    line.always = damaged
+    asked = Sensor(oven.temperature, clock.now, 2.0)
+    errors = []
+    for _ in range(2000):
+        clock.sleep(2.0)
+        with suppress(OvenError):  # three damaged answers in a row: no reading, which a campaign bears
+            errors.append(abs(asked.read() - body.measured))
+    assert len(errors) > 1950
+    assert max(errors) < (0.2 if checksum else 1.5)
