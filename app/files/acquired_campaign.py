@@ -28,7 +28,7 @@ from app.files.coverage import Place
 from app.files.folder_lock import writable
 from app.files.latest_repeat import LatestRepeat, save_latest
 from app.files.sweep_file import Source, file_name, read_sweep_file, write_sweep
-from drivers.ni.cards import Record
+from drivers.ni.cards import Record, go_on
 
 REJECTED = "rejected"
 SPARE = 50_000_000
@@ -44,14 +44,18 @@ class AcquiredCampaign:
     experiment : Experiment
     source : Source
         The experiment's file.
+    check : callable
+        Called between the files that are there; raises to break their verification off.
     """
 
-    def __init__(self, folder: Path, experiment: Experiment, source: Source) -> None:
+    def __init__(
+        self, folder: Path, experiment: Experiment, source: Source, check: Callable[[], None] = go_on
+    ) -> None:
         self.folder = folder
         self._experiment = experiment
         self._sensors = tuple(output.id for output in experiment.outputs)
         self._source = source
-        self._finished = self._verified()
+        self._finished = self._verified(check)
 
     def finished(self) -> frozenset[int]:
         """Return the steps whose sweeps are there and whole."""
@@ -110,10 +114,11 @@ class AcquiredCampaign:
         except RuntimeError as error:  # how h5py tells that a file could not be closed
             raise OSError(errno.EIO, f"cannot be written: {error}", str(path)) from error
 
-    def _verified(self) -> set[int]:
+    def _verified(self, check: Callable[[], None]) -> set[int]:
         """Return the steps of the sweeps that are there; CampaignFileError for one that was damaged since."""
         steps, problems = set(), []
         for path in sweep_paths(self.folder):
+            check()
             sweep, wrong = read_sweep_file(path, f"{SWEEPS}/{path.name}")
             if wrong is not None:
                 remedy = "move it out of the campaign; the same command then measures it again"
@@ -126,7 +131,11 @@ class AcquiredCampaign:
 
 
 def open_campaign(
-    folder: Path, protocol: dict[str, Any], experiment: Experiment, source: Source
+    folder: Path,
+    protocol: dict[str, Any],
+    experiment: Experiment,
+    source: Source,
+    check: Callable[[], None] = go_on,
 ) -> AcquiredCampaign:
     """Make a campaign folder, or take one up again; for whoever holds its `folder_lock`.
 
@@ -137,6 +146,8 @@ def open_campaign(
         Of `frozen_protocol`. It must be the very one a folder that is there was begun with.
     experiment : Experiment
     source : Source
+    check : callable
+        See `AcquiredCampaign`.
 
     Raises
     ------
@@ -145,7 +156,7 @@ def open_campaign(
     """
     with writable(folder):
         _prepare(folder, protocol)
-        return AcquiredCampaign(folder, experiment, source)
+        return AcquiredCampaign(folder, experiment, source, check)
 
 
 def campaign_log(folder: Path) -> Callable[[Mapping[str, Any]], None]:

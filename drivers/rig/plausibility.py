@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 from drivers.rig.errors import RESUME, RigStopped
 from drivers.rig.readings import Reading
 
-SLACK = 1.0
+SLACK = 0.5
 """A reading may differ from the last one by so much besides what a ramp moves meanwhile, K."""
 OVERSHOOT = 2.0
 """Air may move faster than the steepest ramp by so much."""
@@ -47,10 +47,16 @@ class Sensor(Generic[Asked]):
         """Return the temperature now; one that has jumped gives way to the answer to a second question."""
         value = self._ask()
         if value is not None and self._last is not None and not self._near(value, *self._last):
-            value = self._ask()
+            value = self._asked_again(value, *self._last)
         if value is not None:
             self._last = (value, self._now())
         return value
+
+    def _asked_again(self, jumped: float, last: float, moment: float) -> Asked:
+        second = self._ask()
+        if second is None or self._near(second, last, moment) or self._near(second, jumped, self._now()):
+            return second
+        return self._ask()  # the second was damaged as well
 
     def _near(self, value: float, other: float, moment: float) -> bool:
         return abs(value - other) <= SLACK + self._rate * (self._now() - moment)

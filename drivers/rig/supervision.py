@@ -19,6 +19,8 @@ PERIOD = 1.0
 """Between two looks at whether anything is to be done, s."""
 QUIET = 6.0
 """An oven that nobody has asked for so long is asked by the supervision, s."""
+SLOW = 60.0
+"""Checks, files and figures of a long sweep may take its user so long at least, s."""
 HANGS = 20.0
 """A question that keeps the line for longer does not come to its end, s."""
 
@@ -144,7 +146,7 @@ class SupervisedOven:
             self._asked_to_end()
         except KeyboardInterrupt as request:
             return RigStopped(f"asked to end: {request}", RESUME)
-        if now - self._user > patience:
+        if now - self._user > max(patience, SLOW):
             what = f"the campaign has stood still for {now - self._user:.0f} s (limits.lost_after {patience:g} s)"
             return RigStopped(what, f"Is its folder out of reach, a network share? {RESUME}")
         if now - self._asked >= self._quiet:

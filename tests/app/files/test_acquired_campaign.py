@@ -159,3 +159,20 @@ def test_a_full_disk_leaves_nothing_half_written(
 
 def _no_space(handle: int) -> None:
     raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_verifying_what_is_there_can_be_broken_off(opened: Opened, tmp_path: Path) -> None:
+    """A campaign of many gigabytes takes a while, in which the oven may have to be brought to rest."""
+    with opened() as store:
+        for step in range(3):
+            store.keep(sweep(step), point(step), 1)
+    experiment = read_acquired_experiment(EXAMPLE)
+    calls = iter([None, None, RuntimeError("enough")])
+
+    def check() -> None:
+        error = next(calls)
+        if error is not None:
+            raise error
+
+    with pytest.raises(RuntimeError, match="enough"):
+        AcquiredCampaign(tmp_path / "campaign", experiment.recorded(8533.0), Source("mine.toml", "0" * 64), check)
