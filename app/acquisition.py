@@ -5,17 +5,17 @@ from pathlib import Path
 from typing import Any
 
 from app.files.acquired_campaign import open_campaign
-from app.files.campaign_folder import frozen_protocol
+from app.files.campaign_folder import frozen_protocol, write_index
 from app.files.experiment_toml import AcquiredExperiment
+from app.files.folder_lock import folder_lock
 from app.files.sweep_file import Source
-from app.rig import declared_by
 from app.watched_campaign import WatchedCampaign
 from drivers.rig.campaign import Moment, Observer, Outcome, run_campaign
-from drivers.rig.rig import Rig
+from drivers.rig.session import Session
 
 
 def acquire_campaign(
-    rig: Rig,
+    session: Session,
     experiment: AcquiredExperiment,
     folder: Path,
     source: Source,
@@ -26,9 +26,12 @@ def acquire_campaign(
 ) -> Outcome:
     """Run what is still to be done of a campaign.
 
+    The rig is touched only by whoever holds the folder's lock, and is at rest before the lock is given up.
+
     Parameters
     ----------
-    rig : Rig
+    session : Session
+        Opened and left here; what it could not bring to rest it says afterwards.
     experiment : AcquiredExperiment
     folder : Path
         Of the campaign.
@@ -44,17 +47,21 @@ def acquire_campaign(
     Raises
     ------
     CampaignFileError
-        If the folder holds another campaign.
-    RigStopped, DaqError, OSError
+        If another process runs the campaign, or the folder holds another one.
+    RigStopped, OSError
         As `drivers.rig.campaign.run_campaign`.
     """
-    recorded = declared_by(experiment, rig)
-    protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, dict(acquired))
-    with open_campaign(folder, protocol, recorded, source) as store:
-        watched = WatchedCampaign(folder)
+    with folder_lock(folder):
+        with session:
+            recorded = experiment.recorded(session.cards.sample_rate)
+            protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, dict(acquired))
+            store = open_campaign(folder, protocol, recorded, source, session.check)
+            watched = WatchedCampaign(folder)
 
-        def look(moment: Moment) -> None:
-            observer(moment)
-            watched.observe(moment)
+            def look(moment: Moment) -> None:
+                observer(moment)
+                watched.observe(moment)
 
-        return run_campaign(rig, experiment.protocol, store, look, paused=watched.paused, again=again)
+            outcome = run_campaign(session, experiment.protocol, store, look, paused=watched.paused, again=again)
+        write_index(folder)
+    return outcome

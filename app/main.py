@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 
 VERBS = {
     "acquire": "acquire",
+    "safe": "safe",
     "import": "import_campaign",
     "identify": "identify",
     "update": "update",
@@ -58,12 +59,12 @@ def flexura() -> None:
     """Temperature-aware modal analysis and wave focusing for plate-like structures.
 
     Verbs stand in the order of the work. Results go to the output stream and into files, all else to the error
-    stream; exit status 0: done, 1: ran, but not good enough, 2: bad input.
+    stream; exit status 0: done, 1: ran, but not good enough, 2: bad input, 3: a rig not known to be at rest.
     """
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run one verb; exit 0 (done), 1 (ran, not good enough) or 2 (bad input, with the reason)."""
+    """Run one verb; exit 0 (done), 1 (not good enough), 2 (bad input) or 3 (a rig not known to be at rest)."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # Windows redirects in an encoding that has no sigma
             stream.reconfigure(errors="replace")

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.experiment import Experiment
 from analysis.gap.model import SweepPoint
 from analysis.material import MaterialLaws
 from analysis.plate_material import material_box
@@ -62,13 +61,7 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Re
         If the simulated rig is asked for and the file does not say enough about it.
     """
     if kind == "ni":
-        clock = SystemClock()
-        yield Rig(
-            open_cards=lambda: DaqmxCards(experiment.cards),
-            open_oven=lambda: open_oven(experiment.oven, clock),
-            clock=clock,
-            date=lambda: datetime.now(UTC),
-        )
+        yield _real_rig(experiment)
         return
     parts = simulated_rig(experiment, file, report)
     if experiment.simulation is not None and experiment.simulation.served:
@@ -78,12 +71,39 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Re
         yield parts.rig()
 
 
-def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) -> SimulatedParts:
-    """Build the simulated rig around the twin; CampaignFileError for what ``[simulation]`` lacks."""
-    simulation = experiment.simulation
-    if simulation is None:
+def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:
+    """Return the rig for whoever plays nothing on it: a simulated one needs no twin then.
+
+    Raises
+    ------
+    CampaignFileError
+        If the simulated rig is asked for and the file does not say enough about it.
+    """
+    if kind == "ni":
+        return _real_rig(experiment)
+    return parts_around(experiment, _simulation(experiment, file), _silent, file).rig()
+
+
+def _real_rig(experiment: AcquiredExperiment) -> Rig:
+    clock = SystemClock()
+    return Rig(
+        open_cards=lambda: DaqmxCards(experiment.cards),
+        open_oven=lambda: open_oven(experiment.oven, clock),
+        clock=clock,
+        date=lambda: datetime.now(UTC),
+    )
+
+
+def _simulation(experiment: AcquiredExperiment, file: Path) -> Simulation:
+    if experiment.simulation is None:
         allowed = "a table that says what is simulated: laws, seed, gain, noise"
         raise CampaignFileError(file.parent, [Problem(file.name, "simulation", "nothing", allowed)])
+    return experiment.simulation
+
+
+def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) -> SimulatedParts:
+    """Build the simulated rig around the twin; CampaignFileError for what ``[simulation]`` lacks."""
+    simulation = _simulation(experiment, file)
     laws = simulation.laws.laws()
     require_computed(experiment.plate, str(file))
     _require_covered(experiment, laws, file)
@@ -210,18 +230,3 @@ def _modules(simulation: Simulation, file: Path) -> dict[int, Module]:
             module = dataclasses.replace(module, noise=simulation.noise)
         found[int(slot)] = module
     return found
-
-
-def declared_by(experiment: AcquiredExperiment, rig: Rig) -> Experiment:
-    """Return the declaration of the campaign, with the sample rate the opened cards read back.
-
-    Raises
-    ------
-    DaqError
-        If the cards cannot be opened.
-    """
-    cards = rig.open_cards()
-    try:
-        return experiment.recorded(cards.sample_rate)
-    finally:
-        cards.close()

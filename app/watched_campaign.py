@@ -7,8 +7,8 @@ from pathlib import Path
 
 from app.files.control import wish, wished
 from app.files.readings import ReadingLine, append_reading
-from drivers.rig.campaign import RESUME, Moment
-from drivers.rig.errors import RigStopped
+from drivers.rig.campaign import Moment
+from drivers.rig.errors import RESUME, RigStopped
 
 PATIENCE = 0.2
 """Seconds of ours between two looks at a pause: a simulated oven's time would race on otherwise."""

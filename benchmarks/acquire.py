@@ -22,15 +22,16 @@ from threadpoolctl import threadpool_limits
 
 from analysis.frf import campaign_frf
 from analysis.updating.update import update
-from app.files.acquired_campaign import open_campaign
+from app.acquisition import acquire_campaign
+from app.files.acquired_campaign import campaign_log
 from app.files.campaign import load_campaign
-from app.files.campaign_folder import frozen_protocol
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
 from app.files.sweep_file import Source, digest
 from app.progress import progress
 from app.rig import rig_of
 from app.twin import campaign_twin
-from drivers.rig.campaign import Moment, run_campaign
+from drivers.rig.campaign import Moment
+from drivers.rig.session import Session
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "simulated-rig.toml"
@@ -52,24 +53,19 @@ def three_hours(*, served: bool = False, **changes: float) -> AcquiredExperiment
 
 def acquire(experiment: AcquiredExperiment, folder: Path) -> dict[str, float]:
     """Run a campaign into `folder`; wall and virtual seconds, sweeps, growth of the memory in use."""
-    recorded = experiment.recorded(experiment.sample_rate)
-    source = Source(EXAMPLE.name, "0" * 64)
-    frozen = frozen_protocol("benchmark", recorded, {}, experiment.model_dump(mode="json"))
+    source, acquired = Source(EXAMPLE.name, "0" * 64), experiment.model_dump(mode="json")
     memory: list[tuple[int, float]] = []
 
     def look(moment: Moment) -> None:
         if not memory or moment.done != memory[-1][0]:
             memory.append((moment.done, resident()))
 
-    with (
-        progress() as report,
-        rig_of(experiment, "simulated", EXAMPLE, report) as rig,
-        open_campaign(folder, frozen, recorded, source) as store,
-    ):
+    with progress() as report, rig_of(experiment, "simulated", EXAMPLE, report) as rig:
+        session = Session(rig, experiment.limits, campaign_log(folder))
         started = time.perf_counter()
-        outcome = run_campaign(rig, experiment.protocol, store, look)
+        outcome = acquire_campaign(session, experiment, folder, source, acquired, look)
         seconds = time.perf_counter() - started
-    if outcome.missing or outcome.unsafe:
+    if outcome.missing or session.unsafe:
         raise SystemExit(f"the campaign is not whole: {outcome}")
     tenth = max(1, len(memory) // 10)
     return {

@@ -19,6 +19,7 @@ from app.files.atomic import write_json
 from app.files.provenance import sha256
 from app.files.sweep_file import Source
 from drivers.rig.campaign import unobserved
+from drivers.rig.session import Session
 from simulation.effects.library import LIBRARY
 
 SCHEMA = "flexura-blind-truth/1"
@@ -56,7 +57,8 @@ def make_campaign(
     shutil.rmtree(folder, ignore_errors=True)
     rig = specimen.rig(hidden.effects, yard.noise, truth)
     acquired = experiment.model_dump(mode="json", exclude={"simulation"})
-    acquire_campaign(rig, experiment, folder, Source(truth.name, sha256(truth)), acquired, unobserved)
+    session, source = Session(rig, experiment.limits), Source(truth.name, sha256(truth))
+    acquire_campaign(session, experiment, folder, source, acquired, unobserved)
 
 
 def record(

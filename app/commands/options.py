@@ -18,6 +18,9 @@ own_effects = click.option(
     metavar="FOLDER",
     help="Effects of your own. Its *.py are run: name only folders you trust.",
 )
+which_rig = click.option(
+    "--rig", type=click.Choice(["simulated", "ni"]), help="Which rig (default: what EXPERIMENT says)."
+)
 mains = click.option(
     "--mains",
     type=click.FloatRange(10.0, 400.0),

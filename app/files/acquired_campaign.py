@@ -3,8 +3,7 @@
 import errno
 import logging
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,14 +22,13 @@ from app.files.campaign_folder import (
     read_protocol,
     remove_unfinished,
     sweep_paths,
-    write_index,
     write_protocol,
 )
 from app.files.coverage import Place
-from app.files.folder_lock import folder_lock
+from app.files.folder_lock import writable
 from app.files.latest_repeat import LatestRepeat, save_latest
 from app.files.sweep_file import Source, file_name, read_sweep_file, write_sweep
-from drivers.ni.cards import Record
+from drivers.ni.cards import Record, go_on
 
 REJECTED = "rejected"
 SPARE = 50_000_000
@@ -46,14 +44,18 @@ class AcquiredCampaign:
     experiment : Experiment
     source : Source
         The experiment's file.
+    check : callable
+        Called between the files that are there; raises to break their verification off.
     """
 
-    def __init__(self, folder: Path, experiment: Experiment, source: Source) -> None:
+    def __init__(
+        self, folder: Path, experiment: Experiment, source: Source, check: Callable[[], None] = go_on
+    ) -> None:
         self.folder = folder
         self._experiment = experiment
         self._sensors = tuple(output.id for output in experiment.outputs)
         self._source = source
-        self._finished = self._verified()
+        self._finished = self._verified(check)
 
     def finished(self) -> frozenset[int]:
         """Return the steps whose sweeps are there and whole."""
@@ -112,10 +114,11 @@ class AcquiredCampaign:
         except RuntimeError as error:  # how h5py tells that a file could not be closed
             raise OSError(errno.EIO, f"cannot be written: {error}", str(path)) from error
 
-    def _verified(self) -> set[int]:
+    def _verified(self, check: Callable[[], None]) -> set[int]:
         """Return the steps of the sweeps that are there; CampaignFileError for one that was damaged since."""
         steps, problems = set(), []
         for path in sweep_paths(self.folder):
+            check()
             sweep, wrong = read_sweep_file(path, f"{SWEEPS}/{path.name}")
             if wrong is not None:
                 remedy = "move it out of the campaign; the same command then measures it again"
@@ -127,11 +130,14 @@ class AcquiredCampaign:
         return steps
 
 
-@contextmanager
 def open_campaign(
-    folder: Path, protocol: dict[str, Any], experiment: Experiment, source: Source
-) -> Iterator[AcquiredCampaign]:
-    """Make a campaign folder, or take one up again; nobody else can meanwhile.
+    folder: Path,
+    protocol: dict[str, Any],
+    experiment: Experiment,
+    source: Source,
+    check: Callable[[], None] = go_on,
+) -> AcquiredCampaign:
+    """Make a campaign folder, or take one up again; for whoever holds its `folder_lock`.
 
     Parameters
     ----------
@@ -140,27 +146,27 @@ def open_campaign(
         Of `frozen_protocol`. It must be the very one a folder that is there was begun with.
     experiment : Experiment
     source : Source
-
-    Yields
-    ------
-    AcquiredCampaign
+    check : callable
+        See `AcquiredCampaign`.
 
     Raises
     ------
     CampaignFileError
-        If another process writes it, if it holds something else, or if it cannot be written.
+        If it holds something else, or cannot be written.
     """
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with folder_lock(folder):
-            _prepare(folder, protocol)
-            yield AcquiredCampaign(folder, experiment, source)
-            write_index(folder)
-    except PermissionError as error:
-        seen = f"cannot be written: {error.strerror or error}"
-        raise CampaignFileError(
-            folder, [Problem("", "", seen, "a folder on a writable disk", "use --out")]
-        ) from error
+    with writable(folder):
+        _prepare(folder, protocol)
+        return AcquiredCampaign(folder, experiment, source, check)
+
+
+def campaign_log(folder: Path) -> Callable[[Mapping[str, Any]], None]:
+    """Return what appends an event to the log of a campaign, once there is one in the folder."""
+
+    def log(event: Mapping[str, Any]) -> None:
+        if is_campaign_folder(folder):
+            events.append_event(folder, dict(event))
+
+    return log
 
 
 def require_ours(folder: Path, protocol: Mapping[str, Any]) -> None:

@@ -17,10 +17,10 @@ from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.sweep import SweepSettings
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_toml import FORMAT, NAME
+from app.files.far_limits import far_limits
 from app.files.settings_toml import checked, read_table
 from drivers.ni.modules import find_module
 from drivers.ni.wiring import Wiring
-from drivers.ovens.espec import Espec
 from drivers.ovens.settings import OvenSettings
 
 RigKind = Literal["simulated", "ni"]
@@ -186,13 +186,13 @@ class AcquiredExperiment(Declared):
         return self
 
 
-def read_acquired_experiment(path: Path) -> AcquiredExperiment:
-    """Read an experiment's file, and hold its protocol against cards, amplifier and oven.
+def read_declared_experiment(path: Path) -> AcquiredExperiment:
+    """Read an experiment's file.
 
     Raises
     ------
     CampaignFileError
-        With every key that is wrong, or every reason why this hardware cannot run this protocol.
+        With every key that is wrong.
     """
     if path.is_dir():
         takes = f"; flexura import {path} takes this recorded campaign" if (path / NAME).is_file() else ""
@@ -201,7 +201,18 @@ def read_acquired_experiment(path: Path) -> AcquiredExperiment:
     if table.get("format") == FORMAT:
         seen = f"declares a recorded campaign (format {FORMAT!r}), which flexura import {path.parent} takes"
         raise CampaignFileError(path.parent, [Problem(path.name, "", seen, "")])
-    experiment = checked(path, table, AcquiredExperiment)
+    return checked(path, table, AcquiredExperiment)
+
+
+def read_acquired_experiment(path: Path) -> AcquiredExperiment:
+    """Read an experiment's file, and hold its protocol against cards, amplifier and oven.
+
+    Raises
+    ------
+    CampaignFileError
+        With every key that is wrong, or every reason why this hardware cannot run this protocol.
+    """
+    experiment = read_declared_experiment(path)
     if experiment.simulation is not None and experiment.simulation.effects:
         _require_known_effects(path, experiment, experiment.simulation)
     oven = experiment.oven
@@ -212,13 +223,14 @@ def read_acquired_experiment(path: Path) -> AcquiredExperiment:
         oven_minimum=oven.minimum,
         oven_maximum=oven.maximum,
         oven_max_rate=oven.max_rate,
-        poll_within=Espec.poll_within if oven.kind == "espec-p300" else float("inf"),
     )
-    found = objections(experiment.protocol, hardware)
+    found = [
+        Problem(path.name, one.key, one.seen, one.allowed, one.remedy)
+        for one in objections(experiment.protocol, hardware)
+    ]
+    found += far_limits(path.name, experiment.limits, experiment.oven)
     if found:
-        raise CampaignFileError(
-            path.parent, [Problem(path.name, one.key, one.seen, one.allowed, one.remedy) for one in found]
-        )
+        raise CampaignFileError(path.parent, found)
     return experiment
 
 

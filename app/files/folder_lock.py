@@ -23,16 +23,31 @@ else:
 
 
 @contextmanager
+def writable(folder: Path) -> Iterator[None]:
+    """Turn the refusal of a disk that may not be written into a CampaignFileError about `folder`."""
+    try:
+        yield
+    except PermissionError as error:
+        seen = f"cannot be written: {error.strerror or error}"
+        raise CampaignFileError(
+            folder, [Problem("", "", seen, "a folder on a writable disk", "use --out")]
+        ) from error
+
+
+@contextmanager
 def folder_lock(folder: Path) -> Iterator[None]:
     """Hold ``FOLDER.lock`` beside a folder that is about to be made.
 
     Raises
     ------
     CampaignFileError
-        If another process holds it.
+        If another process holds it, or it cannot be written.
     """
     path = folder.with_name(folder.name + ".lock")
-    with path.open("ab") as file:
+    with writable(folder):
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        opened = path.open("ab")
+    with opened as file:
         try:
             _take(file)
             if os.fstat(file.fileno()).st_ino != path.stat().st_ino:

@@ -9,7 +9,6 @@
 ``daqmx``                 the cards through NI-DAQmx
 ``connection``            the way there: local driver, server, or simulated server
 ``errors``                what a card can refuse and what that calls for
-``interruptions``         Ctrl-C held back while a voltage is out
 ``simulated``             an NI gRPC Device Server around a computed plate
 ========================  =============================================================
 """

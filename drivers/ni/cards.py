@@ -1,5 +1,6 @@
 """What a rig asks of its cards, and what they give back."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -45,6 +46,10 @@ class Record:
         return np.asarray(np.max(np.abs(signals), axis=1) >= 0.999 * self.full_scale)
 
 
+def go_on() -> None:
+    """Wish for no end."""
+
+
 class Cards(Protocol):
     """Output, inputs and thermocouples of a rig, ready for use."""
 
@@ -53,8 +58,8 @@ class Cards(Protocol):
         """Rate of both output and inputs, as read back, Hz."""
         ...
 
-    def sweep(self, drive: NDArray[np.float64]) -> Record:
-        """Play `drive` (M,), V, and return what came back while it played."""
+    def sweep(self, drive: NDArray[np.float64], check: Callable[[], None] = go_on) -> Record:
+        """Play `drive` (M,), V, and return what came back; `check`, called meanwhile, raises to break it off."""
         ...
 
     def temperatures(self) -> NDArray[np.float64]:

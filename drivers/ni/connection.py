@@ -80,7 +80,7 @@ class Connection:
         except BaseException as first:
             try:
                 task.close()
-            except errors.Error as second:
+            except Exception as second:  # noqa: BLE001 (a lost device may say so in any way)
                 first.add_note(f"and the task could not be cleared: {second}")
             raise
         task.close()

@@ -17,10 +17,10 @@ from nidaqmx.stream_readers import AnalogMultiChannelReader
 from nidaqmx.stream_writers import AnalogSingleChannelWriter
 from numpy.typing import ArrayLike, NDArray
 
-from drivers.ni.cards import Record
+from drivers.interruptions import held_back
+from drivers.ni.cards import Record, go_on
 from drivers.ni.connection import Connection
 from drivers.ni.errors import Action, DaqError
-from drivers.ni.interruptions import held_back
 from drivers.ni.wiring import Wiring
 
 MARGIN = 5.0
@@ -74,13 +74,15 @@ class DaqmxCards:
         """Rate of the inputs as read back, Hz; the output is asked for the same."""
         return self._sample_rate
 
-    def sweep(self, drive: ArrayLike) -> Record:
+    def sweep(self, drive: ArrayLike, check: Callable[[], None] = go_on) -> Record:
         """Play a drive and record it beside the responses.
 
         Parameters
         ----------
         drive : (M,) array_like, V
             At `sample_rate`. A silent tail long enough for the plate to come to rest is the caller's part.
+        check : callable
+            Called after every block that was read; raises to break the sweep off.
 
         Returns
         -------
@@ -99,13 +101,18 @@ class DaqmxCards:
         if peak > self.wiring.output_range:
             raise ValueError(f"drive reaches {peak:g} V; output_range allows {self.wiring.output_range:g} V")
         with held_back() as let_through:
+
+            def pausing() -> None:
+                let_through()
+                check()
+
             try:
                 with self._connection.translated(f"the sweep of {volts.size / self._sample_rate:.3g} s"):
-                    recorded = self._play_and_record(volts, let_through)
+                    recorded = self._play_and_record(volts, pausing)
             except BaseException as error:
                 try:
                     self.zero()
-                except DaqError as unsafe:
+                except Exception as unsafe:  # noqa: BLE001 (a lost card may say so in any way)
                     error.add_note(str(unsafe))
                 raise
             self.zero()
@@ -161,7 +168,7 @@ class DaqmxCards:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _play_and_record(self, volts: NDArray[np.float64], let_through: Callable[[], None]) -> NDArray[np.float64]:
+    def _play_and_record(self, volts: NDArray[np.float64], pausing: Callable[[], None]) -> NDArray[np.float64]:
         connection = self._connection
         with ExitStack() as tasks:
             inputs = tasks.enter_context(connection.task())
@@ -179,13 +186,13 @@ class DaqmxCards:
             AnalogSingleChannelWriter(output.out_stream, auto_start=False).write_many_sample(samples)
             output.start()
             inputs.start()
-            recorded = self._read(inputs, volts.size, let_through)
+            recorded = self._read(inputs, volts.size, pausing)
             output.wait_until_done(timeout=2.0 / rate + MARGIN)
             output.stop()
             inputs.stop()
         return recorded
 
-    def _read(self, inputs: Any, samples: int, let_through: Callable[[], None]) -> NDArray[np.float64]:
+    def _read(self, inputs: Any, samples: int, pausing: Callable[[], None]) -> NDArray[np.float64]:
         reader = AnalogMultiChannelReader(inputs.in_stream)
         recorded = np.empty((len(self.wiring.inputs), samples))
         step = min(samples, max(1, round(self._block * self._sample_rate)))
@@ -197,7 +204,7 @@ class DaqmxCards:
                 said = f"{read} samples came where {count} were asked for."
                 raise DaqError("the sweep", said, None, Action.RETRY_DISCARD, "repeat the sweep")
             recorded[:, first : first + count] = block
-            let_through()
+            pausing()
         return recorded
 
     def _configure_inputs(self, task: Any, samples: int) -> float:
@@ -206,11 +213,12 @@ class DaqmxCards:
         for terminal in wiring.inputs:
             channel = task.ai_channels.add_ai_voltage_chan(
                 terminal,
-                terminal_config=TerminalConfiguration.PSEUDO_DIFF,
+                terminal_config=TerminalConfiguration[wiring.terminal_configuration],
                 min_val=-wiring.input_range,
                 max_val=wiring.input_range,
             )
-            channel.ai_coupling = Coupling[wiring.coupling]
+            if wiring.coupling != "DEFAULT":
+                channel.ai_coupling = Coupling[wiring.coupling]
         task.timing.cfg_samp_clk_timing(
             wiring.sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=samples
         )

@@ -29,8 +29,10 @@ class Wiring(BaseModel):
         Asked for, Hz; what the hardware makes of it is read back.
     input_range, output_range : float
         Largest magnitude expected, V.
+    terminal_configuration : str
+        How the inputs are wired; DEFAULT is the device's own, the only one that a C Series module has.
     coupling : str
-        DC for a piezo patch; AC has lost 3 dB near 0.5 Hz.
+        DC for a piezo patch; AC has lost 3 dB near 0.5 Hz; DEFAULT for a device that has no choice.
     grpc : str, optional
         ``host:port`` of an NI gRPC Device Server; the local driver if left out.
     """
@@ -45,7 +47,8 @@ class Wiring(BaseModel):
     sample_rate: Annotated[float, Field(ge=100.0, le=2e6, description="Hz")]
     input_range: Volts = 5.0
     output_range: Volts = 4.24
-    coupling: Literal["DC", "AC"] = "DC"
+    terminal_configuration: Literal["DEFAULT", "PSEUDO_DIFF", "DIFF", "RSE", "NRSE"] = "DEFAULT"
+    coupling: Literal["DC", "AC", "DEFAULT"] = "DC"
     grpc: Annotated[str, Field(pattern=r"^.+:[0-9]{1,5}$", description="host:port")] | None = None
 
     @property

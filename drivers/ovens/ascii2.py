@@ -17,6 +17,7 @@ CR = b"\r"
 _NUMBER = r"[-+]?\d{1,5}\.\d"
 _CHANNEL = re.compile(r"\s*((?:CV|SV|MV|AV|AO)\d\d)\s+(?!(?:CV|SV|MV|AV|AO|DO)\d\d)(.*)")
 _BIT = re.compile(r"\s*DO(\d\d)\s+(?!DO\d\d)(.*)")
+_NAMES = re.compile(r"\s*((?:(?:CV|SV|MV|AV|AO)\d\d\s+){2,})(?:DO\d\d.*)?")
 _RANGE = re.compile(rf"value\s+min:\s*({_NUMBER})\s+value\s+max:\s*({_NUMBER})\s+(.*)", re.IGNORECASE)
 
 
@@ -49,10 +50,19 @@ class Layout:
     channels : tuple of Channel
     bits : tuple of str
         Labels of the digital channels, DO00 first.
+    reported : tuple of str
+        Names of the channels in the order of the I-string's values: twice (nominal, then actual) or, where only a
+        value was set and nothing is measured, once. Each of them twice where the chamber does not say.
     """
 
     channels: tuple[Channel, ...]
     bits: tuple[str, ...]
+    reported: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.reported:
+            twice = tuple(channel.name for channel in self.channels for _ in range(2))
+            object.__setattr__(self, "reported", twice)
 
     @property
     def temperature(self) -> int:
@@ -103,7 +113,7 @@ def decode_description(answer: bytes) -> Layout:
     """Return the layout a chamber describes in its answer to ``$01?``."""
     text = answer.decode("latin-1")
     # The part on the E-string comes first; the one on the I-string names every channel twice.
-    written = re.split(r"I-STRING", text, maxsplit=1)[0]
+    written, _, read = re.sub("(?i)i-string", "I-STRING", text).partition("I-STRING")
     channels: dict[str, Channel] = {}
     bits: dict[int, str] = {}
     for line in written.splitlines():
@@ -123,18 +133,23 @@ def decode_description(answer: bytes) -> Layout:
             f"no description of channels and bits in {text[:80]!r}",
             "Is the chamber set to the protocol ASCII-2, and is address right?",
         )
-    return Layout(tuple(channels.values()), tuple(bits[i] for i in range(len(bits))))
+    named = next((match[1].split() for line in read.splitlines() if (match := _NAMES.match(line))), [])
+    reported = tuple(named) if set(named) == set(channels) else ()
+    return Layout(tuple(channels.values()), tuple(bits[i] for i in range(len(bits))), reported)
 
 
 def decode_status(answer: bytes, layout: Layout) -> Status:
     """Return what ``$01I`` answered."""
-    count = 2 * len(layout.channels)
+    count = len(layout.reported)
     pattern = rf"((?:{_NUMBER}\s+){{{count}}})([01]{{{len(layout.bits)}}})\s*"
     match = re.fullmatch(pattern, answer.decode("latin-1"))
     if match is None:
         raise garbled(answer, f"{count} values and {len(layout.bits)} bits")
-    values = tuple(float(word) for word in match[1].split())
-    return Status(values[0::2], values[1::2], match[2])
+    values: dict[str, list[float]] = {}
+    for name, word in zip(layout.reported, match[1].split(), strict=True):
+        values.setdefault(name, []).append(float(word))
+    of_channels = [values[channel.name] for channel in layout.channels]
+    return Status(tuple(of[0] for of in of_channels), tuple(of[-1] for of in of_channels), match[2])
 
 
 def encode_status(address: int, nominal: tuple[float, ...], bits: str) -> bytes:

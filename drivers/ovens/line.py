@@ -173,6 +173,10 @@ class Line:
             if not came or self._clock.now() >= deadline:
                 return received
 
+    def pause(self, seconds: float) -> None:
+        """Let time pass before the next question."""
+        self._clock.sleep(seconds)
+
     def close(self) -> None:
         """Close the transport."""
         with self._lock:

@@ -1,5 +1,6 @@
 """The ``[oven]`` of a rig file, and the oven made from it."""
 
+import re
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -26,6 +27,10 @@ GAPS: dict[Kind, tuple[float, float]] = {
     "watlow-f4t": (0.02, 0.1),
 }
 """Seconds of silence each kind wants after a question and after a command."""
+
+
+_GATEWAY = re.compile(r"socket://(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9.-]+):[0-9]{1,5}")
+"""Others of pyserial's addresses write files (spy://), or take options that do."""
 
 
 class OvenSettings(Declared):
@@ -65,6 +70,11 @@ class OvenSettings(Declared):
     def _consistent(self) -> Self:
         self.limits()
         self.timing()
+        if "://" in self.port and not _GATEWAY.fullmatch(self.port):
+            raise ValueError(
+                f"port {self.port!r}: a serial port's name (COM3, /dev/ttyUSB0) or socket://HOST:PORT allowed, "
+                "and no other address"
+            )
         if self.kind == "votsch-ascii2" and self.address > 32:
             raise ValueError(f"address {self.address}: ASCII-2 allows 1 to 32")
         return self

@@ -11,6 +11,12 @@ END_OF_DESCRIPTION = 0.3
 """Seconds of silence after which a description, whose length nothing tells, is over."""
 
 
+RESOLUTION = 0.1
+"""Of its temperatures, K."""
+NAP = 2.0
+"""Between two looks at whether a nominal temperature moves, s."""
+
+
 class Votsch:
     """A chamber that ramps with gradients of its own. Safe state: the bit named Start is off.
 
@@ -35,6 +41,7 @@ class Votsch:
         self._layout = line.attempt(self._describe)
         self._air = self._layout.temperature
         self._start = self._layout.start
+        self._rate = limits.max_rate
 
     def temperature(self) -> float:
         """Air temperature, degrees Celsius."""
@@ -54,7 +61,10 @@ class Votsch:
             raise ValueError(f"rate {rate:g} K/min: this chamber's protocol knows steps of 0.1 K/min from 0.1")
         others = (0.0,) * (2 * self._layout.controls - 2)
         with self._line.reserved():
-            self._send(ascii2.encode_gradients(self._address, (taken_rate, taken_rate, *others)))
+            up = wanted.target >= self._status().actual[self._air]
+            gradients = (taken_rate, 0.0) if up else (0.0, taken_rate)  # some take only one of them at a time
+            self._send(ascii2.encode_gradients(self._address, (*gradients, *others)))
+            self._rate = taken_rate
             return SetPoint(self._change(wanted.target, running=True), taken_rate)
 
     def hold(self) -> float:
@@ -81,13 +91,32 @@ class Votsch:
             if wanted != (before.nominal, before.bits):
                 self._send(ascii2.encode_status(self._address, *wanted))
             after = self._status()
-            if (after.nominal, after.bits) != wanted:
-                raise OvenError(
-                    Fault.NOT_TAKEN,
-                    f"set to {_told(*wanted)}, the chamber reads back {_told(after.nominal, after.bits)}",
-                    "Check the chamber's own limits, that it is under external control, and who uses its panel.",
-                )
-            return after.nominal[self._air]
+            if target is None:
+                if after.bits != wanted[1]:
+                    raise _not_taken(wanted, after)
+                return after.nominal[self._air]
+            if (self._others(after.nominal), after.bits) != (self._others(wanted[0]), wanted[1]):
+                raise _not_taken(wanted, after)
+            self._require_under_way(before, after, wanted)
+            return wanted[0][self._air]
+
+    def _require_under_way(
+        self, before: ascii2.Status, after: ascii2.Status, wanted: tuple[tuple[float, ...], str]
+    ) -> None:
+        """Raise unless the nominal temperature is as written, or moves there: some chambers report the ramp."""
+        target, was = wanted[0][self._air], before.nominal[self._air]
+        for _ in range(round(2.0 * 60.0 * RESOLUTION / self._rate / NAP) + 2):
+            now = after.nominal[self._air]
+            if now == target or abs(now - target) < abs(was - target):
+                return
+            if before.bits != after.bits and now in (was, before.actual[self._air]):
+                return  # started by the same string: its values were taken with its bits
+            self._line.pause(NAP)
+            after = self._status()
+        raise _not_taken(wanted, after)
+
+    def _others(self, nominal: tuple[float, ...]) -> tuple[float, ...]:
+        return nominal[: self._air] + nominal[self._air + 1 :]
 
     def _status(self) -> ascii2.Status:
         status = self._line.attempt(
@@ -108,6 +137,14 @@ class Votsch:
         if not answer:
             raise ascii2.garbled(answer, "a description")
         return ascii2.decode_description(answer)
+
+
+def _not_taken(wanted: tuple[tuple[float, ...], str], seen: ascii2.Status) -> OvenError:
+    return OvenError(
+        Fault.NOT_TAKEN,
+        f"set to {_told(*wanted)}, the chamber reads back {_told(seen.nominal, seen.bits)}",
+        "Check the chamber's own limits, that it is under external control, and who uses its panel.",
+    )
 
 
 def _told(nominal: tuple[float, ...], bits: str) -> str:

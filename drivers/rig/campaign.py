@@ -8,17 +8,16 @@ from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import Leg, SetPoint
 from drivers.ni.errors import DaqError
 from drivers.ovens.error import OvenError
-from drivers.rig.errors import RigInterrupted, RigStopped
+from drivers.rig.errors import RESUME, RigStopped
 from drivers.rig.leg import LegRun
 from drivers.rig.progress import Progress
 from drivers.rig.readings import Reading
-from drivers.rig.rig import Rig
+from drivers.rig.session import Session
 from drivers.rig.station import Station
 from drivers.rig.store import Store
 from drivers.rig.sweeping import Sweeping
 
 LAST_SOAK = "last soak"
-RESUME = "Then run the same command again: what is finished stays"
 
 
 @dataclass(frozen=True)
@@ -68,14 +67,11 @@ class Outcome:
         Sweeps kept and sweeps given up, over the whole campaign.
     made_now : int
         Sweeps finished by this run.
-    unsafe : tuple of str
-        What could not be brought to rest at the end.
     """
 
     finished: int
     missing: int
     made_now: int
-    unsafe: tuple[str, ...]
 
 
 def unobserved(moment: Moment) -> None:
@@ -88,7 +84,7 @@ def never() -> bool:
 
 
 def run_campaign(
-    rig: Rig,
+    session: Session,
     protocol: AcquisitionProtocol,
     store: Store,
     observer: Observer = unobserved,
@@ -98,14 +94,14 @@ def run_campaign(
 ) -> Outcome:
     """Run what is still to be done of a campaign.
 
-    However this ends, by itself, by an error, by Ctrl-C or by SIGTERM, the drive is brought to 0 V
-    and the oven to rest first. After a kill, which nobody can act on, the hardware ends the sweep
-    with zeros, and the oven goes on with its ramp: the set-points it passes before the campaign is
-    taken up again are given up as missed.
+    However this ends, the session brings the rig to rest when it is left. After a kill, which nobody can act on,
+    the oven goes on with its ramp: the set-points it passes before the campaign is taken up again are given up as
+    missed. A campaign of which nothing is left is over at once; its session still ends at rest.
 
     Parameters
     ----------
-    rig : Rig
+    session : Session
+        Open.
     protocol : AcquisitionProtocol
     store : Store
     observer : callable
@@ -123,51 +119,23 @@ def run_campaign(
     OSError
         If the store cannot keep a sweep or an event: a full disk, as a rule.
     """
-    progress = Progress.of(store.finished(), store.events(), again=again)
+    events = store.events()
+    progress = Progress.of(store.finished(), events, again=again)
     left = [leg for leg in protocol.legs if _todo(leg, progress)]
-    if not left:
-        return Outcome(len(progress.finished), len(progress.given_up), 0, ())
-    station = _opened(rig, protocol, store)
-    why = "the end"
+    station = Station(session, protocol, store)
     try:
-        events = store.events()
         if events:
             station.restore(events)
+        if not left:
+            return Outcome(len(progress.finished), len(progress.given_up), 0)
+        if not events:
+            station.require_celsius()
         station.note("resumed" if events else "begun", finished=len(progress.finished))
         _run_legs(left, progress, station, protocol, store, observer, paused)
-    except BaseException as error:
-        why = f"{type(error).__name__}: {error}"
-        unsafe = station.make_safe(why)
-        if isinstance(error, DaqError | OvenError):
-            stopped = RigStopped(str(error), RESUME)
-            stopped.unsafe = unsafe
-            raise stopped from error
-        if isinstance(error, RigStopped | RigInterrupted):
-            error.unsafe = unsafe
-        for told in unsafe:
-            error.add_note(told)
-        raise
-    unsafe = station.make_safe(why)
-    ended = Progress.of(store.finished(), store.events())
-    return Outcome(len(ended.finished), len(ended.given_up), len(ended.finished) - len(progress.finished), unsafe)
-
-
-def _opened(rig: Rig, protocol: AcquisitionProtocol, store: Store) -> Station:
-    try:
-        station = Station(rig, protocol, store)
     except (DaqError, OvenError) as error:
-        raise RigStopped(f"the rig cannot be opened: {error}", RESUME) from error
-    longest = max(protocol.sweep.record, protocol.programme.poll_interval)
-    if longest >= station.poll_within:
-        unsafe = station.make_safe("never begun")
-        stopped = RigStopped(
-            f"this oven stops when it is left alone for {station.poll_within:g} s, and one repeat with its tail, "
-            f"or programme.poll_interval, takes {longest:g} s",
-            "Make the sweeps shorter and the readings closer",
-        )
-        stopped.unsafe = unsafe
-        raise stopped
-    return station
+        raise RigStopped(str(error), RESUME) from error
+    ended = Progress.of(store.finished(), store.events())
+    return Outcome(len(ended.finished), len(ended.given_up), len(ended.finished) - len(progress.finished))
 
 
 def _todo(leg: Leg, progress: Progress) -> list[SetPoint]:

@@ -1,18 +1,23 @@
 """One ramp through its set-points."""
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import Leg, SetPoint
 from drivers.ni.errors import Action, DaqError
-from drivers.rig.errors import RigStopped
+from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.plausibility import require_agreement
 from drivers.rig.progress import Purpose
-from drivers.rig.readings import Reading
+from drivers.rig.readings import Patience, Reading
 from drivers.rig.station import Station
 from drivers.rig.sweeping import Sweeping
 
 Result = TypeVar("Result")
+
+LONGEST_PAUSE = 7200.0
+"""A pause that lasts longer ends the campaign for now, with the rig at rest, s."""
 
 STALLED = 1800.0
 """The ramp counts as stalled when the temperature has not moved a quarter of what it should in this time, s."""
@@ -54,6 +59,7 @@ class LegRun:
         self._sweeping = sweeping
         self._protocol = protocol
         self._failures: dict[int, int] = {}
+        self._losing = Patience(protocol.limits.lost_after)
         self._mark: tuple[float, float] | None = None
         self._begun_anew = False
         self._held = False
@@ -93,13 +99,14 @@ class LegRun:
         Raises
         ------
         RigStopped
-            If it does not get there in the time that ramp and settling allow.
+            If it does not get there in the time that ramp and settling allow, or air and plate disagree there.
         """
         settling = self._protocol.programme.settling
         self._ramp = (target, rate, "approach")
         self._station.ramp(*self._ramp)
         deadline: float | None = None
         inside_since: float | None = None
+        plate: deque[tuple[float, float | None]] = deque()
         while True:
             reading = self._read()
             now = self._station.now
@@ -108,6 +115,9 @@ class LegRun:
             if reading is None:
                 continue
             here = self._station.watched(reading)
+            plate.append((now, reading.plate))
+            while len(plate) > 1 and plate[1][0] <= now - 60.0:
+                plate.popleft()
             if deadline is None:
                 deadline = now + 60.0 * abs(target - here) / rate + settling.timeout
             if watch(stage, reading, False):
@@ -118,6 +128,7 @@ class LegRun:
             elif inside_since is None:
                 inside_since = now
             if inside_since is not None and now - inside_since >= max(settling.lasting, soak):
+                require_agreement(reading, plate[0][1] if plate[0][0] <= now - 60.0 else None)
                 return
             if inside_since is None and now > deadline:
                 raise RigStopped(
@@ -165,7 +176,10 @@ class LegRun:
         self._station.note("missing", step=set_point.step, place=str(set_point), why=why)
 
     def _read(self) -> Reading | None:
-        return self._with_cards(self._station.next_reading)
+        reading = self._with_cards(self._station.next_reading)
+        if reading is not None:
+            self._losing.good()
+        return reading
 
     def _with_cards(self, action: Callable[[], Result]) -> Result | None:
         """Return what `action` returns; None if the cards were lost meanwhile and are back."""
@@ -174,6 +188,7 @@ class LegRun:
         except DaqError as error:
             if error.action is not Action.LOST_DEVICE:
                 raise
+            self._losing.bad(self._station.now, f"the cards are lost again and again: {error}", RESUME)
         self._station.regain_cards()
         self._held, self._mark = True, None
         return None
@@ -187,6 +202,8 @@ class LegRun:
             reading = self._read()
             if reading is not None and not watch("paused", reading, False):
                 break
+            if self._station.now - since > LONGEST_PAUSE:
+                raise RigStopped(f"paused for {LONGEST_PAUSE / 3600:g} h: no oven is held hot for longer", RESUME)
         self._station.note("continued")
         self._held, self._mark = True, None
         return self._station.now - since

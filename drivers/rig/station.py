@@ -1,4 +1,4 @@
-"""Cards and oven together: opened, watched, and brought to rest on every way out."""
+"""Cards and oven together, as a campaign uses them: read, told, and logged."""
 
 import logging
 import math
@@ -6,21 +6,19 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.protocol.protocol import AcquisitionProtocol
-from drivers.ni.cards import Cards
+from drivers.ni.cards import Record
 from drivers.ni.errors import Action, DaqError
-from drivers.ni.interruptions import held_back
 from drivers.ovens.error import OvenError
 from drivers.ovens.line import PASSING
-from drivers.rig.errors import RigStopped
+from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.plausibility import Company, Sensor, require_celsius
 from drivers.rig.progress import Purpose
 from drivers.rig.readings import RESOLUTION, Patience, Reading
-from drivers.rig.rig import Rig
+from drivers.rig.session import Session
 from drivers.rig.store import Store
-
-SAFE_ATTEMPTS = 5
-"""A disturbed line is tried so often, a second apart, before the oven counts as out of reach."""
 
 log = logging.getLogger(__name__)
 
@@ -30,7 +28,8 @@ class Station:
 
     Parameters
     ----------
-    rig : Rig
+    session : Session
+        Open.
     protocol : AcquisitionProtocol
     store : Store
         For the log.
@@ -41,36 +40,39 @@ class Station:
         Leg under way; written into every event.
     """
 
-    def __init__(self, rig: Rig, protocol: AcquisitionProtocol, store: Store) -> None:
-        self._rig = rig
+    def __init__(self, session: Session, protocol: AcquisitionProtocol, store: Store) -> None:
+        self._session = session
+        self._oven = session.oven
         self._protocol = protocol
         self._store = store
         self._patience = Patience(protocol.limits.lost_after)
+        self._company = Company()
+        max_rate = session.oven.limits.max_rate
+        self._air = Sensor(self._ask_air, lambda: self.now, max_rate)
+        self._plate = Sensor(self._ask_plate, lambda: self.now, max_rate)
         self.leg = -1
-        self.cards: Cards = rig.open_cards()
-        try:
-            self._oven = rig.open_oven()
-        except BaseException:
-            self.cards.close()
-            raise
 
     @property
     def now(self) -> float:
         """The rig's time, s."""
-        return self._rig.clock.now()
+        return self._session.now
 
     def date(self) -> str:
         """Date and time of day, ISO 8601."""
-        return self._rig.date().isoformat()
+        return self._session.rig.date().isoformat()
 
     @property
-    def poll_within(self) -> float:
-        """Longest time the oven may be left alone, s."""
-        return self._oven.poll_within
+    def sample_rate(self) -> float:
+        """Rate of output and inputs as read back, Hz."""
+        return self._session.cards.sample_rate
+
+    def play(self, drive: NDArray[np.float64]) -> Record:
+        """Play a drive (M,), V, and return what came back; broken off where the session is to end."""
+        return self._session.cards.sweep(drive, self._session.check)
 
     def restore(self, events: Sequence[Mapping[str, Any]]) -> None:
         """Let a simulated rig go back to where it was."""
-        self._rig.restore(self._oven, events)
+        self._session.restore(events)
 
     def note(self, event: str, **what: Any) -> None:
         """Log an event with its time."""
@@ -90,14 +92,14 @@ class Station:
             If the cards are lost, or refuse what repeating cannot mend.
         """
         interval = self._protocol.programme.poll_interval
-        self._rig.clock.sleep((math.floor(self.now / interval + 1e-6) + 1) * interval - self.now)
+        self._session.sleep_until((math.floor(self.now / interval + 1e-6) + 1) * interval)
         return self.reading()
 
     def reading(self) -> Reading | None:
         """Read both temperatures now; see `next_reading`."""
         advice = "Check the oven's line, its sensor and the thermocouple; then run the same command again"
         try:
-            found = Reading(self._air(), self._plate())
+            found = Reading(self._air.read(), self._plate.read())
         except (OvenError, DaqError) as error:
             if not _passes(error):
                 raise
@@ -114,6 +116,7 @@ class Station:
             self.note("recovered", air=found.air, plate=found.plate)
         self._patience.good()
         found.require_within(self._protocol.limits.coldest, self._protocol.limits.hottest)
+        self._company.require_moving(found)
         return found
 
     def watched(self, reading: Reading) -> float:
@@ -127,11 +130,19 @@ class Station:
             )
         return reading.plate
 
-    def _air(self) -> float:
+    def require_celsius(self) -> None:
+        """Raise RigStopped where the controller plainly shows another unit: to be asked before anything moves."""
+        try:
+            require_celsius(Reading(self._air.read(), self._plate.read()))
+        except (OvenError, DaqError) as error:
+            if not _passes(error):
+                raise
+
+    def _ask_air(self) -> float:
         return round(float(self._oven.temperature()), RESOLUTION)
 
-    def _plate(self) -> float | None:
-        readings = self.cards.temperatures()
+    def _ask_plate(self) -> float | None:
+        readings = self._session.cards.temperatures()
         return round(float(np.mean(readings)), RESOLUTION) if readings.size else None
 
     def ramp(self, target: float, rate: float, purpose: Purpose) -> None:
@@ -147,7 +158,7 @@ class Station:
         try:
             command()
         except OvenError as error:
-            raise RigStopped(f"the oven would not {kind}: {error}", "Then run the same command again") from error
+            raise RigStopped(f"the oven would not {kind}: {error}", RESUME) from error
         self._store.log(
             {"event": "oven", "command": kind, "time": before, "date": self.date(), "leg": self.leg, **what}
         )
@@ -159,64 +170,13 @@ class Station:
         patience = Patience(self._protocol.limits.lost_after)
         while True:
             try:
-                self.cards.close()
+                self._session.reopen_cards()
             except DaqError as error:
-                log.debug("lost cards could not be closed: %s", error)
-            try:
-                self.cards = self._rig.open_cards()
-            except DaqError as error:
-                patience.bad(self.now, f"the cards are lost: {error}", "Then run the same command again")
+                patience.bad(self.now, f"the cards are lost: {error}", RESUME)
             else:
                 self.note("recovered", what="the cards are back")
                 return
-            try:
-                self._oven.temperature()  # some ovens stop when nobody asks
-            except OvenError as error:
-                log.debug("oven while the cards are lost: %s", error)
-            self._rig.clock.sleep(min(5.0, 0.3 * self._oven.poll_within))
-
-    def make_safe(self, why: str) -> tuple[str, ...]:
-        """Bring the drive to 0 V and the oven to rest; return what could not be brought there.
-
-        Nothing interrupts this, and no failure of one part keeps it from the other.
-        """
-        unsafe = []
-        with held_back():
-            try:
-                self.cards.close()
-            except DaqError as error:
-                unsafe.append(str(error))
-            told = self._rest_oven()
-            if told:
-                unsafe.append(told)
-            try:
-                self._store.log(
-                    {
-                        "event": "oven",
-                        "command": "safe",
-                        "time": self.now,
-                        "date": self.date(),
-                        "leg": self.leg,
-                        "purpose": why,
-                        "unsafe": unsafe,
-                    }
-                )
-            except OSError as error:  # a full disk is one of the reasons to be here
-                log.warning("the stop could not be logged: %s", error)
-            self._oven.close()
-        return tuple(unsafe)
-
-    def _rest_oven(self) -> str | None:
-        failure: OvenError | None = None
-        for _ in range(SAFE_ATTEMPTS):
-            try:
-                self._oven.safe()
-            except OvenError as error:
-                failure = error
-                self._rig.clock.sleep(1.0)
-            else:
-                return None
-        return f"the oven could not be told to rest and may go on with its ramp: {failure}"
+            self._session.sleep_until(self.now + 5.0)
 
 
 def _passes(error: OvenError | DaqError) -> bool:

@@ -88,7 +88,7 @@ class Sweeping:
 
     def _make(self, set_point: SetPoint) -> Attempt:
         station, sweep = self._station, self._protocol.sweep
-        rate = station.cards.sample_rate
+        rate = station.sample_rate
         drive = drive_signal(sweep, set_point.level, rate)
         before, began = station.reading(), station.date()
         if before is None:
@@ -97,7 +97,7 @@ class Sweeping:
         for repeat in range(sweep.repeats):
             if repeat and station.reading() is None:  # the oven is not left alone for longer than one repeat
                 return Attempt(None, (f"no temperature before repeat {repeat + 1}",))
-            record = station.cards.sweep(drive)
+            record = station.play(drive)
             self._store.show(record, set_point, repeat)
             if record.drive.shape != drive.shape:
                 told = f"repeat {repeat + 1}: {record.drive.size} samples came, {drive.size} were played"

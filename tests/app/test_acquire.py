@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -21,11 +22,18 @@ from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.events import read_events
 from app.files.experiment_toml import read_acquired_experiment
+from app.files.folder_lock import folder_lock
 from app.main import flexura, main
-from drivers.rig.errors import RigInterrupted
+from drivers.rig import rest
+from drivers.rig.errors import RigInterrupted, RigStopped
+from drivers.rig.simulated import SimulatedParts
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "simulated-rig.toml"
+ENDED_BY = [
+    getattr(signal, "SIGHUP", None),
+    *(pytest.param(one, marks=pytest.mark.slow) for one in (signal.SIGINT, signal.SIGTERM)),
+]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -140,15 +148,21 @@ def test_laws_that_do_not_reach_over_the_sweeps_are_refused(
     assert "simulation.laws.temperature = -10 to 54 °C" in capsys.readouterr().err
 
 
-def test_the_real_rig_is_refused_where_there_is_none(tmp_path: Path) -> None:
+def test_the_real_rig_is_refused_where_there_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rest, "ATTEMPTS", 1)
     result = run("acquire", experiment(tmp_path), "--rig", "ni", "--json")
-    assert result.exit_code == 1
-    assert "NI-DAQmx" in json.loads(result.stdout)["why"]
+    assert result.exit_code == 3
+    told = json.loads(result.stdout)
+    assert "the rig cannot be opened" in told["why"]
+    assert "NI-DAQmx" in told["unsafe"][1]
     assert not (tmp_path / "mine-campaign").exists()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
-@pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "number",
+    ENDED_BY,
+)
 def test_a_signal_brings_everything_to_rest_and_the_command_goes_on(
     acquired: tuple[Path, Path, Result], tmp_path: Path, number: signal.Signals
 ) -> None:
@@ -158,7 +172,7 @@ def test_a_signal_brings_everything_to_rest_and_the_command_goes_on(
         _wait_for(lambda: len(list(out.glob("sweeps/*.h5"))) >= 1, child)
         child.send_signal(number)
         _, said = child.communicate(timeout=60)
-    assert child.returncode == {signal.SIGINT: 130, signal.SIGTERM: 143}[number], said
+    assert child.returncode == 128 + number, said
     assert "Traceback" not in said
     assert "stopped; the drive is at 0 V and the oven at rest; run the same command again to go on" in said
     last = [event for event in read_events(out) if event["event"] == "oven"][-1]
@@ -180,61 +194,84 @@ def _wait_for(condition: Callable[[], bool], child: "subprocess.Popen[str]") -> 
         time.sleep(0.002)
 
 
-class Interrupting:
-    """Something whose destructor a signal arrives in, as in that of a task of nidaqmx."""
-
-    def __init__(self, number: int) -> None:
-        self.number = number
-
-    def __del__(self) -> None:
-        os.kill(os.getpid(), self.number)
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_lost_in_a_destructor_is_raised_at_the_next_reading_without_a_traceback(
-    number: signal.Signals, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    told: list[object] = []
-    monkeypatch.setattr(sys, "unraisablehook", told.append)
-    before = signal.getsignal(number), sys.unraisablehook
-    with acquire.Signals() as signals:
-        signals.check()
-        Interrupting(number)
-        with pytest.raises(RigInterrupted, match=number.name):
-            signals.check()
-    assert told == []
-    assert (signal.getsignal(number), sys.unraisablehook) == before
-
-
-def test_a_second_ctrl_c_does_not_cut_short_what_the_first_began() -> None:
-    with acquire.Signals() as signals:
-        with pytest.raises(RigInterrupted):
-            os.kill(os.getpid(), signal.SIGINT)
-        os.kill(os.getpid(), signal.SIGINT)
-        assert signals.arrived == signal.SIGINT
-
-
 @pytest.mark.parametrize(
-    ("unsafe", "said"),
+    ("error", "unsafe", "status", "said"),
     [
-        (None, "stopped; run the same command again to go on\n"),
-        ((), "stopped; the drive is at 0 V and the oven at rest; run the same command again to go on\n"),
-        (("the oven",), "stopped; run the same command again to go on\nNOT AT REST: the oven\n"),
+        (RigInterrupted("SIGHUP"), (), 129, "stopped; the drive is at 0 V and the oven at rest; run the same"),
+        (
+            RigInterrupted("SIGHUP"),
+            ("the oven",),
+            3,
+            "stopped; run the same command again to go on\nNOT AT REST: the",
+        ),
+        (RigStopped("lost", "Look"), ("the oven",), 3, "stopped: lost. Look.\nNOT AT REST: the oven"),
+        (RigStopped("lost", "Look"), (), 1, "stopped: lost. Look.\n"),
+        (OSError(28, "No space"), ("the drive",), 3, "Make room, then run this again\nNOT AT REST: the drive"),
+        (
+            ValueError("Cannot invoke RPC"),
+            ("the drive",),
+            3,
+            "defect of the program: ValueError: Cannot invoke RPC\nNOT",
+        ),
+        (ValueError("odd"), (), 1, "Traceback"),
+        (
+            ValueError("odd"),
+            (),
+            1,
+            "defect of the program; the drive is at 0 V and the oven at rest: ValueError: odd",
+        ),
+        (CampaignFileError(Path("x"), []), ("the oven",), 3, "NOT AT REST: the oven"),
     ],
 )
-def test_an_interrupted_campaign_says_it_is_at_rest_only_where_it_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unsafe: tuple[str, ...] | None, said: str
+def test_whatever_ends_a_campaign_is_told_with_how_the_rig_was_left(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
+    unsafe: tuple[str, ...],
+    status: int,
+    said: str,
 ) -> None:
-    def interrupted(*_: object) -> None:
-        error = RigInterrupted("SIGINT")
-        error.unsafe = unsafe
+    def ended(session: Any, *_: object) -> None:
+        session.unsafe = unsafe
+        if isinstance(error, RigInterrupted):
+            signal.raise_signal(signal.SIGHUP)
         raise error
 
-    monkeypatch.setattr(acquire, "_acquire", interrupted)
+    monkeypatch.setattr(acquire, "_acquire", ended)
     result = run("acquire", experiment(tmp_path), "--json")
     told = json.loads(result.stdout)
-    assert (told["state"], told["why"], told["unsafe"]) == ("stopped", "SIGINT", list(unsafe or ()))
-    assert result.stderr == said
+    assert (told["state"], told["unsafe"], result.exit_code) == ("stopped", list(unsafe), status)
+    assert said in result.stderr
+
+
+def test_a_second_process_does_not_touch_the_rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is another's: neither oven nor cards are opened, let alone brought to rest."""
+    touched: list[str] = []
+    monkeypatch.setattr(SimulatedParts, "_open_cards", lambda self: touched.append("cards"))
+    monkeypatch.setattr(SimulatedParts, "_open_oven", lambda self: touched.append("oven"))
+    with folder_lock(tmp_path / "mine-campaign"):
+        result = run("acquire", experiment(tmp_path))
+    assert isinstance(result.exception, SystemExit)
+    assert result.exit_code != 0
+    assert "another process is writing it" in result.output
+    assert touched == []
+
+
+def test_safe_needs_no_campaign(tmp_path: Path) -> None:
+    file = experiment(tmp_path, (r"^hottest = .*", "hottest = 20.0"))  # which acquire would refuse
+    result = run("safe", file, "--json")
+    assert (result.exit_code, json.loads(result.stdout)) == (0, {"rig": "simulated", "unsafe": []})
+    assert "the oven is at rest and the drive at 0 V" in result.stderr
+
+
+def test_safe_says_what_it_could_not_reach(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rest, "ATTEMPTS", 1)
+    result = run("safe", experiment(tmp_path), "--rig", "ni", "--json")
+    assert result.exit_code == 3
+    oven, drive = json.loads(result.stdout)["unsafe"]
+    assert "the oven could not be told to rest" in oven
+    assert "turn the amplifier off" in drive
+    assert result.stderr.count("NOT AT REST: ") == 2
 
 
 def test_help_is_quick_to_say_what_it_does() -> None:

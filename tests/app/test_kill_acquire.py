@@ -14,16 +14,16 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
-from analysis.protocol.protocol import AcquisitionProtocol
-from app.files.acquired_campaign import open_campaign
+from app.acquisition import acquire_campaign
+from app.files.acquired_campaign import campaign_log
 from app.files.campaign import load_campaign
-from app.files.campaign_folder import frozen_protocol
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
 from app.files.sweep_file import Source, digest
 from drivers.ni.modules import NI_9234
 from drivers.ni.output_modules import NI_9260
 from drivers.ni.thermocouple_modules import NI_9211
-from drivers.rig.campaign import run_campaign
+from drivers.rig.campaign import unobserved
+from drivers.rig.session import Session
 from drivers.rig.simulated import simulated_parts
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs fork and SIGKILL")
@@ -52,15 +52,13 @@ def experiment() -> AcquiredExperiment:
 
 def acquire(experiment: AcquiredExperiment, folder: Path) -> None:
     """Do what `flexura acquire` does, with a plate that costs nothing."""
-    protocol: AcquisitionProtocol = experiment.protocol
     parts = simulated_parts(
         experiment.cards, experiment.oven, plate, modules={1: NI_9234, 2: NI_9260, 3: NI_9211}, seed=3
     )
-    recorded = experiment.recorded(experiment.sample_rate)
+    session = Session(parts.rig(), experiment.limits, campaign_log(folder))
     source = Source("mine.toml", "0" * 64)
-    frozen = frozen_protocol("killed", recorded, {source.file: source.sha256}, experiment.model_dump(mode="json"))
-    with open_campaign(folder, frozen, recorded, source) as store:
-        run_campaign(parts.rig(), protocol, store)
+    acquire_campaign(session, experiment, folder, source, experiment.model_dump(mode="json"), unobserved)
+    assert session.unsafe == ()
 
 
 def killed(experiment: AcquiredExperiment, folder: Path, after: float) -> bool:

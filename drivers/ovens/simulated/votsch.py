@@ -1,5 +1,6 @@
 """A simulated chamber that speaks ASCII-2: temperature, humidity, fan, four measured values, 32 bits."""
 
+import math
 import re
 
 from drivers.ovens.simulated.controller import LineController
@@ -29,6 +30,8 @@ class SimulatedVotsch(LineController):
     ----------
     locked : bool
         Acknowledges writes and forgets them, as when it is set to its panel.
+    tells_ramp : bool
+        Reports where the ramp is as its nominal temperature, as some do, instead of the ramp's end.
     """
 
     def __init__(self, oven: RegulatedOven, address: int = 1) -> None:
@@ -39,6 +42,7 @@ class SimulatedVotsch(LineController):
         self._bits = "0" * len(BITS)
         self._rates = (60.0, 60.0)
         self.locked = False
+        self.tells_ramp = False
 
     def answer(self, command: str) -> str:
         """Serve ``?``, ``I``, ``E`` and ``U``; silent to other addresses and letters."""
@@ -58,7 +62,10 @@ class SimulatedVotsch(LineController):
 
     def _status(self) -> str:
         actual = [self._oven.measured, 43.2, self._nominal[2], 23.8, 22.2, 25.5, 24.4]
-        values = [value for pair in zip(self._nominal, actual, strict=True) for value in pair]
+        nominal = list(self._nominal)
+        if self.tells_ramp and self._bits[START] == "1":
+            nominal[0] = self._oven.working
+        values = [value for pair in zip(nominal, actual, strict=True) for value in pair]
         return " ".join(f"{value:06.1f}" for value in values) + f" {self._bits}"
 
     def _write(self, words: list[str]) -> str:
@@ -74,7 +81,7 @@ class SimulatedVotsch(LineController):
             self._nominal, self._bits = nominal, bits
             if bits[START] == "1":
                 rate = self._rates[0] if nominal[0] >= self._oven.working else self._rates[1]
-                self._oven.go(nominal[0], rate)
+                self._oven.go(nominal[0], rate or math.inf)
             else:
                 self._oven.stop()
         return "0"
@@ -82,6 +89,8 @@ class SimulatedVotsch(LineController):
     def _gradients(self, words: list[str]) -> str:
         if len(words) != 4 or not all(NUMBER.fullmatch(word) for word in words):
             return "1"
+        if all(float(word) for word in words[:2]):
+            return "1"  # one of them at a time
         if not self.locked:
             self._rates = (float(words[0]), float(words[1]))
         return "0"

@@ -3,8 +3,8 @@
 import errno
 import os
 import shutil
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import frozen_protocol, sweep_paths
 from app.files.experiment_toml import read_acquired_experiment
+from app.files.folder_lock import folder_lock
 from app.files.sweep_file import Source, read_sweep_file
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "simulated-rig.toml"
@@ -28,14 +29,16 @@ Opened = Callable[..., AbstractContextManager[AcquiredCampaign]]
 def opened(tmp_path: Path) -> Opened:
     """Return a function that opens the campaign of the example, or of a changed one."""
 
-    def make(folder: str = "campaign", **changes: Any) -> AbstractContextManager[AcquiredCampaign]:
+    @contextmanager
+    def make(folder: str = "campaign", **changes: Any) -> Iterator[AcquiredCampaign]:
         experiment = read_acquired_experiment(EXAMPLE)
         recorded = experiment.recorded(8533.0)
         acquired = experiment.model_dump(mode="json") | changes
         source = Source("mine.toml", changes.get("sha256", "0" * 64))
         acquired.pop("sha256", None)
         protocol = frozen_protocol("campaign", recorded, {source.file: source.sha256}, acquired)
-        return open_campaign(tmp_path / folder, protocol, recorded, source)
+        with folder_lock(tmp_path / folder):
+            yield open_campaign(tmp_path / folder, protocol, recorded, source)
 
     return make
 
@@ -156,3 +159,20 @@ def test_a_full_disk_leaves_nothing_half_written(
 
 def _no_space(handle: int) -> None:
     raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_verifying_what_is_there_can_be_broken_off(opened: Opened, tmp_path: Path) -> None:
+    """A campaign of many gigabytes takes a while, in which the oven may have to be brought to rest."""
+    with opened() as store:
+        for step in range(3):
+            store.keep(sweep(step), point(step), 1)
+    experiment = read_acquired_experiment(EXAMPLE)
+    calls = iter([None, None, RuntimeError("enough")])
+
+    def check() -> None:
+        error = next(calls)
+        if error is not None:
+            raise error
+
+    with pytest.raises(RuntimeError, match="enough"):
+        AcquiredCampaign(tmp_path / "campaign", experiment.recorded(8533.0), Source("mine.toml", "0" * 64), check)

@@ -27,6 +27,8 @@ def changed(tmp_path: Path, pattern: str, replacement: str) -> Path:
         (r"^levels = .*", "levels = [4.0]\ntypo = 1", r"sweep.typo = unknown key"),
         (r"^patch_voltage = .*", "patch_voltage = 10.0", "the patch is rated for 10 V"),
         (r"^max_rate = .*", "max_rate = 0.5", r"programme.ramp_rate = 1 K/min; .* steepest ramp"),
+        (r"^hottest = .*", "hottest = 200.0", r"limits.hottest = 200 °C; allowed: at most 95 °C, oven.maximum"),
+        (r"^coldest = .*", "coldest = -60.0", r"limits.coldest = -60 °C; allowed: at least -35 °C"),
         (r"^duration = .*", "duration = 60.0", r"the window programme.tolerance leaves"),
         (r"^thermocouples = .*", "", r"names no thermocouple"),
         (r"^responses = .*", 'responses = ["cDAQ1Mod1/ai1", "cDAQ1Mod1/ai2"]', "2 terminals for the 1 sensors"),

@@ -17,9 +17,10 @@ pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox
 
-from app.files.acquired_campaign import open_campaign
+from app.acquisition import acquire_campaign
+from app.files.acquired_campaign import campaign_log
 from app.files.campaign import load_campaign
-from app.files.campaign_folder import frozen_protocol, sweep_paths
+from app.files.campaign_folder import sweep_paths
 from app.files.control import wished
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
 from app.files.latest_repeat import LatestRepeat, save_latest
@@ -31,12 +32,12 @@ from app.view.live.window import LiveWindow
 from app.view.opening import window_of
 from app.view.recorded.window import RecordedWindow
 from app.view.theme import DARK, LIGHT
-from app.watched_campaign import WatchedCampaign
 from drivers.ni.modules import NI_9234
 from drivers.ni.output_modules import NI_9260
 from drivers.ni.thermocouple_modules import NI_9211
-from drivers.rig.campaign import Outcome, run_campaign
+from drivers.rig.campaign import Outcome, unobserved
 from drivers.rig.errors import RigStopped
+from drivers.rig.session import Session
 from drivers.rig.simulated import SimulatedParts, simulated_parts
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "simulated-rig.toml"
@@ -77,18 +78,13 @@ class Acquisition:
         experiment = self.experiment
         modules = {1: NI_9234, 2: NI_9260, 3: NI_9211}
         self.parts = simulated_parts(experiment.cards, experiment.oven, self.plate, modules=modules, seed=3)
-        recorded = experiment.recorded(experiment.sample_rate)
         source = Source("mine.toml", "0" * 64)
         acquired = {"rig": "simulated", **experiment.model_dump(mode="json")}
-        frozen = frozen_protocol("watched", recorded, {source.file: source.sha256}, acquired)
-        with open_campaign(self.folder, frozen, recorded, source) as store:
-            watched = WatchedCampaign(self.folder)
-            try:
-                self.outcome = run_campaign(
-                    self.parts.rig(), experiment.protocol, store, watched.observe, paused=watched.paused
-                )
-            except RigStopped as stopped:
-                self.stopped = stopped
+        session = Session(self.parts.rig(), experiment.limits, campaign_log(self.folder))
+        try:
+            self.outcome = acquire_campaign(session, experiment, self.folder, source, acquired, unobserved)
+        except RigStopped as stopped:
+            self.stopped = stopped
 
     def start(self) -> "Acquisition":
         self._thread.start()

@@ -159,6 +159,19 @@ def test_every_sample_is_a_code_of_the_converter(cards: DaqmxCards, drive: Array
     assert np.array_equal(codes, np.round(codes))
 
 
+@pytest.mark.parametrize("configuration", ["DEFAULT", "PSEUDO_DIFF"])
+def test_inputs_are_wired_as_declared(wiring: Wiring, channel: InProcessChannel, configuration: str) -> None:
+    declared = wiring.model_copy(update={"terminal_configuration": configuration, "coupling": "DEFAULT"})
+    assert DaqmxCards(declared, channel).sample_rate == pytest.approx(51_200.0 / 6.0)
+
+
+def test_a_wiring_that_the_module_does_not_have_is_refused(wiring: Wiring, channel: InProcessChannel) -> None:
+    declared = wiring.model_copy(update={"terminal_configuration": "RSE"})
+    with pytest.raises(DaqError, match="TermCfg") as caught:
+        DaqmxCards(declared, channel)
+    assert caught.value.action is Action.STOP
+
+
 @pytest.mark.parametrize(("coupling", "gain"), [("DC", 1.0), ("AC", np.sqrt(0.5))])
 def test_coupling_takes_the_slow_part_away(
     wiring: Wiring, channel: InProcessChannel, coupling: str, gain: float

@@ -108,3 +108,28 @@ def test_acknowledgements():
     with pytest.raises(OvenError) as garbled:
         ascii2.decode_acknowledgement(b"\x80\r")
     assert garbled.value.fault is Fault.GARBLED
+
+
+# As of a chamber with an external cabinet: other wording, and its shifts, which nothing measures, are read once.
+CABINET = (
+    b"ASCII-2 PROTOCOL CONFIGURATION\r\n\r\nExample of an ASCII E-String:\r\n"
+    b"$01E CV01 CV02 SV01 SV02 MV01 DO00 DO01 <CR>\r\n\r\nDescription:\r\n"
+    b"CV01  value min:  -77.0   value max:  182.0   Temperature\r\n"
+    b"CV02  value min:  -55.0   value max:  150.0   T.external\r\n"
+    b"SV01  value min:    2.0   value max:   30.0   T.shift\r\n"
+    b"SV02  value min:    2.0   value max:   30.0   T.shift\r\n"
+    b"MV01  0000.0 unused setpoint\r\nDO00  unused\r\nDO01  Start\r\n" + b"-" * 80 + b"\r\n"
+    b"Example of  an ASCII I-String:\r\n$01I<CR>\r\n"
+    b"CV01 CV01 CV02 CV02 SV01 SV02 MV01 MV01 DO00 DO01 <CR>\r\n\r\nDescription:\r\n"
+    b"CV01  nominal value Temperature\r\nCV01  actual value  Temperature\r\nSV01  set value     T.shift\r\n"
+    b"MV01 unused setpoint\r\nMV01  not supported\r\nDO00  unused\r\nDO01  Start\r\n"
+    b"Configured Messages:\r\nnone\r\n"
+)
+
+
+def test_a_description_in_which_some_values_are_read_once():
+    layout = ascii2.decode_description(CABINET)
+    assert [channel.name for channel in layout.channels] == ["CV01", "CV02", "SV01", "SV02", "MV01"]
+    assert (layout.temperature, layout.start, layout.controls) == (0, 1, 2)
+    status = ascii2.decode_status(b"0050.0 0024.6 0030.0 0028.1 0005.0 0006.0 0000.0 0023.8 01\r", layout)
+    assert status == Status((50.0, 30.0, 5.0, 6.0, 0.0), (24.6, 28.1, 5.0, 6.0, 23.8), "01")

@@ -36,11 +36,24 @@ def test_every_field_is_described():
         ({"kind": "votsch-ascii2", "address": 40}, "1 to 32"),
         ({"speed": 9600}, "speed"),
         ({"port": ""}, "port"),
+        ({"port": "spy:///dev/ttyUSB0?file=notes.txt"}, "socket://HOST:PORT"),
+        ({"port": "SPY://COM3?file=notes.txt"}, "socket://HOST:PORT"),
+        ({"port": "socket://gateway:4001?logging=debug"}, "socket://HOST:PORT"),
+        ({"port": "socket://:4001"}, "socket://HOST:PORT"),
+        ({"port": "alt://COM3?class=PosixPollSerial"}, "socket://HOST:PORT"),
     ],
 )
 def test_nonsense_is_refused(change, told):
     with pytest.raises(ValidationError, match=told):
         OvenSettings.model_validate({**GIVEN, **change})
+
+
+@pytest.mark.parametrize(
+    "port",
+    ["COM3", "/dev/ttyUSB0", "socket://gateway.lab:4001", "socket://[fe80::1]:4001", "socket://10.0.0.7:23"],
+)
+def test_a_port_is_a_serial_port_or_a_socket_with_its_host(port):
+    assert OvenSettings.model_validate({**GIVEN, "port": port}).port == port
 
 
 def test_a_port_that_is_none():

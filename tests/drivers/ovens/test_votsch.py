@@ -13,7 +13,7 @@ DESCRIPTION = (
 )
 REST = (b"$01I\r", b"0020.0 0021.3 0050.0 0043.2 001\r")
 RAMPING = (b"$01I\r", b"0060.0 0021.3 0050.0 0043.2 011\r")
-GRADIENTS = (b"$01U 0000.4 0000.4 0000.0 0000.0\r", b"0\r")
+GRADIENTS = (b"$01U 0000.4 0000.0 0000.0 0000.0\r", b"0\r")
 START = (b"$01E 0060.0 0050.0 011\r", b"0\r")
 
 
@@ -26,11 +26,11 @@ def test_temperature_is_the_actual_one(scripted):
 
 
 def test_ramp_changes_temperature_and_start_and_nothing_else(scripted):
-    assert votsch(scripted, GRADIENTS, REST, START, RAMPING).ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
+    assert votsch(scripted, REST, GRADIENTS, REST, START, RAMPING).ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
 
 
 def test_what_is_so_already_is_not_written_again(scripted):
-    assert votsch(scripted, GRADIENTS, RAMPING, RAMPING).ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
+    assert votsch(scripted, RAMPING, GRADIENTS, RAMPING, RAMPING).ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
 
 
 def test_hold_at_the_temperature_measured(scripted):
@@ -45,7 +45,7 @@ def test_safe_takes_start_away_and_nothing_else(scripted):
 
 
 def test_write_that_reads_back_different_is_not_taken(scripted):
-    oven = votsch(scripted, GRADIENTS, REST, START, REST)
+    oven = votsch(scripted, REST, GRADIENTS, REST, START, REST)
     with pytest.raises(
         OvenError, match=r"set to 60\.0 50\.0 011, the chamber reads back 20\.0 50\.0 001"
     ) as caught:
@@ -54,7 +54,7 @@ def test_write_that_reads_back_different_is_not_taken(scripted):
 
 
 def test_refusal(scripted):
-    oven = votsch(scripted, GRADIENTS, REST, (START[0], b"2\r"))
+    oven = votsch(scripted, REST, GRADIENTS, REST, (START[0], b"2\r"))
     with pytest.raises(OvenError, match="says 2") as caught:
         oven.ramp_to(60.0, 0.4)
     assert caught.value.fault is Fault.REFUSED
@@ -63,3 +63,26 @@ def test_refusal(scripted):
 def test_rate_below_the_protocols_step(scripted):
     with pytest.raises(ValueError, match=r"0\.1 K/min"):
         votsch(scripted).ramp_to(60.0, 0.04)
+
+
+@pytest.mark.parametrize("target", [40.0, 5.0])
+def test_a_chamber_that_reports_where_its_ramp_is_takes_it(rig_of, target):
+    rig = rig_of("votsch-ascii2")
+    rig.controller.tells_ramp = True
+    for end in (target, 20.0):  # from rest, and while it runs already
+        assert rig.oven.ramp_to(end, 2.0) == SetPoint(end, 2.0)
+        rig.wait(600.0)
+        assert abs(rig.oven.temperature() - end) < abs(20.0 - target)
+    rig.oven.safe()
+    assert not rig.body.regulating
+
+
+def test_a_chamber_that_reports_where_its_ramp_is_is_found_locked(rig_of):
+    rig = rig_of("votsch-ascii2")
+    rig.controller.tells_ramp = True
+    rig.oven.ramp_to(30.0, 2.0)
+    rig.wait(900.0)
+    rig.controller.locked = True
+    with pytest.raises(OvenError, match="reads back") as caught:
+        rig.oven.ramp_to(50.0, 2.0)
+    assert caught.value.fault is Fault.NOT_TAKEN

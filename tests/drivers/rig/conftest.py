@@ -17,7 +17,7 @@ from analysis.protocol.programme import Programme, Settling
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import SetPoint
 from analysis.protocol.sweep import SweepSettings
-from drivers.ni.cards import Record
+from drivers.ni.cards import Record, go_on
 from drivers.ni.modules import NI_9234
 from drivers.ni.output_modules import NI_9260
 from drivers.ni.simulated.surroundings import Module
@@ -28,6 +28,7 @@ from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.campaign import Outcome, run_campaign
 from drivers.rig.rig import Rig
+from drivers.rig.session import Session
 from drivers.rig.simulated import SimulatedParts, simulated_parts
 
 Array = NDArray[np.float64]
@@ -185,8 +186,16 @@ class World:
 
         clock.sleep = slept  # type: ignore[method-assign]
 
-    def run(self, **options: Any) -> Outcome:
-        return run_campaign(self.rig, self.protocol, self.store, **options)
+    def run(self, check: Callable[[], None] = go_on, **options: Any) -> Outcome:
+        """Run the campaign in a session of its own, which `session` then is."""
+        self.session = Session(self.rig, self.protocol.limits, self.store.log, check)
+        with self.session:
+            return run_campaign(self.session, self.protocol, self.store, **options)
+
+    @property
+    def unsafe(self) -> tuple[str, ...] | None:
+        """What the last session could not bring to rest."""
+        return self.session.unsafe
 
     def digests(self) -> dict[int, str]:
         """Digest of every sweep kept."""

@@ -287,13 +287,12 @@ def observe(world: World, fault: Fault, repeat: int) -> Observed:
     """Run a campaign into a fault, look at everything, and take it up again on a sound rig."""
     arm(world, fault, repeat)
     error: BaseException | None = None
-    missing, unsafe = 0, ()
+    missing = 0
     try:
-        outcome = world.run()
+        missing = world.run().missing
     except (Exception, KeyboardInterrupt, SystemExit) as caught:  # noqa: BLE001 (whatever it is, it is reported)
-        error, unsafe = caught, getattr(caught, "unsafe", tuple(getattr(caught, "__notes__", ())))
-    else:
-        missing, unsafe = outcome.missing, outcome.unsafe
+        error = caught
+    unsafe = world.unsafe
     said = " ".join(str(event) for event in world.store.log_lines) + str(error)
     done, h1_error = world.digests(), world.worst_error()
     server, regulating = world.parts.server, world.parts.body.regulating

@@ -39,9 +39,3 @@ def test_patience_ends_after_its_limit_and_begins_anew() -> None:
     patience.bad(200.0, "silence", "look")
     with pytest.raises(RigStopped, match="silence, for 30 s"):
         patience.bad(230.0, "silence", "look")
-
-
-def test_what_is_not_at_rest_is_part_of_the_message() -> None:
-    stopped = RigStopped("the oven is lost.", "Look at it.")
-    stopped.unsafe = ("the oven may go on",)
-    assert str(stopped) == "the oven is lost. Look at it. NOT AT REST: the oven may go on."

@@ -1,4 +1,4 @@
-"""Ctrl-C and a request to end, held back while a voltage is out and let through where it is safe."""
+"""Signals that ask a program to end, held back while a voltage is out and let through where it is safe."""
 
 import signal
 import threading
@@ -7,12 +7,15 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+ENDING = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)
+)
+"""Ctrl-C, a request to end, a lost terminal (POSIX) and Ctrl-Break (Windows), where the system has them."""
 
 
 @contextmanager
 def held_back() -> Iterator[Callable[[], None]]:
-    """Hold SIGINT and SIGTERM back, so that what brings an output to 0 V always runs to its end.
+    """Hold every signal of `ENDING` back, so that what brings an output to 0 V always runs to its end.
 
     An exception in the middle of that work, as Ctrl-C ordinarily raises it, would leave the voltage
     standing; there is no moment in a ``finally`` at which it could not come.
@@ -44,7 +47,7 @@ def held_back() -> Iterator[Callable[[], None]]:
                 raise SystemExit(128 + number)
 
     try:
-        for wanted in _SIGNALS:
+        for wanted in ENDING:
             if signal.getsignal(wanted) is not None:  # None: set outside Python, and not to be given back
                 previous[wanted] = signal.signal(wanted, remember)
         yield let_through

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from drivers.ni.interruptions import held_back
+from drivers.interruptions import held_back
 
 
 @pytest.fixture(autouse=True)

@@ -1,0 +1,48 @@
+"""``flexura safe``: bring a rig to rest, from whatever state it was left in."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from app.commands.bad_input import bad_input
+from app.commands.options import PATH, which_rig
+from app.commands.output import Output, output_options
+
+if TYPE_CHECKING:
+    from app.files.experiment_toml import RigKind
+
+EXAMPLES = """\b
+Examples:
+  flexura safe my-experiment.toml
+"""
+
+
+@click.command(name="safe", epilog=EXAMPLES, short_help="Bring the rig to rest, from any state.")
+@click.argument("experiment", type=PATH)
+@which_rig
+@output_options("how the rig was left")
+@bad_input
+def command(experiment: Path, rig: "RigKind | None", output: Output) -> None:
+    """Tell the oven of EXPERIMENT to rest, then bring its drive to 0 V; no campaign is needed or touched.
+
+    For a rig that a crash, a power cut or another program has left as it was. A campaign that is running holds the
+    oven's line: stop it first (Ctrl-C, or flexura view), which brings its rig to rest as well.
+
+    Exit status 3 where something could not be verified to be at rest (NOT AT REST: go there and switch it off).
+    """
+    from app.campaign_ending import NOT_AT_REST, not_at_rest
+    from app.files.experiment_toml import read_declared_experiment
+    from app.rig import still_rig
+    from drivers.rig.end_requests import EndRequests
+    from drivers.rig.rest import bring_to_rest
+
+    declared = read_declared_experiment(experiment)
+    kind = rig or declared.rig
+    with EndRequests():  # nothing cuts it short
+        unsafe = bring_to_rest(still_rig(declared, kind, experiment))
+    output.result(lambda: {"rig": kind, "unsafe": list(unsafe)})
+    if unsafe:
+        output.failure(not_at_rest(unsafe).lstrip())
+        raise click.exceptions.Exit(NOT_AT_REST)
+    output.summary("the oven is at rest and the drive at 0 V")

@@ -1,0 +1,80 @@
+"""Requests that the program end, noted and heard where stopping is safe: the rig is brought to rest first."""
+
+import signal
+import sys
+import threading
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+from drivers.interruptions import ENDING
+from drivers.rig.errors import RigInterrupted
+
+if sys.platform == "win32":
+    import ctypes
+    from ctypes import wintypes
+
+CONSOLE_ENDS = {2: "CTRL_CLOSE_EVENT", 5: "CTRL_LOGOFF_EVENT", 6: "CTRL_SHUTDOWN_EVENT"}
+"""What Windows tells a console program before it ends it, seconds later."""
+GRACE = 30.0
+"""The answer to Windows is kept back so long for the rig to come to rest, s; Windows may not wait for it."""
+
+
+class EndRequests:
+    """Takes note of Ctrl-C, SIGTERM, a lost terminal, Ctrl-Break and a closed Windows console; a context.
+
+    Nothing is raised when a request arrives: an exception that can come at any moment comes in a destructor, in a
+    library's callback, or in the middle of what brings the rig to rest. It is raised by `check`, which is called
+    wherever stopping is safe. A signal that was ignored when the program began, as ``nohup`` does, stays ignored.
+
+    Attributes
+    ----------
+    arrived : str or None
+        Name of the first request.
+    number : int
+        That of its signal; 0 for a closed console, or where none has arrived.
+    """
+
+    def __init__(self) -> None:
+        self.arrived: str | None = None
+        self.number = 0
+        self._before: dict[int, Any] = {}
+        self._over = threading.Event()
+        self._console: Any = None
+
+    def __enter__(self) -> Self:
+        """Take the signals over."""
+        for number in ENDING:
+            if signal.getsignal(number) not in (signal.SIG_IGN, None):  # None: set outside Python
+                self._before[number] = signal.signal(number, self._note)
+        if sys.platform == "win32":
+            self._console = ctypes.WINFUNCTYPE(wintypes.BOOL, wintypes.DWORD)(self._console_ends)
+            ctypes.windll.kernel32.SetConsoleCtrlHandler(self._console, True)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Give them back."""
+        self._over.set()
+        if sys.platform == "win32":
+            ctypes.windll.kernel32.SetConsoleCtrlHandler(self._console, False)
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def check(self) -> None:
+        """Raise RigInterrupted if a request has arrived."""
+        if self.arrived is not None:
+            raise RigInterrupted(self.arrived)
+
+    def _note(self, number: int, _: FrameType | None) -> None:
+        if self.arrived is None:
+            self.number = number
+            self.arrived = signal.Signals(number).name
+
+    def _console_ends(self, event: int) -> bool:
+        """Note that Windows ends the program; called in a thread of its own, and waited for."""
+        if event not in CONSOLE_ENDS:
+            return False  # Ctrl-C and Ctrl-Break arrive as signals
+        self.arrived = self.arrived or CONSOLE_ENDS[event]
+        self._over.wait(GRACE)
+        return True

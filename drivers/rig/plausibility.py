@@ -1,0 +1,119 @@
+"""Whether a temperature can be true: how far it may have moved, and what air and plate may differ by."""
+
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.readings import Reading
+
+SLACK = 0.5
+"""A reading may differ from the last one by so much besides what a ramp moves meanwhile, K."""
+OVERSHOOT = 2.0
+"""Air may move faster than the steepest ramp by so much."""
+APART = 2.0
+"""At the end of a soak, air and plate may differ by so much, K."""
+SETTLED = 0.1
+"""The plate counts as soaked where it has moved by less within a minute, K."""
+STUCK_READINGS, STUCK_AIR = 20, 2.0
+"""A sensor that gives so many equal readings to the millikelvin, while the air moves by so much, K, is stuck."""
+
+
+Asked = TypeVar("Asked", bound=float | None)
+
+
+class Sensor(Generic[Asked]):
+    """Asks a sensor again where its answer has jumped: a glitch on the line is no temperature.
+
+    No protocol of a controller numbers its answers, and ASCII-2 and P-300 carry no checksum: an answer can be a
+    late one to another question, or have a wrong digit, and look sound. It does not look so twice.
+
+    Parameters
+    ----------
+    ask : callable
+        Returns a temperature, degrees Celsius; None where there is no such sensor.
+    now : callable
+        s.
+    max_rate : float
+        Steepest ramp, K/min.
+    """
+
+    def __init__(self, ask: Callable[[], Asked], now: Callable[[], float], max_rate: float) -> None:
+        self._ask = ask
+        self._now = now
+        self._rate = OVERSHOOT * max_rate / 60.0
+        self._last: tuple[float, float] | None = None
+
+    def read(self) -> Asked:
+        """Return the temperature now; one that has jumped gives way to the answer to a second question."""
+        value = self._ask()
+        if value is not None and self._last is not None and not self._near(value, *self._last):
+            value = self._asked_again(value, *self._last)
+        if value is not None:
+            self._last = (value, self._now())
+        return value
+
+    def _asked_again(self, jumped: float, last: float, moment: float) -> Asked:
+        second = self._ask()
+        if second is None or self._near(second, last, moment) or self._near(second, jumped, self._now()):
+            return second
+        return self._ask()  # the second was damaged as well
+
+    def _near(self, value: float, other: float, moment: float) -> bool:
+        return abs(value - other) <= SLACK + self._rate * (self._now() - moment)
+
+
+class Company:
+    """Holds air and plate against each other: both see the same oven."""
+
+    def __init__(self) -> None:
+        self._equal = 0
+        self._plate = self._air = 0.0
+
+    def require_moving(self, reading: Reading) -> None:
+        """Raise RigStopped for a plate's sensor that has stopped to follow."""
+        if reading.plate is None:
+            return
+        if not self._equal or reading.plate != self._plate:
+            self._plate, self._air, self._equal = reading.plate, reading.air, 1
+            return
+        self._equal += 1
+        if self._equal >= STUCK_READINGS and abs(reading.air - self._air) >= STUCK_AIR:
+            raise RigStopped(
+                f"the plate's sensor is stuck at {reading.plate:g} °C: {self._equal} equal readings, while the "
+                f"air moved from {self._air:.1f} to {reading.air:.1f} °C",
+                f"Look at the thermocouple and its module. {RESUME}",
+            )
+
+
+def require_agreement(reading: Reading, minute_before: float | None) -> None:
+    """Raise RigStopped where air and plate differ at the end of a soak though the plate moves no more.
+
+    Parameters
+    ----------
+    reading : Reading
+    minute_before : float or None
+        The plate's temperature a minute before, degrees Celsius; None where there is none.
+    """
+    if reading.plate is None or minute_before is None or abs(reading.plate - minute_before) > SETTLED:
+        return
+    if abs(reading.air - reading.plate) > APART:
+        raise RigStopped(
+            f"after the soak the air reads {reading.air:.1f} °C and the plate, at rest, {reading.plate:.1f} °C; "
+            f"{APART:g} K apart allowed",
+            "Check the thermocouple's type (cards.thermocouple_type), where it touches the plate, and the unit "
+            f"and the sensor of the controller. {RESUME}",
+        )
+
+
+def require_celsius(reading: Reading) -> None:
+    """Raise RigStopped where the controller, before anything moves, plainly shows degrees Fahrenheit or kelvin."""
+    if reading.plate is None:
+        return
+    if abs(reading.air - reading.plate) < 10.0:
+        return
+    for unit, other in (("Fahrenheit", 1.8 * reading.plate + 32.0), ("kelvin", reading.plate + 273.15)):
+        if abs(reading.air - other) < 8.0:
+            raise RigStopped(
+                f"the controller reads {reading.air:.1f}, the plate has {reading.plate:.1f} °C: that is {unit}",
+                "Set the controller, its communication included, to degrees Celsius",
+            )

@@ -1,0 +1,167 @@
+"""The oven watched in a thread of its own, which no file, network share or computation can block."""
+
+import logging
+import math
+import threading
+from collections.abc import Callable
+from typing import TypeVar
+
+from analysis.protocol.limits import Limits
+from drivers.clock import Clock, Stop
+from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.line import PASSING
+from drivers.ovens.oven import Oven, OvenLimits, SetPoint
+from drivers.rig.errors import RESUME, RigStopped
+
+Result = TypeVar("Result")
+
+PERIOD = 1.0
+"""Between two looks at whether anything is to be done, s."""
+QUIET = 6.0
+"""An oven that nobody has asked for so long is asked by the supervision, s."""
+SLOW = 60.0
+"""Checks, files and figures of a long sweep may take its user so long at least, s."""
+HANGS = 20.0
+"""A question that keeps the line for longer does not come to its end, s."""
+
+LOOK = "Look at the oven, its set-point and its sensors before going on"
+
+log = logging.getLogger(__name__)
+
+
+class SupervisedOven:
+    """An oven that is polled and, where something is wrong, told to rest, whatever its user is doing.
+
+    It is told to rest where its air is beyond the limits or it is in alarm; where it, or its user, has not been
+    heard of for longer than `limits.lost_after`: a user that hangs on a file cannot measure, and must not heat;
+    and where the session is to end. From then on it takes no command but `safe`: each raises why.
+
+    The drive needs no thread: it is at 0 V except during a sweep, which asks `check` twice a second.
+
+    Parameters
+    ----------
+    oven : Oven
+        Belongs to this object from now on.
+    limits : Limits
+    clock : Clock
+        Also carries the supervision.
+    asked_to_end : callable
+        Raises where the session is to end.
+    """
+
+    def __init__(self, oven: Oven, limits: Limits, clock: Clock, asked_to_end: Callable[[], None]) -> None:
+        self._oven = oven
+        self._limits = limits
+        self._clock = clock
+        self._asked_to_end = asked_to_end
+        self._quiet = min(QUIET, 0.3 * oven.poll_within)
+        self._turn = threading.Lock()
+        self._asked = self._answered = self._user = clock.now()
+        self._wrong: RigStopped | None = None
+        self._at_rest = False
+        self._stop: Stop = lambda: None
+
+    @property
+    def limits(self) -> OvenLimits:
+        """What set-points are clamped to."""
+        return self._oven.limits
+
+    @property
+    def poll_within(self) -> float:
+        """Seconds within which the oven wants to be asked again: seen to here."""
+        return self._oven.poll_within
+
+    def begin(self) -> None:
+        """Begin to watch."""
+        self._user = self._asked = self._answered = self._clock.now()
+        self._stop = self._clock.every(PERIOD, self._look)
+
+    def end(self) -> None:
+        """Watch no more; the oven is left as it is."""
+        self._stop()
+
+    def check(self) -> None:
+        """Show that the user is there; raise where the session is to end, or the supervision has ended it."""
+        self._user = self._clock.now()
+        self._asked_to_end()
+        if self._wrong is not None:
+            raise self._wrong
+
+    def temperature(self) -> float:
+        """Air temperature, degrees Celsius."""
+        return self._told(self._ask)
+
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
+        """Start a ramp and return it as taken."""
+        return self._told(lambda: self._oven.ramp_to(target, rate))
+
+    def hold(self) -> float:
+        """Stop the ramp where it is and stay there."""
+        return self._told(self._oven.hold)
+
+    def safe(self) -> None:
+        """Put the oven to rest; OvenError where an earlier question keeps the line for ever."""
+        if not self._turn.acquire(timeout=HANGS):
+            raise OvenError(
+                Fault.BUSY, "its line hangs in an earlier question", "Pull the cable, and plug it in again."
+            )
+        try:
+            self._oven.safe()
+        finally:
+            self._turn.release()
+
+    def close(self) -> None:
+        """Let go of the port."""
+        self._oven.close()
+
+    def _told(self, command: Callable[[], Result]) -> Result:
+        self.check()
+        with self._turn:
+            return command()
+
+    def _ask(self) -> float:
+        self._asked = self._clock.now()
+        air = self._oven.temperature()
+        if math.isfinite(air):
+            self._answered = self._clock.now()
+        return air
+
+    def _look(self) -> None:
+        """Look whether anything is wrong, and end the session there: the oven first."""
+        if not self._turn.acquire(blocking=False):
+            return  # somebody is talking to it at this very moment
+        try:
+            self._wrong = self._wrong or self._trouble()
+            if self._wrong is not None and not self._at_rest:
+                self._oven.safe()
+                self._at_rest = True
+        except Exception as error:  # noqa: BLE001 (tried again at the next look, and when the session is left)
+            log.warning("the supervision could not bring the oven to rest: %s", error)
+        finally:
+            self._turn.release()
+
+    def _trouble(self) -> RigStopped | None:
+        now, patience = self._clock.now(), self._limits.lost_after
+        try:
+            self._asked_to_end()
+        except KeyboardInterrupt as request:
+            return RigStopped(f"asked to end: {request}", RESUME)
+        if now - self._user > max(patience, SLOW):
+            what = f"the campaign has stood still for {now - self._user:.0f} s (limits.lost_after {patience:g} s)"
+            return RigStopped(what, f"Is its folder out of reach, a network share? {RESUME}")
+        if now - self._asked >= self._quiet:
+            try:
+                return self._beyond(self._ask()) and self._beyond(self._ask())  # one glitch is none
+            except OvenError as error:
+                if error.fault not in PASSING:
+                    return RigStopped(str(error), LOOK)
+        if now - self._answered > patience:
+            return RigStopped(f"no temperature from the oven for {now - self._answered:.0f} s", LOOK)
+        return None
+
+    def _beyond(self, air: float) -> RigStopped | None:
+        coldest, hottest = self._limits.coldest, self._limits.hottest
+        if not math.isfinite(air) or coldest <= air <= hottest:
+            return None
+        limits = f"limits.coldest and hottest, {coldest:g} to {hottest:g} °C"
+        return RigStopped(f"air temperature {air:.1f} °C is outside {limits}", LOOK)

@@ -1,0 +1,55 @@
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from drivers.interruptions import ENDING
+from drivers.rig.end_requests import EndRequests
+from drivers.rig.errors import RigInterrupted
+
+
+@pytest.mark.parametrize("number", ENDING)
+def test_a_request_raises_nothing_until_it_is_asked_for(number: int) -> None:
+    before = [signal.getsignal(one) for one in ENDING]
+    with EndRequests() as requests:
+        requests.check()
+        signal.raise_signal(number)
+        signal.raise_signal(signal.SIGINT)
+        assert (requests.arrived, requests.number) == (signal.Signals(number).name, number)
+        for _ in range(2):  # whoever has caught it once is told again
+            with pytest.raises(RigInterrupted, match=signal.Signals(number).name):
+                requests.check()
+    assert [signal.getsignal(one) for one in ENDING] == before
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
+def test_what_was_ignored_at_the_start_stays_ignored() -> None:
+    """As for a program that nohup has started."""
+    code = (
+        "import os, signal\n"
+        "from drivers.rig.end_requests import EndRequests\n"
+        "with EndRequests() as requests:\n"
+        "    os.kill(os.getpid(), signal.SIGHUP)\n"
+        "    requests.check()\n"
+        "    os.kill(os.getpid(), signal.SIGTERM)\n"
+        "print(requests.arrived)"
+    )
+    ignored = lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)  # noqa: E731
+    done = subprocess.run(
+        [sys.executable, "-c", code], preexec_fn=ignored, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "SIGTERM\n"
+
+
+def test_a_closed_console_is_waited_for() -> None:
+    """What Windows calls, in a thread of its own; it ends the program when that returns."""
+    requests = EndRequests()
+    with requests:
+        assert not requests._console_ends(0)  # Ctrl-C
+        requests.check()
+    assert requests._console_ends(2)  # returns at once where everything is over
+    assert (requests.arrived, requests.number) == ("CTRL_CLOSE_EVENT", 0)
+    with pytest.raises(RigInterrupted, match="CTRL_CLOSE_EVENT"):
+        requests.check()

@@ -1,0 +1,158 @@
+"""Temperatures that cannot be true are asked for again, and sensors that lie are found out."""
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drivers.clock import VirtualClock
+from drivers.ovens.error import OvenError
+from drivers.ovens.settings import OvenSettings, open_oven
+from drivers.ovens.simulated.build import simulated_controller
+from drivers.ovens.simulated.controller import Delivery
+from drivers.ovens.simulated.disturbance import Disturbed
+from drivers.ovens.simulated.memory import MemoryTransport
+from drivers.ovens.simulated.regulated_oven import RegulatedOven
+from drivers.rig.errors import RigStopped
+from drivers.rig.plausibility import Company, Sensor, require_agreement, require_celsius
+from drivers.rig.readings import Reading
+
+World = Any
+
+
+def sensor(*answers: float) -> tuple[Sensor[float], Iterator[float]]:
+    """Return a sensor asked every 5 s in an oven that ramps by 3 K/min at most, and what it has left to say."""
+    left, times = iter(answers), iter(range(0, 10_000, 5))
+    return Sensor(lambda: next(left), lambda: float(next(times)), 3.0), left
+
+
+def test_a_glitch_is_asked_again_and_a_jump_believed() -> None:
+    asked, left = sensor(20.0, 20.2, 0.0, 20.4, 20.5, 35.0, 35.1, 35.2)
+    assert [asked.read() for _ in range(6)] == [20.0, 20.2, 20.4, 20.5, 35.1, 35.2]
+    assert list(left) == []
+
+
+def test_a_first_answer_that_was_none_does_no_lasting_harm() -> None:
+    asked, _ = sensor(0.0, 20.0, 20.0, 20.1)
+    assert [asked.read() for _ in range(3)] == [0.0, 20.0, 20.1]
+
+
+class Tampered:
+    """An oven or cards whose temperatures pass through a function first."""
+
+    def __init__(self, inner: Any, method: str, change: Callable[[Any], Any]) -> None:
+        self._inner, self._method, self._change = inner, method, change
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._inner, name)
+        return (lambda: self._change(found())) if name == self._method else found
+
+
+def lying(world: World, part: str, change: Callable[[Any], Any]) -> World:
+    """Let a sensor of a world lie."""
+    opened = f"open_{part}"
+    method = "temperature" if part == "oven" else "temperatures"
+    inner = getattr(world.rig, opened)
+    world.rig = replace(world.rig, **{opened: lambda: Tampered(inner(), method, change)})
+    return world
+
+
+@pytest.mark.parametrize("part", ["oven", "cards"])
+@pytest.mark.parametrize("glitch", [0.0, 45.0, 49.9])
+def test_single_glitches_cost_no_set_point(world_of: Callable[..., World], part: str, glitch: float) -> None:
+    """Every eleventh answer is another number, well within the limits: a late or a damaged one."""
+    count = iter(range(1_000_000))
+
+    def change(true: Any) -> Any:
+        return true if next(count) % 11 else glitch + 0.0 * true
+
+    world = lying(world_of(), part, change)
+    outcome = world.run()
+    assert (outcome.finished, outcome.missing) == (3, 0)
+    assert world.worst_error() < 0.02
+
+
+def test_a_thermocouple_that_shows_three_quarters_of_the_rise_is_found_out(world_of: Callable[..., World]) -> None:
+    programme = {"lowest": 36.0, "highest": 40.0, "watch": "air", "soak_before": 300.0}
+    world = lying(world_of(programme=programme), "cards", lambda true: 22.0 + 0.75 * (true - 22.0))
+    with pytest.raises(RigStopped, match="after the soak the air reads"):
+        world.run()
+    assert world.store.kept == {}
+    assert world.at_rest()
+
+
+@pytest.mark.parametrize(
+    ("unit", "of"), [("Fahrenheit", lambda t: 1.8 * t + 32.0), ("kelvin", lambda t: t + 273.15)]
+)
+def test_another_unit_is_found_out_before_anything_moves(
+    world_of: Callable[..., World], unit: str, of: Callable[[float], float]
+) -> None:
+    world = lying(world_of(), "oven", of)
+    with pytest.raises(RigStopped, match=unit):
+        world.run()
+    assert [event["command"] for event in world.store.told("oven")] == ["safe"]
+
+
+def test_a_stuck_sensor_is_found_out_within_minutes(world: World) -> None:
+    held: list[Any] = []
+
+    def change(true: Any) -> Any:
+        if world.parts.body.plate > 25.0 and not held:
+            held.append(np.array(true))
+        return held[0] if held else true
+
+    lying(world, "cards", change)
+    with pytest.raises(RigStopped, match="stuck at 25"):
+        world.run()
+    assert world.parts.body.plate < 29.0
+    assert world.at_rest()
+
+
+def test_a_steady_plate_is_not_stuck() -> None:
+    company = Company()
+    for second in range(1000):
+        company.require_moving(Reading(20.0 + 0.5 * np.sin(second), 20.0))
+        company.require_moving(Reading(20.0, None))
+
+
+def test_what_cannot_be_judged_is_not() -> None:
+    require_agreement(Reading(40.0, None), None)
+    require_agreement(Reading(40.0, 30.0), None)
+    require_agreement(Reading(40.0, 30.0), 29.0)  # still on its way
+    require_agreement(Reading(40.0, 38.5), 38.5)
+    require_celsius(Reading(70.0, None))
+    require_celsius(Reading(40.0, 22.0))  # hot from the last run
+
+
+@pytest.mark.parametrize(
+    ("kind", "checksum"),
+    [("votsch-ascii2", False), ("espec-p300", False), ("watlow-f4t", True), ("eurotherm-2400", True)],
+)
+def test_what_gets_through_a_damaged_line(kind: str, checksum: bool) -> None:
+    """One answer in ten has a wrong bit: nothing gets through a checksum, and nothing far off without one."""
+    clock, rng = VirtualClock(), np.random.default_rng(3)
+    body = RegulatedOven(clock, np.random.default_rng(7), air=20.0, plate=20.0)
+    given = {"kind": kind, "port": "simulated", "minimum": -5.0, "maximum": 65.0, "max_rate": 2.0, "timeout": 0.5}
+    settings = OvenSettings.model_validate(given | {"lost_after": 3600.0})
+    line = Disturbed(simulated_controller(settings, body, clock))
+    oven = open_oven(settings, clock, MemoryTransport(line, clock))
+    oven.ramp_to(60.0, 1.0)
+
+    def damaged(answer: Delivery) -> list[Delivery]:
+        data = bytearray(answer.data)
+        if rng.random() < 0.1:
+            data[rng.integers(len(data))] ^= 1 << rng.integers(8)
+        return [Delivery(answer.delay, bytes(data))]
+
+    line.always = damaged
+    asked = Sensor(oven.temperature, clock.now, 2.0)
+    errors = []
+    for _ in range(2000):
+        clock.sleep(2.0)
+        with suppress(OvenError):  # three damaged answers in a row: no reading, which a campaign bears
+            errors.append(abs(asked.read() - body.measured))
+    assert len(errors) > 1950
+    assert max(errors) < (0.2 if checksum else 1.5)

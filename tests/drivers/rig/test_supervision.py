@@ -1,0 +1,189 @@
+"""The oven is watched whatever its user does: files that hang, a pause without end, a program stuck."""
+
+import threading
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+from drivers.clock import SystemClock
+from drivers.ovens.error import Fault, OvenError
+from drivers.rig import leg, supervision
+from drivers.rig.errors import RigStopped
+from drivers.rig.rest import bring_to_rest
+from drivers.rig.supervision import SupervisedOven
+
+World = Any
+
+
+def asked(world: World) -> list[float]:
+    """Return the times at which the controller hears anything, filled as they come."""
+    times: list[float] = []
+    receive = world.disturbed.receive
+
+    def noticed(data: bytes) -> Any:
+        times.append(world.parts.clock.now())
+        return receive(data)
+
+    world.disturbed.receive = noticed
+    return times
+
+
+def blocked(world: World, method: str, seconds: float) -> None:
+    """Let one call to the store hang for so long, as on a network share, once the oven ramps."""
+    inner, pending = getattr(world.store, method), [seconds]
+
+    def hangs(*values: Any) -> Any:
+        if pending and world.parts.body.regulating:
+            world.parts.clock.sleep(pending.pop())
+        return inner(*values)
+
+    setattr(world.store, method, hangs)
+
+
+@pytest.mark.parametrize("method", ["log", "keep"])
+def test_a_folder_that_hangs_does_not_stop_the_polling(world_of: Callable[..., World], method: str) -> None:
+    world = world_of(limits={"lost_after": 120.0})
+    times = asked(world)
+    blocked(world, method, 60.0)
+    world.run()
+    assert max(b - a for a, b in pairwise(times)) < 10.0
+    assert world.at_rest()
+
+
+def test_a_folder_that_hangs_for_too_long_ends_the_campaign_while_it_hangs(world_of: Callable[..., World]) -> None:
+    world = world_of(limits={"lost_after": 120.0})
+    seen: list[bool] = []
+    world.at(200.0, lambda: seen.append(world.parts.body.regulating))  # in the middle of it
+    blocked(world, "log", 600.0)
+    with pytest.raises(RigStopped, match="stood still for"):
+        world.run()
+    assert seen == [False]
+    assert world.at_rest()
+
+
+def test_too_hot_while_nobody_looks(world_of: Callable[..., World]) -> None:
+    world = world_of(limits={"hottest": 30.0, "lost_after": 3600.0})
+    blocked(world, "log", 900.0)
+    world.at(20.0, lambda: world.parts.body.go(48.0, 60.0))  # somebody at the panel
+    seen: list[bool] = []
+    world.at(600.0, lambda: seen.append(world.parts.body.regulating))
+    with pytest.raises(RigStopped, match="is outside limits"):
+        world.run()
+    assert world.at_rest()
+
+
+def test_a_pause_has_an_end(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(leg, "LONGEST_PAUSE", 300.0)
+    with pytest.raises(RigStopped, match="paused for"):
+        world.run(paused=lambda: True)
+    assert world.at_rest()
+
+
+class Thermostat:
+    """An oven that counts, and says what it is told to."""
+
+    limits = None
+    poll_within = 30.0
+
+    def __init__(self, air: list[float | OvenError]) -> None:
+        self.air, self.said = list(air), []
+        self.told = threading.Event()
+
+    def temperature(self) -> float:
+        found = self.air.pop(0) if len(self.air) > 1 else self.air[0]
+        self.said.append("temperature")
+        if isinstance(found, OvenError):
+            raise found
+        return found
+
+    def ramp_to(self, target: float, rate: float) -> None:
+        self.said.append("ramp")
+
+    def close(self) -> None:
+        self.said.append("close")
+
+    def safe(self) -> None:
+        self.said.append("safe")
+        self.told.set()
+
+
+def watched(world: World, thermostat: Any, clock: Any = None, check: Callable[[], None] = lambda: None) -> Any:
+    oven = SupervisedOven(thermostat, world.protocol.limits, clock or world.parts.clock, check)
+    oven.begin()
+    return oven
+
+
+def test_one_glitch_beyond_the_limits_is_none(world: World) -> None:
+    thermostat = Thermostat([20.0, 99.0, 20.0])
+    oven = watched(world, thermostat)
+    world.parts.clock.sleep(50.0)
+    oven.check()
+    assert "safe" not in thermostat.said
+
+
+@pytest.mark.parametrize(
+    ("air", "why"),
+    [
+        (99.0, "outside limits"),
+        (OvenError(Fault.ALARM, "a broken sensor", "look"), "broken sensor"),
+        (OvenError(Fault.SILENT, "nothing", "look"), "no temperature from the oven"),
+        (float("nan"), "no temperature from the oven"),
+    ],
+)
+def test_trouble_brings_it_to_rest_once_and_for_all(world: World, air: Any, why: str) -> None:
+    thermostat = Thermostat([air])
+    oven = watched(world, thermostat)
+    for _ in range(100):
+        world.parts.clock.sleep(1.0)
+        oven._user = world.parts.clock.now()
+    assert thermostat.said.count("safe") == 1
+    with pytest.raises(RigStopped, match=why):
+        oven.ramp_to(40.0, 1.0)
+    assert "ramp" not in thermostat.said
+
+
+def test_a_real_thread_goes_on_while_its_user_is_stuck(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(supervision, "PERIOD", 0.01)
+    monkeypatch.setattr(supervision, "QUIET", 0.0)
+    thermostat = Thermostat([99.0])
+    oven = watched(world, thermostat, SystemClock())
+    assert thermostat.told.wait(60.0)  # this thread does nothing else meanwhile
+    oven.end()
+
+
+def test_a_request_to_end_is_heard_while_its_user_is_stuck(world: World) -> None:
+    def asked_to_end() -> None:
+        raise KeyboardInterrupt
+
+    thermostat = Thermostat([20.0])
+    watched(world, thermostat, check=asked_to_end)
+    world.parts.clock.sleep(2.0)
+    assert thermostat.said == ["safe"]
+
+
+def test_a_line_that_hangs_does_not_keep_the_drive_from_its_rest(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The question of another thread never comes back: the oven is told as not at rest, the drive zeroed."""
+    monkeypatch.setattr(supervision, "HANGS", 0.01)
+    over, waiting = threading.Event(), threading.Event()
+    thermostat = Thermostat([20.0])
+
+    def for_ever() -> float:
+        waiting.set()
+        over.wait(60.0)
+        return 20.0
+
+    thermostat.temperature = for_ever  # type: ignore[method-assign]
+    oven = watched(world, thermostat)
+    thread = threading.Thread(target=oven.temperature)
+    thread.start()
+    assert waiting.wait(60.0)
+    world.parts.server.chassis.lines["cDAQ1Mod2/ao0"].hold(2.0, world.parts.clock.now())
+    told = bring_to_rest(world.rig, oven)
+    over.set()
+    thread.join(60.0)
+    assert ["line hangs" in what for what in told] == [True]
+    assert world.parts.server.output_voltage() == 0.0
