@@ -6,6 +6,8 @@ sensor, with a log Bayes factor of 11; one of 2 to 4 % for feedthrough, with 522
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from analysis.gap.thresholds import MODEL_ERROR, NUMERICAL_REST
 
 
@@ -36,7 +38,7 @@ class NumericalFloor:
     @property
     def carried(self) -> float:
         """Share of rms|H| that is an error of the twin common to all lines, and nobody's missing physics."""
-        return max(self.error, MODEL_ERROR)
+        return float(np.hypot(self.error, MODEL_ERROR))
 
     @property
     def notes(self) -> tuple[str, ...]:
