@@ -50,7 +50,7 @@ def acquire_campaign(
     """
     recorded = declared_by(experiment, rig)
     protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, dict(acquired))
-    with open_campaign(folder, protocol, recorded, source) as store:
+    with open_campaign(folder, protocol, recorded, source, experiment.sensitivities) as store:
         watched = WatchedCampaign(folder)
 
         def look(moment: Moment) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from analysis.campaign import Sweep
 from analysis.experiment import Experiment
 from analysis.protocol.set_points import SetPoint
+from analysis.sensitivity import Sensitivities, Sensitivity
 from app.files import events
 from app.files.atomic import force_folder_to_disk
 from app.files.campaign_error import CampaignFileError, Problem
@@ -46,11 +47,15 @@ class AcquiredCampaign:
     experiment : Experiment
     source : Source
         The experiment's file.
+    sensitivities : Sensitivities, optional
+        By which recorded volts become the units that are written; left out where all channels are volts.
     """
 
-    def __init__(self, folder: Path, experiment: Experiment, source: Source) -> None:
+    def __init__(
+        self, folder: Path, experiment: Experiment, source: Source, sensitivities: Sensitivities | None = None
+    ) -> None:
         self.folder = folder
-        self._experiment = experiment
+        self._sensitivities = sensitivities or _volts(experiment)
         self._sensors = tuple(output.id for output in experiment.outputs)
         self._source = source
         self._finished = self._verified()
@@ -108,7 +113,8 @@ class AcquiredCampaign:
                 errno.ENOSPC, f"{free / 1e6:.0f} MB are free, {needed / 1e6:.0f} MB are needed", str(path)
             )
         try:
-            write_sweep(path, sweep, self._sensors, self._source, notes)
+            measured, units = self._sensitivities.measured(sweep), self._sensitivities.units
+            write_sweep(path, measured, self._sensors, self._source, notes, units)
         except RuntimeError as error:  # how h5py tells that a file could not be closed
             raise OSError(errno.EIO, f"cannot be written: {error}", str(path)) from error
 
@@ -129,7 +135,11 @@ class AcquiredCampaign:
 
 @contextmanager
 def open_campaign(
-    folder: Path, protocol: dict[str, Any], experiment: Experiment, source: Source
+    folder: Path,
+    protocol: dict[str, Any],
+    experiment: Experiment,
+    source: Source,
+    sensitivities: Sensitivities | None = None,
 ) -> Iterator[AcquiredCampaign]:
     """Make a campaign folder, or take one up again; nobody else can meanwhile.
 
@@ -140,6 +150,8 @@ def open_campaign(
         Of `frozen_protocol`. It must be the very one a folder that is there was begun with.
     experiment : Experiment
     source : Source
+    sensitivities : Sensitivities, optional
+        See `AcquiredCampaign`.
 
     Yields
     ------
@@ -154,7 +166,7 @@ def open_campaign(
         folder.parent.mkdir(parents=True, exist_ok=True)
         with folder_lock(folder):
             _prepare(folder, protocol)
-            yield AcquiredCampaign(folder, experiment, source)
+            yield AcquiredCampaign(folder, experiment, source, sensitivities)
             write_index(folder)
     except PermissionError as error:
         seen = f"cannot be written: {error.strerror or error}"
@@ -212,6 +224,16 @@ def _flat(tree: Any, prefix: str = "") -> dict[str, Any]:
     if not isinstance(tree, dict):
         return {prefix: tree}
     return {key: value for name, part in tree.items() for key, value in _flat(part, f"{prefix}.{name}").items()}
+
+
+def _volts(experiment: Experiment) -> Sensitivities:
+    """Return the sensitivities of channels that are all volts; ValueError where one is not."""
+    channels = (experiment.inputs[0], *experiment.outputs)
+    strangers = [channel.id for channel in channels if channel.unit != "V"]
+    if strangers:
+        raise ValueError(f"channels {strangers} are no volts; their sensitivities are wanted")
+    drive, *responses = (Sensitivity(channel) for channel in channels)
+    return Sensitivities(drive, tuple(responses))
 
 
 def _place(set_point: SetPoint) -> Place:

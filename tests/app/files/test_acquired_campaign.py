@@ -156,3 +156,9 @@ def test_a_full_disk_leaves_nothing_half_written(
 
 def _no_space(handle: int) -> None:
     raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_volts_are_not_written_as_newtons(tmp_path: Path) -> None:
+    experiment = read_acquired_experiment(EXAMPLE.with_name("exciter.toml")).recorded(4266.0)
+    with pytest.raises(ValueError, match=r"\['shaker', 'Q1', 'acc', .* are no volts; their sensitivities"):
+        AcquiredCampaign(tmp_path, experiment, Source("mine.toml", "0" * 64))
