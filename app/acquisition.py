@@ -55,7 +55,7 @@ def acquire_campaign(
         with session:
             recorded = experiment.recorded(session.cards.sample_rate)
             protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, dict(acquired))
-            store = open_campaign(folder, protocol, recorded, source, session.check)
+            store = open_campaign(folder, protocol, recorded, source, session.check, experiment.sensitivities)
             watched = WatchedCampaign(folder)
 
             def look(moment: Moment) -> None:

@@ -15,8 +15,9 @@ from analysis.material import MaterialLaws
 from analysis.plate_material import material_box
 from app.effect_twin import effect_twin
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.experiment_toml import AcquiredExperiment, RigKind, Simulation
+from app.files.experiment_toml import AcquiredExperiment, RigKind
 from app.files.hidden_effects import with_shapes
+from app.files.simulation_section import Simulation
 from app.plate_transfer import EffectTransfer, PlainTransfer, Transfer
 from app.progress import Report
 from app.simulated_plate import TwinPlate
@@ -108,7 +109,6 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) ->
     require_computed(experiment.plate, str(file))
     _require_covered(experiment, laws, file)
     parts_around(experiment, simulation, _silent, file)  # wiring and modules are refused before a twin is built
-    gain = experiment.amplifier.gain if simulation.gain is None else simulation.gain
     recorded = experiment.recorded(experiment.sample_rate)
     transfer: Transfer
     if simulation.effects:
@@ -116,13 +116,17 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) ->
         _require_answerable(experiment, transfer, file)
     else:
         transfer = PlainTransfer(campaign_twin(recorded, report), laws)
-    return parts_around(experiment, simulation, TwinPlate(transfer, gain), file)
+    volts = np.array([response.volts for response in experiment.sensitivities.responses])
+    plate = TwinPlate(transfer, _gain(experiment, simulation), sensitivity=volts)
+    return parts_around(experiment, simulation, plate, file)
 
 
 def parts_around(
     experiment: AcquiredExperiment, simulation: Simulation, plate: Plate, file: Path
 ) -> SimulatedParts:
     """Build the simulated cards and oven of an experiment around a plate; CampaignFileError for modules."""
+    force = experiment.sensitivities.drive.volts
+    drive_scale = _gain(experiment, simulation) * force if experiment.drive else 1.0
     try:
         return simulated_parts(
             experiment.cards.model_copy(update={"grpc": None}),
@@ -131,10 +135,16 @@ def parts_around(
             modules=_modules(simulation, file),
             seed=simulation.seed,
             chamber=Chamber(room=experiment.oven.room_temperature),
+            drive_scale=drive_scale,
         )
     except ValueError as error:
         told = Problem(file.name, "cards", str(error), "terminals of simulation.modules")
         raise CampaignFileError(file.parent, [told]) from error
+
+
+def _gain(experiment: AcquiredExperiment, simulation: Simulation) -> float:
+    """Return the true gain of the amplifier, V/V, or of the exciter, N/V."""
+    return experiment.drive_gain if simulation.gain is None else simulation.gain
 
 
 def _silent(drive: Real, sample_rate: float, temperature: Real) -> Real:

@@ -1,4 +1,4 @@
-"""The simulated rig's plate: a twin, driven by an amplifier, at a temperature that drifts."""
+"""The simulated rig's plate: a twin, driven by an amplifier or an exciter, at a temperature that drifts."""
 
 from dataclasses import dataclass, field
 
@@ -37,16 +37,19 @@ class TwinPlate:
     Parameters
     ----------
     transfer : Transfer
-        Sensor volts per volt on the patch.
+        Outputs per volt on the patch, or per newton.
     gain : float
-        Of the amplifier, V/V.
+        Of the amplifier, V/V, or of the exciter, N/V.
     memory : float
         How long the plate is followed after the drive ends, s.
+    sensitivity : (K,) ndarray or float
+        Volts at the cards per unit of each output.
     """
 
     transfer: Transfer
     gain: float
     memory: float = 1.0
+    sensitivity: Real | float = 1.0
     _transfers: dict[tuple[SweepPoint, float, int], Complex] = field(default_factory=dict, repr=False)
 
     def __call__(self, drive: Real, sample_rate: float, temperature: Real) -> Real:
@@ -65,7 +68,7 @@ class TwinPlate:
                 point = SweepPoint(round(node * SPACING, 6), rate, level)
                 transfer = self._transfer(point, sample_rate, length)
                 answer += weight * irfft(transfer * spectrum, length)[:, : drive.size]
-        return answer
+        return np.asarray(np.reshape(self.sensitivity, (-1, 1)) * answer)
 
     def _circumstances(self, drive: Real, sample_rate: float, temperature: Real) -> tuple[float, float]:
         """Rate of the temperature over the record, K/s, and the drive's amplitude before the amplifier, V."""
@@ -78,7 +81,7 @@ class TwinPlate:
         return rate, level
 
     def _transfer(self, point: SweepPoint, sample_rate: float, length: int) -> Complex:
-        """Sensor volts per volt on the patch, (K, L), zero well outside the twin's band."""
+        """Return the outputs per unit of the input, (K, L), zero well outside the twin's band."""
         key = (point, sample_rate, length)
         if key not in self._transfers:
             while len(self._transfers) >= KEPT:

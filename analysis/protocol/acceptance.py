@@ -31,6 +31,7 @@ def faults(
     Parameters
     ----------
     sweep : Sweep
+        In volts, as the cards recorded it.
     played : (M,) ndarray, V
         The drive as asked for.
     overloaded : (1 + K,) ndarray
@@ -42,8 +43,8 @@ def faults(
     """
     signals = (
         *_overload(overloaded),
-        *_damaged_drive(sweep, played, sample_rate, protocol.sweep.frequency_range),
-        *_silence(sweep, protocol.limits.silence),
+        *_damaged_drive(sweep, played, sample_rate, protocol),
+        *_silence(sweep, protocol),
     )
     # Coherence says nothing further of signals already known to be none.
     coherence = () if signals else tuple(_incoherence(sweep, sample_rate, protocol))
@@ -108,28 +109,42 @@ def _overload(overloaded: NDArray[np.bool_]) -> Iterator[str]:
 
 
 def _damaged_drive(
-    sweep: Sweep, played: NDArray[np.float64], sample_rate: float, frequencies: tuple[float, float]
+    sweep: Sweep, played: NDArray[np.float64], sample_rate: float, protocol: AcquisitionProtocol
 ) -> Iterator[str]:
+    """Hold each repeat's drive against the one played, a force against that of the first repeat.
+
+    A force is no copy of the generator's voltage: the plate's resonances load the exciter.
+    """
+    reference = played
+    unlike, louder = (
+        "the drive recorded is not the one played",
+        "the drive recorded has {:.3f} times the level played",
+    )
+    if protocol.measured_force:
+        reference = sweep.drive[0].astype(np.float64)
+        unlike, louder = "the force is not that of repeat 1", "the force has {:.3f} times the level of repeat 1"
     delays = []
     for number, recorded in enumerate(sweep.drive, 1):
-        gain, delay, correlation = likeness(recorded, played, sample_rate, frequencies)
+        gain, delay, correlation = likeness(recorded, reference, sample_rate, protocol.sweep.frequency_range)
         delays.append(delay)
         if correlation < LIKENESS:
-            yield (
-                f"repeat {number}: the drive recorded is not the one played (correlation {correlation:.3f}): "
-                "samples were lost, or its cable is off"
-            )
+            cause = f"(correlation {correlation:.3f}): samples were lost, or its cable is off"
+            yield f"repeat {number}: {unlike} {cause}"
         elif abs(gain - 1.0) > SAME_LEVEL:
-            yield f"repeat {number}: the drive recorded has {gain:.3f} times the level played"
+            yield f"repeat {number}: {louder.format(gain)}"
     if max(delays) - min(delays) > SYNCHRONOUS:
         yield f"the repeats begin {max(delays) - min(delays):.2f} samples apart: they are not synchronous"
 
 
-def _silence(sweep: Sweep, least: float) -> Iterator[str]:
-    for number, response in enumerate(sweep.responses, 1):
-        rms = float(np.sqrt(np.mean(np.square(response, dtype=np.float64))))
+def _silence(sweep: Sweep, protocol: AcquisitionProtocol) -> Iterator[str]:
+    least = protocol.limits.silence
+    named = [(f"response {number}", response) for number, response in enumerate(sweep.responses, 1)]
+    if protocol.measured_force:
+        named.insert(0, ("the force", sweep.drive))
+    for name, signal in named:
+        rms = float(np.sqrt(np.mean(np.square(signal, dtype=np.float64))))
         if not rms >= least:
-            yield f"response {number} is silent: {rms:.2g} V rms, at least {least:g} V wanted"
+            yield f"{name} is silent: {rms:.2g} V rms, at least {least:g} V wanted"
 
 
 def _incoherence(sweep: Sweep, sample_rate: float, protocol: AcquisitionProtocol) -> Iterator[str]:

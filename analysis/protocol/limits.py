@@ -16,7 +16,9 @@ class Limits(Declared):
 
     coldest: Annotated[Temperature, Field(description="degrees Celsius; a colder reading stops the campaign")]
     hottest: Annotated[Temperature, Field(description="degrees Celsius; a hotter reading stops the campaign")]
-    patch_voltage: Annotated[float, Field(gt=0.0, le=2000.0, description="V, rated amplitude on the driven patch")]
+    patch_voltage: Annotated[
+        float | None, Field(gt=0.0, le=2000.0, description="V, rated amplitude on the driven patch")
+    ] = None
     retries: Annotated[int, Field(ge=0, le=10, description="further attempts at one sweep")] = 2
     coherence: Annotated[
         float, Field(ge=0.0, le=1.0, description="least median over the band, over the repeats")

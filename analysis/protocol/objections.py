@@ -1,5 +1,6 @@
 """Why a protocol cannot be run on the hardware at hand."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -19,8 +20,10 @@ class Hardware:
         That the inputs will run at, Hz.
     output_range : float
         Largest amplitude of the output, V.
-    amplifier_gain : float
-        V/V; may be a rough value.
+    drive_gain : float
+        V/V of the amplifier, N/V of an exciter; may be a rough value.
+    rated_force : float or None
+        Amplitude that the exciter is rated for, N; None where a patch is driven.
     oven_minimum, oven_maximum : float
         Set-points allowed, degrees Celsius.
     oven_max_rate : float
@@ -31,11 +34,12 @@ class Hardware:
 
     sample_rate: float
     output_range: float
-    amplifier_gain: float
+    drive_gain: float
     oven_minimum: float
     oven_maximum: float
     oven_max_rate: float
     poll_within: float = float("inf")
+    rated_force: float | None = None
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,17 @@ def objections(protocol: AcquisitionProtocol, hardware: Hardware) -> tuple[Objec
 
 
 def _levels(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Objection]:
-    highest, rated = max(protocol.sweep.levels), protocol.limits.patch_voltage
+    highest = max(protocol.sweep.levels)
+    if hardware.rated_force is None:
+        rated, unit, driver, driven = (
+            protocol.limits.patch_voltage or math.inf,
+            "V on the patch",
+            "amplifier",
+            "patch",
+        )
+    else:
+        rated, unit, driver, driven = hardware.rated_force, "N on the plate", "exciter", "exciter"
+    reached = highest * hardware.drive_gain
     if highest > hardware.output_range:
         yield Objection(
             "sweep.levels",
@@ -76,12 +90,12 @@ def _levels(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Objec
             f"at most {hardware.output_range:g} V, the output card's range",
             "lower the level, or use an output card that reaches further",
         )
-    if highest * hardware.amplifier_gain > rated:
+    if reached > rated:
         yield Objection(
             "sweep.levels",
-            f"{highest:g} V, which the amplifier makes {highest * hardware.amplifier_gain:g} V on the patch",
-            f"at most {rated / hardware.amplifier_gain:.4g} V: the patch is rated for {rated:g} V",
-            "lower the level or the amplifier's gain",
+            f"{highest:g} V, which the {driver} makes {reached:g} {unit}",
+            f"at most {rated / hardware.drive_gain:.4g} V: the {driven} is rated for {rated:g} {unit[0]}",
+            f"lower the level or the {driver}'s gain",
         )
 
 

@@ -21,11 +21,14 @@ class AcquisitionProtocol:
     sweep : SweepSettings
     programme : Programme
     limits : Limits
+    measured_force : bool
+        Whether what is recorded of the drive is the force on the plate, not the generator's own voltage.
     """
 
     sweep: SweepSettings
     programme: Programme
     limits: Limits
+    measured_force: bool = False
 
     @property
     def legs(self) -> tuple[Leg, ...]:

@@ -3,7 +3,8 @@
 import numpy as np
 
 from app.blind_trial.plates import PlateKind
-from app.files.experiment_toml import AcquiredExperiment, Laws
+from app.files.experiment_toml import AcquiredExperiment
+from app.files.simulation_section import Laws
 
 TABLE = np.arange(-20.0, 91.0, 10.0)
 """Degrees Celsius at which laws are drawn."""

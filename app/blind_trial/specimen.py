@@ -13,7 +13,8 @@ from analysis.plate_material import material_box
 from app.blind_trial.plates import OTHER_MESH, PlateKind
 from app.blind_trial.strangers import RESONATOR, STRANGERS, ResonatorTransfer
 from app.files.effect_cache import cached_operators
-from app.files.experiment_toml import AcquiredExperiment, Simulation
+from app.files.experiment_toml import AcquiredExperiment
+from app.files.simulation_section import Simulation
 from app.plate_transfer import EffectTransfer, Followed, Transfer
 from app.progress import Report
 from app.rig import REFERENCE, parts_around
@@ -85,7 +86,7 @@ class Specimen:
     @property
     def gain(self) -> float:
         """The amplifier's true one, V/V."""
-        return self.simulation.gain or self.experiment.amplifier.gain
+        return self.simulation.gain or self.experiment.drive_gain
 
     @property
     def cards(self) -> Mapping[str, EffectCard]:

@@ -12,6 +12,7 @@ import numpy as np
 from analysis.campaign import Sweep
 from analysis.experiment import Experiment
 from analysis.protocol.set_points import SetPoint
+from analysis.sensitivity import Sensitivities, Sensitivity
 from app.files import events
 from app.files.atomic import force_folder_to_disk
 from app.files.campaign_error import CampaignFileError, Problem
@@ -46,13 +47,20 @@ class AcquiredCampaign:
         The experiment's file.
     check : callable
         Called between the files that are there; raises to break their verification off.
+    sensitivities : Sensitivities, optional
+        By which recorded volts become the units that are written; left out where all channels are volts.
     """
 
     def __init__(
-        self, folder: Path, experiment: Experiment, source: Source, check: Callable[[], None] = go_on
+        self,
+        folder: Path,
+        experiment: Experiment,
+        source: Source,
+        check: Callable[[], None] = go_on,
+        sensitivities: Sensitivities | None = None,
     ) -> None:
         self.folder = folder
-        self._experiment = experiment
+        self._sensitivities = sensitivities or _volts(experiment)
         self._sensors = tuple(output.id for output in experiment.outputs)
         self._source = source
         self._finished = self._verified(check)
@@ -110,7 +118,8 @@ class AcquiredCampaign:
                 errno.ENOSPC, f"{free / 1e6:.0f} MB are free, {needed / 1e6:.0f} MB are needed", str(path)
             )
         try:
-            write_sweep(path, sweep, self._sensors, self._source, notes)
+            measured, units = self._sensitivities.measured(sweep), self._sensitivities.units
+            write_sweep(path, measured, self._sensors, self._source, notes, units)
         except RuntimeError as error:  # how h5py tells that a file could not be closed
             raise OSError(errno.EIO, f"cannot be written: {error}", str(path)) from error
 
@@ -136,6 +145,7 @@ def open_campaign(
     experiment: Experiment,
     source: Source,
     check: Callable[[], None] = go_on,
+    sensitivities: Sensitivities | None = None,
 ) -> AcquiredCampaign:
     """Make a campaign folder, or take one up again; for whoever holds its `folder_lock`.
 
@@ -146,7 +156,7 @@ def open_campaign(
         Of `frozen_protocol`. It must be the very one a folder that is there was begun with.
     experiment : Experiment
     source : Source
-    check : callable
+    check, sensitivities
         See `AcquiredCampaign`.
 
     Raises
@@ -156,7 +166,7 @@ def open_campaign(
     """
     with writable(folder):
         _prepare(folder, protocol)
-        return AcquiredCampaign(folder, experiment, source, check)
+        return AcquiredCampaign(folder, experiment, source, check, sensitivities)
 
 
 def campaign_log(folder: Path) -> Callable[[Mapping[str, Any]], None]:
@@ -218,6 +228,16 @@ def _flat(tree: Any, prefix: str = "") -> dict[str, Any]:
     if not isinstance(tree, dict):
         return {prefix: tree}
     return {key: value for name, part in tree.items() for key, value in _flat(part, f"{prefix}.{name}").items()}
+
+
+def _volts(experiment: Experiment) -> Sensitivities:
+    """Return the sensitivities of channels that are all volts; ValueError where one is not."""
+    channels = (experiment.inputs[0], *experiment.outputs)
+    strangers = [channel.id for channel in channels if channel.unit != "V"]
+    if strangers:
+        raise ValueError(f"channels {strangers} are no volts; their sensitivities are wanted")
+    drive, *responses = (Sensitivity(channel) for channel in channels)
+    return Sensitivities(drive, tuple(responses))
 
 
 def _place(set_point: SetPoint) -> Place:

@@ -1,32 +1,30 @@
 """An experiment that is to be acquired: one TOML file with the plate, the rig and the protocol."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-import numpy as np
 from pydantic import Field, model_validator
 
-from analysis.declared import Declared
-from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Temperature
-from analysis.material import Material, MaterialLaws
-from analysis.material_table import laws_through
+from analysis.declared import Declared, Sparse
+from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Plate, Temperature
 from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware, objections
 from analysis.protocol.programme import Programme
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.sweep import SweepSettings
+from analysis.sensitivity import Sensitivities, Sensitivity
+from app.files.acquired_transducers import AcquiredDrive, AcquiredPatch, AcquiredSensor, Amplifier, Exciter
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_toml import FORMAT, NAME
 from app.files.far_limits import far_limits
 from app.files.settings_toml import checked, read_table
+from app.files.simulation_section import Simulation
 from drivers.ni.modules import find_module
 from drivers.ni.wiring import Wiring
 from drivers.ovens.settings import OvenSettings
 
 RigKind = Literal["simulated", "ni"]
-Column = tuple[float, ...]
-SLOTS = (("1", "NI-9234"), ("2", "NI-9260"), ("3", "NI-9211"))
-"""Modules of the simulated chassis unless the file says otherwise."""
 
 
 class Inputs(Declared):
@@ -37,87 +35,29 @@ class Inputs(Declared):
     input_capacitance: Annotated[float, Field(ge=0.0, le=1e-6, description="F, module plus cable")]
 
 
-class Amplifier(Declared):
-    """The power amplifier before the driven patch."""
-
-    gain: Annotated[float, Field(gt=0.0, le=1000.0, description="V/V; roughly: it guards the patch")]
-
-
 class OvenSection(OvenSettings):
     """The oven's line and limits, and the room it stands in."""
 
     room_temperature: Temperature
 
 
-class Laws(Declared):
-    """What the simulated plate is made of, at temperatures that ascend."""
-
-    temperature: Annotated[Column, Field(min_length=4, description="degrees Celsius")]
-    youngs_modulus: Annotated[Column, Field(min_length=4, description="Pa")]
-    poisson_ratio: Annotated[Column, Field(min_length=4)]
-    loss_factor: Annotated[Column, Field(min_length=4)]
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
-            values = getattr(self, name)
-            if len(values) != len(self.temperature):
-                raise ValueError(f"{name} has {len(values)} values for {len(self.temperature)} temperatures")
-            if min(values) <= 0.0:
-                raise ValueError(f"{name} {min(values):g} must be above 0")
-        if max(self.poisson_ratio) >= 0.5:
-            raise ValueError(f"poisson_ratio {max(self.poisson_ratio):g} must be below 0.5")
-        self.laws()
-        return self
-
-    def laws(self) -> MaterialLaws:
-        """Return continuous laws through the values."""
-        columns = (self.youngs_modulus, self.poisson_ratio, self.loss_factor)
-        return laws_through(np.array(self.temperature), Material(*(np.array(column) for column in columns)))
-
-
-class Simulation(Declared):
-    """What the simulated rig is; the real one is not asked.
-
-    What a campaign is to find out (gain, laws, effects) is left out of every dump, so that no campaign folder
-    tells it; the experiment's SHA-256, which is there, holds it fast.
-
-    `effects` are what the plate has besides (``[simulation.effects.point_mass]``, ``mass = 0.0008``). Their
-    temperature is that of the simulated oven's plate, which its sensor reads, and their rate is the present one
-    of that temperature; so ``thermal_lag`` holds the plate behind its own sensor, not behind the air, which it
-    follows late without any effect. Their level is the drive's amplitude before the amplifier, V.
-    """
-
-    seed: Annotated[int, Field(ge=0, description="of every noise")] = 0
-    gain: Annotated[
-        float | None, Field(gt=0.0, le=1000.0, exclude=True, description="V/V; unset: amplifier.gain")
-    ] = None
-    noise: Annotated[
-        float | None, Field(ge=0.0, le=1.0, description="V rms on every input; unset: the module's own")
-    ] = None
-    modules: Annotated[
-        dict[str, str], Field(min_length=2, description="slot -> module", default_factory=lambda: dict(SLOTS))
-    ]
-    served: Annotated[bool, Field(description="reach the cards over a loopback port, not in this process")] = False
-    laws: Annotated[Laws, Field(exclude=True)]
-    effects: Annotated[
-        dict[str, dict[str, float]],
-        Field(exclude=True, description="parameters by effect", default_factory=dict),
-    ]
-
-
-class AcquiredExperiment(Declared):
+class AcquiredExperiment(Sparse):
     """The whole file."""
+
+    always: ClassVar[frozenset[str]] = frozenset({"string", "cable", "simulation"})
 
     format: Literal["experiment/1"]
     title: str
     rig: Annotated[RigKind, Field(description="which rig runs it unless --rig says otherwise")]
     plate: Plate
-    patch: Annotated[tuple[Patch, ...], Field(min_length=2)]
+    patch: tuple[AcquiredPatch, ...] = ()
+    drive: Annotated[tuple[AcquiredDrive, ...], Field(max_length=1)] = ()
+    sensor: Annotated[tuple[AcquiredSensor, ...], Field(max_length=100)] = ()
     string: tuple[Attachment, ...] = ()
     cable: tuple[Attachment, ...] = ()
     acquisition: Inputs
-    amplifier: Amplifier
+    amplifier: Amplifier | None = None
+    exciter: Exciter | None = None
     cards: Wiring
     oven: OvenSection
     sweep: SweepSettings
@@ -134,7 +74,26 @@ class AcquiredExperiment(Declared):
     @property
     def protocol(self) -> AcquisitionProtocol:
         """What is measured when."""
-        return AcquisitionProtocol(self.sweep, self.programme, self.limits)
+        return AcquisitionProtocol(self.sweep, self.programme, self.limits, measured_force=bool(self.drive))
+
+    @property
+    def drive_gain(self) -> float:
+        """What is stated of the amplifier, V/V, or of the exciter, N/V."""
+        driver = self.amplifier or self.exciter
+        if driver is None:
+            raise AssertionError("refused when it was made")
+        return driver.gain
+
+    @property
+    def sensitivities(self) -> Sensitivities:
+        """What every channel gives at the cards, in the order of ``cards.inputs``."""
+        declared = self.recorded(self.sample_rate)
+        volts = [patch.volts for patch in self.patch if patch.role == "sensor"]
+        volts += [sensor.volts for sensor in self.sensor for _ in sensor.places(self.plate)]
+        return Sensitivities(
+            Sensitivity(declared.inputs[0], self.drive[0].sensitivity if self.drive else 1.0),
+            tuple(Sensitivity(*one) for one in zip(declared.outputs, volts, strict=True)),
+        )
 
     @property
     def sample_rate(self) -> float:
@@ -148,7 +107,9 @@ class AcquiredExperiment(Declared):
         return Experiment(
             title=self.title,
             plate=self.plate,
-            patch=self.patch,
+            patch=tuple(patch.recorded() for patch in self.patch),
+            drive=tuple(drive.recorded() for drive in self.drive),
+            sensor=tuple(sensor.recorded() for sensor in self.sensor),
             string=self.string,
             cable=self.cable,
             acquisition=Acquisition(
@@ -163,18 +124,25 @@ class AcquiredExperiment(Declared):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        sensors = [patch.id for patch in self.patch if patch.role == "sensor"]
-        amplified = [patch.id for patch in self.patch if patch.quantity == "charge"]
-        if amplified:
+        declared = self.recorded(self.sample_rate)
+        sensors, wired = [output.id for output in declared.outputs], self.cards.responses
+        if len(sensors) != len(wired):
             raise ValueError(
-                f"patches {amplified} have quantity charge; flexura acquire reads volts across patches only: "
-                "record charges elsewhere and import them"
+                f"cards.responses names {len(wired)} terminals for the {len(sensors)} sensors {sensors}; "
+                "one each, in this order"
             )
-        if len(sensors) != len(self.cards.responses):
-            raise ValueError(
-                f"cards.responses names {len(self.cards.responses)} terminals for the "
-                f"{len(sensors)} sensors {sensors}; one each, in the order of the patches"
-            )
+        patch_driven = not self.drive
+        for key, given, wanted in (
+            ("amplifier", self.amplifier, patch_driven),
+            ("limits.patch_voltage", self.limits.patch_voltage, patch_driven),
+            ("exciter", self.exciter, not patch_driven),
+        ):
+            if (given is not None) != wanted:
+                driven = f"{'patch' if patch_driven else 'drive'} {declared.inputs[0].id!r} is driven"
+                raise ValueError(
+                    f"{key} is {'missing' if wanted else 'given'}, but {driven}; "
+                    + ("add it" if wanted else "remove it")
+                )
         if self.programme.watch == "plate" and not self.cards.thermocouples:
             raise ValueError(
                 "programme.watch is the plate, but cards.thermocouples names no thermocouple on it; "
@@ -182,7 +150,6 @@ class AcquiredExperiment(Declared):
             )
         if self.rig == "simulated" and self.simulation is None:
             raise ValueError("rig is simulated, but there is no [simulation] that says what is simulated")
-        self.recorded(self.sample_rate)
         return self
 
 
@@ -201,6 +168,7 @@ def read_declared_experiment(path: Path) -> AcquiredExperiment:
     if table.get("format") == FORMAT:
         seen = f"declares a recorded campaign (format {FORMAT!r}), which flexura import {path.parent} takes"
         raise CampaignFileError(path.parent, [Problem(path.name, "", seen, "")])
+    _require_recorded_force(path, table)
     return checked(path, table, AcquiredExperiment)
 
 
@@ -219,10 +187,11 @@ def read_acquired_experiment(path: Path) -> AcquiredExperiment:
     hardware = Hardware(
         sample_rate=experiment.sample_rate,
         output_range=experiment.cards.output_range,
-        amplifier_gain=experiment.amplifier.gain,
+        drive_gain=experiment.drive_gain,
         oven_minimum=oven.minimum,
         oven_maximum=oven.maximum,
         oven_max_rate=oven.max_rate,
+        rated_force=experiment.exciter.rated_force if experiment.exciter else None,
     )
     found = [
         Problem(path.name, one.key, one.seen, one.allowed, one.remedy)
@@ -232,6 +201,15 @@ def read_acquired_experiment(path: Path) -> AcquiredExperiment:
     if found:
         raise CampaignFileError(path.parent, found)
     return experiment
+
+
+def _require_recorded_force(path: Path, table: Mapping[str, Any]) -> None:
+    """Raise CampaignFileError for a force without a channel; pydantic would only miss a terminal."""
+    cards = table.get("cards")
+    if table.get("drive") and isinstance(cards, Mapping) and "drive_input" not in cards:
+        allowed = "the terminal of the drive's force sensor, such as 'cDAQ1Mod1/ai0'"
+        remedy = "without the force there is nothing to refer the responses to"
+        raise CampaignFileError(path.parent, [Problem(path.name, "cards.drive_input", "nothing", allowed, remedy)])
 
 
 def _require_known_effects(path: Path, experiment: AcquiredExperiment, simulation: Simulation) -> None:

@@ -106,6 +106,7 @@ def simulated_parts(
     modules: Mapping[int, Module],
     seed: int,
     chamber: Chamber | None = None,
+    drive_scale: float = 1.0,
 ) -> SimulatedParts:
     """Build a simulated rig around a plate.
 
@@ -121,6 +122,8 @@ def simulated_parts(
     seed : int
         Of the sensors' and the cards' noise.
     chamber : Chamber, optional
+    drive_scale : float
+        Volts at the drive's input per volt of the output, see `Surroundings`.
 
     Raises
     ------
@@ -134,6 +137,7 @@ def simulated_parts(
         plate=plate,
         sensors={terminal: row for row, terminal in enumerate(wiring.responses)},
         drive_inputs=frozenset({wiring.drive_input}),
+        drive_scale=drive_scale,
         output=wiring.output,
         plate_temperature=PlateForecast(clock, body, chamber),
         chassis=wiring.output.split("/")[0].partition("Mod")[0],

@@ -15,7 +15,8 @@ from analysis.protocol.drive import drive_signal
 from analysis.protocol.sweep import SweepSettings
 from app import rig
 from app.files.campaign_error import CampaignFileError
-from app.files.experiment_toml import Laws, read_acquired_experiment
+from app.files.experiment_toml import read_acquired_experiment
+from app.files.simulation_section import Laws
 from app.plate_transfer import EffectTransfer, PlainTransfer
 from app.simulated_plate import TwinPlate
 from simulation.effects.library import LIBRARY

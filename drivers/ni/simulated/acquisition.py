@@ -103,7 +103,7 @@ class Acquisition:
         if channel.terminal in self._chassis.faults.dead_inputs:
             volts = np.zeros_like(drive)
         elif channel.terminal in surroundings.drive_inputs:
-            volts = drive
+            volts = surroundings.drive_scale * drive
         elif channel.terminal in surroundings.sensors:
             volts = answer[surroundings.sensors[channel.terminal]]
         else:

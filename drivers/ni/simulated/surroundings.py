@@ -59,6 +59,8 @@ class Surroundings:
         Input terminal -> row of the plate's answer it is wired to.
     drive_inputs : frozenset of str
         Input terminals wired to the output. An input wired to nothing reads 0 V and its own noise.
+    drive_scale : float
+        Volts there per volt of the output: 1 of a wire, gain times sensitivity of an exciter with a force sensor.
     output : str
         Output terminal the plate hangs on.
     plate_temperature : Temperature
@@ -75,6 +77,7 @@ class Surroundings:
     plate: Plate
     sensors: Mapping[str, int]
     drive_inputs: frozenset[str] = frozenset({"cDAQ1Mod1/ai0"})
+    drive_scale: float = 1.0
     output: str = "cDAQ1Mod2/ao0"
     plate_temperature: Temperature = room
     thermocouples: Mapping[str, Temperature] = field(default_factory=dict)

@@ -48,7 +48,7 @@ def hardware_of() -> Callable[..., Hardware]:
     usual = {
         "sample_rate": 51_200.0 / 6.0,
         "output_range": 4.24,
-        "amplifier_gain": 15.0,
+        "drive_gain": 15.0,
         "oven_minimum": -5.0,
         "oven_maximum": 65.0,
         "oven_max_rate": 2.0,

@@ -127,3 +127,20 @@ def test_a_response_that_has_nothing_to_do_with_the_drive(
     assert "not coherent over the repeats" in told(
         replace(good, responses=noise.astype(np.float32)), played, protocol
     )
+
+
+def test_a_force_need_not_be_the_voltage_played_but_the_same_in_every_repeat(
+    good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol
+) -> None:
+    """An exciter on a resonance: its force is a tenth of the voltage, and nothing like it."""
+    notch = butter(1, [300.0, 600.0], btype="bandstop", fs=RATE, output="sos")
+    force = replace(good, drive=(0.1 * sosfilt(notch, good.drive)).astype(np.float32))
+    forced = replace(protocol, measured_force=True)
+    assert "not the one played" in told(force, played, protocol)
+    assert told(force, played, forced) == ""
+    slipped = force.drive.copy()
+    slipped[1, slipped.shape[1] // 3 : -40] = slipped[1, slipped.shape[1] // 3 + 40 :]
+    assert "repeat 2: the force is not that of repeat 1" in told(replace(force, drive=slipped), played, forced)
+    louder = force.drive * np.float32([[1.0], [1.0], [1.1]])
+    assert "1.100 times the level of repeat 1" in told(replace(force, drive=louder), played, forced)
+    assert "the force is silent" in told(replace(force, drive=np.float32(1e-4) * force.drive), played, forced)

@@ -17,7 +17,13 @@ def test_none_against_the_papers_protocol(
     ("changes", "hardware", "key", "told"),
     [
         ({"sweep": {"levels": (1.0, 5.0)}}, {}, "sweep.levels", "output card's range"),
-        ({"sweep": {"levels": (4.0,)}}, {"amplifier_gain": 30.0}, "sweep.levels", "rated for 100 V"),
+        ({"sweep": {"levels": (4.0,)}}, {"drive_gain": 30.0}, "sweep.levels", "rated for 100 V"),
+        (
+            {},
+            {"drive_gain": 5.0, "rated_force": 4.0},
+            "sweep.levels",
+            "at most 0.8 V: the exciter is rated for 4 N",
+        ),
         ({}, {"sample_rate": 3200.0}, "sweep.band", "cards.sample_rate"),
         ({"programme": {"lowest": -4.0}}, {}, "programme.lowest", "-6 °C"),
         ({"limits": {"hottest": 61.0}}, {}, "programme.highest", "limits.coldest and limits.hottest"),

@@ -176,3 +176,9 @@ def test_verifying_what_is_there_can_be_broken_off(opened: Opened, tmp_path: Pat
 
     with pytest.raises(RuntimeError, match="enough"):
         AcquiredCampaign(tmp_path / "campaign", experiment.recorded(8533.0), Source("mine.toml", "0" * 64), check)
+
+
+def test_volts_are_not_written_as_newtons(tmp_path: Path) -> None:
+    experiment = read_acquired_experiment(EXAMPLE.with_name("exciter.toml")).recorded(4266.0)
+    with pytest.raises(ValueError, match=r"\['shaker', 'Q1', 'acc', .* are no volts; their sensitivities"):
+        AcquiredCampaign(tmp_path, experiment, Source("mine.toml", "0" * 64))

@@ -9,8 +9,11 @@ from app.files.experiment_toml import read_acquired_experiment
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "simulated-rig.toml"
 
 
-def changed(tmp_path: Path, pattern: str, replacement: str) -> Path:
-    text, count = re.subn(pattern, replacement, EXAMPLE.read_text(encoding="utf-8"), count=1, flags=re.MULTILINE)
+FORCES = EXAMPLE.with_name("exciter.toml")
+
+
+def changed(tmp_path: Path, pattern: str, replacement: str, example: Path = EXAMPLE) -> Path:
+    text, count = re.subn(pattern, replacement, example.read_text(encoding="utf-8"), count=1, flags=re.MULTILINE)
     assert count == 1
     file = tmp_path / "mine.toml"
     file.write_text(text, encoding="utf-8")
@@ -45,6 +48,64 @@ def test_what_is_wrong_is_named_with_file_key_value_and_range(
     with pytest.raises(CampaignFileError, match=told) as caught:
         read_acquired_experiment(changed(tmp_path, pattern, replacement))
     assert "mine.toml" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "replacement", "told"),
+    [
+        (
+            r"^sensitivity = 0.1 .*",
+            "",
+            r"drive\[0\].sensitivity = nothing; .* from 1e-06 to 1 \(V/N.*key is missing",
+        ),
+        (r"^sensitivity = 0.1 ", "sensitivity = 11.2 ", r"drive\[0\].sensitivity = 11.2; .*0.0112"),
+        (r"^sensitivity = 50.0 .*", "", r"sensor\[1\].sensitivity = nothing; allowed: .*V per m/s2, m/s or m"),
+        (r"^sensitivity_unit.*", "", r"'acc' has sensitivity 100 V per m/s2; 1e-05 to 2 .*mV/g"),
+        (
+            r"^sensitivity = 50.0",
+            'sensitivity_unit = "mV/g"\nsensitivity = 50.0',
+            "'laser' has .*measures velocity",
+        ),
+        (r"^sensitivity = 1e8 .*", "", r"patch\[1\]: patch 'Q1' has quantity charge and no sensitivity; .*V/C"),
+        (r"^sensitivity = 1e8 ", "sensitivity = 0.1 ", r"patch\[1\].sensitivity = 0.1; .*1 mV/pC is 1e9 V/C"),
+        (r"^quantity = .*", "", r"'Q1' has quantity voltage and sensitivity 1e\+08; .*remove"),
+        (r', "cDAQ1Mod4/ai2"', "", r"5 terminals for the 6 sensors .*'laser2', 'gap'\]; one each"),
+        (r"^drive_input.*", "", r"cards.drive_input = nothing; allowed: the terminal of the drive's force sensor"),
+        (r"^\[exciter\]\n.*\n.*", "", "exciter is missing, but drive 'shaker' is driven; add it"),
+        (r"^\[exciter\]", "[amplifier]\ngain = 1.0\n[exciter]", "amplifier is given, but drive 'shaker'"),
+        (r"^retries", "patch_voltage = 9.0\nretries", "limits.patch_voltage is given, but .*; remove it"),
+        (r"^rated_force = 2.0", "rated_force = 0.2", "at most 0.4 V: the exciter is rated for 0.2 N"),
+    ],
+)
+def test_what_is_wrong_with_forces_and_sensors_is_named(
+    tmp_path: Path, pattern: str, replacement: str, told: str
+) -> None:
+    with pytest.raises(CampaignFileError, match=told) as caught:
+        read_acquired_experiment(changed(tmp_path, pattern, replacement, FORCES))
+    assert "mine.toml" in str(caught.value)
+
+
+def test_a_driven_patch_needs_its_amplifier_and_its_rating(tmp_path: Path) -> None:
+    for pattern, told in ((r"^\[amplifier\]\n.*", "amplifier"), (r"^patch_voltage.*", "limits.patch_voltage")):
+        with pytest.raises(CampaignFileError, match=f"{told} is missing, but patch 'A1' is driven; add it"):
+            read_acquired_experiment(changed(tmp_path, pattern, ""))
+
+
+def test_of_patches_alone_nothing_new_is_dumped() -> None:
+    """So that a campaign begun before there were sensitivities is taken up again."""
+    dumped = read_acquired_experiment(EXAMPLE).model_dump(mode="json")
+    assert dumped.keys().isdisjoint({"drive", "sensor", "exciter"})
+    assert set(dumped["patch"][0]) == {"id", "role", "center", "size", "thickness", "side", "material"}
+    assert dumped["string"] == dumped["cable"] == []
+
+
+def test_the_campaign_declares_no_sensitivity() -> None:
+    experiment = read_acquired_experiment(FORCES)
+    recorded = experiment.recorded(experiment.sample_rate).model_dump(mode="json")
+    assert "sensitivity" not in str(recorded)
+    assert [one.volts for one in experiment.sensitivities.responses] == pytest.approx(
+        [1.0, 1e8, 0.1 / 9.80665, 50.0, 50.0, 2e4]
+    )
 
 
 def test_without_simulation_it_cannot_be_the_simulated_rig(tmp_path: Path) -> None:
