@@ -28,7 +28,7 @@ def draw_experiment(
             "title": title,
             "rig": "simulated",
             "plate": kind.plate,
-            "patch": kind.patches,
+            "patch": [patch.model_dump(exclude_none=True) for patch in kind.patches],
             "string": kind.strings,
             "cable": kind.cables,
             "acquisition": {
