@@ -22,6 +22,8 @@ from app.updating import Updating, updated_twin
 from simulation.effects.library import untried
 from simulation.twin.effect_twin import EffectTwin
 
+LEAST_LOSS = 1e-4
+"""Loss factor below which no plate is taken to lie: a fit may end there."""
 ROUGH = 2e-3
 """Certified error of the plate with effects from which it is said: plates reduced as they should be stay below."""
 
@@ -127,5 +129,5 @@ def roughness(error: float) -> tuple[str, ...]:
 
 def _floor(plain: Updating, twin: EffectTwin) -> NumericalFloor:
     """Return what is known of the twin's own error, at the least damping that the campaign met."""
-    least = float(plain.updated.material.loss_factor.min())
+    least = max(float(plain.updated.material.loss_factor.min()), LEAST_LOSS)
     return NumericalFloor(twin.operators.numerical_error(least), float(np.median(plain.frf.noise_floor)))

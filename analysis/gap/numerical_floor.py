@@ -18,7 +18,7 @@ class NumericalFloor:
     Attributes
     ----------
     error : float
-        Estimated of mesh, functions and reduction.
+        Estimated of the functions left out and of the reduction.
     noise : float
         Of one line of a sweep.
     """
@@ -30,7 +30,7 @@ class NumericalFloor:
         rest = self.error / self.noise
         if self.error > MODEL_ERROR and rest > NUMERICAL_REST:
             raise ValueError(
-                f"the twin of this plate is computed to {100 * self.error:.2g} % of the response, "
+                f"the twin of this plate has an estimated error of {100 * self.error:.2g} % of the response, "
                 f"{rest:.2f} sigma of the noise; at most {NUMERICAL_REST:g} sigma or {100 * MODEL_ERROR:g} % "
                 "allowed, or ghosts would be named. Check the sizes of plate and patches, or lower protocol.band"
             )
@@ -46,6 +46,6 @@ class NumericalFloor:
         if self.error <= MODEL_ERROR:
             return ()
         return (
-            f"the twin of this plate is computed to {100 * self.error:.2g} % of the response: "
+            f"the twin of this plate has an estimated error of {100 * self.error:.2g} % of the response: "
             "gaps of that size are not judged, and evidence is reduced by what it could feign",
         )

@@ -26,9 +26,9 @@ NUMERICAL_REST = 0.3
 
 MODEL_ERROR = 7e-4
 """How far apart two converged solvers of one plate are, as a share of rms|H|: a discrepancy of this size is
-nobody's missing physics. It is an error common to all lines. On an independent solver's campaign that hides nothing
-the best candidate brings 3.4 nats with it, 1.7 with 1e-3 and 6.7 with 5e-4. What is estimated of the twin's own
-error on a plate is added to it in squares."""
+nobody's missing physics. It is an error common to all lines. On an independent solver's campaign that hides
+nothing the best candidate brings 3.4 nats with it, 1.7 with 1e-3 and 6.7 with 5e-4. What is estimated of the
+twin's own error on a plate is added to it in squares."""
 
 MODEL_ERROR_ALONG = 0.15
 """Share of the model error that lies along any one effect's tangent: it is spread over many directions."""

@@ -99,9 +99,7 @@ def cached_reduction(
     ResultFileError
         Where the plate cannot be reduced, with what to change.
     """
-    from simulation.reduction.footprint_reduction import footprint_reduction
-    from simulation.reduction.plate_basis import PlateBasis
-    from simulation.shell.assembly import assemble_for
+    from simulation.reduction.plate_basis import plain_reduction
 
     file = basis_file(
         plate, patches, box, band, points, fineness, training, field_certified, footprints, driven, attached
@@ -109,33 +107,21 @@ def cached_reduction(
     stored = load_basis(file)
     if stored is not None:
         return stored
-    report = progress or (lambda stage, share: None)
-
-    def assembling(share: float) -> None:
-        report("assembling the plate", share)
-
     with reducing(box, band):
-        model = assemble_for(
+        _, reduced, basis = plain_reduction(
             plate,
             patches,
             box,
             band,
-            footprints=[*(attached or ()), *footprints],
-            fineness=fineness,
-            progress=assembling,
-        )
-        reduced, vectors = footprint_reduction(
-            model,
-            box,
-            band,
-            footprints,
-            driven,
+            attached=attached or (),
+            footprints=footprints,
+            driven=driven,
             points=points,
             field_certified=field_certified,
+            fineness=fineness,
             training=training,
             progress=progress,
         )
-    basis = PlateBasis(model.unknowns.kept, model.dropped, vectors, reduced.error)
     save_basis(file, reduced, None if attached is None else basis)
     # as it will be read next time: arrays laid out otherwise in memory round otherwise in the last digit
     return load_basis(file) or reduced

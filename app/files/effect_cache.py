@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from simulation.shell.fineness import Fineness
 
 FORMAT = "flexura-effect-operators/1"
-METHOD = 12
+METHOD = 13
 """Raised whenever the same declaration would give other operators."""
 SCALARS = ("offset_range", "cell", "thickness", "error", "plain_error", "dropped")
 PLAIN = (
@@ -80,7 +80,8 @@ def operators_key(experiment: Experiment, box: MaterialBox, fineness: "Fineness 
     first = next((k for k, patch in enumerate(experiment.patch) if patch.role == "sensor"), None)
     decides: list[object] = [plain, first, METHOD]
     if experiment.footprints:
-        decides.append([[*footprint.point, footprint.radius] for footprint in experiment.footprints])
+        acting = enumerate(experiment.footprints)
+        decides.append([(*f.point, f.radius, f.mass > 0.0, k in experiment.driven) for k, f in acting])
     return hashlib.sha256(json.dumps(decides).encode()).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""Dashpots of supports: few columns R whose product R R' is the damping matrix, connected to a plate without.
+"""Dashpots of supports: few columns R whose product R R' is the damping matrix, connected to a plate without them.
 
 Z = Z0 + j w R R' is no diagonal in the modes of Z0. But what the dashpots do is known from the answers of Z0 to
 the columns of R (Woodbury): Z**-1 b = Z0**-1 b - Z0**-1 R x, where x = (1 + j w R' Z0**-1 R)**-1 j w R' Z0**-1 b
@@ -7,7 +7,7 @@ are the forces of the dashpots.
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, issparse
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -22,10 +22,12 @@ def columns(damping: csr_matrix | Real, answers: Real) -> Real:
     Directions that take up less than `LEAST` of the power of the strongest are left out; all answers count alike,
     whether they are those to a volt or to a newton.
     """
+    if not (damping.nnz if issparse(damping) else damping.any()):
+        return np.zeros((len(answers), 0))
     answers = answers / np.linalg.norm(answers, axis=0)
     forces = damping @ answers
     power, directions = np.linalg.eigh(answers.T @ forces)
-    kept = power > LEAST * max(float(power.max(initial=0.0)), 1e-300)
+    kept = power > LEAST * power.max()
     return np.asarray(forces @ (directions[:, kept] / np.sqrt(power[kept])))
 
 

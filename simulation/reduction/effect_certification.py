@@ -23,7 +23,9 @@ MATERIALS = ((0.25, 0.79), (0.82, 0.26))
 
 
 def measured_error(full: FullPlate, ops: EffectOperators, footprints: Sequence[Footprint] = ()) -> float:
-    """Largest error of any transfer between patches and the first `footprints`, over its peak along the band.
+    """Largest error of any transfer between patches and footprints, over its peak along the band.
+
+    `footprints` are the first of `EffectOperators.forces`.
 
     Of a soft plate as declared, and of a stiff one with all effects at once, half as strong as `extreme_states`
     and on the side these were not made for; at the line where the reduced transfers are largest and at one drawn
@@ -69,10 +71,10 @@ def state_error(
 
 
 def solved(ops: EffectOperators, state: PlateState, frequency: Real, count: int) -> LocalSolution:
-    """Solve a state whose spectra are constant over frequency, the first `count` footprints as further ports."""
+    """Solve a state whose spectra are constant over frequency, the first `count` forces as further ports."""
     ones, zeros = np.ones(frequency.size), np.zeros(frequency.size)
     state = state.with_(storage=ones, loss=ones, area_mass=zeros, area_resistance=zeros)
     whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
     if count:
-        whole = replace(whole, coupling=np.hstack([whole.coupling, ops.footprints[:count].T]))
+        whole = replace(whole, coupling=np.hstack([whole.coupling, ops.forces[:, :count]]))
     return LocalSolution.of(ops, whole, state, frequency)

@@ -1,7 +1,8 @@
 """Reduction of a plate so that it answers for a whole family of states: effects of every size, combined freely.
 
-The vectors of the plain reduction are joined by the leading directions of what they miss of the answers to point
-forces, and of those to patches in extreme states. What is left is measured against the full plate in other states.
+The vectors of the plain reduction are joined by the leading directions of what they miss of the answers to forces
+at points as declared, and of those to patches and transducers in extreme states. What is left is measured against
+the full plate in other states.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,11 +20,10 @@ from simulation.reduction.effect_certification import measured_error
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_projection import CHUNK, Projector, patch_energies, plate_energies, strains
 from simulation.reduction.energy_decomposition import energy_shift, middle
-from simulation.reduction.footprint_reduction import footprint_reduction
 from simulation.reduction.missing_answers import joined, missed
-from simulation.reduction.plate_basis import PlateBasis
+from simulation.reduction.plate_basis import PlateBasis, plain_reduction
 from simulation.reduction.reduce import Training
-from simulation.shell.assembly import FEW, assemble_chosen, assemble_for
+from simulation.shell.assembly import FEW, assemble_chosen
 from simulation.shell.fineness import Fineness
 from simulation.shell.footprints import attached_disc
 from simulation.shell.shell_model import ShellModel
@@ -53,21 +53,34 @@ def reduce_with_effects(
 ) -> tuple[EffectOperators, FullPlate, Real]:
     """Operators of an experiment's plate, the full plate behind them, and their vectors (n, r).
 
-    `basis` is that of the plain reduction, made where it is not given.
+    `basis` is that of the plain reduction at the same `fineness`; one that is not given, or is of another mesh (of
+    another version's triangulation), is made with `training`.
     """
     report = progress or (lambda stage, share: None)
     band = experiment.protocol.band
     attached = [attached_disc(experiment.plate, a) for a in (*experiment.string, *experiment.cable)]
     acting, felt = [*attached, *experiment.footprints], experiment.footprints[:FEW]
-    if basis is None:
-        model, basis = _plain(experiment, acting, box, fineness, training, report)
-    else:
+    model = None
+    if basis is not None:
         model = assemble_chosen(experiment.plate, experiment.patch, basis.kept, fineness=fineness)
+    if basis is None or model is None or not basis.fits(model.mass):
+        model, _, basis = plain_reduction(
+            experiment.plate,
+            experiment.patch,
+            box,
+            band,
+            attached=attached,
+            footprints=experiment.footprints,
+            driven=experiment.driven,
+            fineness=fineness,
+            training=training,
+            progress=lambda stage, share: report(STAGE, 0.3 * share),
+        )
     full = FullPlate.of(model)
     probe = model.footprint_rows(acting)
     missing = _missing(full, basis.vectors, probe[: len(attached) + FEW].T, felt, box, band, report)
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
-    vectors = joined(basis.vectors, missing, energy, model.mass, TAIL)
+    vectors = joined(basis.vectors, missing, energy, model.mass, TAIL * _finer(box))
     done = [0.6]
 
     def step() -> None:
@@ -77,40 +90,16 @@ def reduce_with_effects(
     places = np.array([disc.point for disc in attached]).reshape(-1, 2)
     ops = project(full, vectors, model, places, probe, box, band, step)
     report(STAGE, 0.9)
-    ops = replace(ops, error=measured_error(full, ops, felt), plain_error=basis.error, dropped=basis.dropped)
+    error = measured_error(full, ops, acting[: len(attached) + FEW])
+    ops = replace(ops, error=error, plain_error=basis.error, dropped=basis.dropped)
     report(STAGE, 1.0)
     return ops, full, vectors
 
 
-def _plain(
-    experiment: Experiment,
-    acting: Sequence[Footprint],
-    box: MaterialBox,
-    fineness: Fineness | None,
-    training: Training | None,
-    report: Progress,
-) -> tuple[ShellModel, PlateBasis]:
-    """Assemble and reduce the plate as declared, as the twin of model updating is."""
-    band = experiment.protocol.band
-    model = assemble_for(
-        experiment.plate,
-        experiment.patch,
-        box,
-        band,
-        footprints=acting,
-        fineness=fineness,
-        progress=lambda share: report(STAGE, 0.1 * share),
-    )
-    plain, vectors = footprint_reduction(
-        model,
-        box,
-        band,
-        experiment.footprints,
-        experiment.driven,
-        training=training,
-        progress=lambda stage, share: report(STAGE, 0.1 + 0.2 * share),
-    )
-    return model, PlateBasis(model.unknowns.kept, model.dropped, vectors, plain.error)
+def _finer(box: MaterialBox) -> float:
+    """Return the factor of shares of answers: transfers follow their squares, over the loss factor."""
+    fine = Fineness()
+    return float(np.sqrt(fine.share(box) / fine.tolerance))
 
 
 def _missing(
@@ -129,12 +118,13 @@ def _missing(
     as_declared = plain_states(full, box) if loads.size else []
     states = [*as_declared, *training_states(full, box)]
     found = []
+    finer = _finer(box)
 
     def missing(place: int) -> Real:
         matrices = full.matrices(states[place], loss=False, footprints=felt)
         if place < len(as_declared):
             matrices = replace(matrices, coupling=loads)
-        return missed(vectors, matrices, band, LEAST)
+        return missed(vectors, matrices, band, LEAST * finer)
 
     with ThreadPoolExecutor(WORKERS) as executor:
         for k, part in enumerate(executor.map(missing, range(len(states)))):

@@ -65,7 +65,7 @@ def orthonormal(vectors: Real, weight: object, cutoff: float) -> Real:
 
 
 def leading(gram: Real, least: float) -> tuple[Real, Real]:
-    """Eigenvalues (s,) and eigenvectors (r, s) of a gram matrix, those left out of a root sum below `least`."""
+    """Leading eigenvalues (s,), eigenvectors (r, s) of a gram matrix; the others have a root sum below `least`."""
     values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
     values = np.maximum(values, 0.0)
     kept = np.sqrt(np.cumsum(values)) > least

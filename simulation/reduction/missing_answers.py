@@ -1,7 +1,7 @@
 """What the space of the plain plate misses of the answers in other states.
 
 Each state by itself: the plain space is joined by a few Krylov vectors of the plate in that state, and the leading
-directions of what the plain space alone cannot say of the answers are kept, each as long as its share in them.
+directions of what the plain space alone cannot represent are kept, each as long as its share in the answers.
 Together, over all states, they are decomposed once more.
 """
 

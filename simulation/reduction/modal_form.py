@@ -79,7 +79,7 @@ class ModalForm:
 
     def solve(self, force: Real, frequency: ArrayLike) -> Complex:
         """Coordinates Z**-1 b for every column b of `force` (r, N): (N, F, r)."""
-        weights = (self.inverse @ np.hstack([force, self.dashpots])).T
+        weights = (self.inverse @ self._with_dashpots(force)).T
         terms = self.terms(frequency)
         answers = np.stack([(terms * weight) @ self.shapes.T for weight in weights])
         if not self.count:

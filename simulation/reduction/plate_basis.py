@@ -1,9 +1,21 @@
-"""What a plate's plain reduction rests on: functions and vectors, to which effects add theirs."""
+"""A plate from its declaration to its reduced model, and what that rests on: to it effects add what they need."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_matrix
+
+from analysis.channel import Footprint
+from analysis.experiment import Patch, Plate
+from analysis.material import MaterialBox
+from simulation.reduction.footprint_reduction import footprint_reduction
+from simulation.reduction.reduce import Training
+from simulation.reduction.reduced_model import ReducedModel
+from simulation.shell.assembly import FEW, assemble_for
+from simulation.shell.fineness import Fineness
+from simulation.shell.shell_model import ShellModel
 
 
 @dataclass(frozen=True)
@@ -26,3 +38,62 @@ class PlateBasis:
     dropped: float
     vectors: NDArray[np.float64]
     error: float
+
+    def fits(self, mass: csr_matrix) -> bool:
+        """Whether the vectors are those of a plate with this mass matrix."""
+        vectors = self.vectors
+        if len(vectors) != mass.shape[0]:
+            return False
+        return bool(np.allclose(vectors.T @ (mass @ vectors), np.eye(vectors.shape[1]), atol=1e-8))
+
+
+def plain_reduction(
+    plate: Plate,
+    patches: Sequence[Patch],
+    box: MaterialBox,
+    band: tuple[float, float],
+    *,
+    attached: Sequence[Footprint] = (),
+    footprints: Sequence[Footprint] = (),
+    driven: Sequence[int] = (),
+    points: ArrayLike | None = None,
+    field_certified: bool = True,
+    fineness: Fineness | None = None,
+    training: Training | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> tuple[ShellModel, ReducedModel, PlateBasis]:
+    """Mesh, assemble and reduce a plate as declared.
+
+    Parameters
+    ----------
+    plate, patches, box, band, fineness
+        As in `simulation.shell.assembly.assemble_for`.
+    attached : sequence of Footprint
+        Discs of strings and cables: forces there count in the choice of functions.
+    footprints, driven, points, field_certified, training
+        As in `simulation.reduction.footprint_reduction`.
+    progress : callable, optional
+        Told the stage's name and the share done.
+    """
+    report = progress or (lambda stage, share: None)
+    model = assemble_for(
+        plate,
+        patches,
+        box,
+        band,
+        footprints=[*footprints[:FEW], *attached],
+        fineness=fineness,
+        progress=lambda share: report("assembling the plate", share),
+    )
+    reduced, vectors = footprint_reduction(
+        model,
+        box,
+        band,
+        footprints,
+        driven,
+        points=points,
+        field_certified=field_certified,
+        training=training,
+        progress=progress,
+    )
+    return model, reduced, PlateBasis(model.unknowns.kept, model.dropped, vectors, reduced.error)

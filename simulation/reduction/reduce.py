@@ -109,7 +109,7 @@ def reduce(
     Raises
     ------
     ValueError
-        If box or band make no sense, or the plate has no patch.
+        If box or band make no sense, or the plate has neither patch nor force.
     RuntimeError
         If the tolerance cannot be reached.
     """
@@ -168,7 +168,7 @@ def reduction(
 def _check(model: ShellModel, box: MaterialBox, band: tuple[float, float]) -> None:
     """ValueError for what cannot be reduced."""
     if model.coupling.shape[1] == 0:
-        raise ValueError("a plate without patches has nothing to reduce to")
+        raise ValueError("a plate with neither patch nor force has nothing to reduce to")
     (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
     if not (0.0 < e0 <= e1 and 0.0 <= n0 <= n1 < 0.5 and 0.0 <= h0 <= h1 <= 1.0):
         raise ValueError(
@@ -187,7 +187,10 @@ def _candidates(
     training: Training,
     report: Progress,
 ) -> Real:
-    """Krylov vectors (n, N) of all trained materials; a factorization costs as much as twenty more of them."""
+    """Krylov vectors (n, N) of all trained materials.
+
+    Two shifts each, near the ends of the band: a third factorization costs as much as twenty more vectors.
+    """
     shifts = band[0] + np.array(SHIFTS) * (band[1] - band[0])
     materials = training.materials(box)
 

@@ -78,7 +78,7 @@ def assemble_for(
     band : (float, float)
         Hz.
     footprints : sequence of Footprint
-        Where forces act; the first `FEW` of them count in the choice of functions, as dashpots at points do.
+        Where forces act whose answers count in the choice of functions, as those of dashpots do; `FEW` are enough.
     fineness : Fineness, optional
     progress : callable, optional
         Told the share done, 0 to 1.
@@ -96,7 +96,7 @@ def assemble_for(
     for k, coupling in enumerate(shell.couplings(shell.thickness)):
         for field, values in coupling.items():
             loads[field, :, k] = values
-    acting = [*footprints[:FEW], *_dashpots(plate)]
+    acting = [*footprints, *_dashpots(plate)]
     if acting:
         forces = np.zeros((5, shell.space.size, len(acting)))
         forces[W] = footprint_rows(shell.space, acting).toarray().T
@@ -130,12 +130,12 @@ def assemble_for(
 
 def assemble_chosen(
     plate: Plate, patches: Sequence[Patch], kept: Mask, *, fineness: Fineness | None = None
-) -> ShellModel:
-    """Assemble the matrices of a plate again, given the functions (5, N) that `assemble_for` has chosen."""
+) -> ShellModel | None:
+    """Assemble a plate with functions (5, N) that `assemble_for` has chosen; None if they are another mesh's."""
     fine = fineness or Fineness()
     shell = ShellPlate.of(plate, patches, recipe=fine.mesh, degree=fine.degree)
     if kept.shape != shell.held.shape:
-        raise ValueError(f"functions {kept.shape} are not those of this plate, {shell.held.shape}")
+        return None
     return assembled(shell, kept, _parts(shell))
 
 

@@ -135,7 +135,7 @@ def _shares(space: ShapeSpace, held: Mask, problem: Problem, order: Whole) -> Re
     outer = Unknowns.ordered(space, free, order)
     loads = problem.loads.reshape(5 * size, -1)
     load = loads[outer.chosen].copy()
-    rows, columns, values, parts = [], [], [], []  # the largest arrays of all: numbers of half the width
+    rows, columns, values, parts = [], [], [], []  # the largest arrays of all: hence 32-bit indices
     for part in _condensed(space, problem, outer.number):
         used = part.outer >= 0
         np.subtract.at(load, part.outer[used], part.lost[used])

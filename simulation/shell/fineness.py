@@ -36,7 +36,7 @@ class Fineness:
             raise ValueError(f"tolerance of functions is {self.tolerance:g}; allowed 0 to 0.01")
 
     def share(self, box: MaterialBox) -> float:
-        """Share of an answer's energy for which a function is kept: less of materials that lose little.
+        """Share of an answer's energy for which a function is kept: smaller for materials with little damping.
 
         Functions left out shift resonances, by 1e-5 with 3e-9, and a transfer errs by the shift over the width of
         a resonance: of sheet metals that is a tenth of a thermoplastic's.

@@ -110,5 +110,5 @@ def test_a_coarse_mesh_is_refused(
     monkeypatch.setattr("app.effect_twin.cached_operators", build)
     status, out, err = run_flexura("gap", folder, "--json")
     assert (status, out) == (2, "")
-    assert "coarse: cannot be judged: this plate computed on two meshes differs by" in err
+    assert "coarse: cannot be judged: the twin of this plate has an estimated error of" in err
     assert "sigma of the noise" in err
