@@ -50,7 +50,7 @@ class ShellModel:
     capacitance : (P,) ndarray
         Cp of every patch at zero in-plane strain, F.
     dropped : float
-        Share of the energy of the answers for which the functions were chosen that none of them holds.
+        Of `simulation.shell.choice.Choice`: estimate of the energy that the answers would have besides.
     """
 
     shell: ShellPlate

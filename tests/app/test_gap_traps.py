@@ -104,7 +104,7 @@ def test_a_coarse_mesh_is_refused(
     mesh = MeshRecipe(spacing=0.08, strip=2.7, edge_strip=2.7, growth=2.0, grading=0.0, pieces=1)
     coarse = Fineness(mesh, degree=3, tolerance=1e-5)
 
-    def build(experiment: Any, box: Any, report: Any) -> Any:
+    def build(experiment: Any, box: Any, report: Any, **_: Any) -> Any:
         return reduce_with_effects(experiment, box, fineness=coarse)[0]
 
     monkeypatch.setattr("app.effect_twin.cached_operators", build)
