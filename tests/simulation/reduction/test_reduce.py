@@ -167,7 +167,7 @@ def test_nonsense_is_refused(coarse_model, box, band, named):
 
 def test_a_plate_without_patches_is_refused(plate, coarse_mesh):
     bare = assemble(plate, recipe=coarse_mesh, degree=3)
-    with pytest.raises(ValueError, match="without patches"):
+    with pytest.raises(ValueError, match="neither patch nor force"):
         reduce(bare, MaterialBox((1e9, 2e9), (0.3, 0.4), (0.02, 0.1)), (100.0, 300.0))
 
 

@@ -14,7 +14,7 @@ from simulation.shell.fineness import Fineness
 MESH = MeshRecipe(spacing=0.08, grading=0.0, pieces=1)
 
 
-def test_thermoplastics_have_the_tolerance_itself_and_metals_less() -> None:
+def test_polypropylene_has_the_tolerance_itself_and_metals_less() -> None:
     fine = Fineness(tolerance=3e-9)
     assert fine.share(KINDS["polypropylene"]) == 3e-9
     assert fine.share(KINDS["aluminium"]) == pytest.approx(3e-9 * np.sqrt(2e-4 * 0.02) / 0.025)
@@ -33,6 +33,6 @@ def test_resonances_of_a_metal_err_by_less_of_their_width() -> None:
             assemble_for(plate, [], box, band, footprints=force, fineness=Fineness(MESH, 6, tolerance))
             for tolerance in (1e-6, 0.0)
         )
-        found, exact = (model.eigenfrequencies(2.4e9, 0.37, 10)[3:] for model in (some, everything))
+        found, exact = (model.eigenfrequencies(2.4e9, 0.37, 13)[6:] for model in (some, everything))
         shift.append(float(np.max(found / exact - 1.0)))
     assert shift[0] > 2.5 * shift[1] > 0.0
