@@ -23,8 +23,8 @@ def small(kind: PlateKind, operators: EffectOperators, plain: ReducedModel) -> I
     """Every plate is the small one; for the sake of time the twin has the specimen's own mesh."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Trial, "plates", property(lambda trial: (kind,)))
-        patch.setattr("app.blind_trial.specimen.cached_operators", lambda *_: operators)
-        patch.setattr("app.effect_twin.cached_operators", lambda *_: operators)
+        patch.setattr("app.blind_trial.specimen.cached_operators", lambda *_, **__: operators)
+        patch.setattr("app.effect_twin.cached_operators", lambda *_, **__: operators)
         patch.setattr("app.twin.cached_reduction", lambda *_, **__: plain)
         yield
 
