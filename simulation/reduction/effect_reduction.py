@@ -74,7 +74,7 @@ def reduce_with_effects(
             driven=experiment.driven,
             fineness=fineness,
             training=training,
-            progress=lambda stage, share: report(STAGE, 0.3 * share),
+            progress=progress,
         )
     full = FullPlate.of(model)
     probe = model.footprint_rows(acting)
@@ -135,9 +135,8 @@ def _missing(
 
 def plain_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
     """States of the plate as declared: soft, stiff and between."""
-    xi, zeta = full.sampling
     laws = [laws_within(box, shares) for shares in (SOFT, STIFF, (0.5, 0.5))]
-    return [PlateState.baseline(xi, zeta, there, there.reference, np.array([500.0])) for there in laws]
+    return [PlateState.baseline(*full.sampling, there, there.reference, np.array([500.0])) for there in laws]
 
 
 def training_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
@@ -145,15 +144,10 @@ def training_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
 
     The bond is loosened on a stiff plate too: patches that hardly hold change it in another way than a soft one.
     """
-    xi, zeta = full.sampling
     reach = OFFSET_RANGE if can_move(full) else 0.0
-    laws = laws_within(box, SOFT)
-    soft, stiff = (
-        PlateState.baseline(xi, zeta, there, there.reference, np.array([500.0]))
-        for there in (laws, laws_within(box, STIFF))
-    )
+    soft, stiff, _ = plain_states(full, box)
     loose = stiff.with_(bond=1.0 - SLIP)
-    return [*extreme_states(xi, zeta, laws, reach), *offset_states(soft, -reach), loose]
+    return [*extreme_states(*full.sampling, soft.laws, reach), *offset_states(soft, -reach), loose]
 
 
 def project(
