@@ -9,7 +9,6 @@
 ``f4t``             Watlow F4T
 ``votsch``          Vötsch and Weiss, ASCII-2
 ``espec``           Espec P-300
-``build``           the controller of a kind
 ``memory``          a line inside the process, in virtual time
 ``served``          pseudo-terminal or TCP port
 ``disturbance``     a bad line

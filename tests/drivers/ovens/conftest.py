@@ -9,8 +9,7 @@ import pytest
 
 from drivers.clock import VirtualClock
 from drivers.ovens.line import Line, Timing
-from drivers.ovens.settings import OvenSettings, open_oven
-from drivers.ovens.simulated.build import simulated_controller
+from drivers.ovens.settings import OvenSettings, open_oven, oven_settings
 from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
@@ -89,14 +88,14 @@ class Rig:
 
 def settings_of(kind: str, **changes: Any) -> OvenSettings:
     given = {"kind": kind, "port": "none", "minimum": -5.0, "maximum": 65.0, "max_rate": 2.0, "timeout": 0.5}
-    return OvenSettings.model_validate({**given, **changes})
+    return oven_settings({**given, **changes})
 
 
 def make_rig(kind: str, **changes: Any) -> Rig:
     clock = VirtualClock()
     body = RegulatedOven(clock, np.random.default_rng(7), air=20.0, plate=20.0)
     settings = settings_of(kind, **changes)
-    controller = simulated_controller(settings, body, clock)
+    controller = settings.simulated(body, clock)
     disturbed = Disturbed(controller)
     return Rig(clock, body, controller, disturbed, MemoryTransport(disturbed, clock), settings)
 

@@ -23,7 +23,7 @@ from drivers.ni.output_modules import NI_9260
 from drivers.ni.simulated.surroundings import Module
 from drivers.ni.thermocouple_modules import NI_9211
 from drivers.ni.wiring import Wiring
-from drivers.ovens.settings import OvenSettings
+from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.campaign import Outcome, run_campaign
@@ -157,14 +157,16 @@ class World:
             thermocouples=("cDAQ1Mod3/ai0",),
             sample_rate=8500.0,
         )
-        settings = OvenSettings(
-            kind=self.kind,  # type: ignore[arg-type]
-            port="simulated",
-            minimum=0.0,
-            maximum=50.0,
-            max_rate=3.0,
-            timeout=0.2,
-            lost_after=30.0,
+        settings = oven_settings(
+            {
+                "kind": self.kind,
+                "port": "simulated",
+                "minimum": 0.0,
+                "maximum": 50.0,
+                "max_rate": 3.0,
+                "timeout": 0.2,
+                "lost_after": 30.0,
+            }
         )
         parts = simulated_parts(self.wiring, settings, self.plate, modules=MODULES, seed=5, chamber=self.chamber)
         self.disturbed = Disturbed(parts.controller)

@@ -1,0 +1,7 @@
+"""Thermometers on the plate that are no thermocouple of the cards.
+
+===============  =======================================================
+``thermometer``  what every thermometer can do
+``settings``     the declared thermometer, and where its kinds are found
+===============  =======================================================
+"""
