@@ -9,6 +9,14 @@
 ``line``           lock, gaps between commands, time-outs, bounded retries
 ``serial_port``    serial ports, pseudo-terminals, TCP sockets
 ``modbus``         Modbus RTU registers, read back after each write
+``units``          units of controllers, to degrees Celsius and K/min
+``points``         what a declared controller is made of
+``mapped_oven``    an oven of which only its points are known
+``registers``      declared Modbus registers
+``modbus_map``     the kind made of them
+``phrases``        declared queries and commands
+``spoken``         how they are asked and told
+``scpi``           the kind made of them
 ``eurotherm``      Eurotherm 2400 and 3500
 ``f4t``            Watlow F4T
 ``ascii2``         the protocol of Vötsch and Weiss, bytes to values

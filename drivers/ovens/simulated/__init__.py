@@ -10,6 +10,8 @@
 ``votsch``          Vötsch and Weiss, ASCII-2
 ``espec``           Espec P-300
 ``memory``          a line inside the process, in virtual time
+``modbus_map``      registers as declared
+``scpi``            words as declared
 ``served``          pseudo-terminal or TCP port
 ``disturbance``     a bad line
 ==================  =====================================================================

@@ -77,7 +77,7 @@ def test_an_oven_that_does_not_answer_leaves_its_port_free(rig):
 
 def test_the_wrong_kind_is_told(rig):
     def use(kind):
-        settings = oven_settings({**rig.settings.model_dump(), "kind": kind})
+        settings = oven_settings({**GIVEN, "kind": kind, "timeout": 0.5})
         open_oven(settings, rig.clock, MemoryTransport(rig.controller, rig.clock)).temperature()
 
     for kind in ("votsch-ascii2", "espec-p300", "watlow-f4t", "eurotherm-2400"):
