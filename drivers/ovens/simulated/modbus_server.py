@@ -55,15 +55,15 @@ class ModbusServer:
 
     def read_input(self, register: int) -> int:
         """Return an input register, 0 to 65535; LookupError if there is none."""
-        raise LookupError(register)
+        raise NotImplementedError
 
     def read_bit(self, register: int, function: int) -> int:
         """Return a coil (function 1) or discrete input (2), 0 or 1; LookupError if there is none."""
-        raise LookupError(register)
+        raise NotImplementedError
 
     def write_bit(self, register: int, bit: int) -> None:
         """Store a coil; LookupError if there is none."""
-        raise LookupError(register)
+        raise NotImplementedError
 
     def write_words(self, register: int, words: tuple[int, ...]) -> None:
         """Store registers; LookupError if there are none, ValueError if they do not take the value."""
@@ -91,6 +91,8 @@ class ModbusServer:
                 self.write_words(start, struct.unpack(f">{second}H", body[5:]))
             else:
                 return bytes([function | 0x80, ILLEGAL_FUNCTION])
+        except NotImplementedError:  # of a unit without such a table
+            return bytes([function | 0x80, ILLEGAL_FUNCTION])
         except LookupError:
             return bytes([function | 0x80, ILLEGAL_ADDRESS])
         except ValueError:
