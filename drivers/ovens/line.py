@@ -221,7 +221,7 @@ class Line:
             return OvenError(
                 Fault.LOST,
                 f"no usable answer for {since:.0f} s (limit {self._timing.lost_after:g} s); last: {error.what}",
-                f"Stop the campaign; look at the oven itself. {error.advice}",
+                f"Stop the campaign; look at the instrument itself. {error.advice}",
                 error.code,
             )
         return OvenError(

@@ -32,4 +32,11 @@ class ThermometerSettings(Declared):
         return None
 
 
-THERMOMETERS: Kinds[ThermometerSettings] = Kinds("flexura.thermometers", ThermometerSettings, {})
+THERMOMETERS = Kinds(
+    "flexura.thermometers",
+    ThermometerSettings,
+    {
+        "modbus-map": "drivers.thermometers.modbus_map:ModbusMapThermometer",
+        "scpi": "drivers.thermometers.scpi:ScpiThermometer",
+    },
+)

@@ -2,6 +2,7 @@
 
 import math
 import struct
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from drivers.ovens.simulated.controller import Controller
@@ -10,7 +11,7 @@ from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 if TYPE_CHECKING:
     from drivers.ovens.modbus_map import ModbusMapOven
-    from drivers.ovens.registers import Number
+    from drivers.ovens.registers import ModbusLine, Number
 
 FORMATS = {"int16": ">h", "uint16": ">H", "int32": ">i", "uint32": ">I", "float32": ">f"}
 CELSIUS = {"degC": (1.0, 0.0), "degF": (1.8, 32.0), "K": (1.0, 273.15)}
@@ -21,6 +22,36 @@ def simulated_modbus_map(declared: "ModbusMapOven", oven: RegulatedOven) -> Cont
     """Return the controller, in the envelope declared."""
     server = SimulatedModbusMap(declared, oven)
     return ModbusTcp(server) if declared.framing == "tcp" else server
+
+
+def simulated_registers(
+    declared: "ModbusLine", sensors: Sequence["Number"], value: Callable[[], float]
+) -> Controller:
+    """Return a unit that tells `value`, degrees Celsius, in every register of `sensors`."""
+    server = SimulatedRegisters(declared.address, declared.word_order, sensors, value)
+    return ModbusTcp(server) if declared.framing == "tcp" else server
+
+
+class SimulatedRegisters(ModbusServer):
+    """A transmitter; parameters as of `simulated_registers`."""
+
+    def __init__(self, address: int, order: str, sensors: Sequence["Number"], value: Callable[[], float]) -> None:
+        super().__init__(address)
+        self._order, self._sensors, self._value = order, tuple(sensors), value
+
+    def read_word(self, register: int) -> int:
+        """Return a holding register."""
+        return self._word("holding", register)
+
+    def read_input(self, register: int) -> int:
+        """Return an input register."""
+        return self._word("input", register)
+
+    def _word(self, table: str, register: int) -> int:
+        for sensor in self._sensors:
+            if sensor.table == table and register in sensor.places:
+                return _words(sensor, self._value(), self._order)[register - sensor.at]
+        raise LookupError(register)
 
 
 class SimulatedModbusMap(ModbusServer):

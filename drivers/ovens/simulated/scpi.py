@@ -1,6 +1,7 @@
 """A simulated controller that knows the words an experiment's file declares."""
 
 import math
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from drivers.ovens.simulated.controller import LineController
@@ -79,6 +80,27 @@ class SimulatedScpi(LineController):
             self._oven.go(self._target, math.inf if self._declared.rate is None else self._rate or math.inf)
         else:
             self._oven.stop()
+
+
+class SimulatedQueries(LineController):
+    """A meter that tells one temperature to every query of `sensors`, and is silent to all other words.
+
+    Parameters
+    ----------
+    terminator : str
+    sensors : sequence of Query
+    value : callable
+        degrees Celsius.
+    """
+
+    def __init__(self, terminator: str, sensors: Sequence["Query"], value: Callable[[], float]) -> None:
+        super().__init__(terminator.encode("ascii"))
+        self._sensors, self._value = tuple(sensors), value
+
+    def answer(self, command: str) -> str:
+        """Answer a query."""
+        asked = [sensor for sensor in self._sensors if sensor.query == command.strip()]
+        return _told(asked[0], self._value()) if asked else ""
 
 
 def _per_unit(query: "Query") -> tuple[float, float]:
