@@ -25,7 +25,7 @@ Campaigns:
 ``control``             what a window wishes of the runner
 ``experiment_toml``     what a rig is to acquire
 ``settings_toml``       any settings, their faults in the words of the file
-``drawing``             outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``
+``drawing``             outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``; meshes: ``gmsh``
 ``misplaced``           a geometry that cannot be, and where
 ``campaign_error``      everything that is wrong with one, in ``allowed_values``' words
 ``coverage``            the sweeps there against the sweeps asked for

@@ -80,6 +80,7 @@ def coarse_reduction(
     """
     shorter = min(plate.length_x, plate.length_y)
     spacing = shorter / CELLS * float((0.003 / plate.thickness) ** 0.5)
+    plate = plate.model_copy(update={"mesh": None})
     model = assemble(plate, patches, recipe=MeshRecipe(spacing=spacing, grading=0.0, growth=2.0), degree=DEGREE)
     rows = model.footprint_rows(footprints)
     forces = np.hstack([model.coupling, rows[:FORCES].T])

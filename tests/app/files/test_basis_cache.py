@@ -96,13 +96,13 @@ def test_folder_follows_the_environment(tmp_path, monkeypatch):
 def test_second_time_is_read_and_a_damaged_file_made_again(tmp_path, monkeypatch):
     monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path))
     made = []
-    true_reduce = simulation.reduction.footprint_reduction.reduction
+    true_reduce = simulation.reduction.footprint_reduction.reduce
 
     def counted(*args, **kwargs):
         made.append(1)
         return true_reduce(*args, **kwargs)
 
-    monkeypatch.setattr(simulation.reduction.footprint_reduction, "reduction", counted)
+    monkeypatch.setattr(simulation.reduction.footprint_reduction, "reduce", counted)
     first = cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)], fineness=COARSE)
     assert same(cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)], fineness=COARSE), first)
     assert len(made) == 1
