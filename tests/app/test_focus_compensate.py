@@ -207,7 +207,7 @@ def test_laws_that_end_early_are_used_as_far_as_they_go_and_it_is_said(tmp_path,
         (("--temperature", 61), "--temperature 61 °C is outside the laws' range, 0 to 60 °C"),
         (("--tolerance", 2), "filters.tolerance"),
         (("--method", "magic"), "magic"),
-        (("--panel", "nowhere.toml"), "nowhere.toml: cannot be read: No such file or directory\n"),
+        (("--panel", "nowhere.toml"), "nowhere.toml: cannot be read: No such file or directory; allowed"),
     ],
 )
 def test_focus_names_what_is_wrong(run, panel, words, said):
