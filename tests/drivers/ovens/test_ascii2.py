@@ -136,7 +136,7 @@ def test_a_description_in_which_some_values_are_read_once():
 
 
 def dynamic(separator: str) -> bytes:
-    """As of a chamber of configuration type DYNAMIC: sensors and six bits are read only, lines are 80 characters."""
+    """As of a chamber of configuration type DYNAMIC: sensors and six bits are read only, lines end at 80."""
     written = ["CV01", "CV02", "SV01", "SV02", "SV03"]
     read = ["CV01", "CV01", "CV02", "CV02", "SV01", "SV02", "SV03", "MV01", "MV02", "MV03", "MV04"]
 
