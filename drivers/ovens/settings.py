@@ -10,7 +10,10 @@ from analysis.experiment import Temperature
 from drivers.clock import Clock, SystemClock
 from drivers.ovens.espec import Espec
 from drivers.ovens.eurotherm import MODEL_2400, MODEL_3500, Eurotherm
+from drivers.ovens.eurotherm_program import EurothermProgram
+from drivers.ovens.expiry import LONGEST, SHORTEST
 from drivers.ovens.f4t import F4T
+from drivers.ovens.f4t_profile import F4TProfile
 from drivers.ovens.line import Line, Timing, Transport
 from drivers.ovens.modbus import ModbusUnit
 from drivers.ovens.oven import Oven, OvenLimits
@@ -28,6 +31,8 @@ GAPS: dict[Kind, tuple[float, float]] = {
 }
 """Seconds of silence each kind wants after a question and after a command."""
 
+PROGRAMS: dict[Kind, int] = {"eurotherm-2400": 20, "watlow-f4t": 40}
+"""How many programs a kind has that can be written through its line, and that end with the oven at rest."""
 
 _GATEWAY = re.compile(r"socket://(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9.-]+):[0-9]{1,5}")
 """Others of pyserial's addresses write files (spy://), or take options that do."""
@@ -65,6 +70,19 @@ class OvenSettings(Declared):
         float,
         Field(ge=1.0, le=3600.0, description="s without a usable answer after which the oven counts as lost"),
     ] = 60.0
+    rest_after: Annotated[
+        float,
+        Field(
+            ge=0.0,
+            le=LONGEST,
+            description="s that the controller goes on by itself after its ramp once nobody watches it any more, "
+            "0 for ever; Eurotherm 2400 and Watlow F4T need a program for it",
+        ),
+    ] = 1800.0
+    program: Annotated[
+        int | None,
+        Field(ge=1, le=40, description="program of the controller that is overwritten with every ramp"),
+    ] = None
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -75,9 +93,19 @@ class OvenSettings(Declared):
                 f"port {self.port!r}: a serial port's name (COM3, /dev/ttyUSB0) or socket://HOST:PORT allowed, "
                 "and no other address"
             )
+        if 0.0 < self.rest_after < SHORTEST:
+            raise ValueError(f"rest_after {self.rest_after:g} s: 0 (never) or {SHORTEST:g} to {LONGEST:g} allowed")
+        if self.program is not None and self.program > PROGRAMS.get(self.kind, 0):
+            allowed = ", ".join(f"1 to {most} of {kind}" for kind, most in PROGRAMS.items())
+            raise ValueError(f"program {self.program} of a {self.kind}: {allowed} can be written")
         if self.kind == "votsch-ascii2" and self.address > 32:
             raise ValueError(f"address {self.address}: ASCII-2 allows 1 to 32")
         return self
+
+    @property
+    def expires(self) -> bool:
+        """Whether the oven comes to rest by itself once nobody watches it any more."""
+        return self.rest_after > 0.0 and (self.kind == "espec-p300" or self.program is not None)
 
     def limits(self) -> OvenLimits:
         """Return what set-points are clamped to."""
@@ -122,14 +150,18 @@ def open_oven(settings: OvenSettings, clock: Clock | None = None, transport: Tra
 
 
 def _oven(settings: OvenSettings, line: Line) -> Oven:
-    limits = settings.limits()
+    limits, after = settings.limits(), settings.rest_after
+    number = settings.program if settings.expires else None
     match settings.kind:
         case "eurotherm-2400" | "eurotherm-3500":
             registers = MODEL_2400 if settings.kind == "eurotherm-2400" else MODEL_3500
-            return Eurotherm(ModbusUnit(line, settings.address), limits, registers, settings.decimals)
+            unit = ModbusUnit(line, settings.address)
+            program = EurothermProgram(unit, number, after, settings.decimals) if number else None
+            return Eurotherm(unit, limits, registers, settings.decimals, program)
         case "votsch-ascii2":
             return Votsch(line, settings.address, limits)
         case "espec-p300":
-            return Espec(line, limits)
+            return Espec(line, limits, after)
         case "watlow-f4t":
-            return F4T(ModbusUnit(line, settings.address, "low word first"), limits)
+            unit = ModbusUnit(line, settings.address, "low word first")
+            return F4T(unit, limits, F4TProfile(unit, number, after) if number else None)
