@@ -85,9 +85,7 @@ def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> 
     from analysis.protocol.advice import smeared
 
     if kind == "ni" and not declared.oven.expires:
-        output.note(
-            "this oven goes on by itself where the computer dies: see oven.program in docs/guide/real-hardware.md"
-        )
+        output.note("this oven goes on where the computer dies: see docs/guide/real-hardware.md on oven.program")
     for sentence in smeared(declared.sweep.duration, declared.programme.ramp_rate):
         output.note(sentence)
 
