@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,13 +23,14 @@ from drivers.ni.output_modules import NI_9260
 from drivers.ni.simulated.surroundings import Module
 from drivers.ni.thermocouple_modules import NI_9211
 from drivers.ni.wiring import Wiring
-from drivers.ovens.settings import OvenSettings
+from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.campaign import Outcome, run_campaign
 from drivers.rig.rig import Rig
 from drivers.rig.session import Session
-from drivers.rig.simulated import SimulatedParts, simulated_parts
+from drivers.rig.simulated import simulated_parts
+from drivers.thermometers.settings import ThermometerSettings
 
 Array = NDArray[np.float64]
 LIGHT = Chamber(plate_capacity=180.0)
@@ -144,7 +145,8 @@ class World:
         self.protocol = protocol_of(**changes)
         self.store = MemoryStore()
         self.kind = kind
-        self.oven = dict(oven or {})
+        self.oven: dict[str, Any] = dict(oven or {})
+        self.thermometer: ThermometerSettings | None = None
         self.chamber = LIGHT
         self.renew()
 
@@ -155,24 +157,32 @@ class World:
             output="cDAQ1Mod2/ao0",
             drive_input="cDAQ1Mod1/ai0",
             responses=("cDAQ1Mod1/ai1",),
-            thermocouples=("cDAQ1Mod3/ai0",),
+            thermocouples=() if self.thermometer else ("cDAQ1Mod3/ai0",),
             sample_rate=8500.0,
         )
-        settings = OvenSettings(
-            kind=self.kind,  # type: ignore[arg-type]
-            port="simulated",
-            minimum=0.0,
-            maximum=50.0,
-            max_rate=3.0,
-            timeout=0.2,
-            lost_after=30.0,
-            **self.oven,
+        settings = oven_settings(
+            {
+                "kind": self.kind,
+                "port": "simulated",
+                "minimum": 0.0,
+                "maximum": 50.0,
+                "max_rate": 3.0,
+                "timeout": 0.2,
+                "lost_after": 30.0,
+                **self.oven,
+            }
         )
-        parts = simulated_parts(self.wiring, settings, self.plate, modules=MODULES, seed=5, chamber=self.chamber)
+        parts = simulated_parts(
+            self.wiring,
+            settings,
+            self.plate,
+            modules=MODULES,
+            seed=5,
+            chamber=self.chamber,
+            thermometer=self.thermometer,
+        )
         self.disturbed = Disturbed(parts.controller)
-        self.parts = SimulatedParts(
-            parts.clock, parts.body, self.disturbed, parts.server, parts.wiring, parts.oven
-        )
+        self.parts = replace(parts, controller=self.disturbed)
         self.rig: Rig = self.parts.rig()
         self.temperatures: list[float] = []
 
