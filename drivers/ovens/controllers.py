@@ -7,7 +7,10 @@ from pydantic import Field, model_validator
 from drivers.clock import Clock
 from drivers.ovens.espec import Espec
 from drivers.ovens.eurotherm import MODEL_2400, MODEL_3500, Eurotherm, Registers
+from drivers.ovens.eurotherm_program import EurothermProgram
+from drivers.ovens.expiry import LONGEST, SHORTEST
 from drivers.ovens.f4t import F4T
+from drivers.ovens.f4t_profile import F4TProfile
 from drivers.ovens.line import Line, Transport
 from drivers.ovens.line_settings import LineSettings
 from drivers.ovens.modbus import ModbusUnit
@@ -44,10 +47,64 @@ class ControllerSettings(LineSettings, OvenSettings):
         raise NotImplementedError
 
 
-class EurothermSettings(ControllerSettings):
+class ExpiringSettings(ControllerSettings):
+    """A controller that can bring the oven to rest by itself once nobody watches it any more."""
+
+    rest_after: Annotated[
+        float,
+        Field(
+            ge=0.0,
+            le=LONGEST,
+            description="s that the controller goes on by itself once nobody watches it any more; 0: for ever",
+        ),
+    ] = 1800.0
+
+    @model_validator(mode="after")
+    def _lasting(self) -> Self:
+        if 0.0 < self.rest_after < SHORTEST:
+            raise ValueError(f"rest_after {self.rest_after:g} s: 0 (never) or {SHORTEST:g} to {LONGEST:g} allowed")
+        return self
+
+    @property
+    def expires(self) -> bool:
+        """Whether it does."""
+        return self.rest_after > 0.0
+
+
+class ProgrammedSettings(ExpiringSettings):
+    """A controller that needs one of its programs for it."""
+
+    programs: ClassVar[int]
+    """How many it has."""
+
+    program: Annotated[
+        int | None, Field(ge=1, description="program of the controller that is overwritten with every ramp")
+    ] = None
+
+    @model_validator(mode="after")
+    def _has_program(self) -> Self:
+        if self.program is not None and self.program > self.programs:
+            raise ValueError(f"program {self.program} of a {self.kind}: 1 to {self.programs} allowed")
+        return self
+
+    @property
+    def expires(self) -> bool:
+        """Whether it does."""
+        return self.rest_after > 0.0 and self.program is not None
+
+
+class EurothermSettings(ProgrammedSettings):
     """Eurotherm 2400 and 3500."""
 
+    programs: ClassVar[int] = 20
+
     kind: Annotated[Literal["eurotherm-2400", "eurotherm-3500"], Field(description="the series on its label")]
+
+    @model_validator(mode="after")
+    def _known_programs(self) -> Self:
+        if self.program is not None and self.kind == "eurotherm-3500":
+            raise ValueError("program of a eurotherm-3500: none can be written, no map of them is published")
+        return self
 
     @property
     def _registers(self) -> Registers:
@@ -55,7 +112,10 @@ class EurothermSettings(ControllerSettings):
 
     def on_line(self, line: Line) -> Oven:
         """Return the driver."""
-        return Eurotherm(ModbusUnit(line, self.address), self.limits(), self._registers, self.decimals)
+        unit, program = ModbusUnit(line, self.address), None
+        if self.program is not None and self.expires:
+            program = EurothermProgram(unit, self.program, self.rest_after, self.decimals)
+        return Eurotherm(unit, self.limits(), self._registers, self.decimals, program)
 
     def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
         """Return its simulated counterpart."""
@@ -82,26 +142,31 @@ class VotschSettings(ControllerSettings):
         return SimulatedVotsch(body, self.address)
 
 
-class EspecSettings(ControllerSettings):
+class EspecSettings(ExpiringSettings):
     """Espec chambers with a P-300 or SCP-220."""
 
     gaps: ClassVar[tuple[float, float]] = (0.3, 1.0)
 
     def on_line(self, line: Line) -> Oven:
         """Return the driver."""
-        return Espec(line, self.limits())
+        return Espec(line, self.limits(), self.rest_after)
 
     def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
         """Return its simulated counterpart."""
         return SimulatedEspec(body, clock)
 
 
-class WatlowSettings(ControllerSettings):
+class WatlowSettings(ProgrammedSettings):
     """Watlow F4T."""
+
+    programs: ClassVar[int] = 40
 
     def on_line(self, line: Line) -> Oven:
         """Return the driver."""
-        return F4T(ModbusUnit(line, self.address, "low word first"), self.limits())
+        unit, profile = ModbusUnit(line, self.address, "low word first"), None
+        if self.program is not None and self.expires:
+            profile = F4TProfile(unit, self.program, self.rest_after)
+        return F4T(unit, self.limits(), profile)
 
     def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
         """Return its simulated counterpart."""

@@ -101,6 +101,11 @@ class Line:
         self._failing_since = math.inf
         self._unsettled = False
 
+    @property
+    def now(self) -> float:
+        """The clock's seconds."""
+        return self._clock.now()
+
     @contextmanager
     def reserved(self) -> Iterator[None]:
         """Keep other threads off the line for a read, modify, write, read back."""

@@ -172,6 +172,15 @@ class ModbusUnit:
                 held = self.read_float(register)
         return _taken(name, register, value, held, tolerance)
 
+    def put_long(self, register: int, value: int, *, name: str) -> int:
+        """Make two registers, high word first, hold a whole number; otherwise as `put`."""
+        with self.line.reserved():
+            held = self._call(lambda: int(self._unit.read_long(register)))
+            if held != value:
+                self._call(lambda: self._unit.write_long(register, value), writes=True)
+                held = self._call(lambda: int(self._unit.read_long(register)))
+        return int(_taken(name, register, value, held, 0.0))
+
     def _call(self, action: Callable[[], T], *, writes: bool = False) -> T:
         return self.line.attempt(lambda: self._translated(action), writes=writes)
 

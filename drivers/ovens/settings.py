@@ -33,6 +33,11 @@ class OvenSettings(Declared):
         """Where it is reached, for messages: a port, a host; empty where there is no such thing."""
         return ""
 
+    @property
+    def expires(self) -> bool:
+        """Whether the oven comes to rest by itself once nobody watches it any more."""
+        return False
+
     def limits(self) -> OvenLimits:
         """Return what set-points are clamped to."""
         return OvenLimits(self.minimum, self.maximum, self.max_rate)

@@ -5,6 +5,7 @@ simulated controller. Everything in it is a function of the seed, of virtual tim
 oven was told what, so that a campaign which is killed and taken up again ends as if it had not been.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
@@ -20,6 +21,7 @@ from drivers.ni.simulated.in_process import InProcessChannel
 from drivers.ni.simulated.servicer import SimulatedDaq
 from drivers.ni.simulated.surroundings import Module, Plate, Surroundings
 from drivers.ni.wiring import Wiring
+from drivers.ovens.expiry import Expiring
 from drivers.ovens.oven import Oven
 from drivers.ovens.settings import OvenSettings, open_oven
 from drivers.ovens.simulated.controller import Controller
@@ -27,6 +29,7 @@ from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig
+from drivers.rig.supervision import PERIOD, QUIET
 from drivers.thermometers.settings import ThermometerSettings
 from drivers.thermometers.thermometer import Thermometer
 
@@ -97,7 +100,7 @@ class SimulatedParts:
         for event in events:
             if event.get("event") != "oven":
                 continue
-            self.clock.sleep(float(event["time"]) - self.clock.now())
+            self._pass(oven, float(event["time"]))
             match event["command"]:
                 case "ramp":
                     oven.ramp_to(float(event["target"]), float(event["rate"]))
@@ -106,7 +109,19 @@ class SimulatedParts:
                 case "safe":
                     oven.safe()
         last = max((float(event["time"]) for event in events if event.get("event") in KEPT), default=0.0)
-        self.clock.sleep(last - self.clock.now())
+        self._pass(oven, last)
+
+    def _pass(self, oven: Oven, until: float) -> None:
+        """Let time pass; an oven that minds to be left alone is watched at the moments of the supervision."""
+        if not isinstance(oven, Expiring) or not (self.oven.expires or oven.poll_within < math.inf):
+            self.clock.sleep(until - self.clock.now())
+            return
+        while (left := until - self.clock.now()) > 0.0:
+            whole = PERIOD * (math.floor(self.clock.now() / PERIOD + 1e-6) + 1.0)
+            self.clock.sleep(min(left, whole - self.clock.now()))
+            if oven.poll_within < math.inf and self.clock.now() % QUIET < PERIOD:
+                oven.temperature()
+            oven.renew()
 
 
 def simulated_parts(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from drivers.clock import VirtualClock
+from drivers.ovens.expiry import Expiring
 from drivers.ovens.line import Line, Timing
 from drivers.ovens.settings import OvenSettings, open_oven, oven_settings
 from drivers.ovens.simulated.disturbance import Disturbed
@@ -45,6 +46,8 @@ DECLARED: dict[str, dict[str, Any]] = {
 }
 """Controllers of the two kinds that are declared altogether."""
 KINDS = ("eurotherm-2400", "eurotherm-3500", "votsch-ascii2", "espec-p300", "watlow-f4t", *DECLARED)
+PROGRAMMED = ("eurotherm-2400", "watlow-f4t")
+"""Kinds whose ramps can be programs that end by themselves."""
 
 
 class ScriptedTransport:
@@ -109,11 +112,13 @@ class Rig:
         return self
 
     def wait(self, seconds: float) -> None:
-        """Let time pass, asking for the temperature often enough for every kind."""
+        """Let time pass, asking for the temperature often enough for every kind, and renewing what expires."""
         end = self.clock.now() + seconds
         while self.clock.now() < end:
             self.clock.sleep(min(10.0, end - self.clock.now()))
             self.oven.temperature()
+            if isinstance(self.oven, Expiring):
+                self.oven.renew()
 
 
 def settings_of(kind: str, **changes: Any) -> OvenSettings:
@@ -136,7 +141,10 @@ def rig_of() -> Callable[..., Rig]:
     return lambda kind, **changes: make_rig(kind, **changes).open()
 
 
-@pytest.fixture(params=KINDS)
+@pytest.fixture(
+    params=[*((kind, {}) for kind in KINDS), *((kind, {"program": 3}) for kind in PROGRAMMED)], ids=str
+)
 def rig(request: pytest.FixtureRequest) -> Rig:
     """Return every kind of oven in turn, open and at rest at 20 °C."""
-    return make_rig(request.param).open()
+    kind, changes = request.param
+    return make_rig(kind, **changes).open()

@@ -19,6 +19,20 @@ def test_limits_and_timing():
     assert settings.timing() == Timing(1.0, 4, 0.02, 0.7, 60.0)
 
 
+@pytest.mark.parametrize(
+    ("change", "expires"),
+    [
+        ({}, False),
+        ({"program": 40}, True),
+        ({"program": 40, "rest_after": 0.0}, False),
+        ({"kind": "espec-p300"}, True),
+        ({"kind": "votsch-ascii2"}, False),
+    ],
+)
+def test_whether_an_oven_ends_by_itself(change, expires):
+    assert oven_settings({**GIVEN, **change}).expires is expires
+
+
 def test_every_field_is_described():
     for kind in OVENS.all():
         for name, field in OVENS.find(kind).model_fields.items():
@@ -34,6 +48,12 @@ def test_every_field_is_described():
         ({"timeout": 0}, "timeout"),
         ({"lost_after": 2, "timeout": 5}, "lost_after"),
         ({"kind": "votsch-ascii2", "address": 40}, "1 to 32"),
+        ({"rest_after": 60.0}, r"0 \(never\) or 600 to 86400"),
+        ({"kind": "votsch-ascii2", "program": 1}, "program"),
+        ({"kind": "espec-p300", "program": 1}, "program"),
+        ({"kind": "eurotherm-3500", "program": 1}, "none can be written"),
+        ({"kind": "eurotherm-2400", "program": 21}, "1 to 20 allowed"),
+        ({"program": 41}, "1 to 40 allowed"),
         ({"speed": 9600}, "speed"),
         ({"port": ""}, "port"),
         ({"port": "spy:///dev/ttyUSB0?file=notes.txt"}, "socket://HOST:PORT"),

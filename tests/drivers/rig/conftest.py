@@ -141,11 +141,11 @@ def protocol_of(
 class World:
     """A campaign, its store and, run by run, a simulated rig."""
 
-    def __init__(self, kind: str = "watlow-f4t", **changes: Any) -> None:
+    def __init__(self, kind: str = "watlow-f4t", oven: Mapping[str, Any] | None = None, **changes: Any) -> None:
         self.protocol = protocol_of(**changes)
         self.store = MemoryStore()
         self.kind = kind
-        self.oven: dict[str, Any] = {}
+        self.oven: dict[str, Any] = dict(oven or {})
         self.thermometer: ThermometerSettings | None = None
         self.chamber = LIGHT
         self.renew()
@@ -230,6 +230,35 @@ class World:
             measured = h1(sweep.drive, sweep.responses[0])[0][inside]
             worst = max(worst, float(np.abs(measured - truth).max() / np.abs(truth).max()))
         return worst
+
+
+class Killed(BaseException):
+    """Stands for SIGKILL: nothing runs afterwards."""
+
+
+@pytest.fixture
+def killed_by(monkeypatch: pytest.MonkeyPatch) -> Callable[[World, Callable[[Callable[[], None]], None]], None]:
+    """Return a function that runs a world until something it has arranged kills the process."""
+
+    def die() -> None:
+        raise Killed
+
+    def run(world: World, arrange: Callable[[Callable[[], None]], None]) -> None:
+        arrange(die)
+        with monkeypatch.context() as dead:
+            dead.setattr(Session, "_leave", lambda self, error: self.oven.end())  # its thread dies, too
+            with pytest.raises(Killed):
+                world.run()
+
+    return run
+
+
+@pytest.fixture
+def killed_at(
+    killed_by: Callable[[World, Callable[[Callable[[], None]], None]], None],
+) -> Callable[[World, float], None]:
+    """Return a function that runs a world until the process is killed at a time, s."""
+    return lambda world, seconds: killed_by(world, lambda die: world.at(seconds, die))
 
 
 @pytest.fixture
