@@ -11,6 +11,7 @@ from app.files.campaign_error import CampaignFileError, Problem
 from app.files.instrument_sections import UnknownInstrument, instrument_sections
 from app.files.settings_toml import checked, read_table
 from drivers.kinds import KindError
+from drivers.ni.cards import CardsSettings
 from drivers.ovens.settings import OVENS, OvenSettings
 from drivers.thermometers.settings import ThermometerSettings
 
@@ -18,11 +19,20 @@ USUAL: dict[str, Any] = {"port": "simulated", "minimum": -5.0, "maximum": 65.0, 
 """What a kind is declared with where only its name is known."""
 
 
+BASES: dict[str, type[Declared]] = {
+    "cards": CardsSettings,
+    "oven": OvenSettings,
+    "thermometer": ThermometerSettings,
+}
+"""Sections, and what checks one without a kind, which is told as missing."""
+
+
 class Instruments(Declared):
-    """Oven and thermometer of a file."""
+    """Cards, oven and thermometer of a file."""
 
     model_config = ConfigDict(extra="ignore")
 
+    cards: CardsSettings | None = None
     oven: OvenSettings | None = None
     thermometer: ThermometerSettings | None = None
 
@@ -58,15 +68,12 @@ def _of_file(path: Path) -> Instruments:
         wrong = error.wrong
         told = Problem(path.name, f"{error.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
         raise CampaignFileError(path.parent, [told]) from error
-    asked: dict[str, Any] = {name: table[name] for name in ("oven", "thermometer") if name in table}
+    asked: dict[str, Any] = {name: table[name] for name in BASES if name in table}
     if not asked:
-        raise CampaignFileError(path.parent, [Problem(path.name, "", "has neither [oven] nor [thermometer]", "")])
+        raise CampaignFileError(
+            path.parent, [Problem(path.name, "", "has no [cards], no [oven] and no [thermometer]", "")]
+        )
     model = create_model(
-        "Instruments", __base__=Instruments, **{name: sections.get(name, _any(name)) for name in asked}
+        "Instruments", __base__=Instruments, **{name: sections.get(name, (BASES[name], ...)) for name in asked}
     )
     return checked(path, asked, model)
-
-
-def _any(name: str) -> Any:
-    """Return the field of a section without a kind, which is told as missing."""
-    return (OvenSettings if name == "oven" else ThermometerSettings, ...)

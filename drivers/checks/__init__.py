@@ -6,6 +6,8 @@
 ``line_checks``         what a bad line may not do
 ``oven_checks``         what an oven has to bear
 ``thermometer_checks``  what a thermometer has to bear
-``instruments``         declared instruments, simulated or real, put on trial
+``instruments``         declared ovens and thermometers, simulated or real, put on trial
+``cards_checks``        what cards have to bear
+``cards``               declared cards, simulated or real, put on trial
 ======================  ==================================================================
 """

@@ -7,10 +7,8 @@ from drivers.clock import Clock, Stop
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import PASSING, Line
 from drivers.ovens.oven import OvenLimits, SetPoint
-from drivers.ovens.points import Points, Setting
+from drivers.ovens.points import PLAUSIBLE, Points, Setting
 
-PLAUSIBLE = (-100.0, 400.0)
-"""A controller of a climatic chamber reads nothing else, degrees Celsius: scale, unit or word order are wrong."""
 PERIOD = 1.0
 """Between two looks at whether a ramp in steps is due for its next, s."""
 

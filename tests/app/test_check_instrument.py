@@ -91,7 +91,7 @@ def test_a_bad_declaration(
 ) -> None:
     text = declared.read_text(encoding="utf-8").replace(*change)
     if change[0] == "[oven]":
-        text, told = text.split("[thermometer]")[0], "neither [oven] nor [thermometer]"
+        text, told = text.split("[thermometer]")[0], "no [cards], no [oven]"
     declared.write_text(text, encoding="utf-8")
     assert told in refused(capsys, declared)
 

@@ -112,6 +112,7 @@ def test_words_by_hand(scripted, monkeypatch):
         ("{value}", "", 1, None),
         ("{value}", "23.5C", 1, None),
         ("{value}", "nan", 1, None),
+        ("{value}", "2350", 1, None),
         ("{value}", "1e9999", 1, None),
         ("{value}", "0x10", 1, None),
         ("{value}", "1_0", 1, None),
