@@ -107,6 +107,7 @@ def simulated_parts(
     seed: int,
     chamber: Chamber | None = None,
     drive_scale: float = 1.0,
+    **chassis: Any,
 ) -> SimulatedParts:
     """Build a simulated rig around a plate.
 
@@ -124,6 +125,8 @@ def simulated_parts(
     chamber : Chamber, optional
     drive_scale : float
         Volts at the drive's input per volt of the output, see `Surroundings`.
+    **chassis
+        Anything else that `Surroundings` takes: how far off the clocks are.
 
     Raises
     ------
@@ -142,6 +145,7 @@ def simulated_parts(
         plate_temperature=PlateForecast(clock, body, chamber),
         chassis=wiring.output.split("/")[0].partition("Mod")[0],
         modules=dict(modules),
+        **chassis,
     )
     server = SimulatedDaq(surroundings, clock, seed)
     return SimulatedParts(clock, body, simulated_controller(oven, body, clock), server, wiring, oven)

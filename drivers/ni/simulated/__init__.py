@@ -12,6 +12,7 @@ samples, so hours pass in seconds and no wait is ever too short.
 ``input_stage``     what an input module makes of a voltage
 ``task``            what a program has asked of a task
 ``chassis``         the modules in their slots, who has reserved them, what triggers what
+``sample_clocks``   what paces a task, and how far off its crystal is
 ``acquisition``     samples of a running input task
 ``servicer``        the server: every call the rig's driver and a plain script make
 ``task_calls``      … its calls on tasks

@@ -56,7 +56,7 @@ class Acquisition:
         return computed
 
     def _record(self, task: Task, number: int, length: int) -> NDArray[np.float64]:
-        surroundings, rate = self._chassis.surroundings, task.clocked().rate
+        surroundings, rate = self._chassis.surroundings, task.clocked().pace
         if task.began is None:
             raise ValueError(f"task {task.name} has not begun: it has no samples yet")
         lead = int(np.ceil(self._memory(task, rate) * rate))

@@ -140,8 +140,9 @@ def protocol_of(
 class World:
     """A campaign, its store and, run by run, a simulated rig."""
 
-    def __init__(self, kind: str = "watlow-f4t", **changes: Any) -> None:
+    def __init__(self, kind: str = "watlow-f4t", chassis: dict[str, Any] | None = None, **changes: Any) -> None:
         self.protocol = protocol_of(**changes)
+        self.chassis = chassis or {}
         self.store = MemoryStore()
         self.kind = kind
         self.chamber = LIGHT
@@ -166,7 +167,9 @@ class World:
             timeout=0.2,
             lost_after=30.0,
         )
-        parts = simulated_parts(self.wiring, settings, self.plate, modules=MODULES, seed=5, chamber=self.chamber)
+        parts = simulated_parts(
+            self.wiring, settings, self.plate, modules=MODULES, seed=5, chamber=self.chamber, **self.chassis
+        )
         self.disturbed = Disturbed(parts.controller)
         self.parts = SimulatedParts(
             parts.clock, parts.body, self.disturbed, parts.server, parts.wiring, parts.oven
