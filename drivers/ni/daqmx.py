@@ -31,8 +31,8 @@ log = logging.getLogger(__name__)
 class DaqmxCards:
     """Output, inputs and thermocouples of a rig, each sweep synchronised by the input's own start trigger.
 
-    The output is brought to 0 V when the cards are opened, after every sweep, and on every way out of one. It runs on
-    the inputs' own timebase where the chassis can route that, which a rehearsal with zeros finds out; else on its own.
+    The output is brought to 0 V when the cards are opened, after every sweep, and on every way out of one. It runs
+    on the inputs' own timebase where the chassis can route that, which a rehearsal with zeros finds out.
 
     Parameters
     ----------
