@@ -45,7 +45,7 @@ def twin(experiment: AcquiredExperiment) -> Twin:
     recorded = experiment.recorded(experiment.sample_rate)
     recipe = MeshRecipe(spacing=0.08, growth=2.0, pieces=1)
     model = assemble(recorded.plate, recorded.patch, recipe=recipe, degree=4)
-    return Twin.of(recorded, reduce_with_footprints(model, BOX, recorded.protocol.band, recorded.footprints))
+    return Twin.of(recorded, reduce_with_footprints(model, BOX, recorded.protocol.band, recorded.footprints)[0])
 
 
 @pytest.fixture(scope="module")

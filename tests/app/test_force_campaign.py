@@ -85,7 +85,7 @@ def write(folder: Path, units: dict[str, str]) -> Path:
         experiment.plate, experiment.patch, recipe=MeshRecipe(spacing=0.08, growth=2.0, pieces=1), degree=5
     )
     box = MaterialBox((1.5e9, 2.4e9), (0.36, 0.41), (0.03, 0.08))
-    twin = Twin.of(experiment, reduce_with_footprints(model, box, (60.0, 800.0), experiment.footprints))
+    twin = Twin.of(experiment, reduce_with_footprints(model, box, (60.0, 800.0), experiment.footprints)[0])
     (folder / "sweeps").mkdir(parents=True)
     table = experiment.model_dump(mode="json")
     (folder / campaign_toml.NAME).write_text(toml_text(table, ""), encoding="utf-8")

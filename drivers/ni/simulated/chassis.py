@@ -1,5 +1,7 @@
 """The modules in their slots: who has reserved them, which engine times a task, what triggers what."""
 
+import math
+
 import numpy as np
 from nidaqmx.error_codes import DAQmxErrors
 from numpy.typing import NDArray
@@ -8,7 +10,7 @@ from drivers.clock import Clock
 from drivers.ni.output_modules import OutputModule
 from drivers.ni.simulated.faults import Faults
 from drivers.ni.simulated.output_line import OutputLine
-from drivers.ni.simulated.sample_clocks import INPUT_ENGINES, SampleClocks, engines
+from drivers.ni.simulated.sample_clocks import INPUT_ENGINES, PULSES, SampleClocks, engines
 from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.surroundings import Module, Surroundings
 from drivers.ni.simulated.task import State, Task
@@ -128,14 +130,16 @@ class Chassis:
         task.engine = ""
         task.reserved_on_purpose = False
 
-    def check_trigger(self, terminal: str) -> None:
-        """Refuse a trigger source the chassis does not have."""
+    def known_terminal(self, terminal: str) -> str:
+        """Return the full name of a source of triggers; refuse one that the chassis does not have."""
+        full = self.clocks.full_name(terminal)
         known = [f"/{self.surroundings.chassis}/{engine}/StartTrigger" for engine in (*INPUT_ENGINES, "ao")]
-        if terminal.lower() not in [name.lower() for name in known]:
+        if not self.clocks.is_pfi(full) and full.lower() not in [name.lower() for name in known]:
             raise DaqmxStatusError(
                 DAQmxErrors.INVALID_ROUTING_SOURCE_TERMINAL_NAME_ROUTING,
                 f"Source terminal to be routed could not be found on the device. Source Terminal: {terminal}",
             )
+        return full
 
     def start(self, task: Task) -> None:
         """Start a task: at once, or armed for its trigger."""
@@ -156,13 +160,17 @@ class Chassis:
         task.state = State.STARTED
         task.position = 0
         task.began = None
-        if not task.trigger:
-            self._begin(task, self.clock.now())
+        if not task.trigger or self.clocks.is_pfi(task.trigger):
+            now = self.clock.now()
+            self._begin(task, _next_pulse(now) if task.trigger else now)
 
     def _begin(self, task: Task, moment: float) -> None:
         """Take or play the first sample, and let whoever listens for that begin with it."""
         if task.timing is not None:
             moment = self.clocks.first_edge(task, moment)
+        if task.timing is not None and task.pretrigger is not None:
+            before = task.pretrigger / task.timing.pace
+            moment = _next_pulse(moment + before) - before
         task.began = moment
         if not task.is_input and task.timing is not None:
             self._play(task, moment)
@@ -210,3 +218,8 @@ class Chassis:
     def done(self, task: Task) -> bool:
         """Whether a task has nothing left to do."""
         return task.state is not State.STARTED or self.clock.now() >= task.ends() - 1e-9
+
+
+def _next_pulse(moment: float) -> float:
+    """When the next pulse after `moment` comes on a PFI terminal, s."""
+    return (math.floor(moment / PULSES + 1e-9) + 1) * PULSES

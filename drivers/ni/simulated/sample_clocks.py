@@ -16,6 +16,10 @@ INPUT_ENGINES = ("ai", "te0", "te1")
 """The three timing engines a cDAQ-9178 has for analog input."""
 
 
+PULSES = 0.1
+"""A generator on every PFI terminal of the simulated chassis gives a pulse so often, s."""
+
+
 def engines(task: Task) -> tuple[str, ...]:
     """Return the timing engines that can run a task."""
     return INPUT_ENGINES if task.is_input else ("ao",)
@@ -43,6 +47,14 @@ class SampleClocks:
         as long as nobody else has it.
         """
         return f"/{self._surroundings.chassis}/{task.engine or engines(task)[0]}/{signal}"
+
+    def full_name(self, terminal: str) -> str:
+        """Return a terminal's name as the driver completes it: "ai/StartTrigger" means that of the own chassis."""
+        return terminal if terminal.startswith("/") else f"/{self._surroundings.chassis}/{terminal}"
+
+    def is_pfi(self, terminal: str) -> bool:
+        """Whether a terminal is one of the chassis' two for signals from outside."""
+        return terminal.lower() in [f"/{self._surroundings.chassis}/PFI{number}".lower() for number in (0, 1)]
 
     def configure(self, task: Task, asked: float, samples: int, *, finite: bool) -> None:
         """Give a task a sample clock, or another one; it runs at the rate that its timebase allows."""

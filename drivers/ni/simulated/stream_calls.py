@@ -153,6 +153,9 @@ class StreamCalls(Answering):
                 DAQmxErrors.GEN_STOPPED_TO_PREVENT_REGEN_OF_OLD_SAMPLES,
                 f"The generation has stopped to prevent the regeneration of old samples. Task Name: {task.name}",
             )
+        room = task.written.shape[1] + samples.shape[1] - task.buffer_size()
+        if task.taken(now) < room:  # as the driver does, it waits until there is room for them
+            self.chassis.pass_time_to(task.began + room / timing.pace)
         task.written = np.concatenate([task.written, samples], axis=1)
         for channel, values in zip(task.channels, samples, strict=True):
             self.chassis.lines[channel.terminal].extend(values)

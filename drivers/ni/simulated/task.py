@@ -72,6 +72,9 @@ class Task:
     channels: list[Channel] = field(default_factory=list)
     timing: Timing | None = None
     trigger: str = ""
+    pretrigger: int | None = None
+    """Samples kept from before a reference trigger; None where there is no such trigger."""
+
     timebase: str = ""
     """Terminal of another task's timebase, if it is to run on that."""
 
@@ -138,4 +141,4 @@ class Task:
         if self.began is None or self.timing is None:
             return 0
         count = int(np.floor((moment - self.began) * self.timing.pace + 1e-4))
-        return min(count, self.timing.samples) if self.timing.finite else max(count, 0)
+        return max(0, min(count, self.timing.samples) if self.timing.finite else count)

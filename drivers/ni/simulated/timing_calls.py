@@ -14,6 +14,9 @@ class TimingCalls(Answering):
     def CfgSampClkTiming(self, request: Any) -> Any:
         task = self.task_of(request)
         self.chassis.verify(task)
+        if request.source and not request.source.lower().endswith("onboardclock"):
+            # What is to clock it from outside is taken to have the rate that the program states.
+            self.chassis.known_terminal(request.source)
         finite = (request.sample_mode_raw or request.sample_mode) == pb.ACQUISITION_TYPE_FINITE_SAMPS
         samples = max(2, int(request.samps_per_chan))
         self.chassis.clocks.configure(task, request.rate, samples, finite=finite)
@@ -67,9 +70,16 @@ class TimingCalls(Answering):
     @answered
     def CfgDigEdgeStartTrig(self, request: Any) -> Any:
         task = self.task_of(request)
-        self.chassis.check_trigger(request.trigger_source)
-        task.trigger = request.trigger_source
+        task.trigger = self.chassis.known_terminal(request.trigger_source)
         return pb.CfgDigEdgeStartTrigResponse()
+
+    @answered
+    def CfgDigEdgeRefTrig(self, request: Any) -> Any:
+        task = self.task_of(request)
+        if not self.chassis.clocks.is_pfi(self.chassis.known_terminal(request.trigger_source)):
+            self.lacks("CfgDigEdgeRefTrig on another task's trigger")
+        task.pretrigger = int(request.pretrigger_samples)
+        return pb.CfgDigEdgeRefTrigResponse()
 
     @answered
     def GetTrigAttributeString(self, request: Any) -> Any:
