@@ -15,7 +15,13 @@ from drivers.interruptions import held_back
 from drivers.ni.cards import Record, go_on
 from drivers.ni.connection import Connection
 from drivers.ni.errors import Action, DaqError
-from drivers.ni.task_setup import set_up_inputs, set_up_output, set_up_output_channel, set_up_thermocouples
+from drivers.ni.task_setup import (
+    require_iepe,
+    set_up_inputs,
+    set_up_output,
+    set_up_output_channel,
+    set_up_thermocouples,
+)
 from drivers.ni.wiring import Wiring
 
 MARGIN = 5.0
@@ -58,6 +64,8 @@ class DaqmxCards:
         self._one_clock = True
         try:
             self.zero()  # first of all: whoever was here before may have left a voltage
+            if wiring.iepe:
+                require_iepe(wiring, self._connection.devices())
             with self._connection.translated("setting the input module up"), self._connection.task() as inputs:
                 set_up_inputs(inputs, wiring, samples=2)
                 inputs.control(TaskMode.TASK_VERIFY)
@@ -109,7 +117,8 @@ class DaqmxCards:
 
             try:
                 with self._connection.translated(f"the sweep of {volts.size / self._sample_rate:.3g} s"):
-                    recorded = self._play_and_record(volts, pausing)
+                    silence = np.zeros(round(self.wiring.settling * self._sample_rate))
+                    recorded = self._play_and_record(np.concatenate([silence, volts]), pausing)[:, silence.size :]
             except BaseException as error:
                 try:
                     self.zero()

@@ -31,6 +31,8 @@ class InputModule:
         Of a channel at rest, V rms.
     coupling_corner : float
         Where AC coupling has lost 3 dB, Hz; 0 where it can only couple DC.
+    iepe : bool
+        Whether it can feed sensors with a constant current.
     oversampling : int
         256 of a delta-sigma converter, 1 of one that converts when it is told to.
     """
@@ -47,6 +49,7 @@ class InputModule:
     noise: float
     coupling_corner: float
     oversampling: int = 256
+    iepe: bool = False
 
     @property
     def on_demand(self) -> bool:
@@ -113,6 +116,7 @@ NI_9234 = InputModule(
     fixed_delay=3.2e-6,
     noise=50e-6,
     coupling_corner=0.5,
+    iepe=True,
 )
 
 NI_9215 = InputModule(
@@ -131,6 +135,8 @@ NI_9215 = InputModule(
 )
 
 KNOWN = (NI_9234, NI_9215)
+WITH_IEPE = ("NI 9230", "NI 9231", "NI 9232", "NI 9233", "NI 9234", "NI 9250", "USB-4431", "USB-4432")
+"""Modules and boards that feed IEPE sensors, as the driver calls them."""
 
 
 def find_module(name: str) -> InputModule | None:

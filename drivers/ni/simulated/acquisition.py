@@ -13,6 +13,8 @@ from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.task import Channel, Task
 from drivers.ni.thermocouple_modules import ThermocoupleModule
 
+IEPE_BIAS = 12.0
+"""Voltage on which a sensor that is fed puts its signal, V; it comes with the supply, when a task begins."""
 _COUPLING_MEMORY = 1.6
 """How long a coupling capacitor is followed back, over its corner frequency: to 4e-5 of the past."""
 
@@ -122,6 +124,8 @@ class Acquisition:
             volts = answer[surroundings.sensors[channel.terminal]]
         else:
             volts = np.zeros_like(drive)
+        if channel.terminal in surroundings.iepe_sensors:
+            volts = volts + IEPE_BIAS if channel.feeds else np.zeros_like(drive)
         if channel.ac_coupled and isinstance(channel.module, InputModule):
             return input_stage.coupled(volts, channel.module.coupling_corner, rate)
         return volts

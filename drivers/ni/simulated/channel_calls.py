@@ -56,7 +56,12 @@ class ChannelCalls(Answering):
         for channel in self._add(request, Kind.ACCELERATION_IN, volts_per_g):
             internal = pb.EXCITATION_SOURCE_INTERNAL
             # The sensor's supply sits on the signal as a voltage of its own: the module then couples AC.
-            channel.ac_coupled = (request.current_excit_source_raw or request.current_excit_source) == internal
+            channel.feeds = (request.current_excit_source_raw or request.current_excit_source) == internal
+            channel.ac_coupled = channel.feeds
+            if channel.feeds and not getattr(channel.module, "iepe", False):
+                task = self.task_of(request)
+                task.channels.remove(channel)
+                raise _unsupported("AI.Excit.Src", f"{channel.module.name} feeds no sensor")
         return pb.CreateAIAccelChanResponse()
 
     @answered

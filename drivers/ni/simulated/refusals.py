@@ -1,6 +1,6 @@
 """Every call of NI's service that is not simulated, refused by its name.
 
-A call without a method ends, in the client, in the advice to upgrade the server: that says nothing of what is missing.
+A call without a method ends in the advice to upgrade the server, which does not say what is missing.
 """
 
 from collections.abc import Callable

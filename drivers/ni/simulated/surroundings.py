@@ -69,6 +69,8 @@ class Surroundings:
     chassis : str
     modules : mapping of int to Module
         Slot, from 1, -> module.
+    iepe_sensors : frozenset of str
+        Input terminals whose sensors say nothing unless they are fed.
     clock_errors : (float, float)
         How much too fast the clocks of the input and of the output modules are, as a share: each runs on a
         crystal of its own unless a task takes the other's timebase.
@@ -88,6 +90,7 @@ class Surroundings:
     thermocouples: Mapping[str, Temperature] = field(default_factory=dict)
     chassis: str = "cDAQ1"
     modules: Mapping[int, Module] = field(default_factory=lambda: {1: NI_9234, 2: NI_9260, 3: NI_9211})
+    iepe_sensors: frozenset[str] = frozenset()
     clock_errors: tuple[float, float] = (0.0, 0.0)
     routes_timebases: bool = True
     memory: float = 2.0

@@ -41,6 +41,8 @@ class Channel:
 
     ac_coupled: bool = False
     volts_per_unit: float = 1.0
+    feeds: bool = False
+    """Whether it feeds its sensor with a constant current."""
 
 
 @dataclass

@@ -56,7 +56,7 @@ def test_call_and_property_that_are_lacking_are_remembered(
     with nidaqmx.Task(grpc_options=nidaqmx.GrpcSessionOptions(channel, "")) as task:
         task.ai_channels.add_ai_voltage_chan("cDAQ1Mod1/ai0")
         task.timing.cfg_samp_clk_timing(2000.0)
-        with pytest.raises(nidaqmx.errors.DaqError, match="Not simulated by Flexura's cards: Get.*IMPEDANCE"):
+        with pytest.raises(nidaqmx.errors.DaqError, match=r"Not simulated by Flexura's cards: Get.*IMPEDANCE"):
             _ = task.ai_channels[0].ai_impedance
         with pytest.raises(nidaqmx.errors.DaqError, match="CfgChangeDetectionTiming"):
             task.timing.cfg_change_detection_timing()

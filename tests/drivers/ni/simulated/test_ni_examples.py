@@ -1,8 +1,8 @@
 """The calls that National Instruments' public examples of analog input and output make, each by its name.
 
-Each function makes the calls of the example it is named after (ni/nidaqmx-python, folder ``examples``, MIT licence) in
-their order, with the simulated chassis' names of devices. Examples that wait for the Enter key wait here until a
-number of samples has come.
+Each function makes the calls of the example it is named after (ni/nidaqmx-python, folder ``examples``) in their
+order, with the simulated chassis' names of devices. Examples that wait for the Enter key wait here until some samples
+have come.
 """
 
 import threading
@@ -53,7 +53,7 @@ def surroundings(plate: Any) -> Surroundings:
 
 
 def counting(task: Any, every: int, times: int) -> tuple[Callable[..., int], Callable[[], int]]:
-    """Return a callback that reads, and a function that waits for so many of its calls and tells the samples read."""
+    """Return a callback that reads, and a function that waits for so many calls and tells the samples read."""
     read: list[int] = []
     enough = threading.Event()
 
