@@ -142,6 +142,7 @@ def parts_around(
             chamber=Chamber(room=experiment.oven.room_temperature),
             drive_scale=drive_scale,
             thermometer=experiment.thermometer,
+            iepe_sensors=frozenset(wiring.iepe),
         )
     except ValueError as error:
         allowed = "terminals of simulation.modules, and kinds that can be simulated"
