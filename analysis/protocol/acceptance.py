@@ -12,6 +12,8 @@ from analysis.protocol.likeness import likeness
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import SetPoint
 
+Recorded = NDArray[np.float32]
+
 SAME_LEVEL = 0.05
 """How far the drive as recorded may be from the drive as asked for, as a share: cards are within 1 %."""
 LIKENESS = 0.99
@@ -45,14 +47,39 @@ def faults(
         What it was to be.
     protocol : AcquisitionProtocol
     """
+    of_signals = signal_faults(
+        sweep.drive, sweep.responses, played, sweep.level, overloaded, sample_rate, protocol
+    )
+    return (*_wrong_temperature(sweep, set_point, protocol), *of_signals)
+
+
+def signal_faults(
+    drive: Recorded,
+    responses: Recorded,
+    played: NDArray[np.float64],
+    level: float,
+    overloaded: NDArray[np.bool_],
+    sample_rate: float,
+    protocol: AcquisitionProtocol,
+) -> tuple[str, ...]:
+    """Return what is wrong with the signals of a sweep, whatever its temperature.
+
+    Parameters
+    ----------
+    drive : (R, M) ndarray, V
+    responses : (K, R, M) ndarray, V
+    level : float
+        Of the drive, V.
+    played, overloaded, sample_rate, protocol
+        See `faults`.
+    """
     signals = (
         *_overload(overloaded),
-        *_damaged_drive(sweep, played, sample_rate, protocol),
-        *_silence(sweep, protocol),
+        *_damaged_drive(drive, played, level, sample_rate, protocol),
+        *_silence(drive, responses, protocol),
     )
     # Coherence says nothing further of signals already known to be none.
-    coherence = () if signals else tuple(_incoherence(sweep, sample_rate, protocol))
-    return (*_wrong_temperature(sweep, set_point, protocol), *signals, *coherence)
+    return signals or tuple(_incoherence(drive, responses, sample_rate, protocol))
 
 
 def _wrong_temperature(sweep: Sweep, set_point: SetPoint, protocol: AcquisitionProtocol) -> Iterator[str]:
@@ -75,25 +102,25 @@ def _overload(overloaded: NDArray[np.bool_]) -> Iterator[str]:
 
 
 def _damaged_drive(
-    sweep: Sweep, played: NDArray[np.float64], sample_rate: float, protocol: AcquisitionProtocol
+    drive: Recorded, played: NDArray[np.float64], level: float, sample_rate: float, protocol: AcquisitionProtocol
 ) -> Iterator[str]:
     """Hold each repeat's drive against the one played, a force against that of the first repeat.
 
     A force is no copy of the generator's voltage: the plate's resonances load the exciter.
     """
     if protocol.measured_force:
-        reference, apart = sweep.drive[0].astype(np.float64), SYNCHRONOUS + OWN_CLOCK
+        reference, apart = drive[0].astype(np.float64), SYNCHRONOUS + OWN_CLOCK
         unlike, louder = "the force is not that of repeat 1", "the force has {:.3f} times the level of repeat 1"
     else:
-        difference = clock_difference(sweep.drive, played, sample_rate, protocol.sweep)
+        difference = clock_difference(drive, played, sample_rate, protocol.sweep)
         reference, apart = played, SYNCHRONOUS
         if difference:
-            reference = stretched(played, difference, sample_rate, protocol.sweep, sweep.level)
+            reference = stretched(played, difference, sample_rate, protocol.sweep, level)
             apart += OWN_CLOCK
         unlike = "the drive recorded is not the one played"
         louder = "the drive recorded has {:.3f} times the level played"
     delays = []
-    for number, recorded in enumerate(sweep.drive, 1):
+    for number, recorded in enumerate(drive, 1):
         gain, delay, correlation = likeness(recorded, reference, sample_rate, protocol.sweep.frequency_range)
         delays.append(delay)
         if correlation < LIKENESS:
@@ -105,24 +132,26 @@ def _damaged_drive(
         yield f"the repeats begin {max(delays) - min(delays):.2f} samples apart: they are not synchronous"
 
 
-def _silence(sweep: Sweep, protocol: AcquisitionProtocol) -> Iterator[str]:
+def _silence(drive: Recorded, responses: Recorded, protocol: AcquisitionProtocol) -> Iterator[str]:
     least = protocol.limits.silence
-    named = [(f"response {number}", response) for number, response in enumerate(sweep.responses, 1)]
+    named = [(f"response {number}", response) for number, response in enumerate(responses, 1)]
     if protocol.measured_force:
-        named.insert(0, ("the force", sweep.drive))
+        named.insert(0, ("the force", drive))
     for name, signal in named:
         rms = float(np.sqrt(np.mean(np.square(signal, dtype=np.float64))))
         if not rms >= least:
             yield f"{name} is silent: {rms:.2g} V rms, at least {least:g} V wanted"
 
 
-def _incoherence(sweep: Sweep, sample_rate: float, protocol: AcquisitionProtocol) -> Iterator[str]:
-    if len(sweep.drive) < 2:  # one repeat is coherent with itself whatever it holds
+def _incoherence(
+    drive: Recorded, responses: Recorded, sample_rate: float, protocol: AcquisitionProtocol
+) -> Iterator[str]:
+    if len(drive) < 2:  # one repeat is coherent with itself whatever it holds
         return
-    grid = np.fft.rfftfreq(sweep.drive.shape[1], 1.0 / sample_rate)
+    grid = np.fft.rfftfreq(drive.shape[1], 1.0 / sample_rate)
     inside = (grid >= protocol.sweep.band[0]) & (grid <= protocol.sweep.band[1])
-    for number, response in enumerate(sweep.responses, 1):
-        middle = float(np.median(h1(sweep.drive, response)[2][inside]))
+    for number, response in enumerate(responses, 1):
+        middle = float(np.median(h1(drive, response)[2][inside]))
         if not middle >= protocol.limits.coherence:
             yield (
                 f"response {number} is not coherent over the repeats: median {middle:.3f} over the band, "

@@ -71,6 +71,14 @@ class Wiring(CardsSettings):
         """Silence before every sweep, s."""
         return self.iepe_settling if self.iepe else 0.0
 
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Chassis or boards, with the server they are on."""
+        terminals = (self.output, *self.inputs, *self.thermocouples)
+        devices = [terminal.split("/")[0] for terminal in terminals]
+        where = f" at {self.grpc.lower()}" if self.grpc else ""
+        return tuple(sorted({f"{device.partition('Mod')[0] or device}{where}" for device in devices}))
+
     def open(self) -> Cards:
         """Open them through NI-DAQmx."""
         from drivers.ni.daqmx import DaqmxCards  # which knows this class, and loads the vendor's package
