@@ -9,7 +9,6 @@
 ===============================  ==================================================================
 """
 
-import json
 import multiprocessing
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
@@ -30,6 +29,7 @@ from app.blind_trial.specimen import specimen_operators
 from app.effect_twin import effect_twin
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
+from app.files.parsed_text import parse_json, read_text
 from app.files.provenance import provenance, sha256
 from app.progress import Report
 from app.twin import campaign_twin
@@ -100,7 +100,7 @@ def begin(trial: Trial) -> dict[str, Any]:
     record, file = trial.record(), trial.folder / TRIAL
     if file.is_file():
         try:
-            before = json.loads(file.read_text(encoding="utf-8"))
+            before = parse_json(read_text(file))
         except ValueError as error:
             raise ResultFileError(f"{file}: unreadable ({error}); delete the folder or name another") from error
         other = [name for name in record if before.get(name) != record[name]]
@@ -176,5 +176,5 @@ def one_campaign(trial: Trial, assignment: Assignment) -> None:
     """Make a campaign and judge it: what judges is given the campaign's folder and the library, nothing else."""
     truth, folder = trial.truth(assignment), trial.campaign(assignment)
     make_campaign(assignment, trial.plate(assignment), trial.stream, trial.seed, truth, folder)
-    ablated = json.loads(truth.read_text(encoding="utf-8"))["ablated"]
+    ablated = parse_json(read_text(truth))["ablated"]
     judge_campaign(folder, trial.run(assignment), [ablated] if ablated else [])

@@ -9,6 +9,8 @@ Every file:
 ``tail``                what was added to a growing file
 ``folder_lock``         one writer at a time
 ``bad_file``            what is wrong with a file of results
+``hdf5_file``           any HDF5 file that is read: ``seal``, ``hdf5_contents``, ``isolation``
+``parsed_text``         any JSON and TOML that is read
 ``shipped``             the examples that come with the project
 ======================  ==================================================================
 
