@@ -1,8 +1,8 @@
 """How Sphinx makes the documentation site; ``python3 start.py docs`` runs it.
 
-The sources are the Markdown pages where they stand (the source folder is the project's root), so that the same files
-are read on a code host and on the site. Nothing is fetched: formulas become MathML, which browsers draw themselves,
-and the theme holds all its scripts and fonts.
+The sources are the Markdown pages where they stand (the source folder is the project's root), so that the same
+files are read on a code host and on the site. Nothing is fetched: formulas become MathML, which browsers draw
+themselves, and the theme holds all its scripts and fonts.
 """
 
 import re
@@ -10,8 +10,10 @@ import sys
 from pathlib import Path
 
 from docutils import nodes
+from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
+from sphinx.util import logging
 from sphinx.util.typing import ExtensionMetadata
 from sphinx.writers.html5 import HTML5Translator
 
@@ -52,9 +54,11 @@ CONTENTS = {
 }
 """Pages of the sidebar, by caption; what is in no list of contents is a warning, and warnings are errors."""
 
+logger = logging.getLogger(__name__)
+
 project = "Flexura"
 author = "the Flexura developers"
-copyright = "2026, the Flexura developers"  # noqa: A001 (Sphinx's own name for it)
+copyright = "2026, the Flexura developers"
 release = version = analysis.__version__
 
 extensions = ["myst_parser", "sphinx.ext.apidoc", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
@@ -90,7 +94,8 @@ apidoc_modules = [
 ]
 autodoc_typehints = "none"  # the docstrings say more: shapes and units
 autodoc_member_order = "bysource"
-default_role = "py:obj"
+default_role = "literal"
+suppress_warnings = ["ref.python"]  # a class name in an Attributes section may be that of several packages
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 add_module_names = False
@@ -109,7 +114,9 @@ def contents(_app: Sphinx, page: str, source: list[str]) -> None:
         source[0] += "\n```{toctree}\n:hidden:\n:glob:\n\n*-*\n```\n"
 
 
-def plain_docstrings(_app: Sphinx, what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:
+def plain_docstrings(
+    _app: Sphinx, what: str, _name: str, _obj: object, _options: object, lines: list[str]
+) -> None:
     """Take the docstrings' bars, stars and underscores as they are, and indented formulas line by line."""
     kept, literal = [], False
     for before, line in zip(["", *lines], lines, strict=False):
@@ -139,14 +146,23 @@ def _escaped(line: str) -> str:
 
 def visit_math(writer: HTML5Translator, node: nodes.math) -> None:
     """Write a formula within a line."""
-    writer.body.append(tex2mathml(node.astext()))
+    writer.body.append(mathml(node))
     raise nodes.SkipNode
 
 
 def visit_math_block(writer: HTML5Translator, node: nodes.math_block) -> None:
     """Write a formula of its own."""
-    writer.body.append(f'<div class="math">{tex2mathml(node.astext(), as_block=True)}</div>')
+    writer.body.append(f'<div class="math">{mathml(node, as_block=True)}</div>')
     raise nodes.SkipNode
+
+
+def mathml(node: nodes.math | nodes.math_block, *, as_block: bool = False) -> str:
+    """Write a formula as MathML; what docutils cannot read is a warning."""
+    try:
+        return str(tex2mathml(node.astext(), as_block=as_block))
+    except MathError as error:
+        logger.warning("%s in the formula %s", error, node.astext(), location=node)
+        return ""
 
 
 def setup(app: Sphinx) -> ExtensionMetadata:
