@@ -118,8 +118,8 @@ def main() -> int:
         command = [str(PYTHON), "-m", "pytest", "--rootdir", str(ROOT), "-c", str(ROOT / "setup.cfg"), *words[1:]]
         folder = str(ROOT)
     elif words[:1] == ["docs"]:
-        sphinx = ["sphinx", "--fresh-env", "--fail-on-warning", "--keep-going", "--conf-dir", "docs/site"]
-        command = [str(PYTHON), "-m", *sphinx, *words[1:], ".", "site"]
+        sphinx = ["sphinx", "--jobs", "auto", "--fresh-env", "--fail-on-warning", "--keep-going"]
+        command = [str(PYTHON), "-m", *sphinx, "--conf-dir", "docs/site", *words[1:], ".", "site"]
         folder = str(ROOT)
     else:
         safe = "-P"  # a folder called app where the user stands is not ours

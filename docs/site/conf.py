@@ -56,6 +56,13 @@ CONTENTS = {
 
 logger = logging.getLogger(__name__)
 
+PUBLIC = {
+    "analysis": (),
+    "simulation": ("meshing", "reduction", "shell", "verification"),
+    "drivers": ("**/simulated", "ni"),
+}
+"""Packages of the reference, and what of each is left out: the inside of the twin, of NI's cards, of simulations."""
+
 project = "Flexura"
 author = "the Flexura developers"
 copyright = "2026, the Flexura developers"
@@ -85,12 +92,12 @@ apidoc_modules = [
     {
         "path": str(ROOT / name),
         "destination": f"docs/api/{name}",
-        "exclude_patterns": [str(ROOT / name / "**" / "simulated" / "*")],
+        "exclude_patterns": [str(ROOT / name / part) for part in left_out],
         "automodule_options": {"members", "show-inheritance"},
         "no_headings": False,
         "module_first": True,
     }
-    for name in ("analysis", "simulation", "drivers")
+    for name, left_out in PUBLIC.items()
 ]
 autodoc_typehints = "none"  # the docstrings say more: shapes and units
 autodoc_member_order = "bysource"
