@@ -70,7 +70,8 @@ def install() -> None:
             )
         STAMP.unlink(missing_ok=True)  # first: a kill from here on must not look finished
         shutil.rmtree(ENVIRONMENT)
-    subprocess.run([sys.executable, "-m", "venv", str(ENVIRONMENT)], check=True)
+    python = getattr(sys, "_base_executable", sys.executable)  # where it is .venv's own, that was just deleted
+    subprocess.run([python, "-m", "venv", str(ENVIRONMENT)], check=True)
     pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
     subprocess.run(
         [*pip, *torch_index(), "-c", str(ROOT / "constraints.txt"), "-e", f"{ROOT}[drawings,meshes,tests]"],

@@ -3,6 +3,7 @@
 =====================  =====================================================================
 ``experiment``         the plate, its patches, the electronics and the protocol, as declared
 ``plate``, ``patch``   each of these by itself: ``outline``, ``support``, ``curvature``, ``layout``
+``foreign_mesh``       a mesh made elsewhere
 ``geometry``           curves and closed loops
 ``transducers``        drives and sensors that are no patches
 ``channel``            inputs and outputs, their names and units

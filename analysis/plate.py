@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from analysis.curvature import STEEPEST, Curvature
 from analysis.declared import Length, Sparse, Temperature, Thickness
+from analysis.foreign_mesh import ForeignMesh
 from analysis.geometry import shapes
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
@@ -39,6 +40,8 @@ class Plate(Sparse):
         Temperature of the surroundings at which the dimensions hold, degrees Celsius.
     expansion : float
         Coefficient of thermal expansion, 1/K.
+    mesh : ForeignMesh, optional
+        Made elsewhere; the plate is meshed here unless given.
     material : PlateMaterial, optional
         Of which elastic constants the twin has to know.
     """
@@ -57,6 +60,7 @@ class Plate(Sparse):
     curvature: Curvature | None = None
     dimensions_at: Temperature | None = None
     expansion: Annotated[float, Field(ge=-1e-4, le=1e-3, description="1/K")] = 0.0
+    mesh: ForeignMesh | None = None
     material: PlateMaterial | None = None
 
     @property

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from app.campaign_screen import duration
 from app.files.experiment_toml import AcquiredExperiment
+from drivers.ni.wiring import Wiring
 from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven, look_at_ports
 
 EARLIEST = datetime(2025, 1, 1, tzinfo=UTC)
@@ -30,8 +31,10 @@ def examine(experiment: AcquiredExperiment | None, folder: Path) -> Iterator[Fin
     folder : Path
         Where a campaign would be written.
     """
-    real = experiment is not None and experiment.rig == "ni"
-    yield from look_at_cards(experiment.cards if experiment is not None else None, needed=real)
+    real = experiment is not None and experiment.rig != "simulated"
+    cards = experiment.cards if experiment is not None else None
+    if cards is None or isinstance(cards, Wiring):
+        yield from look_at_cards(cards, needed=real)
     yield from look_at_ports()
     if experiment is not None:
         yield look_at_oven(experiment.oven, needed=real)

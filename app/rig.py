@@ -23,13 +23,12 @@ from app.simulated_plate import TwinPlate
 from app.twin import campaign_twin, effect_twin
 from app.uncomputed import require_computed
 from drivers.clock import SystemClock
-from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.modules import KNOWN, InputModule
 from drivers.ni.output_modules import KNOWN_OUTPUTS
 from drivers.ni.simulated.loopback import serving
 from drivers.ni.simulated.surroundings import Module, Plate
 from drivers.ni.thermocouple_modules import NI_9211, NI_9213
-from drivers.ovens.settings import open_oven
+from drivers.ni.wiring import Wiring
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig
 from drivers.rig.simulated import SimulatedParts, simulated_parts
@@ -50,7 +49,7 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Re
     ----------
     experiment : AcquiredExperiment
     kind : str
-        ``ni`` or ``simulated``.
+        ``simulated``, ``real`` or, an older word for that, ``ni``.
     file : Path
         The experiment's, for messages.
     report : callable
@@ -61,7 +60,7 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Re
     CampaignFileError
         If the simulated rig is asked for and the file does not say enough about it.
     """
-    if kind == "ni":
+    if kind != "simulated":
         yield _real_rig(experiment)
         return
     parts = simulated_rig(experiment, file, report)
@@ -80,18 +79,20 @@ def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:
     CampaignFileError
         If the simulated rig is asked for and the file does not say enough about it.
     """
-    if kind == "ni":
+    if kind != "simulated":
         return _real_rig(experiment)
     return parts_around(experiment, _simulation(experiment, file), _silent, file).rig()
 
 
 def _real_rig(experiment: AcquiredExperiment) -> Rig:
     clock = SystemClock()
+    thermometer = experiment.thermometer
     return Rig(
-        open_cards=lambda: DaqmxCards(experiment.cards),
-        open_oven=lambda: open_oven(experiment.oven, clock),
+        open_cards=experiment.cards.open,
+        open_oven=lambda: experiment.oven.open(clock),
         clock=clock,
         date=lambda: datetime.now(UTC),
+        open_thermometer=None if thermometer is None else lambda: thermometer.open(clock),
     )
 
 
@@ -125,20 +126,26 @@ def parts_around(
     experiment: AcquiredExperiment, simulation: Simulation, plate: Plate, file: Path
 ) -> SimulatedParts:
     """Build the simulated cards and oven of an experiment around a plate; CampaignFileError for modules."""
+    wiring = experiment.cards
+    if not isinstance(wiring, Wiring):
+        told = Problem(file.name, "cards.kind", repr(wiring.kind), "'ni': only these cards are simulated")
+        raise CampaignFileError(file.parent, [told])
     force = experiment.sensitivities.drive.volts
     drive_scale = _gain(experiment, simulation) * force if experiment.drive else 1.0
     try:
         return simulated_parts(
-            experiment.cards.model_copy(update={"grpc": None}),
+            wiring.model_copy(update={"grpc": None}),
             experiment.oven,
             plate,
             modules=_modules(simulation, file),
             seed=simulation.seed,
             chamber=Chamber(room=experiment.oven.room_temperature),
             drive_scale=drive_scale,
+            thermometer=experiment.thermometer,
         )
     except ValueError as error:
-        told = Problem(file.name, "cards", str(error), "terminals of simulation.modules")
+        allowed = "terminals of simulation.modules, and kinds that can be simulated"
+        told = Problem(file.name, "simulation", str(error), allowed)
         raise CampaignFileError(file.parent, [told]) from error
 
 

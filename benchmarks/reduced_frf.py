@@ -55,7 +55,7 @@ def measure() -> dict[str, float | int]:
     model = assemble_for(PLATE, PATCHES, BOX, BAND)
     assembly = time.perf_counter() - start
     start = time.perf_counter()
-    reduced = reduce(model, BOX, BAND)
+    reduced = reduce(model, BOX, BAND)[0]
     basis = time.perf_counter() - start
     twin = Twin(DeclaredPlate(reduced), Instruments.of_patches(0, (1,), LOAD))
 

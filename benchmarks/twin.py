@@ -81,7 +81,7 @@ def first_model(plate: Plate, patches: tuple[Patch, ...], band: tuple[float, flo
     start = time.perf_counter()
     model = assemble_for(plate, patches, BOX, band, fineness=how.get("fineness"))
     assembly = time.perf_counter() - start
-    reduced = reduce(model, BOX, band, training=training)
+    reduced = reduce(model, BOX, band, training=training)[0]
     total = time.perf_counter() - start
     lines = LINES[(band[0] <= LINES) & (band[1] >= LINES)]
     some = lines[:: lines.size // 8]

@@ -61,7 +61,7 @@ def plate(made: Experiment, laws: Laws = material) -> Twin:
     low, high = made.protocol.band
     band = (BEYOND[0] * low, BEYOND[1] * high)
     model = assemble_for(made.plate, made.patch, box, band, footprints=made.footprints, fineness=FINE)
-    return Twin.of(made, DeclaredPlate(reduce_with_footprints(model, box, band, made.footprints)))
+    return Twin.of(made, DeclaredPlate(reduce_with_footprints(model, box, band, made.footprints)[0]))
 
 
 def hits(

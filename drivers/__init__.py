@@ -1,9 +1,11 @@
 """The real plate: what the cards and the oven of the rig are, and how they are spoken to.
 
-==========  ============================================================
-``clock``   the machine's time, or a virtual one
-``ni``      National Instruments cards, real and simulated
-``ovens``   ovens and climatic chambers, real and simulated
-``rig``     both together: campaigns of sweeps at measured temperatures
-==========  ============================================================
+================  ===============================================================
+``clock``         the machine's time, or a virtual one
+``kinds``         kinds of instruments, our own and those of installed packages
+``ni``            National Instruments cards, real and simulated
+``ovens``         ovens and climatic chambers, real and simulated
+``thermometers``  thermometers on the plate besides the cards' thermocouples
+``rig``           all together: campaigns of sweeps at measured temperatures
+================  ===============================================================
 """

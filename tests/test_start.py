@@ -26,6 +26,7 @@ class FakeMachine:
 
     def __init__(self, python: Path) -> None:
         self.python = python
+        self.makers: list[str] = []
         self.installs: list[list[str]] = []
         self.started: list[tuple[list[str], str | None]] = []
         self.dies: str | None = None
@@ -34,6 +35,7 @@ class FakeMachine:
 
     def run(self, command: list[str], **_: Any) -> SimpleNamespace:
         if command[1:3] == ["-m", "venv"]:
+            self.makers.append(command[0])
             self.python.parent.mkdir(parents=True)
             self._may_die("venv")
             (self.python.parents[1] / "pyvenv.cfg").write_text("home = somewhere")
@@ -124,6 +126,12 @@ def test_installs_once(call: Call, machine: FakeMachine, project: Path) -> None:
     command = machine.installs[0]
     assert command[command.index("-c") + 1] == str(project / "constraints.txt")
     assert command[command.index("-e") + 1] == f"{project}[drawings,meshes,tests]"
+
+
+def test_environment_is_made_by_a_python_that_is_not_its_own(call: Call, machine: FakeMachine) -> None:
+    """`.venv/bin/python start.py` deletes the Python it runs in where pins have changed."""
+    call("demo")
+    assert machine.makers == [sys._base_executable]  # type: ignore[attr-defined]
 
 
 def test_words_go_to_flexura_or_to_pytest(call: Call, machine: FakeMachine, project: Path) -> None:

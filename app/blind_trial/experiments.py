@@ -1,9 +1,11 @@
 """Campaigns of a trial: protocol, material laws, electronics, all drawn anew for each."""
 
+from typing import Any
+
 import numpy as np
 
 from app.blind_trial.plates import PlateKind
-from app.files.experiment_toml import AcquiredExperiment
+from app.files.experiment_toml import AcquiredExperiment, experiment_model
 from app.files.simulation_section import Laws
 
 TABLE = np.arange(-20.0, 91.0, 10.0)
@@ -22,48 +24,47 @@ def draw_experiment(
     gain = float(rng.uniform(10.0, 16.0))
     sweep = {"kind": "logarithmic", "band": kind.band, "duration": SWEEP, "taper": TAPER, "tail": TAIL}
     sensors = sum(patch.role == "sensor" for patch in kind.patches)
-    return AcquiredExperiment.model_validate(
-        {
-            "format": "experiment/1",
-            "title": title,
-            "rig": "simulated",
-            "plate": kind.plate,
-            "patch": [patch.model_dump(exclude_none=True) for patch in kind.patches],
-            "string": kind.strings,
-            "cable": kind.cables,
-            "acquisition": {
-                "module": "NI-9234",
-                "input_resistance": 305e3,
-                "input_capacitance": round(float(rng.uniform(0.8e-10, 2e-10)), 12),
-            },
-            "amplifier": {"gain": round(gain * float(rng.uniform(0.95, 1.05)), 1)},
-            "cards": {
-                "sample_rate": _sample_rate(kind.band),
-                "output": "cDAQ1Mod2/ao0",
-                "drive_input": "cDAQ1Mod1/ai0",
-                "responses": tuple(f"cDAQ1Mod1/ai{1 + k}" for k in range(sensors)),
-                "thermocouples": ("cDAQ1Mod3/ai0",),
-            },
-            "oven": {
-                "kind": "watlow-f4t",
-                "port": "simulated",
-                "minimum": -15.0,
-                "maximum": 85.0,
-                "max_rate": 3.0,
-                "room_temperature": round(float(rng.uniform(18.0, 26.0)), 1),
-            },
-            "sweep": {**sweep, "repeats": REPEATS, "levels": levels},
-            "programme": _programme(rng, lowest, every, count, legs),
-            "limits": {
-                "coldest": -20.0,
-                "hottest": 90.0,
-                "patch_voltage": 100.0,
-                "coherence": 0.0,
-                "silence": 0.0,
-            },
-            "simulation": {"seed": int(rng.integers(2**31)), "gain": gain, "laws": draw_laws(rng)},
-        }
-    )
+    table: dict[str, Any] = {
+        "format": "experiment/1",
+        "title": title,
+        "rig": "simulated",
+        "plate": kind.plate,
+        "patch": [patch.model_dump(exclude_none=True) for patch in kind.patches],
+        "string": kind.strings,
+        "cable": kind.cables,
+        "acquisition": {
+            "module": "NI-9234",
+            "input_resistance": 305e3,
+            "input_capacitance": round(float(rng.uniform(0.8e-10, 2e-10)), 12),
+        },
+        "amplifier": {"gain": round(gain * float(rng.uniform(0.95, 1.05)), 1)},
+        "cards": {
+            "sample_rate": _sample_rate(kind.band),
+            "output": "cDAQ1Mod2/ao0",
+            "drive_input": "cDAQ1Mod1/ai0",
+            "responses": tuple(f"cDAQ1Mod1/ai{1 + k}" for k in range(sensors)),
+            "thermocouples": ("cDAQ1Mod3/ai0",),
+        },
+        "oven": {
+            "kind": "watlow-f4t",
+            "port": "simulated",
+            "minimum": -15.0,
+            "maximum": 85.0,
+            "max_rate": 3.0,
+            "room_temperature": round(float(rng.uniform(18.0, 26.0)), 1),
+        },
+        "sweep": {**sweep, "repeats": REPEATS, "levels": levels},
+        "programme": _programme(rng, lowest, every, count, legs),
+        "limits": {
+            "coldest": -20.0,
+            "hottest": 90.0,
+            "patch_voltage": 100.0,
+            "coherence": 0.0,
+            "silence": 0.0,
+        },
+        "simulation": {"seed": int(rng.integers(2**31)), "gain": gain, "laws": draw_laws(rng)},
+    }
+    return experiment_model(table).model_validate(table)
 
 
 def _programme(

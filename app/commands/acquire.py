@@ -60,7 +60,7 @@ def command(experiment: Path, rig: "RigKind | None", again: bool, out: Path | No
     declared = declared.on(kind)
     acquired = {"rig": kind, **declared.model_dump(mode="json")}
     require_ours(folder, {"acquired": acquired})  # before a twin is built
-    _advise(declared, output)
+    _advise(declared, kind, output)
     with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
         session = Session(opened, declared.limits, campaign_log(folder), requests.check)
         try:
@@ -81,9 +81,11 @@ def command(experiment: Path, rig: "RigKind | None", again: bool, out: Path | No
     output.summary(ending.line)
 
 
-def _advise(declared: "AcquiredExperiment", output: Output) -> None:
+def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> None:
     from analysis.protocol.advice import smeared
 
+    if kind == "ni" and not declared.oven.expires:
+        output.note("this oven goes on where the computer dies: see docs/guide/real-hardware.md on oven.program")
     for sentence in smeared(declared.sweep.duration, declared.programme.ramp_rate):
         output.note(sentence)
 

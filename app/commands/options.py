@@ -19,7 +19,9 @@ own_effects = click.option(
     help="Effects of your own. Its *.py are run: name only folders you trust.",
 )
 which_rig = click.option(
-    "--rig", type=click.Choice(["simulated", "ni"]), help="Which rig (default: what EXPERIMENT says)."
+    "--rig",
+    type=click.Choice(["simulated", "real", "ni"]),
+    help="Which rig (default: what EXPERIMENT says); ni is an older word for real.",
 )
 mains = click.option(
     "--mains",

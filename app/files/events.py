@@ -6,8 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from app.files.campaign_error import CampaignFileError, Problem
+from app.files.parsed_text import parse_json, read_bytes
 
 NAME = "events.jsonl"
+LARGEST = 50_000_000
+"""Bytes: some hundred thousand events."""
 
 
 def append_event(folder: Path, event: dict[str, Any]) -> None:
@@ -27,15 +30,19 @@ def read_events(folder: Path) -> list[dict[str, Any]]:
     Raises
     ------
     CampaignFileError
-        If a line before the last is no JSON object: that is no kill, that is damage.
+        If a line before the last is no JSON object: that is no kill, that is damage. And if the file is no log.
     """
     path = folder / NAME
     if not path.exists():
         return []
+    try:
+        lines = read_bytes(path, LARGEST).split(b"\n")[:-1]
+    except ValueError as error:
+        raise CampaignFileError(folder, [Problem(NAME, "", str(error), "")]) from error
     events = []
-    for number, line in enumerate(path.read_bytes().split(b"\n")[:-1], 1):
+    for number, line in enumerate(lines, 1):
         try:
-            event = json.loads(line)
+            event = parse_json(line)
         except ValueError as error:
             raise CampaignFileError(folder, [_damaged(number, line)]) from error
         if not isinstance(event, dict):

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from analysis.declared import Declared, Sparse
-from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Plate, Temperature
+from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Plate
 from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware, objections
 from analysis.protocol.programme import Programme
@@ -18,13 +18,15 @@ from app.files.acquired_transducers import AcquiredDrive, AcquiredPatch, Acquire
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_toml import FORMAT, NAME
 from app.files.far_limits import far_limits
+from app.files.instrument_sections import OvenSection, UnknownInstrument, instrument_sections
 from app.files.settings_toml import checked, read_table
 from app.files.simulation_section import Simulation
+from drivers.ni.cards import CardsSettings
 from drivers.ni.modules import find_module
-from drivers.ni.wiring import Wiring
-from drivers.ovens.settings import OvenSettings
+from drivers.thermometers.settings import ThermometerSettings
 
-RigKind = Literal["simulated", "ni"]
+RigKind = Literal["simulated", "real", "ni"]
+"""``ni`` is the older word for ``real``, from before there were cards of other makers."""
 
 
 class Inputs(Declared):
@@ -35,14 +37,8 @@ class Inputs(Declared):
     input_capacitance: Annotated[float, Field(ge=0.0, le=1e-6, description="F, module plus cable")]
 
 
-class OvenSection(OvenSettings):
-    """The oven's line and limits, and the room it stands in."""
-
-    room_temperature: Temperature
-
-
 class AcquiredExperiment(Sparse):
-    """The whole file."""
+    """The whole file; what its instruments declare besides is up to their kinds, see `experiment_model`."""
 
     always: ClassVar[frozenset[str]] = frozenset({"string", "cable", "simulation"})
 
@@ -58,8 +54,9 @@ class AcquiredExperiment(Sparse):
     acquisition: Inputs
     amplifier: Amplifier | None = None
     exciter: Exciter | None = None
-    cards: Wiring
+    cards: CardsSettings
     oven: OvenSection
+    thermometer: ThermometerSettings | None = None
     sweep: SweepSettings
     programme: Programme
     limits: Limits
@@ -143,14 +140,27 @@ class AcquiredExperiment(Sparse):
                     f"{key} is {'missing' if wanted else 'given'}, but {driven}; "
                     + ("add it" if wanted else "remove it")
                 )
-        if self.programme.watch == "plate" and not self.cards.thermocouples:
+        if self.programme.watch == "plate" and not self.cards.has_thermocouples and self.thermometer is None:
             raise ValueError(
-                "programme.watch is the plate, but cards.thermocouples names no thermocouple on it; "
-                "name one, or watch the air"
+                "programme.watch is the plate, but cards.thermocouples names no thermocouple on it, and there is "
+                "no [thermometer]; name one, or watch the air"
             )
+        if self.cards.has_thermocouples and self.thermometer is not None:
+            raise ValueError("the plate has both cards.thermocouples and a [thermometer]; remove one of them")
         if self.rig == "simulated" and self.simulation is None:
             raise ValueError("rig is simulated, but there is no [simulation] that says what is simulated")
         return self
+
+
+def experiment_model(table: Mapping[str, Any]) -> type[AcquiredExperiment]:
+    """Return the model of an experiment with the instruments of these kinds, which know their own keys.
+
+    Raises
+    ------
+    UnknownInstrument
+        For a kind that is not there.
+    """
+    return create_model("AcquiredExperiment", __base__=AcquiredExperiment, **instrument_sections(table))
 
 
 def read_declared_experiment(path: Path) -> AcquiredExperiment:
@@ -169,7 +179,13 @@ def read_declared_experiment(path: Path) -> AcquiredExperiment:
         seen = f"declares a recorded campaign (format {FORMAT!r}), which flexura import {path.parent} takes"
         raise CampaignFileError(path.parent, [Problem(path.name, "", seen, "")])
     _require_recorded_force(path, table)
-    return checked(path, table, AcquiredExperiment)
+    try:
+        model = experiment_model(table)
+    except UnknownInstrument as error:
+        wrong = error.wrong
+        told = Problem(path.name, f"{error.section}.kind", wrong.seen, wrong.allowed, wrong.remedy)
+        raise CampaignFileError(path.parent, [told]) from error
+    return checked(path, table, model)
 
 
 def read_acquired_experiment(path: Path) -> AcquiredExperiment:

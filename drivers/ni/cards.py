@@ -2,10 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
+
+from analysis.declared import Sparse
+from drivers.kinds import Kinds
 
 
 @dataclass(frozen=True)
@@ -73,3 +77,42 @@ class Cards(Protocol):
     def close(self) -> None:
         """Bring the output to 0 V and let go of the hardware."""
         ...
+
+
+Volts = Annotated[float, Field(gt=0.0, le=60.0, description="V, magnitude")]
+
+
+class CardsSettings(Sparse):
+    """What every kind of cards declares. Each kind derives from it, adds its terminals, and opens them.
+
+    Attributes
+    ----------
+    kind : str
+    responses : (K,) tuple of str
+        Inputs of the sensors, in the experiment's order, as the kind names them.
+    sample_rate : float
+        Asked for, Hz; what the hardware makes of it is read back.
+    input_range, output_range : float
+        Largest magnitude expected, V.
+    """
+
+    kind: Annotated[str, Field(description="how the cards are reached")]
+    responses: Annotated[tuple[str, ...], Field(min_length=1)]
+    sample_rate: Annotated[float, Field(ge=100.0, le=2e6, description="Hz")]
+    input_range: Volts = 5.0
+    output_range: Volts = 4.24
+
+    @property
+    def has_thermocouples(self) -> bool:
+        """Whether `Cards.temperatures` gives any."""
+        return False
+
+    def open(self) -> Cards:
+        """Return the cards with their output at 0 V; DaqError where they cannot be opened. Obligatory."""
+        raise NotImplementedError
+
+    def _left_out(self) -> set[str]:
+        return super()._left_out() & {"kind"}  # a campaign begun before there were kinds is still the same one
+
+
+CARDS = Kinds("flexura.cards", CardsSettings, {"ni": "drivers.ni.wiring:Wiring"})

@@ -2,19 +2,21 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from drivers.ni.cards import Cards, CardsSettings
 
 Terminal = Annotated[
     str, Field(pattern=r"^[^/\s,:]+/[a-z]+[0-9]+$", description="as NI MAX shows it: cDAQ1Mod1/ai0")
 ]
-Volts = Annotated[float, Field(gt=0.0, le=60.0, description="V, magnitude")]
 
 
-class Wiring(BaseModel):
+class Wiring(CardsSettings):
     """The cards' connections and settings, as written in an experiment's file.
 
     Attributes
     ----------
+    kind : str
     output : str
         Analog output that drives the amplifier.
     drive_input : str
@@ -37,16 +39,12 @@ class Wiring(BaseModel):
         ``host:port`` of an NI gRPC Device Server; the local driver if left out.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
+    kind: Literal["ni"] = "ni"
     output: Terminal
     drive_input: Terminal
     responses: Annotated[tuple[Terminal, ...], Field(min_length=1)]
     thermocouples: tuple[Terminal, ...] = ()
     thermocouple_type: Literal["B", "E", "J", "K", "N", "R", "S", "T"] = "K"
-    sample_rate: Annotated[float, Field(ge=100.0, le=2e6, description="Hz")]
-    input_range: Volts = 5.0
-    output_range: Volts = 4.24
     terminal_configuration: Literal["DEFAULT", "PSEUDO_DIFF", "DIFF", "RSE", "NRSE"] = "DEFAULT"
     coupling: Literal["DC", "AC", "DEFAULT"] = "DC"
     grpc: Annotated[str, Field(pattern=r"^.+:[0-9]{1,5}$", description="host:port")] | None = None
@@ -55,6 +53,17 @@ class Wiring(BaseModel):
     def inputs(self) -> tuple[str, ...]:
         """The drive's input, then the responses'."""
         return (self.drive_input, *self.responses)
+
+    @property
+    def has_thermocouples(self) -> bool:
+        """Whether any is wired."""
+        return bool(self.thermocouples)
+
+    def open(self) -> Cards:
+        """Open them through NI-DAQmx."""
+        from drivers.ni.daqmx import DaqmxCards  # which knows this class, and loads the vendor's package
+
+        return DaqmxCards(self)
 
     @model_validator(mode="after")
     def _each_terminal_once(self) -> Self:

@@ -1,24 +1,58 @@
-"""Ovens and climatic chambers: one `Oven`, four makers' controllers behind it.
+"""Ovens and climatic chambers: one `Oven`, four makers' controllers and whatever packages bring behind it.
 
-===============  ==========================================================================
-``oven``         what every oven can do, and the limits set-points are clamped to
-``settings``     the declared oven, and ``open_oven``
-``error``        what can go wrong, and what to do next
-``line``         lock, gaps between commands, time-outs, bounded retries
-``serial_port``  serial ports, pseudo-terminals, TCP sockets
-``modbus``       Modbus RTU registers, read back after each write
-``eurotherm``    Eurotherm 2400 and 3500
-``f4t``          Watlow F4T
-``ascii2``       the protocol of Vötsch and Weiss, bytes to values
-``votsch``       Vötsch and Weiss chambers
-``p300``         the command language of Espec, bytes to values
-``espec``        Espec P-300 and SCP-220
-``simulated``    the same controllers, simulated around one thermal model
-===============  ==========================================================================
+``oven``               what every oven can do, and the limits set-points are clamped to
+``settings``           the declared oven, and ``open_oven``
+``error``              what can go wrong, and what to do next
+``expiry``             commands that end by themselves where nobody renews them
+``expiry``             commands that end by themselves where nobody renews them
+``line``               lock, gaps between commands, time-outs, bounded retries
+``serial_port``        serial ports, pseudo-terminals, TCP sockets
+``modbus``             Modbus RTU registers, read back after each write
+``eurotherm``          Eurotherm 2400 and 3500
+``eurotherm_program``  a program of limited time in a 2400
+``eurotherm_program``  a program of limited time in a 2400
+``f4t``                Watlow F4T
+``f4t_profile``        a profile of limited time in an F4T
+``f4t_profile``        a profile of limited time in an F4T
+``ascii2``             the protocol of Vötsch and Weiss, bytes to values
+``votsch``             Vötsch and Weiss chambers
+``p300``               the command language of Espec, bytes to values
+``espec``              Espec P-300 and SCP-220
+``simulated``          the same controllers, simulated around one thermal model
+=====================  ============================================================================
+=====================  ============================================================================
+=====================  ============================================================================
+``oven``               what every oven can do, and the limits set-points are clamped to
+``settings``           the declared oven, where its kinds are found, and ``open_oven``
+``line_settings``      how an instrument on a line is reached
+``controllers``        our kinds: settings, driver and simulated counterpart of each
+``error``              what can go wrong, and what to do next
+``expiry``             commands that end by themselves where nobody renews them
+``line``               lock, gaps between commands, time-outs, bounded retries
+``serial_port``        serial ports, pseudo-terminals, TCP sockets
+``modbus``             Modbus RTU registers, read back after each write
+``units``              units of controllers, to degrees Celsius and K/min
+``points``             what a declared controller is made of
+``mapped_oven``        an oven of which only its points are known
+``registers``          declared Modbus registers
+``modbus_map``         the kind made of them
+``phrases``            declared queries and commands
+``spoken``             how they are asked and told
+``scpi``               the kind made of them
+``eurotherm``          Eurotherm 2400 and 3500
+``eurotherm_program``  a program of limited time in a 2400
+``f4t``                Watlow F4T
+``f4t_profile``        a profile of limited time in an F4T
+``ascii2``             the protocol of Vötsch and Weiss, bytes to values
+``votsch``             Vötsch and Weiss chambers
+``p300``               the command language of Espec, bytes to values
+``espec``              Espec P-300 and SCP-220
+``simulated``          the same controllers, simulated around one thermal model
+=====================  ============================================================================
 
 Driver and simulation meet in the bytes on the line only::
 
-    oven = open_oven(OvenSettings(kind="watlow-f4t", port="COM3", minimum=-5, maximum=65, max_rate=2))
+    oven = open_oven(WatlowSettings(kind="watlow-f4t", port="COM3", minimum=-5, maximum=65, max_rate=2))
     oven.ramp_to(60.0, 0.4)      # the controller ramps
     oven.temperature()           # the computer watches
     oven.safe()

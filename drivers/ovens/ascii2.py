@@ -17,7 +17,7 @@ CR = b"\r"
 _NUMBER = r"[-+]?\d{1,5}\.\d"
 _CHANNEL = re.compile(r"\s*((?:CV|SV|MV|AV|AO)\d\d)\s+(?!(?:CV|SV|MV|AV|AO|DO)\d\d)(.*)")
 _BIT = re.compile(r"\s*DO(\d\d)\s+(?!DO\d\d)(.*)")
-_NAMES = re.compile(r"\s*((?:(?:CV|SV|MV|AV|AO)\d\d\s+){2,})(?:DO\d\d.*)?")
+_NAMES = re.compile(r"(?:(?:CV|SV|MV|AV|AO|DO)\d\d){4,}")
 _RANGE = re.compile(rf"value\s+min:\s*({_NUMBER})\s+value\s+max:\s*({_NUMBER})\s+(.*)", re.IGNORECASE)
 
 
@@ -49,20 +49,25 @@ class Layout:
     ----------
     channels : tuple of Channel
     bits : tuple of str
-        Labels of the digital channels, DO00 first.
+        Labels of the digital channels that are written, DO00 first.
     reported : tuple of str
         Names of the channels in the order of the I-string's values: twice (nominal, then actual) or, where only a
-        value was set and nothing is measured, once. Each of them twice where the chamber does not say.
+        value was set or only one is measured, once; also of channels that are never written. Each of them twice
+        where the chamber does not say.
+    reported_bits : int
+        How many the I-string ends with; as many as are written unless more are told.
     """
 
     channels: tuple[Channel, ...]
     bits: tuple[str, ...]
     reported: tuple[str, ...] = ()
+    reported_bits: int = 0
 
     def __post_init__(self) -> None:
         if not self.reported:
             twice = tuple(channel.name for channel in self.channels for _ in range(2))
             object.__setattr__(self, "reported", twice)
+        object.__setattr__(self, "reported_bits", max(self.reported_bits, len(self.bits)))
 
     @property
     def temperature(self) -> int:
@@ -101,7 +106,7 @@ class Status:
     nominal, actual : tuple of float
         In the order of the layout.
     bits : str
-        ``0`` and ``1``, DO00 first.
+        ``0`` and ``1``, DO00 first, of those that are written.
     """
 
     nominal: tuple[float, ...]
@@ -112,7 +117,7 @@ class Status:
 def decode_description(answer: bytes) -> Layout:
     """Return the layout a chamber describes in its answer to ``$01?``."""
     text = answer.decode("latin-1")
-    # The part on the E-string comes first; the one on the I-string names every channel twice.
+    # The part on the E-string comes first; the one on the I-string names most channels twice.
     written, _, read = re.sub("(?i)i-string", "I-STRING", text).partition("I-STRING")
     channels: dict[str, Channel] = {}
     bits: dict[int, str] = {}
@@ -133,23 +138,29 @@ def decode_description(answer: bytes) -> Layout:
             f"no description of channels and bits in {text[:80]!r}",
             "Is the chamber set to the protocol ASCII-2, and is address right?",
         )
-    named = next((match[1].split() for line in read.splitlines() if (match := _NAMES.match(line))), [])
-    reported = tuple(named) if set(named) == set(channels) else ()
-    return Layout(tuple(channels.values()), tuple(bits[i] for i in range(len(bits))), reported)
+    # Names run over several lines, broken anywhere, and may stand without a space between them.
+    named = _NAMES.search(re.sub(r"\s", "", read))
+    reported = tuple(re.findall(r"(?:CV|SV|MV|AV|AO)\d\d", named[0])) if named else ()
+    return Layout(
+        tuple(channels.values()),
+        tuple(bits[i] for i in range(len(bits))),
+        reported if set(reported) >= set(channels) else (),
+        1 + max((int(number) for number in re.findall(r"DO(\d\d)", read)), default=-1),
+    )
 
 
 def decode_status(answer: bytes, layout: Layout) -> Status:
     """Return what ``$01I`` answered."""
-    count = len(layout.reported)
-    pattern = rf"((?:{_NUMBER}\s+){{{count}}})([01]{{{len(layout.bits)}}})\s*"
-    match = re.fullmatch(pattern, answer.decode("latin-1"))
+    count, bits = len(layout.reported), layout.reported_bits
+    match = re.fullmatch(rf"((?:{_NUMBER}\s+){{{count}}})([01]{{{bits}}})\s*", answer.decode("latin-1"))
     if match is None:
-        raise garbled(answer, f"{count} values and {len(layout.bits)} bits")
+        raise garbled(answer, f"{count} values and {bits} bits")
     values: dict[str, list[float]] = {}
     for name, word in zip(layout.reported, match[1].split(), strict=True):
         values.setdefault(name, []).append(float(word))
     of_channels = [values[channel.name] for channel in layout.channels]
-    return Status(tuple(of[0] for of in of_channels), tuple(of[-1] for of in of_channels), match[2])
+    written = match[2][: len(layout.bits)]
+    return Status(tuple(of[0] for of in of_channels), tuple(of[-1] for of in of_channels), written)
 
 
 def encode_status(address: int, nominal: tuple[float, ...], bits: str) -> bytes:

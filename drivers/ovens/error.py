@@ -1,6 +1,7 @@
 """What can go wrong between the computer and the oven, and what to do next."""
 
 from enum import StrEnum
+from typing import ClassVar
 
 
 class Fault(StrEnum):
@@ -39,6 +40,8 @@ class OvenError(Exception):
         The controller's own code or words, where it gave any.
     """
 
+    instrument: ClassVar[str] = "oven"
+
     def __init__(self, fault: Fault, what: str, advice: str, code: str | None = None) -> None:
         self.fault = fault
         self.what = what
@@ -48,4 +51,4 @@ class OvenError(Exception):
 
     def __str__(self) -> str:
         said = f" (the controller says {self.code})" if self.code else ""
-        return f"oven {self.fault}: {self.what}{said}. {self.advice}"
+        return f"{self.instrument} {self.fault}: {self.what}{said}. {self.advice}"

@@ -1,11 +1,13 @@
 """Espec chambers with a P-300 or SCP-220 controller."""
 
+import logging
 import math
 from collections.abc import Callable
 from typing import TypeVar
 
 from drivers.ovens import p300
 from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.expiry import Expiry
 from drivers.ovens.line import Line, up_to
 from drivers.ovens.oven import OvenLimits, SetPoint
 
@@ -14,6 +16,9 @@ T = TypeVar("T")
 RESTING = ("OFF", "STANDBY")
 LONGEST_PROGRAM = 99 * 60 + 59
 """Minutes."""
+GO_WITHOUT = "With oven.rest_after = 0 no timer is used; the chamber then goes on where the computer dies."
+
+log = logging.getLogger(__name__)
 
 
 class Espec:
@@ -23,20 +28,25 @@ class Espec:
     so many minutes", which the chamber runs by itself and at whose end it stays. The time is in whole
     minutes, rounded up: the ramp is never steeper than asked.
 
-    Some of these chambers stop when nobody has asked them anything for 30 s.
+    Some of these chambers stop when nobody has asked them anything for 30 s. For the others the quick timer is set
+    before anything is started, and again by `renew`: it puts an abandoned chamber into standby.
 
     Parameters
     ----------
     line : Line
     limits : OvenLimits
+    rest_after : float
+        Time of the quick timer, s; 0 where it is not to be used.
     """
 
     poll_within = 30.0
 
-    def __init__(self, line: Line, limits: OvenLimits) -> None:
+    def __init__(self, line: Line, limits: OvenLimits, rest_after: float = 0.0) -> None:
         self.limits = limits
         self._line = line
+        self._expiry = Expiry(rest_after) if rest_after else None
         self._commanded = False
+        self._under_way: tuple[SetPoint, SetPoint] | None = None
 
     def temperature(self) -> float:
         """Air temperature, degrees Celsius; alarm if one stands or the chamber has stopped by itself."""
@@ -52,7 +62,8 @@ class Espec:
             raise OvenError(
                 Fault.ALARM,
                 f"the chamber has stopped by itself at {seen.temperature:g} °C",
-                f"Was it stopped on its panel, or not asked for {self.poll_within:g} s? Start the ramp again.",
+                f"Was it stopped on its panel, or not asked for {self.poll_within:g} s, or has its quick timer "
+                "run out? Start the ramp again.",
                 seen.mode,
             )
         return seen.temperature
@@ -68,6 +79,10 @@ class Espec:
         wanted = self.limits.clamp(target, rate)
         end = round(wanted.target, 1)
         with self._line.reserved():
+            before, self._under_way = self._under_way, None
+            if before is not None and before[0] == wanted and self._ask("MODE?", p300.decode).startswith("RUN"):
+                self._under_way = before
+                return before[1]
             start = self.limits.clamp_target(self._ask("TEMP?", p300.decode_temperatures).actual)
             minutes = math.ceil(abs(end - start) / wanted.rate - 1e-9)
             if minutes > LONGEST_PROGRAM:
@@ -77,13 +92,16 @@ class Espec:
                 )
             if minutes == 0:
                 return SetPoint(self._keep(end), wanted.rate)
+            self._set_timer()
             program = p300.Program(round(start, 1), end, minutes)
             self._tell(program.encode())
             taken = self._ask("RUN PRGM?", p300.decode_program)
             self._check("program", program, taken)
             self._check_mode("RUN")
             self._commanded = True
-            return SetPoint(taken.end, abs(taken.end - taken.start) / taken.minutes)
+            ramp = SetPoint(taken.end, abs(taken.end - taken.start) / taken.minutes)
+            self._under_way = wanted, ramp
+            return ramp
 
     def hold(self) -> float:
         """Leave the program for the constant mode at the set-point it has reached."""
@@ -92,18 +110,28 @@ class Espec:
             resting = self._ask("MODE?", p300.decode) in RESTING
             return self._keep(self.limits.clamp_target(seen.actual if resting else seen.set_point))
 
+    def renew(self) -> None:
+        """Set the quick timer anew once half of it is over."""
+        if self._expiry is not None and self._expiry.due(self._line.now):
+            self._set_timer()
+
     def safe(self) -> None:
         """Standby: fan, heater and cooler off, controller awake."""
         with self._line.reserved():
-            self._commanded = False
+            self._commanded, self._under_way = False, None
             self._tell(p300.command("MODE, STANDBY"))
             self._check_mode("STANDBY")
+            if self._expiry is not None:
+                self._expiry.end()
+                self._stop_timer()
 
     def close(self) -> None:
         """Let go of the line."""
         self._line.close()
 
     def _keep(self, temperature: float) -> float:
+        self._under_way = None
+        self._set_timer()
         self._tell(p300.set_temperature(temperature))
         self._tell(p300.command("MODE, CONSTANT"))
         self._check_mode("CONSTANT")
@@ -111,6 +139,36 @@ class Espec:
         self._check("set-point in °C", round(temperature, 1), taken)
         self._commanded = True
         return taken
+
+    def _set_timer(self) -> None:
+        if self._expiry is None:
+            return
+        wanted = p300.QuickTimer(math.ceil(self._expiry.rest_after / 60.0))
+        with self._line.reserved():
+            try:
+                self._tell(wanted.encode())
+                self._tell(p300.command("TIMER, ON, 0"))
+                taken = self._ask("TIMER LIST?, 0", p300.decode_quick_timer)
+                running = 0 in self._ask("TIMER ON?", p300.decode_timers_on)
+            except OvenError as error:
+                if error.fault is not Fault.REFUSED:
+                    raise
+                what, advice = f"quick timer: {error.what}", f"{error.advice} {GO_WITHOUT}"
+                raise OvenError(error.fault, what, advice, error.code) from error
+            self._expiry.begin(self._line.now)
+        if not running or taken.mode != wanted.mode or not wanted.minutes - 1 <= taken.minutes <= wanted.minutes:
+            raise OvenError(
+                Fault.NOT_TAKEN,
+                f"the quick timer was set to {wanted} and started, and reads back {taken}, running: {running}",
+                GO_WITHOUT,
+            )
+
+    def _stop_timer(self) -> None:
+        """Keep the timer from putting somebody else's chamber to rest; it does no other harm."""
+        try:
+            self._tell(p300.command("TIMER, OFF, 0"))
+        except OvenError as error:
+            log.warning("the chamber is at rest; its quick timer could not be stopped: %s", error)
 
     def _check_mode(self, wanted: str) -> None:
         self._check("mode", wanted, self._ask("MODE?", p300.decode), same=str.startswith)

@@ -1,12 +1,13 @@
 """Watlow F4T, control loop 1: floats over two registers, low word first (data map 1).
 
-Registers: Watlow F4T user's guide, and the ramp registers of chambers built around it. The
-controller's communication units must be set to degrees Celsius.
+Registers: Watlow F4T user's guide, and the ramp registers of chambers built around it.
 """
 
 import math
 
 from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.expiry import HARMLESS, refused_is_none
+from drivers.ovens.f4t_profile import F4TProfile
 from drivers.ovens.modbus import ModbusUnit
 from drivers.ovens.oven import OvenLimits, SetPoint
 
@@ -16,35 +17,49 @@ WORKING_SET_POINT, TEMPERATURE = 2810, 2820
 
 OFF, AUTO = 62, 10
 RAMP_ON_SET_POINT, PER_MINUTE = 85, 57
+UNIT, FAHRENHEIT = 14080, 30
+"""Of the values on the serial line, whatever the display shows."""
 
 
 class F4T:
     """A Watlow F4T whose loop ramps to a new set-point by itself. Safe state: control mode off.
+
+    One with profiles can be given a profile instead, which ends with its loop off where nobody renews it.
 
     Parameters
     ----------
     unit : ModbusUnit
         With low word first.
     limits : OvenLimits
+    profile : F4TProfile, optional
+        To be overwritten with every ramp.
 
     Raises
     ------
     OvenError
-        Of kind refused, if the controller's own set-point limits leave nothing of `limits`.
+        Of kind refused, if the controller's own set-point limits leave nothing of `limits`, or it speaks in
+        degrees Fahrenheit.
     """
 
     poll_within = math.inf
 
-    def __init__(self, unit: ModbusUnit, limits: OvenLimits) -> None:
+    def __init__(self, unit: ModbusUnit, limits: OvenLimits, profile: F4TProfile | None = None) -> None:
         self.limits = limits
         self._unit = unit
+        self._profile = profile
+        if unit.read(UNIT) == FAHRENHEIT:
+            raise OvenError(
+                Fault.REFUSED,
+                "the controller's communication units are degrees Fahrenheit",
+                "Set them to degrees Celsius: all limits and set-points here are.",
+            )
         low, high = unit.read_float(LOW_LIMIT), unit.read_float(HIGH_LIMIT)
         if not (low < limits.maximum and limits.minimum < high):
             raise OvenError(
                 Fault.REFUSED,
                 f"the controller's set-points end at {low:g} and {high:g} °C, "
                 f"the limits asked for at {limits.minimum:g} and {limits.maximum:g} °C",
-                "Correct minimum and maximum, or the controller's; are its communication units °C?",
+                "Correct minimum and maximum, or the controller's.",
             )
 
     def temperature(self) -> float:
@@ -61,10 +76,10 @@ class F4T:
     def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Set how to ramp, then the set-point, then automatic control."""
         wanted = self.limits.clamp(target, rate)
+        if self._profile is not None:
+            return self._run(self._profile, wanted)
         with self._unit.line.reserved():
-            self._unit.put(RAMP_SCALE, PER_MINUTE, name="ramp scale")
-            taken_rate = self._unit.put_float(RAMP_RATE, wanted.rate, 1e-3 * wanted.rate, name="ramp rate")
-            self._unit.put(RAMP_ACTION, RAMP_ON_SET_POINT, name="ramp action")
+            taken_rate = self._put_rate(wanted.rate)
             taken = self._unit.put_float(SET_POINT, wanted.target, 0.05, name="set-point")
             self._unit.put(MODE, AUTO, name="control mode")
         return SetPoint(taken, taken_rate)
@@ -72,15 +87,72 @@ class F4T:
     def hold(self) -> float:
         """Make the working set-point, where the ramp is now, the set-point."""
         with self._unit.line.reserved():
-            resting = self._unit.read(MODE) != AUTO
-            here = self.temperature() if resting else self._unit.read_float(WORKING_SET_POINT)
+            here = self._set_point()
+            if self._profile is not None:
+                return self._run(self._profile, self.limits.clamp(here, self.limits.max_rate)).target
             held = self._unit.put_float(SET_POINT, self.limits.clamp_target(here), 0.05, name="set-point")
             self._unit.put(MODE, AUTO, name="control mode")
             return held
 
     def safe(self) -> None:
         """Switch the loop off."""
-        self._unit.put(MODE, OFF, name="control mode")
+        with self._unit.line.reserved():
+            self._unit.put(MODE, OFF, name="control mode")
+            if self._profile is not None:
+                self._profile.expiry.end()
+                with refused_is_none():
+                    self._profile.stop()
+                self._unit.put(MODE, OFF, name="control mode")
+
+    def renew(self) -> None:
+        """Start the profile's hold anew once half of it is over; not one that somebody has stopped."""
+        if self._profile is None or not self._profile.expiry.due(self._unit.line.now):
+            return
+        with self._unit.line.reserved():
+            if self._unit.read(MODE) == AUTO and (self._profile.expiry.starting or self._profile.running):
+                self._start(self._profile, self._set_point(), step=2, ramp=0.0)
+
+    def _run(self, profile: F4TProfile, wanted: SetPoint) -> SetPoint:
+        with self._unit.line.reserved():
+            before = profile.expiry.under_way
+            if before is not None and before[0] == wanted and self._runs(profile):
+                return before[1]
+            start = self._set_point()
+            profile.expiry.end()
+            self._put_rate(self.limits.max_rate)
+            self._unit.put_float(SET_POINT, self.limits.clamp_target(HARMLESS), 0.05, name="set-point")
+            profile.stop()
+            taken = profile.write(start, wanted)
+            self._start(profile, start, step=1, ramp=60.0 * abs(taken.target - start) / taken.rate)
+            profile.expiry.under_way = wanted, taken
+        return taken
+
+    def _start(self, profile: F4TProfile, here: float, step: int, ramp: float) -> None:
+        """Start the profile from `here`; stopped, the loop ramps to a set-point that is harmless.
+
+        Its own set-point, from which a profile may start, is the temperature only in the moment between the end of
+        one profile and the beginning of the next: nothing else would end by itself.
+        """
+        profile.expiry.starting = True
+        profile.stop()
+        self._unit.put_float(SET_POINT, self.limits.clamp_target(here), 0.05, name="set-point")
+        profile.start(step, ramp)
+        self._unit.put(MODE, AUTO, name="control mode")
+        self._unit.put_float(SET_POINT, self.limits.clamp_target(HARMLESS), 0.05, name="set-point")
+
+    def _runs(self, profile: F4TProfile) -> bool:
+        return self._unit.read(MODE) == AUTO and profile.running
+
+    def _set_point(self) -> float:
+        """Return where the loop is: its working set-point, the temperature where it is off."""
+        resting = self._unit.read(MODE) != AUTO
+        return self.temperature() if resting else self._unit.read_float(WORKING_SET_POINT)
+
+    def _put_rate(self, rate: float) -> float:
+        self._unit.put(RAMP_SCALE, PER_MINUTE, name="ramp scale")
+        taken = self._unit.put_float(RAMP_RATE, rate, 1e-3 * rate, name="ramp rate")
+        self._unit.put(RAMP_ACTION, RAMP_ON_SET_POINT, name="ramp action")
+        return taken
 
     def close(self) -> None:
         """Let go of the line."""

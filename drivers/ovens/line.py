@@ -18,6 +18,10 @@ End = Callable[[bytes], int | None]
 PASSING = frozenset({Fault.SILENT, Fault.GARBLED, Fault.BUSY, Fault.PORT})
 
 
+LONGEST = 65_536
+"""Bytes: what says more in one answer talks nonsense."""
+
+
 class Transport(Protocol):
     """Bytes out and in; knows nothing of what they mean. Raises `OvenError` of kind port."""
 
@@ -97,6 +101,11 @@ class Line:
         self._failing_since = math.inf
         self._unsettled = False
 
+    @property
+    def now(self) -> float:
+        """The clock's seconds."""
+        return self._clock.now()
+
     @contextmanager
     def reserved(self) -> Iterator[None]:
         """Keep other threads off the line for a read, modify, write, read back."""
@@ -148,6 +157,11 @@ class Line:
                 self._free_at = self._clock.now() + gap
         raise AssertionError("the last attempt returns or raises")
 
+    def send(self, request: bytes) -> None:
+        """Send `request`, to which there is no answer."""
+        self._transport.drain()
+        self._transport.write(request)
+
     def exchange(self, request: bytes, end: End, quiet: float | None = None) -> bytes:
         """Send `request` and return the answer, or what there is of it when the time-out is over.
 
@@ -170,7 +184,7 @@ class Line:
             length = end(received)
             if length is not None:
                 return received[:length]
-            if not came or self._clock.now() >= deadline:
+            if not came or self._clock.now() >= deadline or len(received) > LONGEST:
                 return received
 
     def pause(self, seconds: float) -> None:
@@ -212,7 +226,7 @@ class Line:
             return OvenError(
                 Fault.LOST,
                 f"no usable answer for {since:.0f} s (limit {self._timing.lost_after:g} s); last: {error.what}",
-                f"Stop the campaign; look at the oven itself. {error.advice}",
+                f"Stop the campaign; look at the instrument itself. {error.advice}",
                 error.code,
             )
         return OvenError(

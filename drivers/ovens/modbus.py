@@ -1,6 +1,7 @@
-"""Modbus RTU: minimalmodbus makes and checks the frames, the line carries them."""
+"""Modbus RTU and TCP: minimalmodbus makes and checks the frames, the line carries them."""
 
-from collections.abc import Callable
+import struct
+from collections.abc import Callable, Sequence
 from typing import Literal, TypeVar
 
 import minimalmodbus
@@ -10,11 +11,22 @@ from drivers.ovens.line import Line
 
 T = TypeVar("T")
 WordOrder = Literal["high word first", "low word first"]
+Framing = Literal["rtu", "tcp"]
 
 _ORDER = {
     "high word first": minimalmodbus.BYTEORDER_BIG,
     "low word first": minimalmodbus.BYTEORDER_LITTLE_SWAP,
 }
+
+
+def crc16(frame: bytes) -> bytes:
+    """Return the checksum that follows `frame`, low byte first."""
+    register = 0xFFFF
+    for byte in frame:
+        register ^= byte
+        for _ in range(8):
+            register = (register >> 1) ^ 0xA001 if register & 1 else register >> 1
+    return register.to_bytes(2, "little")
 
 
 class _OpenPort:
@@ -29,13 +41,35 @@ class _Instrument(minimalmodbus.Instrument):
 
     It can be handed a port-like object as well, but then keeps its own pause between frames, by the
     wall clock: 2 ms for each exchange that takes no time at all on a virtual clock. The line has gaps.
+
+    Modbus TCP is the same in another envelope: a number that the answer repeats, and no checksum, which TCP has.
     """
 
-    def __init__(self, line: Line, address: int) -> None:
+    def __init__(self, line: Line, address: int, framing: Framing = "rtu") -> None:
         super().__init__(_OpenPort(), address)  # type: ignore[arg-type]
         self._line = line
+        self._framing = framing
+        self._number = 0
 
     def _communicate(self, request: bytes, number_of_bytes_to_read: int) -> bytes:
+        return self._tcp(request) if self._framing == "tcp" else self._rtu(request, number_of_bytes_to_read)
+
+    def _tcp(self, request: bytes) -> bytes:
+        self._number = self._number % 0xFFFF + 1
+        envelope = struct.pack(">HHH", self._number, 0, len(request) - 2)
+
+        def end(received: bytes) -> int | None:
+            due = 6 + int.from_bytes(received[4:6], "big") if len(received) >= 6 else 6 + 3
+            return due if len(received) >= due else None
+
+        answer = self._line.exchange(envelope + request[:-2], end)
+        if not answer:
+            raise minimalmodbus.NoResponseError("no answer")
+        if len(answer) < 9 or answer[:4] != envelope[:4] or len(answer) != 6 + int.from_bytes(answer[4:6], "big"):
+            raise minimalmodbus.InvalidResponseError(f"{answer[:12]!r} is no answer to question {self._number}")
+        return answer[6:] + crc16(answer[6:])
+
+    def _rtu(self, request: bytes, number_of_bytes_to_read: int) -> bytes:
         def end(received: bytes) -> int | None:
             # an exception is five bytes long, whatever was asked for
             due = 5 if len(received) > 1 and received[1] & 0x80 else number_of_bytes_to_read
@@ -57,13 +91,21 @@ class ModbusUnit:
         1 to 247.
     word_order : str
         Of its 32-bit floats.
+    framing : str
+        ``rtu``, on a serial line or through a gateway; ``tcp`` for Modbus TCP.
     """
 
-    def __init__(self, line: Line, address: int, word_order: WordOrder = "high word first") -> None:
+    def __init__(
+        self,
+        line: Line,
+        address: int,
+        word_order: WordOrder = "high word first",
+        framing: Framing = "rtu",
+    ) -> None:
         self.line = line
         self._address = address
         self._order = _ORDER[word_order]
-        self._unit = _Instrument(line, address)
+        self._unit = _Instrument(line, address, framing)
 
     def read(self, register: int, decimals: int = 0, *, signed: bool = True) -> float:
         """Return one register as a scaled integer."""
@@ -82,6 +124,25 @@ class ModbusUnit:
     def write_float(self, register: int, value: float) -> None:
         """Write two registers (function 16) as an IEEE 754 single."""
         self._call(lambda: self._unit.write_float(register, value, byteorder=self._order), writes=True)
+
+    def read_words(self, register: int, count: int, function: int) -> tuple[int, ...]:
+        """Return registers as they are: holding ones (function 3) or inputs (4)."""
+        return tuple(self._call(lambda: self._unit.read_registers(register, count, functioncode=function)))
+
+    def write_words(self, register: int, words: Sequence[int]) -> None:
+        """Write holding registers: one by function 6, several by 16."""
+        if len(words) == 1:
+            self._call(lambda: self._unit.write_register(register, words[0], functioncode=6), writes=True)
+        else:
+            self._call(lambda: self._unit.write_registers(register, [*words]), writes=True)
+
+    def read_bit(self, register: int, function: int) -> int:
+        """Return a coil (function 1) or a discrete input (2), 0 or 1."""
+        return int(self._call(lambda: self._unit.read_bit(register, functioncode=function)))
+
+    def write_bit(self, register: int, bit: int) -> None:
+        """Write a coil (function 5)."""
+        self._call(lambda: self._unit.write_bit(register, bit, functioncode=5), writes=True)
 
     def put(self, register: int, value: float, decimals: int = 0, *, name: str) -> float:
         """Make a register hold `value`, read it back, and return what it holds.
@@ -110,6 +171,15 @@ class ModbusUnit:
                 self.write_float(register, value)
                 held = self.read_float(register)
         return _taken(name, register, value, held, tolerance)
+
+    def put_long(self, register: int, value: int, *, name: str) -> int:
+        """Make two registers, high word first, hold a whole number; otherwise as `put`."""
+        with self.line.reserved():
+            held = self._call(lambda: int(self._unit.read_long(register)))
+            if held != value:
+                self._call(lambda: self._unit.write_long(register, value), writes=True)
+                held = self._call(lambda: int(self._unit.read_long(register)))
+        return int(_taken(name, register, value, held, 0.0))
 
     def _call(self, action: Callable[[], T], *, writes: bool = False) -> T:
         return self.line.attempt(lambda: self._translated(action), writes=writes)

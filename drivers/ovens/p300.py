@@ -71,6 +71,25 @@ class Program:
         return command(f"RUN PRGM, TEMP{self.start:.1f} GOTEMP{self.end:.1f} TIME{hours}:{minutes:02d}")
 
 
+@dataclass(frozen=True)
+class QuickTimer:
+    """The timer that counts down once, whatever the chamber does meanwhile.
+
+    Attributes
+    ----------
+    minutes : int
+    mode : str
+        What the chamber is put into then.
+    """
+
+    minutes: int
+    mode: str = "STANDBY"
+
+    def encode(self) -> bytes:
+        """Return the command that sets it; it does not run yet."""
+        return command(f"TIMER WRITE, NO0, {self.minutes // 60}:{self.minutes % 60:02d}, {self.mode}")
+
+
 def command(words: str) -> bytes:
     """Return a command or question as sent."""
     return words.encode("ascii") + CRLF
@@ -140,6 +159,23 @@ def decode_program(answer: bytes) -> Program:
     if match is None:
         raise garbled(answer, "a remote program")
     return Program(float(match[1]), float(match[2]), 60 * int(match[3]) + int(match[4]))
+
+
+def decode_quick_timer(answer: bytes) -> QuickTimer:
+    """Return what ``TIMER LIST?, 0`` answered."""
+    match = re.fullmatch(r"(?:0\s*,\s*)?([A-Z]+)\s*,\s*(\d{1,2}):(\d\d?)", decode(answer))
+    if match is None:
+        raise garbled(answer, "a quick timer")
+    return QuickTimer(60 * int(match[2]) + int(match[3]), match[1])
+
+
+def decode_timers_on(answer: bytes) -> tuple[int, ...]:
+    """Return the numbers of the timers that run, from ``TIMER ON?``; their count comes first."""
+    match = re.fullmatch(r"(\d)((?:\s*,\s*[0-2])*)", decode(answer))
+    numbers = tuple(int(number) for number in re.findall(r"\d", match[2])) if match else ()
+    if match is None or len(numbers) != int(match[1]):
+        raise garbled(answer, "numbers of timers")
+    return numbers
 
 
 def garbled(answer: bytes, wanted: str) -> OvenError:

@@ -4,6 +4,9 @@ import serial
 
 from drivers.ovens.error import Fault, OvenError
 
+MOST = 10_000
+"""Reads of what nobody waits for before the next question is asked all the same."""
+
 
 class SerialPort:
     """A port that opens again by itself after the cable was pulled.
@@ -55,8 +58,9 @@ class SerialPort:
         try:
             port = self._port()
             port.timeout = 0.0
-            while port.in_waiting and port.read(port.in_waiting):
-                pass
+            for _ in range(MOST):  # nothing that talks without end keeps anybody here
+                if not (port.in_waiting and port.read(port.in_waiting)):
+                    break
         except OSError as error:
             raise self._gone(error) from error
 

@@ -1,135 +1,97 @@
-"""The ``[oven]`` of a rig file, and the oven made from it."""
+"""The ``[oven]`` of a rig file: what every kind declares, and where the kinds are found."""
 
-import re
-from typing import Annotated, Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
 from analysis.declared import Declared
 from analysis.experiment import Temperature
 from drivers.clock import Clock, SystemClock
-from drivers.ovens.espec import Espec
-from drivers.ovens.eurotherm import MODEL_2400, MODEL_3500, Eurotherm
-from drivers.ovens.f4t import F4T
-from drivers.ovens.line import Line, Timing, Transport
-from drivers.ovens.modbus import ModbusUnit
+from drivers.kinds import Kinds
+from drivers.ovens.line import Transport
 from drivers.ovens.oven import Oven, OvenLimits
-from drivers.ovens.serial_port import SerialPort
-from drivers.ovens.votsch import Votsch
-
-Kind = Literal["eurotherm-2400", "eurotherm-3500", "votsch-ascii2", "espec-p300", "watlow-f4t"]
-
-GAPS: dict[Kind, tuple[float, float]] = {
-    "eurotherm-2400": (0.02, 0.1),
-    "eurotherm-3500": (0.02, 0.1),
-    "votsch-ascii2": (0.1, 1.0),
-    "espec-p300": (0.3, 1.0),
-    "watlow-f4t": (0.02, 0.1),
-}
-"""Seconds of silence each kind wants after a question and after a command."""
-
-
-_GATEWAY = re.compile(r"socket://(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9.-]+):[0-9]{1,5}")
-"""Others of pyserial's addresses write files (spy://), or take options that do."""
+from drivers.ovens.simulated.controller import Controller
+from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 
 class OvenSettings(Declared):
-    """How to reach an oven and what it may be asked for."""
+    """What an oven may be asked for. Each kind derives from it, adds how it is reached, and opens it."""
 
-    kind: Annotated[Kind, Field(description="maker and protocol of the controller")]
-    port: Annotated[
-        str,
-        Field(min_length=1, description="serial port (COM3, /dev/ttyUSB0) or socket://host:port of a gateway"),
-    ]
-    address: Annotated[int, Field(ge=1, le=247, description="Modbus unit, or ASCII-2 address")] = 1
-    baud_rate: Annotated[int, Field(ge=300, le=921_600, description="bit/s")] = 9600
-    parity: Annotated[Literal["N", "E", "O"], Field(description="none, even or odd")] = "N"
-    stop_bits: Annotated[Literal[1, 2], Field(description="per character")] = 1
-    decimals: Annotated[
-        int, Field(ge=0, le=2, description="digits after the point on a Eurotherm's display; others ignore it")
-    ] = 1
+    kind: Annotated[str, Field(description="maker and protocol of the controller")]
     minimum: Annotated[Temperature, Field(description="degrees Celsius, lowest set-point sent")]
     maximum: Annotated[Temperature, Field(description="degrees Celsius, highest set-point sent")]
     max_rate: Annotated[float, Field(gt=0.0, le=60.0, description="K/min, steepest ramp sent")]
-    timeout: Annotated[float, Field(ge=0.02, le=30.0, description="s, for one whole answer")] = 1.0
-    retries: Annotated[int, Field(ge=0, le=10, description="further attempts after a failed one")] = 2
-    gap_after_read: Annotated[
-        float | None,
-        Field(ge=0.0, le=10.0, description="s of silence after a question; unset: what the kind wants"),
-    ] = None
-    gap_after_write: Annotated[
-        float | None,
-        Field(ge=0.0, le=10.0, description="s of silence after a command; unset: what the kind wants"),
-    ] = None
-    lost_after: Annotated[
-        float,
-        Field(ge=1.0, le=3600.0, description="s without a usable answer after which the oven counts as lost"),
-    ] = 60.0
 
     @model_validator(mode="after")
-    def _consistent(self) -> Self:
+    def _bounded(self) -> Self:
         self.limits()
-        self.timing()
-        if "://" in self.port and not _GATEWAY.fullmatch(self.port):
-            raise ValueError(
-                f"port {self.port!r}: a serial port's name (COM3, /dev/ttyUSB0) or socket://HOST:PORT allowed, "
-                "and no other address"
-            )
-        if self.kind == "votsch-ascii2" and self.address > 32:
-            raise ValueError(f"address {self.address}: ASCII-2 allows 1 to 32")
         return self
+
+    @property
+    def place(self) -> str:
+        """Where it is reached, for messages: a port, a host; empty where there is no such thing."""
+        return ""
+
+    @property
+    def expires(self) -> bool:
+        """Whether the oven comes to rest by itself once nobody watches it any more."""
+        return False
 
     def limits(self) -> OvenLimits:
         """Return what set-points are clamped to."""
         return OvenLimits(self.minimum, self.maximum, self.max_rate)
 
-    def timing(self) -> Timing:
-        """Return how patient the line is."""
-        after_read, after_write = GAPS[self.kind]
-        return Timing(
-            timeout=self.timeout,
-            retries=self.retries,
-            gap_after_read=after_read if self.gap_after_read is None else self.gap_after_read,
-            gap_after_write=after_write if self.gap_after_write is None else self.gap_after_write,
-            lost_after=self.lost_after,
-        )
+    def open(self, clock: Clock, transport: Transport | None = None) -> Oven:
+        """Return the oven after a first exchange with it; of all a kind does, only this is obligatory.
+
+        Parameters
+        ----------
+        clock : Clock
+        transport : Transport, optional
+            Instead of the port declared: a simulated controller in memory, say. A kind without a line has no use
+            for it.
+
+        Raises
+        ------
+        OvenError
+            If it cannot be reached or does not answer as its kind should; nothing is left open then.
+        """
+        raise NotImplementedError
+
+    def simulated(self, body: RegulatedOven, clock: Clock) -> Controller | None:
+        """Return a controller that answers the kind's driver around `body`; None where the kind has none."""
+        return None
 
 
-def open_oven(settings: OvenSettings, clock: Clock | None = None, transport: Transport | None = None) -> Oven:
-    """Return the oven that `settings` describe, after a first exchange with it.
+OVENS = Kinds(
+    "flexura.ovens",
+    OvenSettings,
+    {
+        "eurotherm-2400": "drivers.ovens.controllers:EurothermSettings",
+        "eurotherm-3500": "drivers.ovens.controllers:EurothermSettings",
+        "votsch-ascii2": "drivers.ovens.controllers:VotschSettings",
+        "espec-p300": "drivers.ovens.controllers:EspecSettings",
+        "watlow-f4t": "drivers.ovens.controllers:WatlowSettings",
+        "modbus-map": "drivers.ovens.modbus_map:ModbusMapOven",
+        "scpi": "drivers.ovens.scpi:ScpiOven",
+    },
+)
 
-    Parameters
-    ----------
-    settings : OvenSettings
-    clock : Clock, optional
-        The machine's own by default.
-    transport : Transport, optional
-        Instead of the port named in the settings: a simulated controller in memory, say.
+
+def oven_settings(declared: Mapping[str, Any]) -> OvenSettings:
+    """Return the settings in a table, as its ``kind`` understands them.
 
     Raises
     ------
-    OvenError
-        If the port cannot be opened or the controller does not answer as its kind should.
+    KindError
+        For a kind that is not there.
+    pydantic.ValidationError
+        For any other key.
     """
-    clock = clock or SystemClock()
-    transport = transport or SerialPort(settings.port, settings.baud_rate, settings.parity, settings.stop_bits)
-    line = Line(transport, clock, settings.timing())
-    try:
-        return _oven(settings, line)
-    except BaseException:
-        line.close()
-        raise
+    return OVENS.find(str(declared.get("kind"))).model_validate(declared)
 
 
-def _oven(settings: OvenSettings, line: Line) -> Oven:
-    limits = settings.limits()
-    match settings.kind:
-        case "eurotherm-2400" | "eurotherm-3500":
-            registers = MODEL_2400 if settings.kind == "eurotherm-2400" else MODEL_3500
-            return Eurotherm(ModbusUnit(line, settings.address), limits, registers, settings.decimals)
-        case "votsch-ascii2":
-            return Votsch(line, settings.address, limits)
-        case "espec-p300":
-            return Espec(line, limits)
-        case "watlow-f4t":
-            return F4T(ModbusUnit(line, settings.address, "low word first"), limits)
+def open_oven(settings: OvenSettings, clock: Clock | None = None, transport: Transport | None = None) -> Oven:
+    """Return the oven that `settings` describe, see `OvenSettings.open`; on the machine's own clock by default."""
+    return settings.open(clock or SystemClock(), transport)

@@ -8,6 +8,7 @@ from typing import Any
 from drivers.clock import Clock
 from drivers.ni.cards import Cards
 from drivers.ovens.oven import Oven
+from drivers.thermometers.thermometer import Thermometer
 
 
 def nothing_to_restore(oven: Oven, events: Sequence[Mapping[str, Any]]) -> None:
@@ -16,7 +17,7 @@ def nothing_to_restore(oven: Oven, events: Sequence[Mapping[str, Any]]) -> None:
 
 @dataclass(frozen=True)
 class Rig:
-    """Ways to open the cards and the oven, and the time they live in.
+    """Ways to open the cards, the oven and the thermometer, and the time they live in.
 
     Attributes
     ----------
@@ -29,6 +30,8 @@ class Rig:
     restore : callable
         Told the open oven and the log of an interrupted campaign, before it is taken up again. A
         simulated rig, whose time stands still while nobody runs it, goes back to where it was.
+    open_thermometer : callable, optional
+        Of the plate; without it, its temperature is that of the cards' thermocouples.
     """
 
     open_cards: Callable[[], Cards]
@@ -36,3 +39,4 @@ class Rig:
     clock: Clock
     date: Callable[[], datetime]
     restore: Callable[[Oven, Sequence[Mapping[str, Any]]], None] = nothing_to_restore
+    open_thermometer: Callable[[], Thermometer] | None = None

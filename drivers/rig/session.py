@@ -5,6 +5,9 @@ from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from analysis.protocol.limits import Limits
 from drivers.interruptions import held_back
 from drivers.ni.cards import Cards, go_on
@@ -14,6 +17,7 @@ from drivers.rig.errors import RESUME, RigStopped
 from drivers.rig.rest import bring_to_rest
 from drivers.rig.rig import Rig
 from drivers.rig.supervision import SupervisedOven
+from drivers.thermometers.thermometer import Thermometer
 
 Log = Callable[[Mapping[str, Any]], None]
 
@@ -48,13 +52,15 @@ class Session:
     rig : Rig
     oven : SupervisedOven
     cards : Cards
-        Of an open session.
+    thermometer : Thermometer
+        Of an open session, the last only where the rig has one besides the cards.
     unsafe : tuple of str or None
         What could not be verified to be at rest when the session was left; None before: nothing was touched.
     """
 
     oven: SupervisedOven
     cards: Cards
+    thermometer: Thermometer
 
     def __init__(
         self, rig: Rig, limits: Limits, log: Log = unlogged, asked_to_end: Callable[[], None] = go_on
@@ -76,6 +82,8 @@ class Session:
             self.oven = SupervisedOven(self.rig.open_oven(), self._limits, self.rig.clock, self._asked_to_end)
             self.oven.begin()
             self.cards = self.rig.open_cards()
+            if self.rig.open_thermometer is not None:
+                self.thermometer = self.rig.open_thermometer()
         except (DaqError, OvenError) as error:
             stopped = RigStopped(f"the rig cannot be opened: {error}", RESUME)
             self._leave(stopped)
@@ -100,6 +108,11 @@ class Session:
         self.oven.end()
         self.rig.restore(self.oven, events)
         self.oven.begin()
+
+    def temperatures(self) -> NDArray[np.float64]:
+        """Return all readings of the plate's temperature now, degrees Celsius; none where nothing measures it."""
+        source = self.cards if self.rig.open_thermometer is None else self.thermometer
+        return source.temperatures()
 
     def reopen_cards(self) -> None:
         """Let go of lost cards and open them again.
@@ -130,10 +143,18 @@ class Session:
             if "oven" in opened:
                 self.oven.end()
             self.unsafe = bring_to_rest(self.rig, opened.get("oven"), opened.get("cards"))
+            self._close_thermometer()
             if error is not None:
                 for told in self.unsafe:
                     error.add_note(f"NOT AT REST: {told}")
             self._tell("the end" if error is None else f"{type(error).__name__}: {error}")
+
+    def _close_thermometer(self) -> None:
+        if "thermometer" in self.__dict__:
+            try:
+                self.thermometer.close()
+            except Exception as error:  # noqa: BLE001 (it moves nothing, and must not hide what ended the session)
+                log.debug("the thermometer could not be closed: %s", error)
 
     def _tell(self, why: str) -> None:
         """Log how the rig was left; a full disk is one of the reasons to be here, and must not hide the first."""

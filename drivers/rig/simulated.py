@@ -5,8 +5,9 @@ simulated controller. Everything in it is a function of the seed, of virtual tim
 oven was told what, so that a campaign which is killed and taken up again ends as if it had not been.
 """
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
@@ -20,14 +21,17 @@ from drivers.ni.simulated.in_process import InProcessChannel
 from drivers.ni.simulated.servicer import SimulatedDaq
 from drivers.ni.simulated.surroundings import Module, Plate, Surroundings
 from drivers.ni.wiring import Wiring
+from drivers.ovens.expiry import Expiring
 from drivers.ovens.oven import Oven
 from drivers.ovens.settings import OvenSettings, open_oven
-from drivers.ovens.simulated.build import simulated_controller
 from drivers.ovens.simulated.controller import Controller
 from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig
+from drivers.rig.supervision import PERIOD, QUIET
+from drivers.thermometers.settings import ThermometerSettings
+from drivers.thermometers.thermometer import Thermometer
 
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
 """When virtual time begins: a date no measurement of today can be mistaken for."""
@@ -54,6 +58,8 @@ class SimulatedParts:
         ``host:port`` where the server is served; None to call it inside this process.
     lines : list of MemoryTransport
         To the controller, one for each time the oven was opened.
+    thermometer : (ThermometerSettings, Controller) or None
+        On the plate; None where the cards' thermocouples are all there is.
     """
 
     clock: VirtualClock
@@ -64,10 +70,12 @@ class SimulatedParts:
     oven: OvenSettings
     address: str | None = None
     lines: list[MemoryTransport] = field(default_factory=list)
+    thermometer: tuple[ThermometerSettings, Controller] | None = None
 
     def rig(self) -> Rig:
         """Return the rig as a campaign uses it."""
-        return Rig(self._open_cards, self._open_oven, self.clock, self._date, self._restore)
+        opens = None if self.thermometer is None else self._open_thermometer
+        return Rig(self._open_cards, self._open_oven, self.clock, self._date, self._restore, opens)
 
     def _open_cards(self) -> Cards:
         if self.address is not None:
@@ -78,6 +86,12 @@ class SimulatedParts:
         self.lines.append(MemoryTransport(self.controller, self.clock))
         return open_oven(self.oven, self.clock, self.lines[-1])
 
+    def _open_thermometer(self) -> Thermometer:
+        if self.thermometer is None:
+            raise AssertionError("a rig without one does not ask for it")
+        settings, instrument = self.thermometer
+        return settings.open(self.clock, MemoryTransport(instrument, self.clock))
+
     def _date(self) -> datetime:
         return EPOCH + timedelta(seconds=round(self.clock.now(), 3))
 
@@ -86,7 +100,7 @@ class SimulatedParts:
         for event in events:
             if event.get("event") != "oven":
                 continue
-            self.clock.sleep(float(event["time"]) - self.clock.now())
+            self._pass(oven, float(event["time"]))
             match event["command"]:
                 case "ramp":
                     oven.ramp_to(float(event["target"]), float(event["rate"]))
@@ -95,7 +109,19 @@ class SimulatedParts:
                 case "safe":
                     oven.safe()
         last = max((float(event["time"]) for event in events if event.get("event") in KEPT), default=0.0)
-        self.clock.sleep(last - self.clock.now())
+        self._pass(oven, last)
+
+    def _pass(self, oven: Oven, until: float) -> None:
+        """Let time pass; an oven that minds to be left alone is watched at the moments of the supervision."""
+        if not isinstance(oven, Expiring) or not (self.oven.expires or oven.poll_within < math.inf):
+            self.clock.sleep(until - self.clock.now())
+            return
+        while (left := until - self.clock.now()) > 0.0:
+            whole = PERIOD * (math.floor(self.clock.now() / PERIOD + 1e-6) + 1.0)
+            self.clock.sleep(min(left, whole - self.clock.now()))
+            if oven.poll_within < math.inf and self.clock.now() % QUIET < PERIOD:
+                oven.temperature()
+            oven.renew()
 
 
 def simulated_parts(
@@ -107,6 +133,7 @@ def simulated_parts(
     seed: int,
     chamber: Chamber | None = None,
     drive_scale: float = 1.0,
+    thermometer: ThermometerSettings | None = None,
 ) -> SimulatedParts:
     """Build a simulated rig around a plate.
 
@@ -124,11 +151,13 @@ def simulated_parts(
     chamber : Chamber, optional
     drive_scale : float
         Volts at the drive's input per volt of the output, see `Surroundings`.
+    thermometer : ThermometerSettings, optional
+        On the plate, besides the cards' thermocouples.
 
     Raises
     ------
     ValueError
-        If a terminal of the wiring is on no module.
+        If a terminal of the wiring is on no module, or the oven's kind cannot be simulated.
     """
     chamber = chamber or Chamber()
     clock = VirtualClock()
@@ -144,7 +173,16 @@ def simulated_parts(
         modules=dict(modules),
     )
     server = SimulatedDaq(surroundings, clock, seed)
-    return SimulatedParts(clock, body, simulated_controller(oven, body, clock), server, wiring, oven)
+    controller = oven.simulated(body, clock)
+    if controller is None:
+        raise ValueError(f"oven.kind {oven.kind!r} brings no simulated controller")
+    parts = SimulatedParts(clock, body, controller, server, wiring, oven)
+    if thermometer is None:
+        return parts
+    instrument = thermometer.simulated(body, clock)
+    if instrument is None:
+        raise ValueError(f"thermometer.kind {thermometer.kind!r} brings no simulated instrument")
+    return replace(parts, thermometer=(thermometer, instrument))
 
 
 @dataclass(frozen=True)

@@ -126,7 +126,7 @@ class Station:
         if reading.plate is None:
             raise RigStopped(
                 "programme.watch is the plate, but no thermocouple is wired",
-                "Wire one and name it in cards.thermocouples, or watch the air",
+                "Wire one and name it in cards.thermocouples, declare a [thermometer], or watch the air",
             )
         return reading.plate
 
@@ -142,7 +142,7 @@ class Station:
         return round(float(self._oven.temperature()), RESOLUTION)
 
     def _ask_plate(self) -> float | None:
-        readings = self._session.cards.temperatures()
+        readings = self._session.temperatures()
         return round(float(np.mean(readings)), RESOLUTION) if readings.size else None
 
     def ramp(self, target: float, rate: float, purpose: Purpose) -> None:

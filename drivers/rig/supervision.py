@@ -9,6 +9,7 @@ from typing import TypeVar
 from analysis.protocol.limits import Limits
 from drivers.clock import Clock, Stop
 from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.expiry import Expiring
 from drivers.ovens.line import PASSING
 from drivers.ovens.oven import Oven, OvenLimits, SetPoint
 from drivers.rig.errors import RESUME, RigStopped
@@ -36,6 +37,8 @@ class SupervisedOven:
     heard of for longer than `limits.lost_after`: a user that hangs on a file cannot measure, and must not heat;
     and where the session is to end. From then on it takes no command but `safe`: each raises why.
 
+    An oven whose commands expire is renewed here and nowhere else: once this process dies, it comes to rest.
+
     The drive needs no thread: it is at 0 V except during a sweep, which asks `check` twice a second.
 
     Parameters
@@ -51,6 +54,7 @@ class SupervisedOven:
 
     def __init__(self, oven: Oven, limits: Limits, clock: Clock, asked_to_end: Callable[[], None]) -> None:
         self._oven = oven
+        self._expiring = oven if isinstance(oven, Expiring) else None
         self._limits = limits
         self._clock = clock
         self._asked_to_end = asked_to_end
@@ -99,6 +103,11 @@ class SupervisedOven:
         """Stop the ramp where it is and stay there."""
         return self._told(self._oven.hold)
 
+    def renew(self) -> None:
+        """Renew the last command where it expires; a simulated rig that makes up for lost time does so itself."""
+        if self._expiring is not None:
+            self._told(self._expiring.renew)
+
     def safe(self) -> None:
         """Put the oven to rest; OvenError where an earlier question keeps the line for ever."""
         if not self._turn.acquire(timeout=HANGS):
@@ -135,10 +144,18 @@ class SupervisedOven:
             if self._wrong is not None and not self._at_rest:
                 self._oven.safe()
                 self._at_rest = True
+            if self._wrong is None and self._expiring is not None:
+                self._renew(self._expiring)
         except Exception as error:  # noqa: BLE001 (tried again at the next look, and when the session is left)
             log.warning("the supervision could not bring the oven to rest: %s", error)
         finally:
             self._turn.release()
+
+    def _renew(self, oven: Expiring) -> None:
+        try:
+            oven.renew()
+        except OvenError as error:  # tried again at the next look
+            log.warning("the oven's last command could not be renewed, and will expire: %s", error)
 
     def _trouble(self) -> RigStopped | None:
         now, patience = self._clock.now(), self._limits.lost_after

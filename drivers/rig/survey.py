@@ -103,8 +103,9 @@ def look_at_ports() -> Iterator[Finding]:
 def look_at_oven(settings: OvenSettings, *, needed: bool) -> Finding:
     """Ask an oven for its temperature, and nothing else."""
     lacking = State.BAD if needed else State.NOTE
-    name = f"oven {settings.kind} at {settings.port}"
-    if not needed and "://" not in settings.port and not Path(settings.port).exists():
+    place = settings.place
+    name = f"oven {settings.kind} at {place}" if place else f"oven {settings.kind}"
+    if not needed and place and "://" not in place and not Path(place).exists():
         return Finding(name, State.NOTE, "no such port", "nothing to do: this experiment's rig is simulated")
     try:
         oven = open_oven(settings)

@@ -48,7 +48,7 @@ def twin(experiment: AcquiredExperiment) -> Twin:
     recipe = MeshRecipe(spacing=0.08, growth=2.0, pieces=1)
     model = assemble(recorded.plate, recorded.patch, recipe=recipe, degree=4)
     return Twin.of(
-        recorded, DeclaredPlate(reduce_with_footprints(model, BOX, recorded.protocol.band, recorded.footprints))
+        recorded, DeclaredPlate(reduce_with_footprints(model, BOX, recorded.protocol.band, recorded.footprints)[0])
     )
 
 

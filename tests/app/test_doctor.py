@@ -19,8 +19,7 @@ from drivers.clock import SystemClock
 from drivers.ni.simulated.loopback import serving
 from drivers.ni.simulated.servicer import SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings
-from drivers.ovens.settings import OvenSettings
-from drivers.ovens.simulated.build import simulated_controller
+from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.served import TcpPort
 
@@ -30,11 +29,13 @@ EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "simulated-rig.toml
 @pytest.fixture
 def laboratory(tmp_path: Path) -> Iterator[Path]:
     """Yield an experiment whose cards and oven are simulated, but at real ports, as the doctor sees real ones."""
-    settings = OvenSettings(kind="watlow-f4t", port="simulated", minimum=-5.0, maximum=65.0, max_rate=3.0)
+    settings = oven_settings(
+        {"kind": "watlow-f4t", "port": "simulated", "minimum": -5.0, "maximum": 65.0, "max_rate": 3.0}
+    )
     clock = SystemClock()
     body = RegulatedOven(clock, np.random.default_rng(1), air=23.0, plate=23.0)
     server = SimulatedDaq(Surroundings(lambda drive, rate, temperature: drive[None], {"cDAQ1Mod1/ai1": 0}))
-    with TcpPort(simulated_controller(settings, body, clock)) as oven, serving(server) as cards:
+    with TcpPort(settings.simulated(body, clock)) as oven, serving(server) as cards:
         text = EXAMPLE.read_text(encoding="utf-8")
         text = text.replace('port = "simulated"', f'port = "{oven.address}"')
         text = text.replace('rig = "simulated"', 'rig = "ni"').replace("[cards]", f'[cards]\ngrpc = "{cards}"')

@@ -88,7 +88,7 @@ def write(folder: Path, units: dict[str, str]) -> Path:
     )
     box = MaterialBox((1.5e9, 2.4e9), (0.36, 0.41), (0.03, 0.08))
     twin = Twin.of(
-        experiment, DeclaredPlate(reduce_with_footprints(model, box, (60.0, 800.0), experiment.footprints))
+        experiment, DeclaredPlate(reduce_with_footprints(model, box, (60.0, 800.0), experiment.footprints)[0])
     )
     (folder / "sweeps").mkdir(parents=True)
     table = experiment.model_dump(mode="json")

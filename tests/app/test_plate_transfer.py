@@ -102,7 +102,7 @@ def difference(one: NDArray[np.complex128], other: NDArray[np.complex128]) -> fl
 
 
 def test_without_any_effect_it_is_the_plain_plate(twin: Twin[EffectPlate], experiment: Experiment) -> None:
-    plain = reduce(assemble_for(experiment.plate, experiment.patch, BOX, BAND, fineness=COARSE), BOX, BAND)
+    plain = reduce(assemble_for(experiment.plate, experiment.patch, BOX, BAND, fineness=COARSE), BOX, BAND)[0]
     without = TwinTransfer(Twin.of(experiment, DeclaredPlate(plain)), LAWS)
     drive = drive_signal(SWEEP, 1.0, RATE)
     temperature = np.full(drive.size, 20.0)

@@ -39,7 +39,7 @@ def twin(kind: str, patches: list[Patch], band: tuple[float, float], fineness: F
     mass = density * 0.24 * 0.19 * thickness
     plate = Plate(length_x=0.24, length_y=0.19, thickness=thickness, mass=mass, material={"kind": kind})
     box = material_box(plate.material)
-    reduced = reduce(assemble_for(plate, patches, box, band, fineness=fineness), box, band)
+    reduced = reduce(assemble_for(plate, patches, box, band, fineness=fineness), box, band)[0]
     return Twin(DeclaredPlate(reduced), Instruments.of_patches(0, (1,), LOAD))
 
 

@@ -1,6 +1,5 @@
 """A campaign's folder as it grows: read-only, and never stopped by what is damaged in it."""
 
-import json
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -20,6 +19,7 @@ from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import SWEEPS, read_protocol, sweep_paths
 from app.files.control import wished
 from app.files.latest_repeat import LatestRepeat, load_latest
+from app.files.parsed_text import parse_json
 from app.files.readings import ReadingLine, parse_reading
 from app.files.sweep_file import read_sweep_file
 from app.files.tail import Tail
@@ -146,7 +146,7 @@ class Watched:
 
     def _take_event(self, line: str, number: int) -> None:
         try:
-            event = json.loads(line)
+            event = parse_json(line)
             seconds(event["date"])
             self.events.append(event)
         except (ValueError, KeyError, TypeError):

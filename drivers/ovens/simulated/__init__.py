@@ -9,8 +9,9 @@
 ``f4t``             Watlow F4T
 ``votsch``          Vötsch and Weiss, ASCII-2
 ``espec``           Espec P-300
-``build``           the controller of a kind
 ``memory``          a line inside the process, in virtual time
+``modbus_map``      registers as declared
+``scpi``            words as declared
 ``served``          pseudo-terminal or TCP port
 ``disturbance``     a bad line
 ==================  =====================================================================

@@ -7,11 +7,12 @@ from drivers.clock import Clock
 from drivers.ovens.simulated.controller import Delivery, LineController
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
+TIMER = re.compile(r"TIMER WRITE,\s*NO0,\s*(\d+):(\d+),\s*(STANDBY|OFF|CONSTANT)")
 PROGRAM = re.compile(r"RUN PRGM, TEMP(-?[\d.]+) GOTEMP(-?[\d.]+) TIME(\d+):(\d+)")
 
 
 class SimulatedEspec(LineController):
-    """A chamber with a constant mode and remote programs of one step.
+    """A chamber with a constant mode, remote programs of one step, and a quick timer.
 
     Parameters
     ----------
@@ -43,6 +44,7 @@ class SimulatedEspec(LineController):
         self._constant = oven.working
         self._mode = "STANDBY"
         self._program = ""
+        self._timer, self._timer_ends = (0, "STANDBY"), math.inf
         self.locked = False
         self.protected = False
         self.alarms: tuple[int, ...] = ()
@@ -51,13 +53,16 @@ class SimulatedEspec(LineController):
         """Answer, and start waiting for the next command anew."""
         if not self._oven.regulating:
             self._mode = "STANDBY" if self._mode in ("CONSTANT", "RUN") else self._mode
-        self._oven.stop_at = self._clock.now() + self._patience
-        return super().receive(data)
+        if self._clock.now() >= self._timer_ends:
+            self._timer_ends = math.inf
+        answers = super().receive(data)
+        self._oven.stop_at = min(self._clock.now() + self._patience, self._timer_ends)
+        return answers
 
     def answer(self, command: str) -> str:
         """Serve the questions and commands of the driver, and refuse others as the real one does."""
         words = command.strip().upper()
-        if words.endswith("?"):
+        if "?" in words:
             return self._question(words)
         if self.protected:
             return "NA:PROTECT ON"
@@ -75,6 +80,11 @@ class SimulatedEspec(LineController):
                 return self._mode
             case "ALARM?":
                 return ",".join(str(number) for number in (len(self.alarms), *self.alarms))
+            case "TIMER ON?":
+                return "1,0" if self._timer_ends < math.inf else "0"
+            case "TIMER LIST?, 0":
+                minutes, mode = self._timer
+                return f"{mode},{minutes // 60}:{minutes % 60:02d}"
             case "RUN PRGM?":
                 return self._program or "NA:CHB NOT READY"
         return "NA:CMD ERR"
@@ -99,6 +109,12 @@ class SimulatedEspec(LineController):
         elif mode := re.fullmatch(r"MODE,\s*(CONSTANT|STANDBY|OFF)", words):
             if not self.locked:
                 self._change(mode[1])
+        elif timer := TIMER.fullmatch(words):
+            if not self.locked:
+                self._timer = (60 * int(timer[1]) + int(timer[2]), timer[3])
+        elif words in ("TIMER, ON, 0", "TIMER, OFF, 0"):
+            if not self.locked:
+                self._timer_ends = self._clock.now() + 60.0 * self._timer[0] if "ON" in words else math.inf
         else:
             return "NA:CMD ERR"
         return f"OK:{words}"

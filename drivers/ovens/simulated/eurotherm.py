@@ -2,11 +2,14 @@
 
 import math
 
-from drivers.ovens.eurotherm import AUTOMATIC, MANUAL, MODEL_2400, Registers
+from drivers.ovens import eurotherm_program as programmer
+from drivers.ovens.eurotherm import MANUAL, MODEL_2400, Registers
+from drivers.ovens.eurotherm_program import AUTOMATIC
 from drivers.ovens.simulated.modbus_server import ModbusServer, float_words, words_float
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
 FLOATS = 0x8000
+PROGRAMS = range(programmer.PROGRAMS + programmer.PROGRAM, programmer.PROGRAMS + 20 * programmer.PROGRAM)
 
 
 class SimulatedEurotherm(ModbusServer):
@@ -30,6 +33,10 @@ class SimulatedEurotherm(ModbusServer):
     sensor_broken : bool
     alarms : int
         Summary word (3500).
+    unit : int
+        Of its temperatures: 0 for degrees Celsius (2400).
+    programmer : bool
+        Whether one is fitted (2400).
     writes : list of tuple
         Register and value of every write, oldest first: what its memory has to bear.
     """
@@ -55,12 +62,18 @@ class SimulatedEurotherm(ModbusServer):
         self.locked = False
         self.sensor_broken = False
         self.alarms = 0
+        self.unit = 0
+        self.programmer = registers is MODEL_2400
+        self._segments: dict[int, float] = {}
+        self._number, self._status = 1, programmer.RESET
         self.writes: list[tuple[int, float]] = []
 
     def read_word(self, register: int) -> int:
         """Return a scaled integer, or half of a float."""
         if register >= FLOATS:
             whole, half = divmod(register - FLOATS, 2)
+            if _is_time(whole):
+                return (round(1e3 * self._value(whole)[0]) >> (0 if half else 16)) & 0xFFFF
             return float_words(self._value(whole)[0], low_first=False)[half]
         value, scale = self._value(register)
         return round(value * scale) & 0xFFFF
@@ -69,7 +82,9 @@ class SimulatedEurotherm(ModbusServer):
         """Store a scaled integer, or a whole float."""
         if register >= FLOATS:
             register = (register - FLOATS) // 2
-            value = words_float(words, low_first=False)
+            value = (
+                ((words[0] << 16) + words[1]) / 1e3 if _is_time(register) else words_float(words, low_first=False)
+            )
         else:
             _, scale = self._value(register)
             value = (words[0] - 0x10000 if words[0] & 0x8000 else words[0]) / scale
@@ -100,6 +115,25 @@ class SimulatedEurotherm(ModbusServer):
                 return float(self.sensor_broken), 1
             case at.alarms:
                 return self.alarms, 1
+            case at.unit:
+                return self.unit, 1
+        if self.programmer:
+            return self._programmed(register)
+        raise LookupError(register)
+
+    def _programmed(self, register: int) -> tuple[float, int]:
+        match register:
+            case programmer.SELECTED:
+                return 0, 1
+            case programmer.LOCAL:
+                return self._target, self._scale
+            case programmer.NUMBER:
+                return self._number, 1
+            case programmer.STATUS:
+                over = self._status == programmer.RUN and not self._oven.regulating and self._mode == AUTOMATIC
+                return (programmer.COMPLETE if over else self._status), 1
+        if register in PROGRAMS:
+            return self._segments.get(register, 0.0), 1
         raise LookupError(register)
 
     def _read_only(self, register: int) -> bool:
@@ -118,12 +152,47 @@ class SimulatedEurotherm(ModbusServer):
             self._mode = int(value)
         elif register == at.output and value != 0.0:
             raise ValueError("only output 0 is simulated")
-        self._drive()
+        elif register in PROGRAMS:
+            self._segments[register] = value
+            return
+        elif register == programmer.LOCAL:
+            self._target = min(max(value, self._low), self._high)
+        elif register == programmer.NUMBER:
+            self._number = int(value)
+        elif register == programmer.STATUS:
+            self._status = int(value)
+            self._oven.stop_at = math.inf
+        self._drive(begun=register == programmer.STATUS)
 
-    def _drive(self) -> None:
+    def _drive(self, *, begun: bool) -> None:
         if self._mode != AUTOMATIC:
             self._oven.stop()
+            return
+        if self._status == programmer.RUN:
+            if begun:
+                self._run()
             return
         disabled = self._at.rate_disable is not None and self._rate_disable
         rate = math.inf if self._rate == 0.0 or disabled else self._rate
         self._oven.go(self._target, rate)
+
+    def _run(self) -> None:
+        """Begin a program that is a ramp, a dwell and an end without power; no other is simulated."""
+        base = programmer.PROGRAMS + self._number * programmer.PROGRAM
+        ramp, dwell, end = (base + programmer.SEGMENT * number for number in (1, 2, 3))
+        kinds = [self._segments.get(segment + programmer.KIND, programmer.END) for segment in (ramp, dwell, end)]
+        if kinds != [programmer.RAMP, programmer.DWELL, programmer.END]:
+            raise ValueError(f"a program of segments {kinds} is not simulated")
+        self._oven.run(
+            min(max(self._segments[ramp + programmer.TARGET], self._low), self._high),
+            self._segments[ramp + programmer.RATE_OR_TIME],
+            self._segments[dwell + programmer.RATE_OR_TIME]
+            if self._segments.get(end + programmer.END_TYPE) == programmer.OUTPUT_OFF
+            else math.inf,
+        )
+
+
+def _is_time(register: int) -> bool:
+    """Whether a register of a program holds the dwell's time; it is the second segment's."""
+    inside = (register - programmer.PROGRAMS) % programmer.PROGRAM
+    return register in PROGRAMS and inside == 2 * programmer.SEGMENT + programmer.RATE_OR_TIME

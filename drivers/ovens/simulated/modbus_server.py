@@ -8,7 +8,8 @@ import struct
 
 from drivers.ovens.simulated.controller import Delivery
 
-READ, WRITE_ONE, WRITE_MANY = 3, 6, 16
+READ_COIL, READ_DISCRETE, READ, READ_INPUT, WRITE_COIL, WRITE_ONE, WRITE_MANY = 1, 2, 3, 4, 5, 6, 16
+COIL_ON = 0xFF00
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE = 1, 2, 3
 
 
@@ -52,6 +53,18 @@ class ModbusServer:
         """Return a register, 0 to 65535; LookupError if there is none."""
         raise NotImplementedError
 
+    def read_input(self, register: int) -> int:
+        """Return an input register, 0 to 65535; LookupError if there is none."""
+        raise NotImplementedError
+
+    def read_bit(self, register: int, function: int) -> int:
+        """Return a coil (function 1) or discrete input (2), 0 or 1; LookupError if there is none."""
+        raise NotImplementedError
+
+    def write_bit(self, register: int, bit: int) -> None:
+        """Store a coil; LookupError if there is none."""
+        raise NotImplementedError
+
     def write_words(self, register: int, words: tuple[int, ...]) -> None:
         """Store registers; LookupError if there are none, ValueError if they do not take the value."""
         raise NotImplementedError
@@ -64,15 +77,22 @@ class ModbusServer:
     def _answer(self, function: int, body: bytes) -> bytes:
         start, second = struct.unpack(">HH", body[:4])
         try:
-            if function == READ:
-                words = [self.read_word(start + i) for i in range(second)]
+            if function in (READ, READ_INPUT):
+                read = self.read_word if function == READ else self.read_input
+                words = [read(start + i) for i in range(second)]
                 return struct.pack(f">BB{second}H", function, 2 * second, *words)
-            if function == WRITE_ONE:
+            if function in (READ_COIL, READ_DISCRETE) and second == 1:
+                return bytes([function, 1, self.read_bit(start, function)])
+            if function == WRITE_COIL:
+                self.write_bit(start, int(second == COIL_ON))
+            elif function == WRITE_ONE:
                 self.write_words(start, (second,))
             elif function == WRITE_MANY:
                 self.write_words(start, struct.unpack(f">{second}H", body[5:]))
             else:
                 return bytes([function | 0x80, ILLEGAL_FUNCTION])
+        except NotImplementedError:  # of a unit without such a table
+            return bytes([function | 0x80, ILLEGAL_FUNCTION])
         except LookupError:
             return bytes([function | 0x80, ILLEGAL_ADDRESS])
         except ValueError:
@@ -93,3 +113,30 @@ def words_float(words: tuple[int, ...], *, low_first: bool) -> float:
     high, low = words[::-1] if low_first else words
     value: float = struct.unpack(">f", struct.pack(">HH", high, low))[0]
     return value
+
+
+class ModbusTcp:
+    """The same unit behind a port of its own: Modbus messaging on TCP/IP, V1.0b.
+
+    Parameters
+    ----------
+    server : ModbusServer
+    """
+
+    def __init__(self, server: ModbusServer) -> None:
+        self.server = server
+        self._received = b""
+
+    def receive(self, data: bytes) -> list[Delivery]:
+        """Answer every whole frame in its envelope, keep the rest."""
+        self._received += data
+        answers: list[Delivery] = []
+        while len(self._received) >= 6:
+            length = 6 + int.from_bytes(self._received[4:6], "big")
+            if len(self._received) < length:
+                break
+            envelope, body = self._received[:4], self._received[6:length]
+            self._received = self._received[length:]
+            for delay, frame in self.server.receive(body + crc16(body)):
+                answers.append(Delivery(delay, envelope + struct.pack(">H", len(frame) - 2) + frame[:-2]))
+        return answers

@@ -137,6 +137,14 @@ class RegulatedOven:
         with self._caught_up():
             self._rest()
 
+    def run(self, target: float, rate: float, dwell: float, start: float | None = None) -> None:
+        """Ramp from `start`, or the temperature measured, to `target`, stay for `dwell` s, then stop by itself."""
+        with self._caught_up():
+            start = self._measured if start is None else start
+            ramp = 60.0 * abs(target - start) / rate if rate else 0.0
+            self.stop_at = self._time + ramp + dwell
+            self.go(target, rate, start)
+
     def _rest(self) -> None:
         self._regulating, self._power, self._integral = False, 0.0, 0.0
 

@@ -8,14 +8,46 @@ import numpy as np
 import pytest
 
 from drivers.clock import VirtualClock
+from drivers.ovens.expiry import Expiring
 from drivers.ovens.line import Line, Timing
-from drivers.ovens.settings import OvenSettings, open_oven
-from drivers.ovens.simulated.build import simulated_controller
+from drivers.ovens.settings import OvenSettings, open_oven, oven_settings
 from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
-KINDS = ("eurotherm-2400", "eurotherm-3500", "votsch-ascii2", "espec-p300", "watlow-f4t")
+DECLARED: dict[str, dict[str, Any]] = {
+    "modbus-map": {
+        "kind": "modbus-map",
+        "temperature": {"at": 1, "table": "input", "scale": 0.1},
+        "set_point": {"at": 2, "scale": 0.1},
+        "working_set_point": {"at": 5, "scale": 0.1},
+        "rate": {"at": 35, "type": "float32", "unit": "K/h"},
+        "run": {"at": 40, "on": 3, "off": 7},
+        "status": {"at": 41, "table": "discrete", "mask": 1},
+    },
+    "modbus-map in Fahrenheit over TCP": {
+        "kind": "modbus-map",
+        "framing": "tcp",
+        "word_order": "low word first",
+        "temperature": {"at": 100, "type": "float32", "unit": "degF"},
+        "set_point": {"at": 102, "type": "int32", "scale": 0.01, "offset": 10.0, "unit": "degF"},
+        "rate": {"at": 104, "type": "uint16", "scale": 0.001, "unit": "degF/min"},
+        "run": {"at": 0, "table": "coil"},
+    },
+    "scpi": {
+        "kind": "scpi",
+        "temperature": {"query": "MEAS:TEMP?", "answer": "TEMP {value} C", "field": 2},
+        "set_point": {"query": "SOUR:TEMP?", "command": "SOUR:TEMP {value}", "decimals": 2},
+        "working_set_point": {"query": "SOUR:TEMP:WORK?"},
+        "rate": {"query": "SOUR:RAMP?", "command": "SOUR:RAMP {value}", "decimals": 3},
+        "run": {"on": "OUTP ON", "off": "OUTP OFF", "query": "OUTP?"},
+        "status": {"query": "STAT?", "good": ["GOOD"]},
+    },
+}
+"""Controllers of the two kinds that are declared altogether."""
+KINDS = ("eurotherm-2400", "eurotherm-3500", "votsch-ascii2", "espec-p300", "watlow-f4t", *DECLARED)
+PROGRAMMED = ("eurotherm-2400", "watlow-f4t")
+"""Kinds whose ramps can be programs that end by themselves."""
 
 
 class ScriptedTransport:
@@ -80,23 +112,25 @@ class Rig:
         return self
 
     def wait(self, seconds: float) -> None:
-        """Let time pass, asking for the temperature often enough for every kind."""
+        """Let time pass, asking for the temperature often enough for every kind, and renewing what expires."""
         end = self.clock.now() + seconds
         while self.clock.now() < end:
             self.clock.sleep(min(10.0, end - self.clock.now()))
             self.oven.temperature()
+            if isinstance(self.oven, Expiring):
+                self.oven.renew()
 
 
 def settings_of(kind: str, **changes: Any) -> OvenSettings:
     given = {"kind": kind, "port": "none", "minimum": -5.0, "maximum": 65.0, "max_rate": 2.0, "timeout": 0.5}
-    return OvenSettings.model_validate({**given, **changes})
+    return oven_settings({**given, **DECLARED.get(kind, {}), **changes})
 
 
 def make_rig(kind: str, **changes: Any) -> Rig:
     clock = VirtualClock()
     body = RegulatedOven(clock, np.random.default_rng(7), air=20.0, plate=20.0)
     settings = settings_of(kind, **changes)
-    controller = simulated_controller(settings, body, clock)
+    controller = settings.simulated(body, clock)
     disturbed = Disturbed(controller)
     return Rig(clock, body, controller, disturbed, MemoryTransport(disturbed, clock), settings)
 
@@ -107,7 +141,10 @@ def rig_of() -> Callable[..., Rig]:
     return lambda kind, **changes: make_rig(kind, **changes).open()
 
 
-@pytest.fixture(params=KINDS)
+@pytest.fixture(
+    params=[*((kind, {}) for kind in KINDS), *((kind, {"program": 3}) for kind in PROGRAMMED)], ids=str
+)
 def rig(request: pytest.FixtureRequest) -> Rig:
     """Return every kind of oven in turn, open and at rest at 20 °C."""
-    return make_rig(request.param).open()
+    kind, changes = request.param
+    return make_rig(kind, **changes).open()

@@ -133,3 +133,58 @@ def test_a_description_in_which_some_values_are_read_once():
     assert (layout.temperature, layout.start, layout.controls) == (0, 1, 2)
     status = ascii2.decode_status(b"0050.0 0024.6 0030.0 0028.1 0005.0 0006.0 0000.0 0023.8 01\r", layout)
     assert status == Status((50.0, 30.0, 5.0, 6.0, 0.0), (24.6, 28.1, 5.0, 6.0, 23.8), "01")
+
+
+def dynamic(separator: str) -> bytes:
+    """As of a chamber of configuration type DYNAMIC: sensors and six bits are read only, lines end at 80."""
+    written = ["CV01", "CV02", "SV01", "SV02", "SV03"]
+    read = ["CV01", "CV01", "CV02", "CV02", "SV01", "SV02", "SV03", "MV01", "MV02", "MV03", "MV04"]
+
+    def row(names: list[str], bits: int) -> str:
+        whole = " ".join(names) + " " + separator.join(f"DO{i:02d}" for i in range(bits)) + separator + "<CR>"
+        return "\r\n".join(whole[i : i + 80] for i in range(0, len(whole), 80))
+
+    labels = [f"DO{i:02d}  {'Start' if i == 1 else 'Option'}" for i in range(26)]
+    lines = [
+        "ASCII-2 PROTOCOL CONFIGURATION",
+        "Configuration type: DYNAMIC",
+        "Show target setpoint: disabled",
+        "Example of an ASCII E-String:",
+        f"$01E {row(written, 26)}",
+        "Description:",
+        "CV01  value min:  -72.0   value max:  182.0   Temperature",
+        "CV02  value min:    0.0   value max:   98.0   Humidity",
+        *(f"SV{i:02d}  value min:    0.0   value max:   30.0   Option" for i in (1, 2, 3)),
+        *labels,
+        "-" * 80,
+        "Example of  an ASCII I-String:",
+        "$01I<CR>",
+        row(read, 32),
+        "Description:",
+        "CV01  nominal value Temperature",
+        "CV01  actual value  Temperature",
+        "SV01  set value     Option",
+        "MV01 actual value T.sensor 1",
+        *labels,
+        *(f"DO{i:02d}  unused" for i in range(26, 32)),
+        "Configured Messages:",
+        "none",
+    ]
+    return "\r\n".join(lines).encode("ascii") + b"\r\n"
+
+
+@pytest.mark.parametrize("separator", [" ", ""])
+def test_a_description_in_which_more_is_read_than_is_written(separator):
+    layout = ascii2.decode_description(dynamic(separator))
+    assert [channel.name for channel in layout.channels] == ["CV01", "CV02", "SV01", "SV02", "SV03"]
+    assert (layout.temperature, layout.start, len(layout.bits), layout.reported_bits) == (0, 1, 26, 32)
+    values = b"0050.0 0024.6 0080.0 0066.7 0025.0 0001.0 0002.0 0021.1 0021.2 0021.3 0021.4 "
+    status = ascii2.decode_status(values + b"01" + b"0" * 29 + b"1\r", layout)
+    assert status == Status((50.0, 80.0, 25.0, 1.0, 2.0), (24.6, 66.7, 25.0, 1.0, 2.0), "01" + "0" * 24)
+    assert ascii2.encode_status(1, status.nominal, status.bits).split()[-1] == b"01" + b"0" * 24
+
+
+def test_bits_that_are_not_all_there():
+    layout = ascii2.decode_description(dynamic(""))
+    with pytest.raises(OvenError):
+        ascii2.decode_status(b"0001.0 " * 11 + b"0" * 26 + b"\r", layout)

@@ -14,8 +14,16 @@ CONSTANT = [(b"MODE, CONSTANT\r\n", b"OK:MODE, CONSTANT\r\n"), (b"MODE?\r\n", b"
 STANDBY = [(b"MODE, STANDBY\r\n", b"OK:MODE, STANDBY\r\n"), (b"MODE?\r\n", b"STANDBY\r\n")]
 
 
-def espec(scripted, *pairs):
-    return Espec(scripted(list(pairs)), OvenLimits(-20.0, 80.0, 2.0))
+TIMER = [
+    (b"TIMER WRITE, NO0, 1:05, STANDBY\r\n", b"OK:TIMER WRITE, NO0, 1:05, STANDBY\r\n"),
+    (b"TIMER, ON, 0\r\n", b"OK:TIMER, ON, 0\r\n"),
+    (b"TIMER LIST?, 0\r\n", b"STANDBY,1:05\r\n"),
+    (b"TIMER ON?\r\n", b"1,0\r\n"),
+]
+
+
+def espec(scripted, *pairs, rest_after=0.0):
+    return Espec(scripted(list(pairs)), OvenLimits(-20.0, 80.0, 2.0), rest_after)
 
 
 def test_temperature(scripted):
@@ -88,3 +96,39 @@ def test_a_chamber_that_stopped_by_itself_is_an_alarm(scripted):
     with pytest.raises(OvenError, match="stopped by itself") as caught:
         oven.temperature()
     assert caught.value.fault is Fault.ALARM
+
+
+def test_the_quick_timer_is_set_before_the_ramp_and_stopped_after_standby(scripted):
+    oven = espec(
+        scripted,
+        AT_20,
+        *TIMER,
+        PROGRAM,
+        PROGRAM_READ,
+        RUNS,
+        *STANDBY,
+        (b"TIMER, OFF, 0\r\n", b"NA:CONT NOT READY-1\r\n"),
+        rest_after=3880.0,
+    )
+    oven.renew()  # nothing to renew yet
+    oven.ramp_to(60.0, 0.4)
+    oven.renew()  # nothing due yet
+    oven.safe()  # at rest, whatever becomes of its timer
+
+
+@pytest.mark.parametrize(
+    ("listed", "on"),
+    [(b"STANDBY,1:05", b"0"), (b"OFF,1:05", b"1,0"), (b"STANDBY,0:05", b"1,0"), (b"STANDBY,1:05", b"1,1")],
+)
+def test_a_timer_that_reads_back_different_starts_nothing(scripted, listed, on):
+    oven = espec(
+        scripted,
+        AT_20,
+        *TIMER[:2],
+        (TIMER[2][0], listed + b"\r\n"),
+        (TIMER[3][0], on + b"\r\n"),
+        rest_after=3900.0,
+    )
+    with pytest.raises(OvenError, match="quick timer") as caught:
+        oven.ramp_to(60.0, 0.4)
+    assert caught.value.fault is Fault.NOT_TAKEN

@@ -12,6 +12,7 @@ from drivers.ovens.oven import OvenLimits, SetPoint
 LIMITS = OvenLimits(-20.0, 80.0, 2.0)
 
 OPEN_2400 = [
+    ("01 03 02 04 00 01 c4 73", "01 03 02 00 00 b8 44"),  # degrees Celsius
     ("01 03 00 01 00 01 d5 ca", "01 03 02 ff cc f9 e1"),  # -5.2 as a scaled integer
     ("01 03 80 02 00 02 4c 0b", "01 03 04 c0 a6 66 66 8d 9a"),  # -5.2 as a float
 ]
@@ -165,3 +166,13 @@ def test_3500_enables_its_rate_and_reports_alarms(scripted):
     with pytest.raises(OvenError, match="0x8004") as caught:
         oven.temperature()
     assert caught.value.fault is Fault.ALARM
+
+
+@pytest.mark.parametrize(
+    ("answer", "unit"), [("01 03 02 00 01 79 84", "degrees Fahrenheit"), ("01 03 02 00 02 39 85", "kelvin")]
+)
+def test_another_unit_is_refused(scripted, answer, unit):
+    asked = [(OPEN_2400[0][0], answer)]
+    with pytest.raises(OvenError, match=f"is set to {unit}") as caught:
+        Eurotherm(ModbusUnit(scripted(frames(asked)), 1), LIMITS)
+    assert caught.value.fault is Fault.REFUSED

@@ -8,6 +8,7 @@ from drivers.ovens.modbus import ModbusUnit
 from drivers.ovens.oven import OvenLimits, SetPoint
 
 OPEN = [
+    ("01 03 37 00 00 01 8a 7e", "01 03 02 00 0f f8 40"),  # degrees Celsius
     ("01 03 0a d6 00 02 26 2b", "01 03 04 00 00 c2 20 aa 8b"),  # -40, low word first
     ("01 03 0a d8 00 02 47 e8", "01 03 04 00 00 43 34 ca d4"),  # 180
 ]
@@ -100,8 +101,12 @@ def test_safe_is_off(scripted):
 
 
 def test_limits_beyond_the_controllers_own_are_refused(scripted):
-    # 212 to 356 is what -100 to 180 °C would be in another unit
     with pytest.raises(OvenError, match="end at -40 and 180") as caught:
         f4t(scripted, OPEN, OvenLimits(212.0, 356.0, 2.0))
     assert caught.value.fault is Fault.REFUSED
-    assert "°C" in caught.value.advice
+
+
+def test_degrees_fahrenheit_are_refused(scripted):
+    with pytest.raises(OvenError, match="degrees Fahrenheit") as caught:
+        f4t(scripted, [(OPEN[0][0], "01 03 02 00 1e 38 4c")])
+    assert caught.value.fault is Fault.REFUSED

@@ -8,8 +8,7 @@ import pytest
 from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.serial_port import SerialPort
-from drivers.ovens.settings import OvenSettings, open_oven
-from drivers.ovens.simulated.build import simulated_controller
+from drivers.ovens.settings import open_oven, oven_settings
 from drivers.ovens.simulated.controller import LineController
 from drivers.ovens.simulated.disturbance import (
     Disturbed,
@@ -43,16 +42,16 @@ class Counting(Disturbed):
 
 def simulated(kind):
     clock = VirtualClock()
-    settings = OvenSettings.model_validate(
+    settings = oven_settings(
         {"kind": kind, "port": "later", "minimum": -5, "maximum": 65, "max_rate": 2, "timeout": TIMEOUT}
     )
     body = RegulatedOven(clock, np.random.default_rng(5), air=20.0, plate=20.0)
-    return body, settings, Counting(simulated_controller(settings, body, clock))
+    return body, settings, Counting(settings.simulated(body, clock))
 
 
 def opened(settings, port, **changes):
     given = {"port": port.address, "gap_after_read": 0.0, "gap_after_write": 0.0, "retries": 3, **changes}
-    return open_oven(OvenSettings.model_validate({**settings.model_dump(), **given}))
+    return open_oven(oven_settings({**settings.model_dump(), **given}))
 
 
 @pytest.mark.parametrize("place", [pytest.param(PtyPort, marks=posix), TcpPort])

@@ -5,7 +5,7 @@ from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Timing
 from drivers.ovens.oven import OvenLimits
-from drivers.ovens.settings import OvenSettings, open_oven
+from drivers.ovens.settings import OVENS, open_oven, oven_settings
 from drivers.ovens.simulated.disturbance import Disturbed, silenced
 from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.votsch import SimulatedVotsch
@@ -14,26 +14,46 @@ GIVEN = {"kind": "watlow-f4t", "port": "COM3", "minimum": -5, "maximum": 65, "ma
 
 
 def test_limits_and_timing():
-    settings = OvenSettings.model_validate({**GIVEN, "gap_after_write": 0.7, "retries": 4})
+    settings = oven_settings({**GIVEN, "gap_after_write": 0.7, "retries": 4})
     assert settings.limits() == OvenLimits(-5.0, 65.0, 2.0)
     assert settings.timing() == Timing(1.0, 4, 0.02, 0.7, 60.0)
 
 
+@pytest.mark.parametrize(
+    ("change", "expires"),
+    [
+        ({}, False),
+        ({"program": 40}, True),
+        ({"program": 40, "rest_after": 0.0}, False),
+        ({"kind": "espec-p300"}, True),
+        ({"kind": "votsch-ascii2"}, False),
+    ],
+)
+def test_whether_an_oven_ends_by_itself(change, expires):
+    assert oven_settings({**GIVEN, **change}).expires is expires
+
+
 def test_every_field_is_described():
-    for name, field in OvenSettings.model_fields.items():
-        assert field.description, name
+    for kind in OVENS.all():
+        for name, field in OVENS.find(kind).model_fields.items():
+            assert field.description, name
 
 
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"kind": "toaster"}, "kind"),
         ({"minimum": 70}, "below the upper"),
         ({"maximum": 900}, "maximum"),
         ({"max_rate": 0}, "max_rate"),
         ({"timeout": 0}, "timeout"),
         ({"lost_after": 2, "timeout": 5}, "lost_after"),
         ({"kind": "votsch-ascii2", "address": 40}, "1 to 32"),
+        ({"rest_after": 60.0}, r"0 \(never\) or 600 to 86400"),
+        ({"kind": "votsch-ascii2", "program": 1}, "program"),
+        ({"kind": "espec-p300", "program": 1}, "program"),
+        ({"kind": "eurotherm-3500", "program": 1}, "none can be written"),
+        ({"kind": "eurotherm-2400", "program": 21}, "1 to 20 allowed"),
+        ({"program": 41}, "1 to 40 allowed"),
         ({"speed": 9600}, "speed"),
         ({"port": ""}, "port"),
         ({"port": "spy:///dev/ttyUSB0?file=notes.txt"}, "socket://HOST:PORT"),
@@ -45,7 +65,7 @@ def test_every_field_is_described():
 )
 def test_nonsense_is_refused(change, told):
     with pytest.raises(ValidationError, match=told):
-        OvenSettings.model_validate({**GIVEN, **change})
+        oven_settings({**GIVEN, **change})
 
 
 @pytest.mark.parametrize(
@@ -53,12 +73,12 @@ def test_nonsense_is_refused(change, told):
     ["COM3", "/dev/ttyUSB0", "socket://gateway.lab:4001", "socket://[fe80::1]:4001", "socket://10.0.0.7:23"],
 )
 def test_a_port_is_a_serial_port_or_a_socket_with_its_host(port):
-    assert OvenSettings.model_validate({**GIVEN, "port": port}).port == port
+    assert oven_settings({**GIVEN, "port": port}).port == port
 
 
 def test_a_port_that_is_none():
     with pytest.raises(OvenError, match="cannot be opened") as caught:
-        open_oven(OvenSettings.model_validate({**GIVEN, "port": "no-such-port"}))
+        open_oven(oven_settings({**GIVEN, "port": "no-such-port"}))
     assert caught.value.fault is Fault.PORT
     assert "name" in caught.value.advice
 
@@ -69,7 +89,7 @@ def test_an_oven_that_does_not_answer_leaves_its_port_free(rig):
     far.always = silenced
     transport = MemoryTransport(far, clock)
     with pytest.raises(OvenError) as caught:
-        open_oven(OvenSettings.model_validate(GIVEN), clock, transport)
+        open_oven(oven_settings(GIVEN), clock, transport)
     assert caught.value.fault is Fault.SILENT
     with pytest.raises(OvenError, match="closed"):
         transport.write(b"x")
@@ -77,7 +97,7 @@ def test_an_oven_that_does_not_answer_leaves_its_port_free(rig):
 
 def test_the_wrong_kind_is_told(rig):
     def use(kind):
-        settings = rig.settings.model_copy(update={"kind": kind})
+        settings = oven_settings({**GIVEN, "kind": kind, "timeout": 0.5})
         open_oven(settings, rig.clock, MemoryTransport(rig.controller, rig.clock)).temperature()
 
     for kind in ("votsch-ascii2", "espec-p300", "watlow-f4t", "eurotherm-2400"):

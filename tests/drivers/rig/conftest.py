@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,13 +23,14 @@ from drivers.ni.output_modules import NI_9260
 from drivers.ni.simulated.surroundings import Module
 from drivers.ni.thermocouple_modules import NI_9211
 from drivers.ni.wiring import Wiring
-from drivers.ovens.settings import OvenSettings
+from drivers.ovens.settings import oven_settings
 from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.campaign import Outcome, run_campaign
 from drivers.rig.rig import Rig
 from drivers.rig.session import Session
-from drivers.rig.simulated import SimulatedParts, simulated_parts
+from drivers.rig.simulated import simulated_parts
+from drivers.thermometers.settings import ThermometerSettings
 
 Array = NDArray[np.float64]
 LIGHT = Chamber(plate_capacity=180.0)
@@ -140,10 +141,12 @@ def protocol_of(
 class World:
     """A campaign, its store and, run by run, a simulated rig."""
 
-    def __init__(self, kind: str = "watlow-f4t", **changes: Any) -> None:
+    def __init__(self, kind: str = "watlow-f4t", oven: Mapping[str, Any] | None = None, **changes: Any) -> None:
         self.protocol = protocol_of(**changes)
         self.store = MemoryStore()
         self.kind = kind
+        self.oven: dict[str, Any] = dict(oven or {})
+        self.thermometer: ThermometerSettings | None = None
         self.chamber = LIGHT
         self.renew()
 
@@ -154,23 +157,32 @@ class World:
             output="cDAQ1Mod2/ao0",
             drive_input="cDAQ1Mod1/ai0",
             responses=("cDAQ1Mod1/ai1",),
-            thermocouples=("cDAQ1Mod3/ai0",),
+            thermocouples=() if self.thermometer else ("cDAQ1Mod3/ai0",),
             sample_rate=8500.0,
         )
-        settings = OvenSettings(
-            kind=self.kind,  # type: ignore[arg-type]
-            port="simulated",
-            minimum=0.0,
-            maximum=50.0,
-            max_rate=3.0,
-            timeout=0.2,
-            lost_after=30.0,
+        settings = oven_settings(
+            {
+                "kind": self.kind,
+                "port": "simulated",
+                "minimum": 0.0,
+                "maximum": 50.0,
+                "max_rate": 3.0,
+                "timeout": 0.2,
+                "lost_after": 30.0,
+                **self.oven,
+            }
         )
-        parts = simulated_parts(self.wiring, settings, self.plate, modules=MODULES, seed=5, chamber=self.chamber)
+        parts = simulated_parts(
+            self.wiring,
+            settings,
+            self.plate,
+            modules=MODULES,
+            seed=5,
+            chamber=self.chamber,
+            thermometer=self.thermometer,
+        )
         self.disturbed = Disturbed(parts.controller)
-        self.parts = SimulatedParts(
-            parts.clock, parts.body, self.disturbed, parts.server, parts.wiring, parts.oven
-        )
+        self.parts = replace(parts, controller=self.disturbed)
         self.rig: Rig = self.parts.rig()
         self.temperatures: list[float] = []
 
@@ -218,6 +230,35 @@ class World:
             measured = h1(sweep.drive, sweep.responses[0])[0][inside]
             worst = max(worst, float(np.abs(measured - truth).max() / np.abs(truth).max()))
         return worst
+
+
+class Killed(BaseException):
+    """Stands for SIGKILL: nothing runs afterwards."""
+
+
+@pytest.fixture
+def killed_by(monkeypatch: pytest.MonkeyPatch) -> Callable[[World, Callable[[Callable[[], None]], None]], None]:
+    """Return a function that runs a world until something it has arranged kills the process."""
+
+    def die() -> None:
+        raise Killed
+
+    def run(world: World, arrange: Callable[[Callable[[], None]], None]) -> None:
+        arrange(die)
+        with monkeypatch.context() as dead:
+            dead.setattr(Session, "_leave", lambda self, error: self.oven.end())  # its thread dies, too
+            with pytest.raises(Killed):
+                world.run()
+
+    return run
+
+
+@pytest.fixture
+def killed_at(
+    killed_by: Callable[[World, Callable[[Callable[[], None]], None]], None],
+) -> Callable[[World, float], None]:
+    """Return a function that runs a world until the process is killed at a time, s."""
+    return lambda world, seconds: killed_by(world, lambda die: world.at(seconds, die))
 
 
 @pytest.fixture

@@ -10,8 +10,7 @@ import pytest
 
 from drivers.clock import VirtualClock
 from drivers.ovens.error import OvenError
-from drivers.ovens.settings import OvenSettings, open_oven
-from drivers.ovens.simulated.build import simulated_controller
+from drivers.ovens.settings import open_oven, oven_settings
 from drivers.ovens.simulated.controller import Delivery
 from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.memory import MemoryTransport
@@ -136,8 +135,8 @@ def test_what_gets_through_a_damaged_line(kind: str, checksum: bool) -> None:
     clock, rng = VirtualClock(), np.random.default_rng(3)
     body = RegulatedOven(clock, np.random.default_rng(7), air=20.0, plate=20.0)
     given = {"kind": kind, "port": "simulated", "minimum": -5.0, "maximum": 65.0, "max_rate": 2.0, "timeout": 0.5}
-    settings = OvenSettings.model_validate(given | {"lost_after": 3600.0})
-    line = Disturbed(simulated_controller(settings, body, clock))
+    settings = oven_settings(given | {"lost_after": 3600.0})
+    line = Disturbed(settings.simulated(body, clock))
     oven = open_oven(settings, clock, MemoryTransport(line, clock))
     oven.ramp_to(60.0, 1.0)
 

@@ -4,32 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import pytest
-
 from drivers.ni.simulated.faults import Faults
 from drivers.rig.rig import nothing_to_restore
-from drivers.rig.session import Session
-
-
-class Killed(BaseException):
-    """Stands for SIGKILL: nothing runs afterwards."""
-
-
-@pytest.fixture
-def killed_at(monkeypatch: pytest.MonkeyPatch) -> Callable[[Any, float], None]:
-    """Return a function that runs a world until the process is killed at a time, s."""
-
-    def die() -> None:
-        raise Killed
-
-    def run(world: Any, seconds: float) -> None:
-        world.at(seconds, die)
-        with monkeypatch.context() as dead:
-            dead.setattr(Session, "_leave", lambda self, error: self.oven.end())  # its thread dies, too
-            with pytest.raises(Killed):
-                world.run()
-
-    return run
 
 
 def times_of_kill(world: Any) -> list[float]:

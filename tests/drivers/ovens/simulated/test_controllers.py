@@ -3,6 +3,7 @@
 import pytest
 
 from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.simulated.disturbance import silenced, untouched
 
 
 def fault_of(action, *arguments):
@@ -18,6 +19,38 @@ def test_eurotherm_memory_is_spared(rig_of):
     assert rig.controller.writes == [(35, pytest.approx(0.4)), (2, 40.0), (273, 0)]
     rig.oven.ramp_to(40.0, 0.4)
     assert len(rig.controller.writes) == 3
+
+
+def test_eurotherm_memory_is_spared_by_renewals(rig_of):
+    """A renewal is a reset and a start: of what is kept, only set-point 1 is written, twice."""
+    rig = rig_of("eurotherm-2400", program=1)
+    rig.oven.ramp_to(30.0, 2.0)
+    before = len(rig.controller.writes)
+    rig.wait(300.0 + 1.5 * 1800.0)
+    assert [register for register, _ in rig.controller.writes[before:]] == 2 * [24, 23, 23, 24]
+    assert rig.oven.temperature() == pytest.approx(30.0, abs=0.2)
+
+
+def test_f4t_memory_is_spared_by_renewals(rig_of):
+    rig = rig_of("watlow-f4t", program=1)
+    rig.oven.ramp_to(30.0, 2.0)
+    before = len(rig.controller.writes)
+    rig.wait(300.0 + 1.5 * 1800.0)
+    renewed = [register for register, _ in rig.controller.writes[before:]]
+    assert renewed == [16566, 2782, 16560, 16562, 2782, 16566, 2782, 16562, 2782]  # step 2 of the profile, once
+    assert rig.oven.temperature() == pytest.approx(30.0, abs=0.2)
+
+
+@pytest.mark.parametrize("kind", ["eurotherm-2400", "watlow-f4t"])
+def test_a_program_that_nobody_renews_ends_with_the_oven_at_rest(rig_of, kind):
+    rig = rig_of(kind, program=1)
+    rig.oven.ramp_to(60.0, 0.5)
+    rig.clock.sleep(80.0 * 60.0 + 1700.0)
+    assert rig.body.regulating
+    assert rig.body.working == pytest.approx(60.0, abs=0.1)
+    rig.clock.sleep(200.0)
+    assert not rig.body.regulating
+    assert rig.oven.hold() == pytest.approx(rig.body.air, abs=0.3)  # and back to work
 
 
 def test_eurotherm_3500_starts_with_its_rate_disabled(rig_of):
@@ -105,3 +138,19 @@ def test_modbus_at_another_address(rig_of, kind):
     rig = rig_of(kind, address=17)
     assert rig.oven.ramp_to(30.0, 1.0).target == 30.0
     assert rig.controller.receive(bytes.fromhex("010300010001d5ca")) == []
+
+
+@pytest.mark.parametrize("kind", ["eurotherm-2400", "watlow-f4t"])
+def test_a_renewal_that_was_broken_off_is_made_good(rig_of, kind):
+    rig = rig_of(kind, program=1)
+    rig.oven.ramp_to(30.0, 2.0)
+    rig.wait(1190.0)
+    for number in range(2, 9):
+        rig.clock.sleep(15.0 * 60.0)
+        rig.disturbed.disturb(*[untouched] * number, *[silenced] * 3)
+        with pytest.raises(OvenError):
+            rig.oven.renew()
+        rig.oven.renew()
+        rig.wait(10.0)
+        assert rig.body.target == pytest.approx(30.0)
+        assert rig.body.stop_at == pytest.approx(rig.clock.now() + 1790.0, abs=3.0)

@@ -1,0 +1,208 @@
+"""An oven of which only its points are known: where to read a temperature, set a set-point, switch on and off."""
+
+import logging
+import math
+
+from drivers.clock import Clock, Stop
+from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.line import Line
+from drivers.ovens.oven import OvenLimits, SetPoint
+from drivers.ovens.points import Points, Setting
+
+PLAUSIBLE = (-100.0, 400.0)
+"""A controller of a climatic chamber reads nothing else, degrees Celsius: scale, unit or word order are wrong."""
+PERIOD = 1.0
+"""Between two looks at whether a ramp in steps is due for its next, s."""
+
+COARSEST = 1.0
+"""A set-point in coarser steps is of no use here, K."""
+
+log = logging.getLogger(__name__)
+
+
+class MappedOven:
+    """Ramps by the controller where that has a rate, in steps of the set-point where it has none.
+
+    The steps are made by a thread of this program: where that dies, the oven stays at the last of them. Safe
+    state: switched off, or, of a controller that cannot be, the set-point `Points.rest_at`.
+
+    Parameters
+    ----------
+    line : Line
+        The points are on it.
+    points : Points
+    limits : OvenLimits
+    clock : Clock
+        Carries the steps.
+    step : float
+        Of a ramp in steps, K: many controllers keep their set-point in a memory that wears out.
+
+    Raises
+    ------
+    OvenError
+        If a point cannot be read, or the temperature is none: of kind refused then. Nothing has been written.
+    """
+
+    poll_within = math.inf
+
+    def __init__(self, line: Line, points: Points, limits: OvenLimits, clock: Clock, step: float) -> None:
+        self.limits = limits
+        self._line = line
+        self._points = points
+        self._clock = clock
+        self._step = step
+        self._commanded = False
+        self._ramp: tuple[float, float, float, float] | None = None
+        self._stop_stepping: Stop = lambda: None
+        with line.reserved():
+            for point in (points.set_point, points.working, points.rate):
+                if point is not None:
+                    point.read()
+            if points.run is not None:
+                points.run.on()
+            self._require_plausible(self.temperature())
+
+    def temperature(self) -> float:
+        """Air temperature, degrees Celsius; alarm if the controller tells of trouble or has stopped by itself."""
+        points = self._points
+        with self._line.reserved():
+            points.require_good()
+            value = points.temperature.read()
+            if self._commanded and points.run is not None and not (points.run.on() or points.run.on()):
+                raise OvenError(
+                    Fault.ALARM,
+                    f"the oven has stopped by itself at {value:g} °C",
+                    "Was it stopped on its panel, or by its limiter? Look at it, then start the ramp again.",
+                )
+        if not math.isfinite(value):
+            raise OvenError(
+                Fault.ALARM,
+                f"the controller has no valid temperature ({value})",
+                "Check the sensor and its wiring.",
+            )
+        return value
+
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
+        """Let the controller ramp, or begin to step.
+
+        Raises
+        ------
+        ValueError
+            For a rate that is less than the controller's smallest.
+        """
+        wanted = self.limits.clamp(target, rate)
+        points = self._points
+        with self._line.reserved():
+            self._end_steps()
+            if points.rate is None:
+                return self._begin_steps(wanted)
+            if wanted.rate < points.rate.resolution:
+                raise ValueError(
+                    f"rate {rate:g} K/min: this controller's rate has steps of {points.rate.resolution:g} K/min"
+                )
+            taken_rate = points.rate.put(wanted.rate)
+            taken = points.set_point.put(wanted.target)
+            self._switch_on()
+        return SetPoint(taken, taken_rate)
+
+    def hold(self) -> float:
+        """Make the set-point where the ramp is; the temperature measured where nothing tells that."""
+        points = self._points
+        with self._line.reserved():
+            stepped = self._working()
+            self._end_steps()
+            if stepped is not None:
+                here = stepped
+            elif points.working is not None and self._running():
+                here = points.working.read()
+            else:
+                here = points.temperature.read()
+            held = points.set_point.put(self.limits.clamp_target(here))
+            self._switch_on()
+            return held
+
+    def safe(self) -> None:
+        """Switch off; or go to `rest_at`."""
+        points = self._points
+        with self._line.reserved():
+            self._end_steps()
+            self._commanded = False
+            if points.run is not None:
+                points.run.put(False)
+            if points.rest_at is not None:
+                points.set_point.put(points.rest_at)
+
+    def close(self) -> None:
+        """Step no more, and let go of the line."""
+        self._end_steps()
+        self._line.close()
+
+    def _switch_on(self) -> None:
+        if self._points.run is not None:
+            self._points.run.put(True)
+        self._commanded = True
+
+    def _running(self) -> bool:
+        return self._commanded if self._points.run is None else self._points.run.on()
+
+    def _begin_steps(self, wanted: SetPoint) -> SetPoint:
+        """Start where the oven is: at its set-point while it regulates, else at the temperature it has."""
+        points = self._points
+        source: Setting | None = points.set_point if self._running() else None
+        start = self.limits.clamp_target((source or points.temperature).read())
+        points.set_point.put(start)
+        self._switch_on()
+        self._ramp = (self._clock.now(), start, wanted.target, wanted.rate / 60.0)
+        self._written = start
+        self._stop_stepping = self._clock.every(PERIOD, self._look)
+        return wanted
+
+    def _working(self) -> float | None:
+        """Return where a ramp in steps ought to be now, degrees Celsius; None where none is under way."""
+        if self._ramp is None:
+            return None
+        begun, start, target, rate = self._ramp
+        moved = rate * (self._clock.now() - begun)
+        return min(start + moved, target) if target >= start else max(start - moved, target)
+
+    def _look(self) -> None:
+        """Make the next step where it is due; one that fails is due again at the next look."""
+        try:
+            with self._line.reserved():
+                due = self._working()
+                if due is None or self._ramp is None:
+                    return
+                end = due == self._ramp[2]
+                if abs(due - self._written) >= self._step or end:
+                    self._points.set_point.put(due)
+                    self._written = due
+                if end:
+                    self._end_steps()
+        except OvenError as error:
+            log.warning("a step of the oven's ramp failed: %s", error)
+
+    def _end_steps(self) -> None:
+        self._stop_stepping()
+        self._ramp = None
+
+    def _require_plausible(self, value: float) -> None:
+        low, high = PLAUSIBLE
+        if not low <= value <= high:
+            raise OvenError(
+                Fault.REFUSED,
+                f"the temperature reads {value:g} °C; {low:g} to {high:g} °C can be true",
+                "Correct what the experiment declares of it: place, type, scale, offset, unit, order of words.",
+            )
+
+
+def require_rest(switch: bool, rest_at: float | None, limits: OvenLimits) -> None:
+    """Raise ValueError unless a declaration says, in one way, how the oven comes to rest."""
+    if switch == (rest_at is not None):
+        raise ValueError(
+            f"{'both run and rest_at say' if switch else 'neither run nor rest_at says'} how it comes to rest; "
+            "declare run (how it is switched off) or, for a controller that cannot be, rest_at (a temperature)"
+        )
+    if rest_at is not None and not limits.minimum <= rest_at <= limits.maximum:
+        raise ValueError(
+            f"rest_at {rest_at:g} °C; minimum to maximum allowed, {limits.minimum:g} to {limits.maximum:g}"
+        )

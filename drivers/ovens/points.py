@@ -1,0 +1,84 @@
+"""What a declared controller is made of: values that are read, values that are set, and a switch."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from drivers.ovens.error import Fault, OvenError
+
+
+class Value(Protocol):
+    """A temperature in degrees Celsius, or a rate in K/min, as the controller tells it."""
+
+    def read(self) -> float:
+        """Ask for it."""
+        ...
+
+
+class Setting(Value, Protocol):
+    """A value that can be set."""
+
+    @property
+    def resolution(self) -> float:
+        """Smallest difference it can hold."""
+        ...
+
+    def put(self, value: float) -> float:
+        """Make it hold `value`, and return what it reads back; OvenError of kind not taken where that differs."""
+        ...
+
+
+class Switch(Protocol):
+    """Whether the controller regulates."""
+
+    def on(self) -> bool:
+        """Ask whether it does."""
+        ...
+
+    def put(self, on: bool) -> None:
+        """Switch, and read back; OvenError of kind not taken where it reads back otherwise."""
+        ...
+
+
+def no_status() -> None:
+    """Find nothing wrong: the controller tells no status."""
+
+
+@dataclass(frozen=True)
+class Points:
+    """All of a controller that is used.
+
+    Attributes
+    ----------
+    temperature : Value
+        Of the air.
+    set_point : Setting
+    working : Value or None
+        Where the controller's own ramp is.
+    rate : Setting or None
+        Of the controller's own ramp; None where it has none.
+    run : Switch or None
+        None where it regulates whenever it has power.
+    rest_at : float or None
+        Set-point that takes the place of switching off, degrees Celsius.
+    require_good : callable
+        Raises OvenError of kind alarm where the controller tells of trouble.
+    """
+
+    temperature: Value
+    set_point: Setting
+    working: Value | None = None
+    rate: Setting | None = None
+    run: Switch | None = None
+    rest_at: float | None = None
+    require_good: Callable[[], None] = no_status
+
+
+def not_taken(name: str, wanted: str, held: str) -> OvenError:
+    """Return the error for a controller that reads back something else than it was set to."""
+    return OvenError(
+        Fault.NOT_TAKEN,
+        f"{name} was set to {wanted} and reads back {held}",
+        "Check the controller's own limits, its keyboard lock, whether somebody uses its front panel, and what is "
+        "declared of it.",
+    )

@@ -1,0 +1,75 @@
+"""Kind ``scpi``: an oven whose queries and commands stand in the experiment's file."""
+
+from functools import partial
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from analysis.experiment import Temperature
+from drivers.clock import Clock
+from drivers.ovens.line import Transport
+from drivers.ovens.mapped_oven import COARSEST, MappedOven, require_rest
+from drivers.ovens.oven import Oven
+from drivers.ovens.phrases import RatePhrase, RunPhrase, StatusPhrase, TemperaturePhrase, TemperatureQuery
+from drivers.ovens.points import Points, no_status
+from drivers.ovens.settings import OvenSettings
+from drivers.ovens.simulated.controller import Controller
+from drivers.ovens.simulated.regulated_oven import RegulatedOven
+from drivers.ovens.spoken import RunSpoken, Spoken, TextLine, Told, require_good
+
+
+class ScpiOven(TextLine, OvenSettings):
+    """Words of a controller nobody wrote a driver for."""
+
+    temperature: Annotated[TemperatureQuery, Field(description="of the air, as measured")]
+    set_point: Annotated[TemperaturePhrase, Field(description="of the controller, at the end of a ramp")]
+    working_set_point: Annotated[
+        TemperatureQuery | None, Field(description="where the controller's ramp is; needed to hold it exactly")
+    ] = None
+    rate: Annotated[
+        RatePhrase | None, Field(description="of the controller's ramp; without it, the set-point moves in steps")
+    ] = None
+    run: Annotated[RunPhrase | None, Field(description="starts and stops it; this or rest_at")] = None
+    rest_at: Annotated[Temperature | None, Field(description="degrees Celsius, set where nothing stops it")] = None
+    status: Annotated[StatusPhrase | None, Field(description="asked before each temperature")] = None
+    step: Annotated[float, Field(ge=0.01, le=5.0, description="K, of a ramp in steps")] = 0.2
+
+    @model_validator(mode="after")
+    def _usable(self) -> Self:
+        require_rest(self.run is not None, self.rest_at, self.limits())
+        if self.run is not None and (both := set(self.run.is_on) & set(self.run.is_off)):
+            raise ValueError(f"run: {', '.join(sorted(both))} is in is_on and in is_off")
+        if self.set_point.resolution > COARSEST:
+            raise ValueError(
+                f"set_point moves in steps of {self.set_point.resolution:g} K; at most {COARSEST:g}; see decimals"
+            )
+        if self.rate is not None and self.rate.resolution > self.max_rate:
+            raise ValueError(
+                f"rate moves in steps of {self.rate.resolution:g} K/min, above max_rate: check decimals"
+            )
+        return self
+
+    def open(self, clock: Clock, transport: Transport | None = None) -> Oven:
+        """Open the line, and ask everything once."""
+        speaker = self.speaker(clock, transport)
+        try:
+            working = self.working_set_point
+            points = Points(
+                temperature=Told("temperature", speaker, self.temperature),
+                set_point=Spoken("set_point", speaker, self.set_point),
+                working=Told("working_set_point", speaker, working) if working else None,
+                rate=Spoken("rate", speaker, self.rate) if self.rate else None,
+                run=RunSpoken(speaker, self.run) if self.run else None,
+                rest_at=self.rest_at,
+                require_good=partial(require_good, speaker, self.status) if self.status else no_status,
+            )
+            return MappedOven(speaker.line, points, self.limits(), clock, self.step)
+        except BaseException:
+            speaker.line.close()
+            raise
+
+    def simulated(self, body: RegulatedOven, clock: Clock) -> Controller:
+        """Return a controller that knows these words."""
+        from drivers.ovens.simulated.scpi import SimulatedScpi  # which reads this declaration
+
+        return SimulatedScpi(self, body)
