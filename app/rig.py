@@ -71,6 +71,24 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Re
         yield parts.rig()
 
 
+def rig_places(experiment: AcquiredExperiment, kind: RigKind) -> tuple[str, ...]:
+    """Return what of a rig only one process can use, in the same words for everybody; of a simulated one none."""
+    if kind == "simulated":
+        return ()
+    lines = [("oven", experiment.oven.place)]
+    if experiment.thermometer is not None:
+        lines.append(("thermometer", experiment.thermometer.place))
+    named = [f"{what} at {_line(place)}" for what, place in lines if place]
+    return (*named, *(f"cards {place}" for place in experiment.cards.places))
+
+
+def _line(place: str) -> str:
+    """Return one name for a port that has several."""
+    if "://" in place:
+        return place.lower()
+    return str(Path(place).resolve()) if Path(place).exists() else place
+
+
 def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:
     """Return the rig for whoever plays nothing on it: a simulated one needs no twin then.
 
@@ -142,6 +160,7 @@ def parts_around(
             chamber=Chamber(room=experiment.oven.room_temperature),
             drive_scale=drive_scale,
             thermometer=experiment.thermometer,
+            iepe_sensors=frozenset(wiring.iepe),
         )
     except ValueError as error:
         allowed = "terminals of simulation.modules, and kinds that can be simulated"

@@ -2,6 +2,7 @@
 
 ================  ===============================================================
 ``clock``         the machine's time, or a virtual one
+``exclusive``     a lock that a killed process cannot leave behind
 ``kinds``         kinds of instruments, our own and those of installed packages
 ``ni``            National Instruments cards, real and simulated
 ``ovens``         ovens and climatic chambers, real and simulated

@@ -10,6 +10,8 @@
 """
 
 import multiprocessing
+import os
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -119,11 +121,25 @@ def worker_processes(count: int) -> Iterator[Executor]:
 
     What is under way is waited for: a pool that nobody waits for is forgotten, and goes through all it was given.
     """
-    pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
+    pool = ProcessPoolExecutor(
+        count, mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_the_parent
+    )
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _end_with_the_parent() -> None:
+    """Have this process end where the one that gives it work is killed: it would work through all it was given."""
+    parent = multiprocessing.parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def run_trial(trial: Trial, executor: Executor, report: Report, told: Callable[[str], None]) -> None:

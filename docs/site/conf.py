@@ -61,7 +61,7 @@ PUBLIC = {
     "simulation": ("meshing", "reduction", "shell", "verification"),
     "drivers": ("**/simulated", "ni"),
 }
-"""Packages of the reference, and what of each is left out: the inside of the twin, of NI's cards, of simulations."""
+"""Packages of the reference, and what of each is left out: insides of the twin, of cards and simulations."""
 
 project = "Flexura"
 author = "the Flexura developers"

@@ -107,6 +107,16 @@ class CardsSettings(Sparse):
         """Whether `Cards.temperatures` gives any."""
         return False
 
+    @property
+    def settling(self) -> float:
+        """How much earlier than its drive every sweep begins, s: for sensors whose supply has to settle."""
+        return 0.0
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Devices that only one process can use, for messages and locks; none where that does not matter."""
+        return ()
+
     def open(self) -> Cards:
         """Return the cards with their output at 0 V; DaqError where they cannot be opened. Obligatory."""
         raise NotImplementedError
