@@ -12,6 +12,10 @@
 ``frf``                FRFs of a campaign, coherence and variance per line
 ``mains``              lines that mains hum takes
 ``material``           E(T), nu(T), eta(T) with their bands
+``local_laws``         the same near one temperature
+``sweep_point``        temperature, its rate and the drive's level of one sweep
+``effect_card``        a physical effect without any physics: parameters, ranges, priors
+``twin_model``         what a twin must offer to be fitted to data
 ``identification``     poles and residues of FRFs, tracked over temperature
 ``updating``           material parameters of a twin fitted to measured FRFs
 ``focusing``           STIF filters, contrast and spot error

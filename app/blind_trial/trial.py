@@ -28,13 +28,12 @@ from app.blind_trial.judging import is_judged, judge_campaign
 from app.blind_trial.making import make_campaign
 from app.blind_trial.plates import PlateKind, draw_plate
 from app.blind_trial.specimen import specimen_operators
-from app.effect_twin import effect_twin
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.parsed_text import parse_json, read_text
 from app.files.provenance import provenance, sha256
 from app.progress import Report
-from app.twin import campaign_twin
+from app.twin import campaign_twin, effect_twin
 
 SCHEMA = "flexura-blind-trial/1"
 TRIAL = "trial.json"

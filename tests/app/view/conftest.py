@@ -16,7 +16,7 @@ from analysis.identification.residual_terms import NONE
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import Material
 from analysis.updating.laws import fit_laws
-from analysis.updating.update import Updated
+from analysis.updating.updated import Updated
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.modes_file import save_modes
