@@ -98,7 +98,7 @@ def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:
     """
     if kind != "simulated":
         return _real_rig(experiment)
-    return parts_around(experiment, _simulation(experiment, file), _silent, file).rig()
+    return parts_around(experiment, _simulation(experiment, file), _silent(experiment), file).rig()
 
 
 def _real_rig(experiment: AcquiredExperiment) -> Rig:
@@ -125,7 +125,9 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) ->
     simulation = _simulation(experiment, file)
     laws = simulation.laws.laws()
     _require_covered(experiment, laws, file)
-    parts_around(experiment, simulation, _silent, file)  # wiring and modules are refused before a twin is built
+    parts_around(
+        experiment, simulation, _silent(experiment), file
+    )  # wiring and modules are refused before a twin is built
     recorded = experiment.recorded(experiment.sample_rate)
     transfer: Transfer
     if simulation.effects:
@@ -171,9 +173,9 @@ def _gain(experiment: AcquiredExperiment, simulation: Simulation) -> float:
     return experiment.drive_gain if simulation.gain is None else simulation.gain
 
 
-def _silent(drive: Real, sample_rate: float, temperature: Real) -> Real:
-    """Answer as a plate without sensors does."""
-    return np.zeros((0, drive.size))
+def _silent(experiment: AcquiredExperiment) -> Plate:
+    """Return a plate that does not answer: cards read their inputs when they are opened, whoever opens them."""
+    return lambda drive, rate, temperature: np.zeros((len(experiment.cards.responses), drive.size))
 
 
 def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: Path) -> None:
