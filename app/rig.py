@@ -21,7 +21,6 @@ from app.plate_transfer import Transfer, TwinTransfer
 from app.progress import Report
 from app.simulated_plate import TwinPlate
 from app.twin import campaign_twin, effect_twin
-from app.uncomputed import require_computed
 from drivers.clock import SystemClock
 from drivers.ni.modules import KNOWN, InputModule
 from drivers.ni.output_modules import KNOWN_OUTPUTS
@@ -125,7 +124,6 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) ->
     """Build the simulated rig around the twin; CampaignFileError for what ``[simulation]`` lacks."""
     simulation = _simulation(experiment, file)
     laws = simulation.laws.laws()
-    require_computed(experiment.plate, str(file))
     _require_covered(experiment, laws, file)
     parts_around(experiment, simulation, _silent, file)  # wiring and modules are refused before a twin is built
     recorded = experiment.recorded(experiment.sample_rate)
