@@ -39,7 +39,7 @@ def command(instrument: str, really: bool, output: Output) -> None:
 
     No hardware is touched: the driver talks to the simulated counterpart its kind brings. With --really it talks
     to the instrument itself, over the port declared: faults are made on this computer's side of it, and the oven
-    is told to ramp, by 1 K, and to rest, some twenty times in ten minutes; cards play a hundredth of output_range.
+    is told to ramp, by 1 K, and to rest, some twenty times in minutes; cards play a hundredth of output_range.
     Nothing else may use them meanwhile.
 
     Exit status 1 where a check failed; 3 where an oven is not known to be at rest.

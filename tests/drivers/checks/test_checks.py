@@ -225,15 +225,6 @@ def test_without_a_counterpart_there_is_nothing_to_check() -> None:
         check_oven(Bare(kind="bare", minimum=-5.0, maximum=65.0, max_rate=3.0))
 
 
-def test_a_driver_without_a_line_is_checked_for_the_rest() -> None:
-    class Silent(NaiveSettings):
-        def open(self, clock: Any, transport: Any = None) -> Any:
-            return Naive(Line(transport, clock, Timing()), transport, self.limits(), frozenset({"deaf"}))
-
-    found = {one.name: one for one in check_oven(Silent(kind="deaf", minimum=-5.0, maximum=65.0, max_rate=3.0))}
-    assert found["opens, and moves nothing"].result == "passed"
-
-
 @pytest.mark.slow
 def test_at_a_real_port_within_two_kelvin(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = SystemClock()
