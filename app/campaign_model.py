@@ -8,19 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from analysis.campaign import Campaign
+from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
-from analysis.gap.effect_card import EffectCard
 from analysis.gap.groups import TemperatureGroups, mean_laws
 from analysis.gap.report import Estimate
 from analysis.local_laws import LocalLaws
-from analysis.updating.update import Updated
-from app.effect_twin import effect_twin
+from analysis.updating.updated import Updated
 from app.files.bad_file import ResultFileError
 from app.files.twin_file import TwinFile, read_twin, require_known_effects, require_same_plate
 from app.progress import Report
+from app.twin import effect_twin
 from simulation.effects.library import library
 from simulation.reduction.campaign_basis import for_materials
-from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
 
 MATERIALS = 5
 """Temperatures whose materials the smaller model is made for."""
@@ -46,7 +47,7 @@ def campaign_model(
     report: Report,
     start: Start | None,
     folder: Path | None,
-) -> tuple[EffectTwin, dict[str, tuple[Estimate, ...]]]:
+) -> tuple[Twin[EffectPlate], dict[str, tuple[Estimate, ...]]]:
     """Return the campaign's twin with its library, and the effects of the twin file it starts from."""
     twin = effect_twin(experiment, report, folder)
     given: dict[str, tuple[Estimate, ...]] = {}
@@ -61,13 +62,13 @@ def campaign_model(
     return made_for(twin, plain), given
 
 
-def made_for(twin: EffectTwin, plain: Updated) -> EffectTwin:
+def made_for(twin: Twin[EffectPlate], plain: Updated) -> Twin[EffectPlate]:
     """Return a twin on the few directions that the materials of a campaign need, strain energies referred."""
     groups = TemperatureGroups.of(plain.temperature)
     laws = groups.laws(mean_laws(plain.material, groups))
     chosen = [laws[int(i)] for i in np.unique(np.linspace(0, len(laws) - 1, MATERIALS).round())]
     materials = [_stiffer(laws[0], 1.0 + MARGIN), *chosen, _stiffer(laws[-1], 1.0 - MARGIN)]
-    smaller = replace(twin, operators=for_materials(twin.operators, materials))
+    smaller = replace(twin, plate=EffectPlate(for_materials(twin.plate.operators, materials)))
     return smaller.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE)))
 
 

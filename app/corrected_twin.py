@@ -11,13 +11,14 @@ from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.fit import fit_gap
 from analysis.gap.groups import TemperatureGroups, mean_laws
-from analysis.gap.model import GapModel, SweepPoint
 from analysis.gap.report import Estimate, FittedLaws
 from analysis.gap.state import GapState, starting_state
 from analysis.gap.sweeps import prepare
 from analysis.material import Material, MaterialLaws
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import TwinModel
 from analysis.updating.laws import fit_laws
-from analysis.updating.update import Updated
+from analysis.updating.updated import Updated
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class FittedTwin:
 def fit_twin(
     frf: Frf,
     plain: Updated,
-    model: GapModel,
+    model: TwinModel,
     protocol: Protocol,
     executor: Executor,
     effects: Mapping[str, tuple[Estimate, ...]],
@@ -86,7 +87,7 @@ def fit_twin(
 
 
 def corrected_twin(
-    frf: Frf, plain: Updated, model: GapModel, protocol: Protocol, fitted: FittedTwin
+    frf: Frf, plain: Updated, model: TwinModel, protocol: Protocol, fitted: FittedTwin
 ) -> CorrectedTwin:
     """Issue laws and answers of a fitted twin.
 
@@ -96,7 +97,7 @@ def corrected_twin(
     plain : Updated
         Model updating of the same sweeps without effects: its misfits are those before; its correlations, which
         hang on the twin's sensitivities alone, are kept.
-    model : GapModel
+    model : TwinModel
         The twin, effects that are not in the state held by it.
     protocol : Protocol
         Gives the ramp rate.
@@ -113,7 +114,7 @@ def corrected_twin(
         there = float(reading) + float(fitted.state.away[sweep])
         laws = local[group].tilted(fitted.state.tilt[group] * open_slopes[group], there)
         point = SweepPoint(there, rate if way == "up" else -rate, float(level))
-        answers.append(gain * model.frf(point, laws, fitted.state.effects, frf.frequency))
+        answers.append(gain * model.frf(laws, frf.frequency, fitted.state.effects, point))
         material.append([laws.youngs_modulus(reading), laws.poisson_ratio(reading), laws.loss_factor(reading)])
     h = np.array(answers)
     return CorrectedTwin(
@@ -129,7 +130,7 @@ def corrected_twin(
 def _updated(
     frf: Frf,
     plain: Updated,
-    model: GapModel,
+    model: TwinModel,
     groups: TemperatureGroups,
     fitted: FittedTwin,
     material: NDArray[np.float64],

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from analysis.campaign import Campaign
+from analysis.effect_card import EffectCard
 from analysis.frf import Frf
-from analysis.gap.effect_card import EffectCard
 from analysis.gap.gap import find_gap
 from analysis.gap.numerical_floor import NumericalFloor
 from analysis.gap.report import Estimate, GapReport
@@ -20,7 +20,8 @@ from app.held_effects import HeldEffects
 from app.progress import Report
 from app.updating import Updating, updated_twin
 from simulation.effects.library import untried
-from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
 
 LEAST_LOSS = 1e-4
 """Loss factor below which no plate is taken to lie: a fit may end there."""
@@ -37,7 +38,7 @@ class Comparison:
     frf : Frf
     plain : Updating
         Without effects.
-    twin : EffectTwin
+    twin : Twin
         Made for this campaign.
     given : mapping of str to tuple of Estimate
         These.
@@ -48,7 +49,7 @@ class Comparison:
 
     frf: Frf
     plain: Updating
-    twin: EffectTwin
+    twin: Twin[EffectPlate]
     given: Mapping[str, tuple[Estimate, ...]]
     report: GapReport
     corrected: CorrectedTwin
@@ -97,7 +98,7 @@ def campaign_gap(
         told = (
             *smeared(protocol.sweep_duration, protocol.ramp_rate),
             *missing_words(not_tried),
-            *roughness(twin.operators.error),
+            *roughness(twin.error),
         )
         found = replace(found, notes=(*found.notes, *told))
         claimed = {e.name: e.parameters for e in found.effects}
@@ -127,7 +128,7 @@ def roughness(error: float) -> tuple[str, ...]:
     )
 
 
-def _floor(plain: Updating, twin: EffectTwin) -> NumericalFloor:
+def _floor(plain: Updating, twin: Twin[EffectPlate]) -> NumericalFloor:
     """Return what is known of the twin's own error, at the least damping that the campaign met."""
     least = max(float(plain.updated.material.loss_factor.min()), LEAST_LOSS)
-    return NumericalFloor(twin.operators.numerical_error(least), float(np.median(plain.frf.noise_floor)))
+    return NumericalFloor(twin.plate.operators.numerical_error(least), float(np.median(plain.frf.noise_floor)))

@@ -53,7 +53,7 @@ def save_comparison(
         save_laws(run / "laws.h5", plain.updated, plain.laws, plain.twin, origin)
     write_twin(run / TWIN, twin_file(campaign, found, based_on))
     if found.corrected.effects:
-        save_corrected_laws(run / LAWS, campaign, found.corrected, found.twin.operators.error, origin)
+        save_corrected_laws(run / LAWS, campaign, found.corrected, found.twin.error, origin)
     else:
         (run / LAWS).unlink(missing_ok=True)
     write_json(run / GAP, record)
@@ -105,7 +105,7 @@ def twin_file(campaign: Campaign, found: Comparison, based_on: str | None) -> Tw
         ),
         basis=Basis(
             operators=operators_key(experiment, material_box(experiment.plate.material)),
-            error=_rounded(found.twin.operators.error, 4),
+            error=_rounded(found.twin.error, 4),
         ),
         origin=Origin(
             flexura=analysis.__version__,

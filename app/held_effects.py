@@ -6,24 +6,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.effect_card import EffectCard
-from analysis.gap.model import Effects, GapModel, Linearisation, SweepPoint, Tangent
+from analysis.effect_card import EffectCard
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent, TwinModel
+
+Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class HeldEffects:
-    """A `analysis.gap.model.GapModel` whose effects in `held` are always on and never candidates.
+    """A `analysis.twin_model.TwinModel` whose effects in `held` are always on and never candidates.
 
     Attributes
     ----------
-    twin : GapModel
+    twin : TwinModel
     held : mapping
         Values of these effects.
     """
 
-    twin: GapModel
+    twin: TwinModel
     held: Effects
 
     @property
@@ -41,18 +44,18 @@ class HeldEffects:
         return replace(self, twin=self.twin.counted(laws, [*self.held, *effects]))
 
     def frf(
-        self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: NDArray[np.float64]
+        self, laws: LocalLaws, frequency: Real, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
     ) -> NDArray[np.complex128]:
         """Transfer, the held effects among those that are on."""
-        return self.twin.frf(point, laws, {**self.held, **effects}, frequency)
+        return self.twin.frf(laws, frequency, {**self.held, **effects}, point)
 
     def linearise(
         self,
-        point: SweepPoint,
         laws: LocalLaws,
-        effects: Effects,
-        frequency: NDArray[np.float64],
+        frequency: Real,
+        effects: Effects = NO_EFFECTS,
+        point: SweepPoint | None = None,
         tangents: Sequence[Tangent] = (),
     ) -> Linearisation:
         """Transfer and its derivatives, the held effects among those that are on."""
-        return self.twin.linearise(point, laws, {**self.held, **effects}, frequency, tangents)
+        return self.twin.linearise(laws, frequency, {**self.held, **effects}, point, tangents)

@@ -1,16 +1,17 @@
-"""What the simulated rig's plate answers at a steady temperature: the plain twin, or the one with effects."""
+"""What the simulated rig's plate answers at a steady temperature: its twin, with effects or without."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.model import Effects, SweepPoint
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
-from simulation.twin.effect_twin import EffectTwin
-from simulation.twin.plain_twin import Twin
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import Effects
+from simulation.twin.reduced_plate import ReducedPlate
+from simulation.twin.twin import Twin
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -41,11 +42,16 @@ class Transfer(Protocol):
 
 
 @dataclass(frozen=True)
-class PlainTransfer:
-    """The twin of the plate as declared."""
+class TwinTransfer:
+    """The twin, some effects on; strain energies are counted already (`Twin.referred`) where any asks.
 
-    twin: Twin
+    A `SweepPoint`'s temperature is what a sensor on the plate would read, the rig's own thermal lag in it; its
+    rate is that temperature's. So `thermal_lag` comes on top: the plate behind its own sensor.
+    """
+
+    twin: Twin[ReducedPlate]
     laws: MaterialLaws
+    effects: Effects = field(default_factory=dict)
 
     @property
     def band(self) -> tuple[float, float]:
@@ -59,50 +65,15 @@ class PlainTransfer:
 
     @property
     def follows(self) -> Followed:
-        """Nothing: only the temperature counts."""
-        return frozenset()
+        """Effects, a user's own among them, may follow rate and level; the plate as declared does not."""
+        return frozenset({"rate", "level"}) if self.effects else frozenset()
 
     def __call__(self, point: SweepPoint, frequency: Real) -> Complex:
-        """`Twin.uncertified_frf`: frequencies just outside the band are asked for, too."""
-        material = self.laws.at(point.temperature)
-        constants = (
-            float(material.youngs_modulus[0]),
-            float(material.poisson_ratio[0]),
-            float(material.loss_factor[0]),
-        )
-        return self.twin.uncertified_frf(*constants, frequency)
+        """`Twin.uncertified_frf` with the laws expanded about the temperature that the plate then has.
 
-
-@dataclass(frozen=True)
-class EffectTransfer:
-    """The twin with some effects on; strain energies are counted already (`EffectTwin.referred`) where any asks.
-
-    A `SweepPoint`'s temperature is what a sensor on the plate would read, the rig's own thermal lag in it; its
-    rate is that temperature's. So `thermal_lag` comes on top: the plate behind its own sensor.
-    """
-
-    twin: EffectTwin
-    laws: MaterialLaws
-    effects: Effects
-
-    @property
-    def band(self) -> tuple[float, float]:
-        """The twin's."""
-        return self.twin.operators.band
-
-    @property
-    def outputs(self) -> int:
-        """Number of outputs."""
-        return len(self.twin.experiment.outputs)
-
-    @property
-    def follows(self) -> Followed:
-        """Effects, a user's own among them, may follow rate and level."""
-        return frozenset({"rate", "level"})
-
-    def __call__(self, point: SweepPoint, frequency: Real) -> Complex:
-        """`EffectTwin.frf` with the laws expanded about the temperature that the plate then has."""
-        return self.twin.frf(point, self.local_laws(point), self.effects, frequency)
+        Frequencies just outside the band are asked for, too.
+        """
+        return self.twin.uncertified_frf(self.local_laws(point), frequency, self.effects, point)
 
     def local_laws(self, point: SweepPoint) -> LocalLaws:
         """Return the laws near the plate's mean temperature; ValueError where they do not reach."""
@@ -111,5 +82,7 @@ class EffectTransfer:
     def mean_temperature(self, point: SweepPoint) -> float:
         """Of the plate at one sweep, degrees Celsius."""
         steady = {name: v for name, v in self.effects.items() if not self.twin.library[name].needs_strain_energy}
+        if not steady:
+            return point.temperature
         near = self.laws.local(point.temperature)
-        return float(self.twin.state(point, near, steady, np.array(self.band)).mean_temperature)
+        return float(self.twin.state(near, np.array(self.band), steady, point).mean_temperature)

@@ -10,19 +10,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.model import SweepPoint
 from analysis.material import MaterialLaws
 from analysis.plate_material import material_box
-from app.effect_twin import effect_twin
+from analysis.sweep_point import SweepPoint
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredExperiment, RigKind
 from app.files.hidden_effects import with_shapes
 from app.files.simulation_section import Simulation
-from app.plate_transfer import EffectTransfer, PlainTransfer, Transfer
+from app.plate_transfer import Transfer, TwinTransfer
 from app.progress import Report
 from app.simulated_plate import TwinPlate
-from app.twin import campaign_twin
-from app.uncomputed import require_computed
+from app.twin import campaign_twin, effect_twin
 from drivers.clock import SystemClock
 from drivers.ni.modules import KNOWN, InputModule
 from drivers.ni.output_modules import KNOWN_OUTPUTS
@@ -33,12 +31,13 @@ from drivers.ni.wiring import Wiring
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig
 from drivers.rig.simulated import SimulatedParts, simulated_parts
-from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
 
 Real = NDArray[np.float64]
 
 REFERENCE = 25.0
-"""Degrees Celsius at which `EffectTwin.referred` counts strain energies."""
+"""Degrees Celsius at which `Twin.referred` counts strain energies."""
 
 
 @contextmanager
@@ -125,7 +124,6 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) ->
     """Build the simulated rig around the twin; CampaignFileError for what ``[simulation]`` lacks."""
     simulation = _simulation(experiment, file)
     laws = simulation.laws.laws()
-    require_computed(experiment.plate, str(file))
     _require_covered(experiment, laws, file)
     parts_around(experiment, simulation, _silent, file)  # wiring and modules are refused before a twin is built
     recorded = experiment.recorded(experiment.sample_rate)
@@ -134,7 +132,7 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) ->
         transfer = _with_effects(effect_twin(recorded, report), simulation, laws, file)
         _require_answerable(experiment, transfer, file)
     else:
-        transfer = PlainTransfer(campaign_twin(recorded, report), laws)
+        transfer = TwinTransfer(campaign_twin(recorded, report), laws)
     volts = np.array([response.volts for response in experiment.sensitivities.responses])
     plate = TwinPlate(transfer, _gain(experiment, simulation), sensitivity=volts)
     return parts_around(experiment, simulation, plate, file)
@@ -160,6 +158,7 @@ def parts_around(
             chamber=Chamber(room=experiment.oven.room_temperature),
             drive_scale=drive_scale,
             thermometer=experiment.thermometer,
+            iepe_sensors=frozenset(wiring.iepe),
         )
     except ValueError as error:
         allowed = "terminals of simulation.modules, and kinds that can be simulated"
@@ -214,7 +213,7 @@ def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: P
         raise CampaignFileError(file.parent, problems)
 
 
-def _with_effects(twin: EffectTwin, simulation: Simulation, laws: MaterialLaws, file: Path) -> EffectTransfer:
+def _with_effects(twin: Twin[EffectPlate], simulation: Simulation, laws: MaterialLaws, file: Path) -> TwinTransfer:
     """Return what the plate answers with its effects; CampaignFileError for one that this plate cannot have."""
     unheld = [name for name in simulation.effects if name not in twin.cards]
     if unheld:
@@ -231,10 +230,10 @@ def _with_effects(twin: EffectTwin, simulation: Simulation, laws: MaterialLaws, 
                 file.parent, [Problem(file.name, "simulation.laws.temperature", seen, allowed)]
             )
         twin = twin.referred(laws.local(REFERENCE))
-    return EffectTransfer(twin, laws, with_shapes(twin.cards, simulation.effects))
+    return TwinTransfer(twin, laws, with_shapes(twin.cards, simulation.effects))
 
 
-def _require_answerable(experiment: AcquiredExperiment, transfer: EffectTransfer, file: Path) -> None:
+def _require_answerable(experiment: AcquiredExperiment, transfer: TwinTransfer, file: Path) -> None:
     """Raise CampaignFileError where the effects lead beyond the laws or the twin, before the oven is started."""
     programme, level = experiment.programme, max(experiment.sweep.levels)
     margin = programme.tolerance + 1.0

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
-from analysis.gap.model import SweepPoint
+from analysis.sweep_point import SweepPoint
 from app.plate_transfer import Transfer
 
 Real = NDArray[np.float64]

@@ -1,5 +1,7 @@
-"""The twin of a declared experiment, its reduced basis taken from the cache where it is there."""
+"""The twin of an experiment, as declared or with effects, its matrices taken from the cache if they are there."""
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,18 +10,39 @@ from numpy.typing import NDArray
 from analysis.experiment import Experiment, Plate
 from analysis.plate_material import material_box
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
+from app.files.effect_cache import cached_operators
 from app.progress import Report
+from simulation.effects.effect import Effect
+from simulation.effects.library import library
 from simulation.reduction.plate_basis import PlateBasis
+from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.footprints import attached_disc
-from simulation.twin.plain_twin import Twin
+from simulation.twin.declared_plate import DeclaredPlate
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
 
 SHAPE_POINTS = 32
 """Points along the longer side of the box around a plate on which its mode shapes are known."""
 
 
-def campaign_twin(experiment: Experiment, report: Report) -> Twin:
+def campaign_twin(experiment: Experiment, report: Report) -> Twin[DeclaredPlate]:
     """Twin of a campaign's plate over its band, certified over its material's box; its shapes known on a grid."""
-    return Twin.of(experiment, cached_reduction(**_asked(experiment), progress=report))
+    return Twin.of(experiment, DeclaredPlate(campaign_reduction(experiment, report)))
+
+
+def campaign_reduction(experiment: Experiment, report: Report) -> ReducedModel:
+    """Reduced model of that twin."""
+    return cached_reduction(**_asked(experiment), progress=report)
+
+
+def effect_twin(experiment: Experiment, report: Report, folder: Path | None = None) -> Twin[EffectPlate]:
+    """Twin of a campaign's plate over its band, with the project's effects and those of a user's `folder`."""
+    known: Mapping[str, Effect] = library(experiment, folder)
+    box = material_box(experiment.plate.material)
+    operators = cached_operators(experiment, box, report, basis=lambda: plate_basis(experiment, report))
+    if not operators.offset_range:
+        known = {name: effect for name, effect in known.items() if name != "sensor_offset"}
+    return Twin.of(experiment, EffectPlate(operators), known)
 
 
 def plate_basis(experiment: Experiment, report: Report) -> PlateBasis | None:

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
 from analysis.frf import Frf, campaign_frf
+from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialLaws
 from analysis.protocol.advice import unresolved
 from analysis.updating.laws import fit_laws
 from analysis.updating.polarity import upright
 from analysis.updating.strays import stray_sweeps
-from analysis.updating.update import Updated, update
+from analysis.updating.update import update
+from analysis.updating.updated import Updated
 from app.campaign_model import WORKERS, Start, campaign_model, judging
 from app.corrected_twin import corrected_twin, fit_twin, reached
 from app.files.frf_file import save_frf
@@ -26,8 +28,8 @@ from app.first_look import first_look
 from app.held_effects import HeldEffects
 from app.progress import Report
 from app.twin import campaign_twin, twin_is_built
-from app.uncomputed import require_computed
-from simulation.twin.plain_twin import Twin
+from simulation.twin.declared_plate import DeclaredPlate
+from simulation.twin.twin import Twin
 
 GOOD_MISFIT = 1.3
 """A twin that misses no more than this many times the noise explains the data."""
@@ -61,15 +63,17 @@ def updated_twin(campaign: Campaign, mains: float, report: Report) -> Updating:
     ResultFileError where the campaign cannot be judged.
     """
     frf, twin, updated = _fitted(campaign, mains, report)
-    answers = [updated.gain * twin.frf(*row, frf.frequency) for row in constants(updated)]
+    rows = zip(constants(updated), updated.temperature, strict=True)
+    laws = [LocalLaws.of_material(*row, reference=float(temperature)) for row, temperature in rows]
+    with ThreadPoolExecutor(WORKERS) as executor:
+        answers = list(executor.map(lambda law: updated.gain * twin.frf(law, frf.frequency), laws))
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
     return Updating(frf, updated, plain_laws(campaign, updated), seen)
 
 
-def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin, Updated]:
+def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin[DeclaredPlate], Updated]:
     """Measured FRFs, inverted channels turned; the twin, and its material in every sweep."""
-    require_computed(campaign.experiment.plate, campaign.name)
     with judging(campaign):
         frf = campaign_frf(campaign, mains=mains)
         frf.require_noise()  # before a twin is built for nothing
@@ -110,7 +114,7 @@ def updated_under_effects(
     found = corrected_twin(frf, plain, model, protocol, fitted)
     report("laws under effects", 1.0)
     density = campaign.experiment.plate.density
-    seen = TwinFrf(frf.frequency, found.answers, twin.operators.error, density)
+    seen = TwinFrf(frf.frequency, found.answers, twin.error, density)
     return Updating(frf, found.updated, found.laws, seen)
 
 

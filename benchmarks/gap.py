@@ -24,18 +24,19 @@ from analysis.experiment import Experiment, Patch
 from analysis.frf import Frf
 from analysis.gap.fit import fit_gap
 from analysis.gap.gap import find_gap
-from analysis.gap.model import SweepPoint
 from analysis.gap.refit import Bench, absent
 from analysis.gap.state import GapState, starting_state
 from analysis.gap.sweeps import GapSweeps, prepare
 from analysis.local_laws import LocalLaws
-from analysis.updating.update import Updated, update
+from analysis.sweep_point import SweepPoint
+from analysis.updating.update import update
+from analysis.updating.updated import Updated
 from app.campaign_model import WORKERS, made_for
-from app.effect_twin import effect_twin
 from app.files.campaign import load_campaign
 from app.progress import progress
-from app.twin import campaign_twin
-from simulation.twin.effect_twin import EffectTwin
+from app.twin import campaign_twin, effect_twin
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
 
 ROOT = Path(__file__).resolve().parents[1]
 SENSORS = {"S2": (0.2, 0.035), "S3": (0.04, 0.115)}
@@ -58,7 +59,7 @@ def declared() -> Experiment:
     return recorded.model_copy(update={"patch": (*recorded.patch, *more)})
 
 
-def simulated(twin: EffectTwin, hidden: str, noise: float) -> Frf:
+def simulated(twin: Twin[EffectPlate], hidden: str, noise: float) -> Frf:
     """FRFs of every temperature with an effect on, and white noise of a share of their rms."""
     protocol, rng = twin.experiment.protocol, np.random.default_rng(1)
     spacing = 1.0 / (protocol.sweep_duration + protocol.tail)
@@ -67,7 +68,7 @@ def simulated(twin: EffectTwin, hidden: str, noise: float) -> Frf:
     on = {hidden: {p.name: p.typical if p.shape else SIZE * p.sigma for p in twin.cards[hidden].parameters}}
     temperature = TEMPERATURES
     h = np.array(
-        [GAIN * twin.frf(SweepPoint(t, protocol.ramp_rate / 60.0, 1.0), LAWS, on, frequency) for t in temperature]
+        [GAIN * twin.frf(LAWS, frequency, on, SweepPoint(t, protocol.ramp_rate / 60.0, 1.0)) for t in temperature]
     )
     variance = np.broadcast_to(noise**2 * (np.abs(h) ** 2).mean(-1, keepdims=True), h.shape)
     h = h + np.sqrt(0.5 * variance) * (rng.standard_normal(h.shape) + 1j * rng.standard_normal(h.shape))
@@ -86,7 +87,7 @@ def simulated(twin: EffectTwin, hidden: str, noise: float) -> Frf:
     )
 
 
-def workflow(frf: Frf, updated: Updated, twin: EffectTwin, executor: Executor) -> dict[str, Any]:
+def workflow(frf: Frf, updated: Updated, twin: Twin[EffectPlate], executor: Executor) -> dict[str, Any]:
     """Time the comparison from FRFs to the report."""
     wall, cpu = time.perf_counter(), time.process_time()
     found = find_gap(frf, updated, twin, twin.experiment.protocol, executor)

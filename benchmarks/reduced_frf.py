@@ -17,12 +17,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Patch, Plate
+from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.reduction.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
+from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.instruments import Instruments
-from simulation.twin.plain_twin import Twin
+from simulation.twin.twin import Twin
 
 PLATE = Plate(length_x=0.24, length_y=0.19, thickness=0.003, mass=0.12996)
 PATCHES = [
@@ -53,19 +55,19 @@ def measure() -> dict[str, float | int]:
     model = assemble_for(PLATE, PATCHES, BOX, BAND)
     assembly = time.perf_counter() - start
     start = time.perf_counter()
-    reduced = reduce(model, BOX, BAND)
+    reduced = reduce(model, BOX, BAND)[0]
     basis = time.perf_counter() - start
-    twin = Twin(reduced, Instruments.of_patches(0, (1,), LOAD))
+    twin = Twin(DeclaredPlate(reduced), Instruments.of_patches(0, (1,), LOAD))
 
     start = time.perf_counter()
     full = model.frf(*MATERIAL, FULL_LINES, actuator=0, sensors=(1,), load=LOAD)
     per_full_line = (time.perf_counter() - start) / FULL_LINES.size
-    frf = seconds(lambda: twin.frf(*MATERIAL, LINES), 10)
-    sensitivities = seconds(lambda: twin.sensitivities(*MATERIAL, LINES), 10)
+    frf = seconds(lambda: twin.frf(LocalLaws.of_material(*MATERIAL), LINES), 10)
+    sensitivities = seconds(lambda: twin.linearise(LocalLaws.of_material(*MATERIAL), LINES), 10)
 
-    answer = twin.frf(*MATERIAL, LINES)
+    answer = twin.frf(LocalLaws.of_material(*MATERIAL), LINES)
     rms = float(np.sqrt(np.mean(np.abs(answer) ** 2)))
-    difference = float(np.abs(twin.frf(*MATERIAL, FULL_LINES) - full).max()) / rms
+    difference = float(np.abs(twin.frf(LocalLaws.of_material(*MATERIAL), FULL_LINES) - full).max()) / rms
     return {
         "unknowns": model.size,
         "coordinates": reduced.size,

@@ -19,14 +19,16 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
+from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.reduction.reduce import Training, reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.fineness import Fineness
+from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.instruments import Instruments
-from simulation.twin.plain_twin import Twin
+from simulation.twin.twin import Twin
 
 BOX = MaterialBox((0.8e9, 4.0e9), (0.30, 0.49), (0.005, 0.15))
 MATERIAL = (2.26e9, 0.37, 0.082)
@@ -79,7 +81,7 @@ def first_model(plate: Plate, patches: tuple[Patch, ...], band: tuple[float, flo
     start = time.perf_counter()
     model = assemble_for(plate, patches, BOX, band, fineness=how.get("fineness"))
     assembly = time.perf_counter() - start
-    reduced = reduce(model, BOX, band, training=training)
+    reduced = reduce(model, BOX, band, training=training)[0]
     total = time.perf_counter() - start
     lines = LINES[(band[0] <= LINES) & (band[1] >= LINES)]
     some = lines[:: lines.size // 8]
@@ -100,9 +102,11 @@ def first_model(plate: Plate, patches: tuple[Patch, ...], band: tuple[float, flo
         "certified_error": reduced.error,
     }
     if len(patches) == 2:
-        twin = Twin(reduced, Instruments.of_patches(0, (1,), LOAD))
-        found["frf_s"] = seconds(lambda: twin.frf(*MATERIAL, lines), 5)
-        found["frf_with_derivatives_s"] = seconds(lambda: twin.sensitivities(*MATERIAL, lines), 5)
+        twin = Twin(DeclaredPlate(reduced), Instruments.of_patches(0, (1,), LOAD))
+        found["frf_s"] = seconds(lambda: twin.frf(LocalLaws.of_material(*MATERIAL), lines), 5)
+        found["frf_with_derivatives_s"] = seconds(
+            lambda: twin.linearise(LocalLaws.of_material(*MATERIAL), lines), 5
+        )
         found["ratio"] = found["direct_s_all_lines"] / found["frf_s"]
     return found
 

@@ -17,13 +17,15 @@ from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
 from analysis.frf import Frf, campaign_frf
+from analysis.local_laws import LocalLaws
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.start import start_material
-from analysis.updating.update import Updated, update
+from analysis.updating.update import update
+from analysis.updating.updated import Updated
 from app.files.campaign import load_campaign
 from app.progress import progress
 from app.twin import campaign_twin
-from simulation.twin.plain_twin import Twin
+from simulation.twin.twin import Twin
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -36,7 +38,7 @@ def plain_fit(twin: Twin, frf: Frf, sweep: int, gain: float) -> np.ndarray:
     box = np.array([twin.box.youngs_modulus, twin.box.poisson_ratio, twin.box.loss_factor])
 
     def residual(x: np.ndarray) -> np.ndarray:
-        rest = ((data.h - gain * twin.frf(*(x * start), data.frequency)) * scale).ravel()
+        rest = ((data.h - gain * twin.frf(LocalLaws.of_material(*(x * start)), data.frequency)) * scale).ravel()
         return np.concatenate([rest.real, rest.imag])
 
     bounds = (box[:, 0] / start, box[:, 1] / start)

@@ -14,13 +14,15 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 from numpy.typing import NDArray
 
 from analysis.experiment import Experiment
+from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from app.files.campaign_toml import read_experiment
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.footprint_reduction import reduce_with_footprints
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness
-from simulation.twin.plain_twin import Twin
+from simulation.twin.declared_plate import DeclaredPlate
+from simulation.twin.twin import Twin
 
 Real = NDArray[np.float64]
 Laws = Callable[[float], tuple[float, float, float]]
@@ -59,7 +61,7 @@ def plate(made: Experiment, laws: Laws = material) -> Twin:
     low, high = made.protocol.band
     band = (BEYOND[0] * low, BEYOND[1] * high)
     model = assemble_for(made.plate, made.patch, box, band, footprints=made.footprints, fineness=FINE)
-    return Twin.of(made, reduce_with_footprints(model, box, band, made.footprints))
+    return Twin.of(made, DeclaredPlate(reduce_with_footprints(model, box, band, made.footprints)[0]))
 
 
 def hits(
@@ -78,7 +80,7 @@ def hits(
     )
     outputs = declared.outputs
     answers = np.zeros((twin.outputs, grid.size), complex)
-    answers[:, inside] = rising * falling * twin.frf(*constants, lines)
+    answers[:, inside] = rising * falling * twin.frf(LocalLaws.of_material(*constants), lines)
     time = np.arange(2 * count) / rate
     recorded = []
     for _ in range(protocol.repeats):

@@ -26,6 +26,7 @@ class FakeMachine:
 
     def __init__(self, python: Path) -> None:
         self.python = python
+        self.makers: list[str] = []
         self.installs: list[list[str]] = []
         self.started: list[tuple[list[str], str | None]] = []
         self.dies: str | None = None
@@ -34,13 +35,14 @@ class FakeMachine:
 
     def run(self, command: list[str], **_: Any) -> SimpleNamespace:
         if command[1:3] == ["-m", "venv"]:
+            self.makers.append(command[0])
             self.python.parent.mkdir(parents=True)
             self._may_die("venv")
             (self.python.parents[1] / "pyvenv.cfg").write_text("home = somewhere")
             self.python.write_text("")
         elif "install" in command:
             site = self.python.parents[1] / "lib"
-            site.mkdir()
+            site.mkdir(exist_ok=True)
             (site / "half").write_text("x")
             self._may_die("pip")
             if self.fails:
@@ -126,6 +128,12 @@ def test_installs_once(call: Call, machine: FakeMachine, project: Path) -> None:
     assert command[command.index("-e") + 1] == f"{project}[drawings,meshes,tests]"
 
 
+def test_environment_is_made_by_a_python_that_is_not_its_own(call: Call, machine: FakeMachine) -> None:
+    """`.venv/bin/python start.py` deletes the Python it runs in where pins have changed."""
+    call("demo")
+    assert machine.makers == [sys._base_executable]  # type: ignore[attr-defined]
+
+
 def test_words_go_to_flexura_or_to_pytest(call: Call, machine: FakeMachine, project: Path) -> None:
     call("identify", "a b", "--json")
     call("tests", "-k", "frf", "--durations=3")
@@ -137,6 +145,31 @@ def test_words_go_to_flexura_or_to_pytest(call: Call, machine: FakeMachine, proj
     assert tests[-3:] == ["-k", "frf", "--durations=3"]
     assert there == str(project)
     assert bare[-2:] == ["-m", "app"]
+
+
+def test_documentation_is_made_with_what_is_installed_for_it_once(
+    call: Call, machine: FakeMachine, project: Path
+) -> None:
+    call("demo")
+    call("docs", "--quiet")
+    call("docs")
+    installed = [command[-1] for command in machine.installs]
+    assert installed == [f"{project}[drawings,meshes,tests]", f"{project}[docs]"]
+    (command, where), again = machine.started[1:]
+    assert command[:3] == [str(machine.python), "-m", "sphinx"]
+    assert {"--fail-on-warning", "--quiet"} < set(command)
+    assert command[-2:] == [".", "site"]
+    assert again[1] == where == str(project)
+
+
+def test_documentation_is_installed_anew_with_the_environment(
+    call: Call, machine: FakeMachine, project: Path
+) -> None:
+    call("docs")
+    pins = project / "constraints.txt"
+    pins.write_text(pins.read_text().replace("numpy==", "numpy==9."))
+    call("docs")
+    assert len(machine.installs) == 4
 
 
 def test_status_of_the_verb_is_passed_on(call: Call, machine: FakeMachine) -> None:

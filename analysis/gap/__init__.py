@@ -1,8 +1,6 @@
 """The gap workflow: where twin and data disagree, which effect the twin lacks, and how sure that is.
 
 ====================  ===============================================================================
-``effect_card``       what is known of an effect without any physics: parameters, ranges, priors
-``model``             what a twin must offer
 ``compression``       a sweep as a few hundred independent numbers, nothing lost
 ``noise``             the stated noise checked without a model
 ``numerical_floor``   what discretisation does to the twin, and whether that can be borne

@@ -50,7 +50,7 @@ def standing(bench: Bench, fit: GapFit, last: Screening, name: str, blind: Seque
     for other, gain in contest.items():
         if other == name or other in blind:
             continue
-        known = bench.known.get(rest | {other})
+        known = bench.known(rest | {other})
         relative[other] = known.log_evidence - fit.log_evidence if known else gain - contest[name]
     return relative
 

@@ -9,16 +9,19 @@ from numpy.typing import NDArray
 
 from analysis.gap.arrow import Arrow, LocalStep, arrow
 from analysis.gap.gap_fit import GapFit
-from analysis.gap.model import GapModel, Tangent
-from analysis.gap.normal_equations import SweepEquations, linearise_all
+from analysis.gap.normal_equations import GLOBAL, SweepEquations, linearise_all
 from analysis.gap.state import FreeParameters, GapState, clipped_laws
 from analysis.gap.sweeps import GapSweeps
 from analysis.gap.thresholds import HOPE, MOST_STEPS, SETTLED
+from analysis.twin_model import Tangent, TwinModel
 
 Real = NDArray[np.float64]
 
 LARGEST_STEP = np.array([0.3, 0.05, 0.7])
 """Of log E, nu and log eta in one iteration: beyond, resonances pass each other."""
+
+ALONE = (0, 1, 2, GLOBAL)
+"""Columns of a sweep's equations that are its material and the gain."""
 
 BACKTRACKED = 0.4
 """Share of a step that went too far which is tried before damping."""
@@ -38,7 +41,7 @@ class _Trial:
 
 
 def fit_gap(
-    model: GapModel,
+    model: TwinModel,
     sweeps: GapSweeps,
     start: GapState,
     effects: Sequence[str],
@@ -54,7 +57,7 @@ def fit_gap(
 
     Parameters
     ----------
-    model : GapModel
+    model : TwinModel
     sweeps : GapSweeps
     start : GapState
         Values of all effects that are on.
@@ -85,7 +88,7 @@ def fit_gap(
 
 
 def _descend(
-    model: GapModel,
+    model: TwinModel,
     sweeps: GapSweeps,
     best: _Trial,
     free: FreeParameters,
@@ -132,7 +135,7 @@ def _descend(
 
 
 def _evaluate(
-    model: GapModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
+    model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
 ) -> _Trial:
     tangents: list[Tangent] = [(name, parameter, state.effects[name]) for name, parameter in free.names]
     equations = linearise_all(model, sweeps, state, tangents, executor)
@@ -144,7 +147,7 @@ def _evaluate(
 
 
 def _try(
-    model: GapModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
+    model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
 ) -> _Trial | None:
     """Evaluate a step; None where the model refuses the point, which then counts as a step too far."""
     try:
@@ -197,7 +200,7 @@ def _boxed(matrix: Real, gradient: Real, moving: NDArray[np.bool_], low: Real, h
     return step
 
 
-def _moved(model: GapModel, state: GapState, free: FreeParameters, step: Real, local: LocalStep) -> GapState:
+def _moved(model: TwinModel, state: GapState, free: FreeParameters, step: Real, local: LocalStep) -> GapState:
     values = free.read(state.effects) + step[1:]
     moved = state.laws + np.clip(local.laws, -LARGEST_STEP, LARGEST_STEP)
     return GapState(
@@ -240,6 +243,7 @@ def _result(
         predicted=np.array([e.predicted for e in at.equations]),
         sigma_log_gain=sigma_log_gain,
         law_sigma=_law_sigma(sweeps, at, head, covariance, sigma_log_gain),
+        alone=np.array([e.matrix[np.ix_(ALONE, ALONE)] for e in at.equations]),
         settled=settled,
         on_wall=tuple(name for name, there in zip(free.names, wall, strict=True) if there),
         passes=passes,

@@ -13,7 +13,6 @@ from analysis.gap.gap_fit import GapFit
 from analysis.gap.held_out import HeldOut, held_out, splits
 from analysis.gap.look_alikes import cosines, mimicry
 from analysis.gap.misfit import relative_misfit
-from analysis.gap.model import GapModel
 from analysis.gap.numerical_floor import NumericalFloor
 from analysis.gap.refit import Bench, Progress, explained
 from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
@@ -26,13 +25,14 @@ from analysis.gap.unknown import unknown_evidence
 from analysis.gap.verdict import Judgement, judge
 from analysis.gap.where import residual_map
 from analysis.gap.whiteness import whiteness
-from analysis.updating.update import Updated
+from analysis.twin_model import TwinModel
+from analysis.updating.updated import Updated
 
 
 def find_gap(
     frf: Frf,
     updated: Updated,
-    model: GapModel,
+    model: TwinModel,
     protocol: Protocol,
     executor: Executor,
     *,
@@ -48,7 +48,7 @@ def find_gap(
         Measured; lines in `frf.excluded` take no part.
     updated : Updated
         Model updating of the same sweeps, from which the baseline starts.
-    model : GapModel
+    model : TwinModel
         The twin with its library.
     protocol : Protocol
         As declared; gives the ramp rate.
@@ -80,7 +80,7 @@ def find_gap(
             tried.append(held_out(model, sweeps, split, baseline, found.fit, executor, significant))
     judgement = judge(bench, found, tried[0] if tried else None)
     notes = [*noise.notes, *(floor.notes if floor is not None else ()), judgement.reason]
-    if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest(updated):
+    if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances came out sharper than the nodes were laid for; the residual may show it")
     notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]
     alone = () if judgement.verdict == "none" else signatures(bench, found)

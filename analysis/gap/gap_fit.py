@@ -38,6 +38,8 @@ class GapFit:
     sigma_log_gain : float
     law_sigma : (G, 3) ndarray
         Standard deviations of log E, nu and log eta of the groups, gain and effects eliminated.
+    alone : (T, 4, 4) ndarray
+        Information that each sweep has of its log E, nu and log eta and of log gain.
     settled : bool
     on_wall : tuple of (effect, parameter)
         Parameters that ended at the end of their range.
@@ -58,6 +60,7 @@ class GapFit:
     predicted: NDArray[np.complex128] = field(repr=False)
     sigma_log_gain: float
     law_sigma: Real
+    alone: Real
     settled: bool
     on_wall: tuple[tuple[str, str], ...]
     passes: int

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from analysis.gap.fit import fit_gap
 from analysis.gap.gap_fit import GapFit
 from analysis.gap.misfit import relative_misfit
-from analysis.gap.model import GapModel
 from analysis.gap.sweeps import GapSweeps
 from analysis.gap.thresholds import HELD_OUT_SHARE, Z_FLOOR
+from analysis.twin_model import TwinModel
 
 LEAST_TEMPERATURES = 4
 """Below, every second temperature leaves too few to learn an effect from."""
@@ -76,7 +76,7 @@ class Split:
 
 
 def held_out(
-    model: GapModel,
+    model: TwinModel,
     sweeps: GapSweeps,
     split: Split,
     baseline: GapFit,
@@ -109,7 +109,7 @@ def held_out(
     )
 
 
-def _tried(model: GapModel, sweeps: GapSweeps, split: Split, whole: GapFit, executor: Executor) -> GapFit:
+def _tried(model: TwinModel, sweeps: GapSweeps, split: Split, whole: GapFit, executor: Executor) -> GapFit:
     groups, places = _kept(sweeps, split.learn)
     taught = fit_gap(
         model, split.learn, whole.state.restricted(groups, places), tuple(whole.state.effects), executor

@@ -12,10 +12,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.model import GapModel, SweepPoint, Tangent
 from analysis.gap.state import GapState
 from analysis.gap.sweeps import GapSweeps
 from analysis.local_laws import LocalLaws
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import Tangent, TwinModel
 
 Real = NDArray[np.float64]
 Made = TypeVar("Made")
@@ -80,7 +81,7 @@ class WhitenedSweep:
 
 
 def linearise_all(
-    model: GapModel, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent], executor: Executor
+    model: TwinModel, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent], executor: Executor
 ) -> list[SweepEquations]:
     """Linearise all sweeps at `state`, the parameters of effects being those of `tangents`."""
     laws = sweeps.groups.laws(state.laws)
@@ -93,7 +94,7 @@ def linearise_all(
 
 
 def whiten_all(
-    model: GapModel, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent], executor: Executor
+    model: TwinModel, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent], executor: Executor
 ) -> list[WhitenedSweep]:
     """Linearise like `linearise_all`, and keep the columns: memory grows with sweeps times tangents."""
     laws = sweeps.groups.laws(state.laws)
@@ -115,7 +116,7 @@ def _for_all(work: Callable[[int], Made], sweeps: GapSweeps, executor: Executor)
 
 
 def _whitened(
-    model: GapModel,
+    model: TwinModel,
     sweeps: GapSweeps,
     sweep: int,
     laws: Sequence[LocalLaws],
@@ -130,7 +131,7 @@ def _whitened(
     # turned about the oven's own temperature a slope changes what effects make of it (a lag, a gradient) and
     # nothing else; turned about the group's reference it could be traded for errors of the readings
     local_laws = laws[group].tilted(state.tilt[group] * sigma, moved.temperature)
-    line = model.linearise(moved, local_laws, state.effects, frequency, tangents)
+    line = model.linearise(local_laws, frequency, state.effects, moved, tangents)
     slopes = sigma[:, None, None] * line.by_slope
     gain = float(np.exp(state.log_gain))
     local = np.concatenate([line.by_material, slopes, line.by_temperature[None]])

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from analysis.gap.effect_card import EffectCard
+from analysis.effect_card import EffectCard
 from analysis.gap.screen import Screening
 from analysis.gap.thresholds import LEAST_KEPT, LEAST_SIZE
 

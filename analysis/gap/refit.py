@@ -1,13 +1,12 @@
 """Candidates fitted in full: first on a few temperatures, then, if they deserve it, on all of them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
-from analysis.gap.effect_card import Values
+from analysis.effect_card import Values
 from analysis.gap.fit import fit_gap
 from analysis.gap.gap_fit import GapFit
-from analysis.gap.model import GapModel
 from analysis.gap.noise import NoiseCheck
 from analysis.gap.screen import Candidate, Screening, screen
 from analysis.gap.state import GapState
@@ -21,39 +20,47 @@ from analysis.gap.thresholds import (
     Z_NAMED,
 )
 from analysis.gap.whiteness import whiteness
+from analysis.twin_model import TwinModel
 
 Progress = Callable[[str, float], None]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Bench:
-    """What every step of the search works with.
+    """What every step of the search works with; no value, for it remembers the fits to all sweeps.
 
     Attributes
     ----------
-    model : GapModel
+    model : TwinModel
     sweeps : GapSweeps
     noise : NoiseCheck
     executor : Executor
     report : callable
         Told a stage's name and the share of it done.
-    known : dict
-        Fits to all sweeps, by their effects: none is made twice.
     """
 
-    model: GapModel
+    model: TwinModel
     sweeps: GapSweeps
     noise: NoiseCheck
     executor: Executor
     report: Progress = field(default=lambda stage, share: None)
-    known: dict[frozenset[str], GapFit] = field(default_factory=dict)
+    _fits: dict[frozenset[str], GapFit] = field(init=False, repr=False, default_factory=dict)
 
     def fit(self, start: GapState, effects: Sequence[str]) -> GapFit:
-        """Fit laws, readings, gain and `effects` to all sweeps."""
-        key = frozenset(effects)
-        if key not in self.known:
-            self.known[key] = fit_gap(self.model, self.sweeps, start, effects, self.executor)
-        return self.known[key]
+        """Fit laws, readings, gain and `effects` to all sweeps, unless that was done before."""
+        found = self.known(effects)
+        if found is None:
+            found = fit_gap(self.model, self.sweeps, start, effects, self.executor)
+            self.keep(effects, found)
+        return found
+
+    def known(self, effects: Iterable[str]) -> GapFit | None:
+        """Return the fit of `effects`, in any order, to all sweeps; None if there is none yet."""
+        return self._fits.get(frozenset(effects))
+
+    def keep(self, effects: Iterable[str], fit: GapFit) -> None:
+        """Remember the fit of `effects` to all sweeps."""
+        self._fits[frozenset(effects)] = fit
 
     def screen(self, fit: GapFit) -> Screening:
         """Score test of all candidates at `fit`."""
@@ -145,8 +152,9 @@ def refit(bench: Bench, base: GapFit, sets: Sequence[tuple[tuple[str, ...], dict
     Those that gain less than a share of the best on a few temperatures are not fitted to the others, and those
     that could not gain it are given up on the way and left out.
     """
-    done = [_remembered(bench, base, names) for names, _ in sets if frozenset(names) in bench.known]
-    sets = [(names, added) for names, added in sets if frozenset(names) not in bench.known]
+    known = [(names, fit) for names, _ in sets if (fit := bench.known(names)) is not None]
+    done = [Refit(names, fit.log_evidence - base.log_evidence, fit) for names, fit in known]
+    sets = [(names, added) for names, added in sets if bench.known(names) is None]
     if not sets:
         return sorted(done, key=lambda r: -r.gain)
     few, reference = _coarse(bench, base)
@@ -184,18 +192,13 @@ def _in_full(
     if fit is None or not (deserved or fit.settled):
         return []
     if few is bench.sweeps:
-        bench.known[frozenset(names)] = fit
+        bench.keep(names, fit)
         return [trial]
     if not deserved:
         return [Refit(names, trial.gain * bench.sweeps.numbers / few.numbers, None)]
     start = base.state.corrected(bench.sweeps.groups, reference.state, fit.state, few.groups)
     full = bench.fit(start, names)
     return [Refit(names, full.log_evidence - base.log_evidence, full)]
-
-
-def _remembered(bench: Bench, base: GapFit, names: tuple[str, ...]) -> Refit:
-    fit = bench.known[frozenset(names)]
-    return Refit(names, fit.log_evidence - base.log_evidence, fit)
 
 
 def _started(base: GapFit, names: Sequence[str], added: dict[str, Values]) -> GapState:

@@ -12,13 +12,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.effect_card import Parameter, Values
 from analysis.gap.arrow import arrow
-from analysis.gap.effect_card import Parameter, Values
 from analysis.gap.fit import without_gain
 from analysis.gap.gap_fit import GapFit
-from analysis.gap.model import GapModel, Tangent
 from analysis.gap.normal_equations import linearise_all
 from analysis.gap.sweeps import GapSweeps
+from analysis.twin_model import Tangent, TwinModel
 
 Real = NDArray[np.float64]
 
@@ -207,7 +207,7 @@ def solve_inside(matrix: Real, pull: Real, low: Real, high: Real) -> Real:
 
 
 def screen(
-    model: GapModel, sweeps: GapSweeps, fit: GapFit, executor: Executor, *, effects: Sequence[str] | None = None
+    model: TwinModel, sweeps: GapSweeps, fit: GapFit, executor: Executor, *, effects: Sequence[str] | None = None
 ) -> Screening:
     """Linearise the fit with every candidate's tangents (or those of `effects` only) and eliminate."""
     on = fit.state.effects

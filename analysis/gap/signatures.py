@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.arrow import arrow
-from analysis.gap.model import Tangent
 from analysis.gap.normal_equations import LAWS, SLOPES, TEMPERATURE, whiten_all
 from analysis.gap.refit import Bench
 from analysis.gap.screen import Candidate
 from analysis.gap.search import Found
 from analysis.gap.where import cell_sigma
+from analysis.twin_model import Tangent
 
 
 @dataclass(frozen=True)

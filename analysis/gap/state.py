@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.effect_card import EffectCard, Parameter, Values
+from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.gap.groups import TemperatureGroups, mean_laws
 from analysis.material import MaterialBox
-from analysis.updating.update import Updated
+from analysis.updating.updated import Updated
 
 
 @dataclass(frozen=True)

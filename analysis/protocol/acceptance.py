@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
 from analysis.h1 import h1
+from analysis.protocol.clocks import clock_difference, stretched
+from analysis.protocol.likeness import likeness
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import SetPoint
 
@@ -18,6 +20,8 @@ LIKENESS = 0.99
 """Least correlation of the drive recorded with the drive played; white noise 17 dB below it still passes."""
 SYNCHRONOUS = 0.1
 """Largest difference between two repeats' delays, samples."""
+OWN_CLOCK = 1.0
+"""On top of it where the output runs on a clock of its own: that has its next edge up to a sample later."""
 
 
 def faults(
@@ -43,7 +47,9 @@ def faults(
         What it was to be.
     protocol : AcquisitionProtocol
     """
-    of_signals = signal_faults(sweep.drive, sweep.responses, played, overloaded, sample_rate, protocol)
+    of_signals = signal_faults(
+        sweep.drive, sweep.responses, played, sweep.level, overloaded, sample_rate, protocol
+    )
     return (*_wrong_temperature(sweep, set_point, protocol), *of_signals)
 
 
@@ -51,6 +57,7 @@ def signal_faults(
     drive: Recorded,
     responses: Recorded,
     played: NDArray[np.float64],
+    level: float,
     overloaded: NDArray[np.bool_],
     sample_rate: float,
     protocol: AcquisitionProtocol,
@@ -61,54 +68,18 @@ def signal_faults(
     ----------
     drive : (R, M) ndarray, V
     responses : (K, R, M) ndarray, V
+    level : float
+        Of the drive, V.
     played, overloaded, sample_rate, protocol
         See `faults`.
     """
     signals = (
         *_overload(overloaded),
-        *_damaged_drive(drive, played, sample_rate, protocol),
+        *_damaged_drive(drive, played, level, sample_rate, protocol),
         *_silence(drive, responses, protocol),
     )
     # Coherence says nothing further of signals already known to be none.
     return signals or tuple(_incoherence(drive, responses, sample_rate, protocol))
-
-
-def likeness(
-    recorded: NDArray[np.floating],
-    played: NDArray[np.float64],
-    sample_rate: float,
-    frequencies: tuple[float, float],
-) -> tuple[float, float, float]:
-    """Compare a drive as recorded with the drive as played, over its own frequencies.
-
-    A card delays by a constant number of samples, not a whole one. A sample lost or doubled in the
-    middle splits the record into two of different delay, which no single delay can make alike.
-
-    Returns
-    -------
-    gain : float
-        Recorded over played, of the part that is alike.
-    delay : float
-        Samples.
-    correlation : float
-        1 for a pure delay, 0 for nothing in common.
-    """
-    size = played.size
-    grid = np.fft.rfftfreq(size, 1.0 / sample_rate)
-    inside = (grid >= frequencies[0]) & (grid <= frequencies[1])
-    u, r = np.fft.rfft(played), np.fft.rfft(np.asarray(recorded, dtype=np.float64))
-    cross = np.where(inside, r * u.conj(), 0.0)
-    whole = int(np.argmax(np.fft.irfft(cross, size)))
-    whole -= size if whole > size // 2 else 0
-    omega = 2.0 * np.pi * grid / sample_rate
-    aligned = cross * np.exp(1j * omega * whole)
-    weight = np.abs(aligned)
-    if not weight.sum() > 0.0:
-        return 0.0, 0.0, 0.0
-    rest = -float((weight * omega * np.angle(aligned)).sum() / (weight * omega**2).sum())
-    common = float((aligned * np.exp(1j * omega * rest)).real.sum())
-    power = float((np.abs(u[inside]) ** 2).sum())
-    return common / power, whole + rest, common / float(np.sqrt(power * (np.abs(r[inside]) ** 2).sum()))
 
 
 def _wrong_temperature(sweep: Sweep, set_point: SetPoint, protocol: AcquisitionProtocol) -> Iterator[str]:
@@ -131,20 +102,23 @@ def _overload(overloaded: NDArray[np.bool_]) -> Iterator[str]:
 
 
 def _damaged_drive(
-    drive: Recorded, played: NDArray[np.float64], sample_rate: float, protocol: AcquisitionProtocol
+    drive: Recorded, played: NDArray[np.float64], level: float, sample_rate: float, protocol: AcquisitionProtocol
 ) -> Iterator[str]:
     """Hold each repeat's drive against the one played, a force against that of the first repeat.
 
     A force is no copy of the generator's voltage: the plate's resonances load the exciter.
     """
-    reference = played
-    unlike, louder = (
-        "the drive recorded is not the one played",
-        "the drive recorded has {:.3f} times the level played",
-    )
     if protocol.measured_force:
-        reference = drive[0].astype(np.float64)
+        reference, apart = drive[0].astype(np.float64), SYNCHRONOUS + OWN_CLOCK
         unlike, louder = "the force is not that of repeat 1", "the force has {:.3f} times the level of repeat 1"
+    else:
+        difference = clock_difference(drive, played, sample_rate, protocol.sweep)
+        reference, apart = played, SYNCHRONOUS
+        if difference:
+            reference = stretched(played, difference, sample_rate, protocol.sweep, level)
+            apart += OWN_CLOCK
+        unlike = "the drive recorded is not the one played"
+        louder = "the drive recorded has {:.3f} times the level played"
     delays = []
     for number, recorded in enumerate(drive, 1):
         gain, delay, correlation = likeness(recorded, reference, sample_rate, protocol.sweep.frequency_range)
@@ -154,7 +128,7 @@ def _damaged_drive(
             yield f"repeat {number}: {unlike} {cause}"
         elif abs(gain - 1.0) > SAME_LEVEL:
             yield f"repeat {number}: {louder.format(gain)}"
-    if max(delays) - min(delays) > SYNCHRONOUS:
+    if max(delays) - min(delays) > apart:
         yield f"the repeats begin {max(delays) - min(delays):.2f} samples apart: they are not synchronous"
 
 

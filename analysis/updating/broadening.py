@@ -8,7 +8,8 @@ averages out besides. Fits that follow the data from wide to narrow resonances s
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.updating.model import TransferModel
+from analysis.local_laws import LocalLaws
+from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.sweep_fit import fit_sweep
 
@@ -36,7 +37,7 @@ def broadened(data: SweepData, loss_factor: float) -> SweepData:
     return SweepData(centers, data.h @ kernel.T, 1.0 / variance)
 
 
-def narrowed(model: TransferModel, data: SweepData, moduli: Real) -> list[Real]:
+def narrowed(model: TwinModel, data: SweepData, moduli: Real) -> list[Real]:
     """Return starts (E, nu, eta), (3,) ndarrays, reached by fits to less and less broadened data, best first.
 
     `moduli` (N,) lie as close as resonances of half the box's largest loss factor need them.
@@ -51,7 +52,7 @@ def narrowed(model: TransferModel, data: SweepData, moduli: Real) -> list[Real]:
     return [_followed(model, data, np.array([e, nu, broad + own]), broad) for _, e, nu in sorted(places)]
 
 
-def _followed(model: TransferModel, data: SweepData, material: Real, broad: float) -> Real:
+def _followed(model: TwinModel, data: SweepData, material: Real, broad: float) -> Real:
     """Material (3,) that follows the data from a broadening to none."""
     spacing = float(np.median(np.diff(data.frequency)))
     least = model.box.loss_factor[0]
@@ -64,9 +65,9 @@ def _followed(model: TransferModel, data: SweepData, material: Real, broad: floa
         material = np.array([fitted[0], fitted[1], own + broad])
 
 
-def _misfit(model: TransferModel, data: SweepData, e: float, nu: float, eta: float) -> float:
+def _misfit(model: TwinModel, data: SweepData, e: float, nu: float, eta: float) -> float:
     """Share of the data, in power, that the best real gain leaves; half of each power where signs disagree."""
-    transfer = model.frf(e, nu, eta, data.frequency)
+    transfer = model.frf(LocalLaws.of_material(e, nu, eta), data.frequency)
     product = float((transfer.conj() * data.h).real.sum())
     size = float((np.abs(transfer) ** 2).sum() * (np.abs(data.h) ** 2).sum())
     return 1.0 - max(product, 0.0) ** 2 / size

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.updating.model import TransferModel
+from analysis.local_laws import LocalLaws
+from analysis.twin_model import TwinModel
 
 
 @dataclass(frozen=True)
@@ -105,16 +106,15 @@ def moved(material: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[n
 
 
 def normal_equations(
-    model: TransferModel, data: SweepData, material: NDArray[np.float64], gain: float | None = None
+    model: TwinModel, data: SweepData, material: NDArray[np.float64], gain: float | None = None
 ) -> NormalEquations:
     """Linearise the fit of `data` at `material` and `gain` (None: the best gain there)."""
     e, nu, eta = (float(x) for x in material)
-    transfer, slopes = model.sensitivities(e, nu, eta, data.frequency)
+    line = model.linearise(LocalLaws.of_material(e, nu, eta), data.frequency)
     if gain is None:
-        gain = best_gain(transfer, data)[0]
-    predicted = gain * transfer
-    scale = np.array([e, 1.0, eta])[:, None, None]
-    jacobian = np.concatenate([gain * scale * slopes, predicted[None]]).reshape(4, -1)
+        gain = best_gain(line.transfer, data)[0]
+    predicted = gain * line.transfer
+    jacobian = np.concatenate([gain * line.by_material, predicted[None]]).reshape(4, -1)
     residual = (data.h - predicted).ravel()
     weight = data.weight.ravel()
     weighted = 2.0 * weight * jacobian.conj()

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.updating.model import TransferModel
+from analysis.local_laws import LocalLaws
+from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.start import in_phase, start_material
 from analysis.updating.sweep_fit import fit_sweep
@@ -18,7 +19,7 @@ AGREES = 0.5
 
 
 def upright(
-    frf: Frf, model: TransferModel, progress: Callable[[str, float], None] = lambda stage, share: None
+    frf: Frf, model: TwinModel, progress: Callable[[str, float], None] = lambda stage, share: None
 ) -> tuple[Frf, NDArray[np.float64]]:
     """Turn the sign of inverted channels, and return where to start: (E, nu, eta) of the sweep in the middle.
 
@@ -30,7 +31,7 @@ def upright(
     ----------
     frf : Frf
         As measured.
-    model : TransferModel
+    model : TwinModel
         The twin, asked inside its box only.
     progress : callable, optional
         Called with a stage's name and the share of it done.
@@ -46,7 +47,7 @@ def upright(
     if _explained(model, data, begin):
         return frf, begin
     other = start_material(model, data, lambda share: progress("start grid", share), signed=False)
-    inverted = in_phase(model.frf(*_constants(other), data.frequency), data) < 0.0
+    inverted = in_phase(model.frf(_laws(other), data.frequency), data) < 0.0
     sign = np.where(inverted, -1.0, 1.0)[:, None]
     if inverted.any() and _explained(model, replace(data, h=sign * data.h), other):
         names = [name for name, wrong in zip(frf.channels, inverted, strict=True) if wrong]
@@ -54,11 +55,11 @@ def upright(
     return frf, begin
 
 
-def _explained(model: TransferModel, data: SweepData, begin: NDArray[np.float64]) -> bool:
+def _explained(model: TwinModel, data: SweepData, begin: NDArray[np.float64]) -> bool:
     """Whether a fit from `begin` agrees with every channel."""
     material = fit_sweep(model, data, begin).point.material
-    return bool((in_phase(model.frf(*_constants(material), data.frequency), data) > AGREES).all())
+    return bool((in_phase(model.frf(_laws(material), data.frequency), data) > AGREES).all())
 
 
-def _constants(material: NDArray[np.float64]) -> tuple[float, float, float]:
-    return float(material[0]), float(material[1]), float(material[2])
+def _laws(material: NDArray[np.float64]) -> LocalLaws:
+    return LocalLaws.of_material(*map(float, material))

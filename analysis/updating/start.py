@@ -1,14 +1,16 @@
 """The start grid: a first material near enough that no fit can land in a neighbouring minimum."""
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import chain, product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.local_laws import LocalLaws
+from analysis.twin_model import TwinModel
 from analysis.updating.broadening import narrowed
-from analysis.updating.model import TransferModel
 from analysis.updating.normal_equations import SweepData, best_gain
 from analysis.updating.sweep_fit import fit_sweep
 
@@ -24,6 +26,9 @@ SHARP = 0.05
 LEAST_LOSS = 0.005
 """Loss factor at which fits start at least: wide resonances overlap with those they are to become."""
 
+WORKERS = 2
+"""Places of the grid asked at a time: eigenvalues let other threads run."""
+
 Real = NDArray[np.float64]
 
 
@@ -36,7 +41,7 @@ def in_phase(transfer: NDArray[np.complex128], data: SweepData) -> Real:
 
 
 def start_material(
-    model: TransferModel,
+    model: TwinModel,
     data: SweepData,
     progress: Callable[[float], None] = lambda share: None,
     *,
@@ -53,15 +58,17 @@ def start_material(
         return 1.0 if signed else np.where(in_phase(transfer, data) < 0.0, -1.0, 1.0)[:, None]
 
     def misfit(e: float, nu: float, eta: float) -> float:
-        transfer = model.frf(e, nu, eta, data.frequency)
+        transfer = model.frf(LocalLaws.of_material(e, nu, eta), data.frequency)
         return best_gain(turned(transfer) * transfer, data)[1]
 
     eta_low, eta_high = max(model.box.loss_factor[0], LEAST_LOSS), 0.8 * model.box.loss_factor[1]
     moduli, ratios = _grid(model, eta_high)
     misfits = np.empty((moduli.size, ratios.size))
-    for done, (i, j) in enumerate(product(range(moduli.size), range(ratios.size))):
-        misfits[i, j] = misfit(float(moduli[i]), float(ratios[j]), eta_high)
-        progress((done + 1) / misfits.size)
+    with ThreadPoolExecutor(WORKERS) as pool:
+        places = [(float(e), float(nu)) for e, nu in product(moduli, ratios)]
+        for done, found in enumerate(pool.map(lambda place: misfit(place[0], place[1], eta_high), places)):
+            misfits.flat[done] = found
+            progress((done + 1) / misfits.size)
     etas = np.geomspace(min(eta_low, eta_high), eta_high, 5)
 
     def from_grid() -> Iterator[Real]:
@@ -71,7 +78,7 @@ def start_material(
 
     best, least = np.zeros(3), np.inf
     for start in chain(from_grid(), _narrowed(model, data, moduli) if signed else ()):
-        sign = turned(model.frf(float(start[0]), float(start[1]), float(start[2]), data.frequency))
+        sign = turned(model.frf(LocalLaws.of_material(*map(float, start)), data.frequency))
         found = fit_sweep(model, replace(data, h=sign * data.h), start).point.misfit
         if found < least:
             best, least = start, found
@@ -80,13 +87,13 @@ def start_material(
     return best
 
 
-def _narrowed(model: TransferModel, data: SweepData, moduli: Real) -> Iterator[Real]:
+def _narrowed(model: TwinModel, data: SweepData, moduli: Real) -> Iterator[Real]:
     """Yield starts by way of broadened data, where resonances are sharp; each computed when asked for."""
     if model.box.loss_factor[1] < SHARP:
         yield from narrowed(model, data, moduli)
 
 
-def _grid(model: TransferModel, loss_factor: float) -> tuple[Real, Real]:
+def _grid(model: TwinModel, loss_factor: float) -> tuple[Real, Real]:
     """Moduli and Poisson's ratios over the box, as close as resonances of a loss factor need them."""
     low, high = model.box.youngs_modulus
     step = np.log(min(MODULUS_STEP, 1.0 + RESONANCE_STEP * loss_factor))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from analysis.frf import Frf
-from analysis.updating.update import Updated
+from analysis.updating.updated import Updated
 
 NEAR = 6.0
 """Sweeps within so many kelvins meet about the same plate, and what a twin lacks shows in all of them."""

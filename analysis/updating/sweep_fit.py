@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.updating.model import TransferModel
+from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import NormalEquations, SweepData, moved, normal_equations
 
 MAX_STEPS = 30
@@ -23,7 +23,7 @@ class SweepFit:
     settled: bool
 
 
-def fit_sweep(model: TransferModel, data: SweepData, start: NDArray[np.float64]) -> SweepFit:
+def fit_sweep(model: TwinModel, data: SweepData, start: NDArray[np.float64]) -> SweepFit:
     """Fit one sweep from `start` (E, nu, eta); the gain starts at its best value there."""
     point = normal_equations(model, data, model.box.clip(start))
     misfit_start = point.misfit

@@ -1,25 +1,30 @@
 """Model updating of a campaign: E, nu, eta of every sweep and one gain over all of them.
 
-The misfit is the paper's eq. (12), each line weighted by its variance. First every sweep is fitted on its
-own, gain included, walking outwards from a sweep in the middle so that each starts from its neighbour; then
-the gains are tied into one.
+The misfit is the paper's eq. (12), each line weighted by its variance. The estimates are those of
+`analysis.gap.fit` with no effects, every sweep with laws of its own. Its start is found here: every sweep is
+fitted by itself on few lines, gain included, walking outwards from a sweep in the middle so that each starts from
+its neighbour; then the gains are tied into one.
 """
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
+from analysis.gap.fit import fit_gap
+from analysis.gap.gap_fit import GapFit
+from analysis.gap.misfit import sweep_powers
+from analysis.gap.state import GapState
+from analysis.gap.sweeps import GapSweeps, apart
 from analysis.material import Material, MaterialBox
-from analysis.updating.common_gain import fit_common_gain
-from analysis.updating.model import TransferModel
-from analysis.updating.normal_equations import NormalEquations, SweepData
+from analysis.twin_model import TwinModel
+from analysis.updating.normal_equations import NormalEquations, SweepData, moved
 from analysis.updating.start import start_material
 from analysis.updating.sweep_fit import SweepFit, fit_sweep
+from analysis.updating.updated import Updated
 
 Progress = Callable[[str, float], None]
 
@@ -31,46 +36,9 @@ STRAYED = 3.0
 """A misfit this many times the neighbour's is taken for a wrong minimum: the sweep starts from the grid."""
 
 
-@dataclass(frozen=True)
-class Updated:
-    """Result of model updating, one row per sweep in the order of the FRFs.
-
-    Attributes
-    ----------
-    temperature : (T,) ndarray
-        Mean oven reading, degrees Celsius.
-    material, sigma : Material
-        Estimates and their standard deviations, (T,) arrays; sigma is that of the noise, inflated by
-        sqrt(chi2_per_dof) where the twin misses more than the noise.
-    correlation : (T, 4, 4) ndarray
-        Of log E, nu, log eta and log gain, as one sweep alone would see them.
-    gain, sigma_gain : float
-        Amplifier gain common to all sweeps, V/V.
-    misfit_start, misfit : (T,) ndarray
-        rms|H - gV| / rms|H| where a sweep's fit began, and at the end.
-    noise_floor : (T,) ndarray
-        What the misfit would be were the twin perfect.
-    chi2_per_dof : (T,) ndarray
-    settled : (T,) bool ndarray
-        False where the fit ran into the model's box or did not converge.
-    """
-
-    temperature: NDArray[np.float64]
-    material: Material
-    sigma: Material
-    correlation: NDArray[np.float64]
-    gain: float
-    sigma_gain: float
-    misfit_start: NDArray[np.float64]
-    misfit: NDArray[np.float64]
-    noise_floor: NDArray[np.float64]
-    chi2_per_dof: NDArray[np.float64]
-    settled: NDArray[np.bool_]
-
-
 def update(
     frf: Frf,
-    model: TransferModel,
+    model: TwinModel,
     *,
     begin: NDArray[np.float64] | None = None,
     progress: Progress | None = None,
@@ -81,7 +49,7 @@ def update(
     ----------
     frf : Frf
         Measured; lines in `frf.excluded` take no part.
-    model : TransferModel
+    model : TwinModel
         The twin, asked inside its box only.
     begin : (3,) ndarray, optional
         E, nu and eta near those of `middle_sweep`; else the start grid finds them.
@@ -96,7 +64,6 @@ def update(
     frf.require_noise()
     report = progress or (lambda stage, share: None)
     coarse = [SweepData.of(frf, t, stride(frf, model.box)) for t in range(len(frf.temperature))]
-    data = [SweepData.of(frf, t) for t in range(len(frf.temperature))]
     order = [int(t) for t in np.argsort(frf.temperature, kind="stable")]
     middle = order.index(middle_sweep(frf))
     if begin is None:
@@ -111,9 +78,26 @@ def update(
         for walk in [pool.submit(_walk, model, coarse, way, fits, advance) for way in ways]:
             walk.result()
         report("common gain", 0.0)
-        points, sigma = fit_common_gain(model, data, [fits[t].point for t in range(len(order))], pool)
+        points = [fits[t].point for t in range(len(order))]
+        sweeps = apart(frf, material_of(points))
+        fit = fit_gap(model, sweeps, tied(model.box, points), (), pool)
     report("common gain", 1.0)
-    return _summary(frf, model, points, sigma, [fits[t] for t in range(len(order))])
+    return _summary(frf, model.box, sweeps, fit, [fits[t] for t in range(len(order))])
+
+
+def material_of(points: Sequence[NormalEquations]) -> Material:
+    """Materials (T,) at which sweeps were linearised."""
+    return Material(*np.array([p.material for p in points]).T)
+
+
+def tied(box: MaterialBox, points: Sequence[NormalEquations]) -> GapState:
+    """Return the state with one gain for all: the mean of theirs, by information; each material follows it."""
+    information = np.array([1.0 / np.linalg.inv(p.matrix)[3, 3] for p in points])
+    log_gain = float((information * np.log([p.gain for p in points])).sum() / information.sum())
+    # to first order, before anything is evaluated again
+    rows = [box.clip(moved(p.material, p.following(log_gain - float(np.log(p.gain))))) for p in points]
+    laws = np.array([[np.log(e), nu, np.log(eta)] for e, nu, eta in rows])
+    return GapState(laws, np.zeros_like(laws), np.zeros(len(rows)), log_gain, {})
 
 
 def middle_sweep(frf: Frf) -> int:
@@ -130,7 +114,7 @@ def stride(frf: Frf, box: MaterialBox) -> int:
 
 
 def _walk(
-    model: TransferModel,
+    model: TwinModel,
     data: Sequence[SweepData],
     way: Sequence[int],
     fits: dict[int, SweepFit],
@@ -149,38 +133,28 @@ def _walk(
         advance()
 
 
-def _summary(
-    frf: Frf,
-    model: TransferModel,
-    points: Sequence[NormalEquations],
-    sigma_log_gain: float,
-    fits: Sequence[SweepFit],
-) -> Updated:
-    """Collect the settled sweeps into one value."""
-    materials = np.array([p.material for p in points])
-    chi2_per_dof = np.array([p.chi2 / p.dof for p in points])
-    covariance = np.array([np.linalg.inv(p.matrix) for p in points])
+def _summary(frf: Frf, box: MaterialBox, sweeps: GapSweeps, fit: GapFit, fits: Sequence[SweepFit]) -> Updated:
+    """Collect the fitted sweeps into one value."""
+    laws = fit.state.laws
+    materials = np.stack([np.exp(laws[:, 0]), laws[:, 1], np.exp(laws[:, 2])], axis=1)
+    covariance = np.linalg.inv(fit.alone)
     spread = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-    gain = points[0].gain
+    within = np.array([sweep.chi2_within.sum() for sweep in sweeps.compressed])
+    chi2_per_dof = (fit.chi2.sum(axis=1) + within) / (2 * sweeps.nodes.lines.size * len(frf.channels) - 4)
     # with the gain common, a sweep's material has its own noise and what the gain's leaves
-    own = np.array([np.linalg.inv(p.matrix[:3, :3]) for p in points])
-    lever = np.array([np.linalg.solve(p.matrix[:3, :3], p.matrix[:3, 3]) for p in points])
-    variance = np.diagonal(own, axis1=1, axis2=2) + (lever * sigma_log_gain) ** 2
-    sigma = np.sqrt(variance * np.maximum(chi2_per_dof, 1.0)[:, None])
-    inside = np.all(np.isclose(model.box.clip(materials * (1 + 1e-6)), materials * (1 + 1e-6), rtol=1e-12), axis=1)
-    inside &= np.all(
-        np.isclose(model.box.clip(materials * (1 - 1e-6)), materials * (1 - 1e-6), rtol=1e-12), axis=1
-    )
+    sigma = fit.law_sigma * np.sqrt(np.maximum(chi2_per_dof, 1.0))[:, None]
+    missed, power = sweep_powers(sweeps, fit)
+    gain = float(np.exp(fit.state.log_gain))
     return Updated(
         temperature=frf.temperature,
         material=Material(*materials.T),
         sigma=Material(sigma[:, 0] * materials[:, 0], sigma[:, 1], sigma[:, 2] * materials[:, 2]),
         correlation=covariance / (spread[:, :, None] * spread[:, None, :]),
         gain=gain,
-        sigma_gain=gain * sigma_log_gain * float(np.sqrt(max(float(np.mean(chi2_per_dof)), 1.0))),
+        sigma_gain=gain * fit.sigma_log_gain * float(np.sqrt(max(float(np.mean(chi2_per_dof)), 1.0))),
         misfit_start=np.array([f.misfit_start for f in fits]),
-        misfit=np.array([p.misfit for p in points]),
+        misfit=np.sqrt(missed / power),
         noise_floor=frf.noise_floor,
         chi2_per_dof=chi2_per_dof,
-        settled=np.array([f.settled for f in fits]) & model.box.inside(materials),
+        settled=np.array([f.settled for f in fits]) & box.inside(materials),
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.effect_card import EffectCard, Values
+from analysis.effect_card import EffectCard, Values
 from app.blind_trial.assignments import KINDS, Assignment, shuffled
 from app.blind_trial.strangers import STRANGERS
 from app.blind_trial.yardstick import Yardstick

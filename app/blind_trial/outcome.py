@@ -1,6 +1,5 @@
 """What one campaign of a trial came to: its truth beside its verdict."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import permutations
@@ -10,6 +9,7 @@ from typing import Any
 from analysis.gap.thresholds import CLASS_COSINE
 from app.blind_trial.assignments import Kind
 from app.blind_trial.judging import REFUSED
+from app.files.parsed_text import parse_json, read_text
 from app.gap_result import GAP
 
 Record = Mapping[str, Any]
@@ -172,10 +172,10 @@ def read_outcome(truth: Path, run: Path) -> Outcome | None:
     """Read one campaign's outcome; None where it has no verdict yet."""
     verdict: Record | None = None
     if (run / GAP).is_file():
-        verdict = json.loads((run / GAP).read_text(encoding="utf-8"))
+        verdict = parse_json(read_text(run / GAP))
     elif not (run / REFUSED).is_file():
         return None
-    return outcome(json.loads(truth.read_text(encoding="utf-8")), verdict)
+    return outcome(parse_json(read_text(truth)), verdict)
 
 
 def _named(effect: Record) -> Named:

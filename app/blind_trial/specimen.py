@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.effect_card import EffectCard, Values
 from analysis.experiment import Attachment, Experiment
-from analysis.gap.effect_card import EffectCard, Values
 from analysis.material import MaterialLaws
 from analysis.plate_material import material_box
 from app.blind_trial.plates import OTHER_MESH, PlateKind
@@ -15,7 +15,7 @@ from app.blind_trial.strangers import RESONATOR, STRANGERS, ResonatorTransfer
 from app.files.effect_cache import cached_operators
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.simulation_section import Simulation
-from app.plate_transfer import EffectTransfer, Followed, Transfer
+from app.plate_transfer import Followed, Transfer, TwinTransfer
 from app.progress import Report
 from app.rig import REFERENCE, parts_around
 from app.simulated_plate import TwinPlate
@@ -23,7 +23,8 @@ from drivers.rig.rig import Rig
 from simulation.effects.library import library
 from simulation.reduction.campaign_basis import for_materials
 from simulation.reduction.effect_operators import EffectOperators
-from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
 
 MATERIALS = 6
 """Temperatures whose materials the campaign's smaller operators are made for."""
@@ -38,7 +39,7 @@ FOLLOWING: Mapping[str, Followed] = {
 """Effects that look at more than the temperature."""
 
 
-class KnownTransfer(EffectTransfer):
+class KnownTransfer(TwinTransfer):
     """Effects of which is known what they follow: fewer answers need to be computed."""
 
     @property
@@ -56,15 +57,18 @@ class Specimen:
     experiment : AcquiredExperiment
     simulation : Simulation
         Laws, gain and seed.
-    twin : EffectTwin
+    twin : Twin
         Its library holds the project's effects and the strangers, its last cable point is nobody's.
     laws : MaterialLaws
+    declared : Experiment
+        What `twin` is made of: as recorded, with that point.
     """
 
     experiment: AcquiredExperiment
     simulation: Simulation
-    twin: EffectTwin
+    twin: Twin[EffectPlate]
     laws: MaterialLaws
+    declared: Experiment
 
     @classmethod
     def of(
@@ -80,8 +84,10 @@ class Specimen:
         laws, temperatures = simulation.laws.laws(), declared.protocol.temperatures
         materials = [laws.local(t) for t in np.linspace(temperatures[0] - 8.0, temperatures[-1] + 8.0, MATERIALS)]
         smaller = for_materials(operators, materials, TAIL)
-        twin = EffectTwin(with_hidden_point(declared, kind), smaller, {**library(declared), **STRANGERS})
-        return cls(experiment, simulation, twin.referred(laws.local(REFERENCE)), laws)
+        known = {**library(declared), **STRANGERS}
+        declared = with_hidden_point(declared, kind)
+        twin = Twin.of(declared, EffectPlate(smaller), known).referred(laws.local(REFERENCE))
+        return cls(experiment, simulation, twin, laws, declared)
 
     @property
     def gain(self) -> float:
@@ -91,7 +97,7 @@ class Specimen:
     @property
     def cards(self) -> Mapping[str, EffectCard]:
         """Of everything that can be hidden in it."""
-        return {**self.twin.cards, "resonator": RESONATOR.card(self.twin.experiment)}
+        return {**self.twin.cards, "resonator": RESONATOR.card(self.declared)}
 
     def transfer(self, effects: Mapping[str, Values]) -> Transfer:
         """Return what it answers with `effects` in it."""

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
-from analysis.gap.effect_card import EffectCard, Parameter
-from analysis.gap.model import SweepPoint
-from app.plate_transfer import EffectTransfer, Followed
+from analysis.sweep_point import SweepPoint
+from app.plate_transfer import Followed, TwinTransfer
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, Disc, PlateState, PointLoad
 
@@ -143,13 +143,13 @@ class ResonatorTransfer:
 
     Attributes
     ----------
-    plain : EffectTransfer
+    plain : TwinTransfer
         Its library holds `hidden_spring`, which is off.
     mass, resonance, loss : float
         kg, Hz, of the spring.
     """
 
-    plain: EffectTransfer
+    plain: TwinTransfer
     mass: float
     resonance: float
     loss: float = 0.03
@@ -182,6 +182,6 @@ class ResonatorTransfer:
         d = -(omega**2) * self.mass * spring / (spring - omega**2 * self.mass)
         return np.asarray((bare + b * d) / (1.0 + c * d))
 
-    def _sprung(self, stiffness: float) -> EffectTransfer:
+    def _sprung(self, stiffness: float) -> TwinTransfer:
         effects = {**self.plain.effects, "hidden_spring": {"stiffness": stiffness}}
-        return EffectTransfer(self.plain.twin, self.plain.laws, effects)
+        return TwinTransfer(self.plain.twin, self.plain.laws, effects)

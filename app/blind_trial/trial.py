@@ -9,8 +9,9 @@
 ===============================  ==================================================================
 """
 
-import json
 import multiprocessing
+import os
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -27,12 +28,12 @@ from app.blind_trial.judging import is_judged, judge_campaign
 from app.blind_trial.making import make_campaign
 from app.blind_trial.plates import PlateKind, draw_plate
 from app.blind_trial.specimen import specimen_operators
-from app.effect_twin import effect_twin
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
+from app.files.parsed_text import parse_json, read_text
 from app.files.provenance import provenance, sha256
 from app.progress import Report
-from app.twin import campaign_twin
+from app.twin import campaign_twin, effect_twin
 
 SCHEMA = "flexura-blind-trial/1"
 TRIAL = "trial.json"
@@ -100,7 +101,7 @@ def begin(trial: Trial) -> dict[str, Any]:
     record, file = trial.record(), trial.folder / TRIAL
     if file.is_file():
         try:
-            before = json.loads(file.read_text(encoding="utf-8"))
+            before = parse_json(read_text(file))
         except ValueError as error:
             raise ResultFileError(f"{file}: unreadable ({error}); delete the folder or name another") from error
         other = [name for name in record if before.get(name) != record[name]]
@@ -119,11 +120,25 @@ def worker_processes(count: int) -> Iterator[Executor]:
 
     What is under way is waited for: a pool that nobody waits for is forgotten, and goes through all it was given.
     """
-    pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
+    pool = ProcessPoolExecutor(
+        count, mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_the_parent
+    )
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _end_with_the_parent() -> None:
+    """Have this process end where the one that gives it work is killed: it would work through all it was given."""
+    parent = multiprocessing.parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def run_trial(trial: Trial, executor: Executor, report: Report, told: Callable[[str], None]) -> None:
@@ -176,5 +191,5 @@ def one_campaign(trial: Trial, assignment: Assignment) -> None:
     """Make a campaign and judge it: what judges is given the campaign's folder and the library, nothing else."""
     truth, folder = trial.truth(assignment), trial.campaign(assignment)
     make_campaign(assignment, trial.plate(assignment), trial.stream, trial.seed, truth, folder)
-    ablated = json.loads(truth.read_text(encoding="utf-8"))["ablated"]
+    ablated = parse_json(read_text(truth))["ablated"]
     judge_campaign(folder, trial.run(assignment), [ablated] if ablated else [])

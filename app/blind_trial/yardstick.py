@@ -10,12 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.effect_card import Values
 from analysis.frf import Frf
 from analysis.gap.arrow import arrow
-from analysis.gap.effect_card import Values
 from analysis.gap.fit import fit_gap
 from analysis.gap.gap_fit import GapFit
-from analysis.gap.model import SweepPoint
 from analysis.gap.normal_equations import linearise_all
 from analysis.gap.screen import screen
 from analysis.gap.state import GapState, starting_state
@@ -23,7 +22,8 @@ from analysis.gap.sweeps import GapSweeps, prepare
 from analysis.mains import mains_lines
 from analysis.material import Material
 from analysis.protocol.drive import drive_signal
-from analysis.updating.update import Updated
+from analysis.sweep_point import SweepPoint
+from analysis.updating.updated import Updated
 from app.blind_trial.specimen import Specimen
 from app.plate_transfer import Transfer
 from simulation.effects.library import LIBRARY
@@ -65,7 +65,7 @@ class Yardstick:
         """Choose the noise so that it is a `share` of the response in the FRF of a mean sweep."""
         frf, noise = _expected_frf(specimen, share, rng)
         updated = _as_updated(specimen, frf)
-        sweeps = prepare(frf, specimen.twin.experiment.protocol, updated)[0]
+        sweeps = prepare(frf, specimen.declared.protocol, updated)[0]
         return cls(specimen, sweeps, starting_state(updated, sweeps.groups), noise, executor)
 
     @property
@@ -130,7 +130,7 @@ class Yardstick:
 def _expected_frf(specimen: Specimen, share: float, rng: np.random.Generator) -> tuple[Frf, float]:
     """FRFs of the plain specimen with the noise that H1 over the repeats leaves, and the inputs' noise."""
     sweep, programme = specimen.experiment.sweep, specimen.experiment.programme
-    rate, gain = specimen.twin.experiment.acquisition.sample_rate, specimen.gain
+    rate, gain = specimen.declared.acquisition.sample_rate, specimen.gain
     drive = drive_signal(sweep, 1.0, rate)
     grid = np.fft.rfftfreq(drive.size, 1.0 / rate).astype(np.float64)
     inside = (grid >= sweep.band[0]) & (grid <= sweep.band[1])
@@ -158,7 +158,7 @@ def _expected_frf(specimen: Specimen, share: float, rng: np.random.Generator) ->
         variance=variance,
         coherence=np.ones(h.shape),
         excluded=mains_lines(lines, MAINS, drive.size / rate),
-        channels=tuple(output.id for output in specimen.twin.experiment.outputs),
+        channels=tuple(output.id for output in specimen.declared.outputs),
     )
     return frf, noise
 

@@ -12,7 +12,7 @@ from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.material import MaterialLaws
-    from analysis.updating.update import Updated
+    from analysis.updating.updated import Updated
 
 
 EXAMPLES = """\b

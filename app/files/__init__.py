@@ -9,6 +9,8 @@ Every file:
 ``tail``                what was added to a growing file
 ``folder_lock``         one writer at a time
 ``bad_file``            what is wrong with a file of results
+``hdf5_file``           any HDF5 file that is read: ``seal``, ``hdf5_contents``, ``isolation``
+``parsed_text``         any JSON and TOML that is read
 ``shipped``             the examples that come with the project
 ======================  ==================================================================
 
@@ -25,7 +27,7 @@ Campaigns:
 ``control``             what a window wishes of the runner
 ``experiment_toml``     what a rig is to acquire
 ``settings_toml``       any settings, their faults in the words of the file
-``drawing``             outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``
+``drawing``             outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``; meshes: ``gmsh``
 ``misplaced``           a geometry that cannot be, and where
 ``campaign_error``      everything that is wrong with one, in ``allowed_values``' words
 ``coverage``            the sweeps there against the sweeps asked for

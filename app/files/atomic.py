@@ -14,6 +14,8 @@ from pathlib import Path
 
 import h5py
 
+from app.files.seal import BLOCK, seal
+
 PARTIAL = ".part"
 
 
@@ -46,9 +48,11 @@ def atomic_path(target: Path) -> Iterator[Path]:
 
 @contextmanager
 def atomic_hdf5(target: Path) -> Iterator[h5py.File]:
-    """Yield an HDF5 file open for writing, which takes the name `target` when the block ends well."""
-    with atomic_path(target) as partial, h5py.File(partial, "w") as file:
-        yield file
+    """Yield an HDF5 file open for writing; sealed, it takes the name `target` when the block ends well."""
+    with atomic_path(target) as partial:
+        with h5py.File(partial, "w", userblock_size=BLOCK) as file:
+            yield file
+        seal(partial)
 
 
 def write_text(target: Path, text: str) -> None:

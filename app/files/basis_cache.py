@@ -1,19 +1,17 @@
 """Reduced models kept between runs, in the user's cache folder, one HDF5 file per basis.
 
-A file is named by all that decides its content and carries a checksum of its own arrays: one that is
-damaged, cut short or of another layout is made again, never trusted.
+A file is named by all that decides its content: one that is damaged, cut short (`app.files.seal`) or of another
+layout is made again, never trusted.
 """
 
 import hashlib
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import h5py
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from platformdirs import user_cache_path
 
 from analysis.channel import Footprint
@@ -22,6 +20,7 @@ from analysis.geometry.fault import GeometryError
 from analysis.material import MaterialBox
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
+from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 
 if TYPE_CHECKING:
     from simulation.reduction.plate_basis import PlateBasis
@@ -171,7 +170,6 @@ def save_basis(file: Path, reduced: "ReducedModel", basis: "PlateBasis | None" =
     """Write a reduced model, and what it rests on, whole or not at all."""
     with atomic_hdf5(file) as stored:
         stored.attrs["format"] = FORMAT
-        stored.attrs["sha256"] = _checksum(reduced)
         stored.attrs["error"] = reduced.error
         stored.attrs["band"] = reduced.band
         for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
@@ -182,7 +180,6 @@ def save_basis(file: Path, reduced: "ReducedModel", basis: "PlateBasis | None" =
             stored.create_dataset("kept", data=basis.kept)
             stored.create_dataset("vectors", data=basis.vectors)
             stored.attrs["dropped"] = basis.dropped
-            stored.attrs["sha256_basis"] = _digest({"kept": basis.kept, "vectors": basis.vectors}, basis.dropped)
 
 
 def load_plate_basis(file: Path) -> "PlateBasis | None":
@@ -192,12 +189,10 @@ def load_plate_basis(file: Path) -> "PlateBasis | None":
     if not file.is_file():
         return None
     try:
-        with h5py.File(file, "r") as stored:
+        with opened_hdf5(file) as stored:
             kept, vectors = stored["kept"][()], stored["vectors"][()]
-            basis = PlateBasis(kept, float(stored.attrs["dropped"]), vectors, float(stored.attrs["error"]))
-            digest = _digest({"kept": kept, "vectors": vectors}, basis.dropped)
-            return basis if stored.attrs["sha256_basis"] == digest else None
-    except (OSError, KeyError, ValueError, TypeError):  # what h5py says of a damaged file
+            return PlateBasis(kept, float(stored.attrs["dropped"]), vectors, float(stored.attrs["error"]))
+    except Hdf5FileError:
         return None
 
 
@@ -208,31 +203,16 @@ def load_basis(file: Path) -> "ReducedModel | None":
     if not file.is_file():
         return None
     try:
-        with h5py.File(file, "r") as stored:
+        with opened_hdf5(file) as stored:
             if stored.attrs["format"] != FORMAT:
                 return None
             names = ("youngs_modulus", "poisson_ratio", "loss_factor")
             edges = {name: tuple(float(x) for x in stored.attrs[name]) for name in (*names, "band")}
-            reduced = ReducedModel(
+            return ReducedModel(
                 **{name: stored[name][()] for name in ARRAYS},
                 box=MaterialBox(**{name: edges[name] for name in names}),  # type: ignore[arg-type]
                 band=edges["band"],  # type: ignore[arg-type]
                 error=float(stored.attrs["error"]),
             )
-            return reduced if stored.attrs["sha256"] == _checksum(reduced) else None
-    except (OSError, KeyError, ValueError, TypeError):  # what h5py and the model say of a damaged file
+    except Hdf5FileError:
         return None
-
-
-def _checksum(reduced: "ReducedModel") -> str:
-    arrays = {name: getattr(reduced, name) for name in ARRAYS}
-    return _digest(arrays, (reduced.box, reduced.band, reduced.error))
-
-
-def _digest(arrays: Mapping[str, NDArray[Any]], values: object) -> str:
-    digest = hashlib.sha256(repr(values).encode())
-    for name, value in arrays.items():
-        array = np.ascontiguousarray(value)
-        digest.update(f"{name}{array.dtype.str}{array.shape}".encode())
-        digest.update(array.tobytes())
-    return digest.hexdigest()

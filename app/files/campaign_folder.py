@@ -27,6 +27,7 @@ from app.files.atomic import PARTIAL, atomic_hdf5, write_json
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.coverage import coverage_problems, missing_places
 from app.files.events import read_events
+from app.files.parsed_text import parse_json, read_text
 from app.files.provenance import sha256
 from app.files.sweep_file import REMEDY, read_sweep_file
 
@@ -34,6 +35,8 @@ FORMAT = "flexura-campaign/1"
 PROTOCOL = "protocol.json"
 SWEEPS = "sweeps"
 INDEX = "index.h5"
+LARGEST = 20_000_000
+"""Bytes of a protocol: it names the SHA-256 of every file imported."""
 
 
 def is_campaign_folder(folder: Path) -> bool:
@@ -74,7 +77,7 @@ def write_protocol(folder: Path, protocol: dict[str, Any]) -> None:
 def read_protocol(folder: Path) -> tuple[dict[str, Any], Experiment]:
     """Read ``protocol.json``; CampaignFileError if it is damaged, of another format, or was edited."""
     try:
-        protocol = json.loads((folder / PROTOCOL).read_text(encoding="utf-8"))
+        protocol = parse_json(read_text(folder / PROTOCOL, LARGEST))
         content = {key: value for key, value in protocol.items() if key != "sha256"}
         if content["format"] != FORMAT:
             raise CampaignFileError(folder, [Problem(PROTOCOL, "format", repr(content["format"]), repr(FORMAT))])

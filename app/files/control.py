@@ -4,11 +4,11 @@ The runner asks at every reading of the temperature, and wherever the file is mi
 nothing that happens to a window can disturb a campaign.
 """
 
-import json
 from pathlib import Path
 from typing import Literal
 
 from app.files.atomic import write_json
+from app.files.parsed_text import parse_json, read_text
 
 NAME = "control.json"
 Wish = Literal["go on", "pause", "stop"]
@@ -25,7 +25,7 @@ def wish(folder: Path, wished: Wish) -> None:
 def wished(folder: Path) -> Wish:
     """Return what is wished of the runner."""
     try:
-        found = json.loads((folder / NAME).read_text(encoding="utf-8"))["wish"]
+        found = parse_json(read_text(folder / NAME))["wish"]
     except (OSError, ValueError, KeyError, TypeError):
         return "go on"
     return "pause" if found == "pause" else "stop" if found == "stop" else "go on"

@@ -1,8 +1,8 @@
-"""Drawings named in a declaration, turned into the curves they hold: the declaration then needs no other file."""
+"""Drawings and meshes named in a declaration, turned into what they hold: it then needs no other file."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import Field, ValidationError
@@ -14,11 +14,14 @@ from analysis.geometry.fault import GeometryError
 from analysis.geometry.loop import Loop
 from analysis.outline import MOST_POINTS, row_of
 from app.files.allowed_values import allowed_at
+from app.files.gmsh import METRES, MeshFile, mesh_of_file
+from app.files.gmsh import NEEDS as NEEDS_MESHES
 
 LARGEST = {".dxf": 5_000_000, ".svg": 1_000_000}
 """Bytes of a drawing: outlines are a page of numbers, which DXF wraps in much else."""
-METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 NEEDS = "reading drawings needs the extra drawings: pip install 'flexura[drawings]'"
+
+Kind = TypeVar("Kind", bound=Declared)
 
 
 class Drawing(Declared):
@@ -34,7 +37,7 @@ class Drawing(Declared):
 
 
 class DrawingError(ValueError):
-    """A drawing cannot be taken.
+    """A drawing, or a mesh, cannot be taken.
 
     Attributes
     ----------
@@ -54,7 +57,7 @@ class DrawingError(ValueError):
 
 
 def with_drawings(folder: Path, declared: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a declaration with the curves themselves where its plate, holes or zones name a drawing.
+    """Return a declaration with the curves and the mesh themselves where its plate, holes or zones name a file.
 
     The largest loop in the plate's drawing is its outline, and every other one is a hole. A hole's or a zone's
     drawing holds one loop.
@@ -80,6 +83,9 @@ def with_drawings(folder: Path, declared: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(items, list):
             plate[name] = [_one(folder, item, f"plate.{name}[{n}]") for n, item in enumerate(items)]
     plate["hole"] = [*plate["hole"], *holes] if isinstance(plate.get("hole"), list) else plate.get("hole")
+    mesh = plate.get("mesh")
+    if isinstance(mesh, Mapping) and "file" in mesh:
+        plate["mesh"] = _mesh(folder, mesh, table.get("patch"))
     table["plate"] = {key: value for key, value in plate.items() if not (key in ("hole", "zone") and value == [])}
     return table
 
@@ -99,19 +105,38 @@ def _one(folder: Path, item: Any, key: str) -> Any:
     return {**_declared(loops[0]), **({"thickness": item["thickness"]} if "thickness" in item else {})}
 
 
+def _mesh(folder: Path, declared: Mapping[str, Any], patches: object) -> dict[str, Any]:
+    """Numbers of a mesh's file; a patch's surface has its name, or is called by its place: ``patch 1``."""
+    key = "plate.mesh"
+    named = _checked(MeshFile, declared, key)
+    items = [item for item in patches if isinstance(item, Mapping)] if isinstance(patches, list) else []
+    names = {str(item.get("id")): f"patch {k + 1}" for k, item in enumerate(items)}
+    try:
+        return mesh_of_file(folder / named.file, METRES[named.unit], names)
+    except ImportError as error:
+        raise DrawingError(key, NEEDS_MESHES) from error
+    except (ValueError, OSError) as error:
+        raise DrawingError(key, f"{named.file}: {error}") from error
+
+
+def _checked(model: type[Kind], declared: Mapping[str, Any], key: str) -> Kind:
+    """Hold what names a file against its model; DrawingError for a key that is wrong."""
+    try:
+        return model.model_validate(declared, strict=True)
+    except ValidationError as error:
+        (first, *_) = error.errors(include_url=False)
+        name = ".".join(str(part) for part in first["loc"])
+        raise DrawingError(
+            f"{key}.{name}", f"{first['msg']}; allowed: {allowed_at(model, first['loc'])}"
+        ) from error
+
+
 def _declared(loop: Loop) -> dict[str, Any]:
     return {"kind": "curves", "curves": [list(row_of(curve)) for curve in loop.curves]}
 
 
 def _loops(folder: Path, declared: Mapping[str, Any], key: str) -> tuple[Loop, ...]:
-    try:
-        drawing = Drawing.model_validate(declared, strict=True)
-    except ValidationError as error:
-        (first, *_) = error.errors(include_url=False)
-        name = ".".join(str(part) for part in first["loc"])
-        raise DrawingError(
-            f"{key}.{name}", f"{first['msg']}; allowed: {allowed_at(Drawing, first['loc'])}"
-        ) from error
+    drawing = _checked(Drawing, declared, key)
     curves: list[Curve] = []
     try:
         curves = _curves(folder / drawing.file, drawing)

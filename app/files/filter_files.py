@@ -11,7 +11,7 @@ from analysis.focusing.methods import Comparison
 from analysis.focusing.over_temperature import Aim, Focusing
 from analysis.focusing.panel import Panel
 from app.files.atomic import atomic_hdf5
-from app.files.bad_file import ResultFileError
+from app.files.hdf5_file import result_file
 from app.files.panel_file import panel_of_text
 from app.files.provenance import stamp
 from app.files.values import read_value, write_value
@@ -41,20 +41,20 @@ def save_focusing(
 
 def load_focusing(path: Path) -> tuple[Panel, Focusing, Comparison]:
     """Read back what `save_focusing` wrote."""
-    with _opened(path, "focusing", "focus") as file:
+    with result_file(path, "focus") as file:
         panel = panel_of_text(str(file.attrs["panel"]), str(path))
         return panel, read_value(file["focusing"], Focusing), read_value(file["comparison"], Comparison)
 
 
 def load_uncorrected(path: Path) -> Aim | None:
     """Read what filters reach that lack the correction; None where none was made."""
-    with _opened(path, "focusing", "focus") as file:
+    with result_file(path, "focus") as file:
         return read_value(file["uncorrected"], Aim) if "uncorrected" in file else None
 
 
 def load_panel(path: Path) -> Panel:
     """Read only the panel a result was made for."""
-    with _opened(path, "focusing", "focus") as file:
+    with result_file(path, "focus") as file:
         return panel_of_text(str(file.attrs["panel"]), str(path))
 
 
@@ -69,7 +69,7 @@ def save_compensation(
 
 def load_compensation(path: Path) -> tuple[Panel, Compensation]:
     """Read back what `save_compensation` wrote."""
-    with _opened(path, "compensation", "compensate") as file:
+    with result_file(path, "compensate") as file:
         panel = panel_of_text(str(file.attrs["panel"]), str(path))
         return panel, read_value(file["compensation"], Compensation)
 
@@ -77,16 +77,3 @@ def load_compensation(path: Path) -> tuple[Panel, Compensation]:
 def _begin(file: h5py.File, panel: Panel, made_from: Mapping[str, Any]) -> None:
     stamp(file, made_from)
     file.attrs["panel"] = panel.model_dump_json()
-
-
-def _opened(path: Path, group: str, verb: str) -> h5py.File:
-    try:
-        file = h5py.File(path)
-    except OSError as error:
-        raise ResultFileError(
-            f"{path}: not a readable HDF5 file ({error}); make it again: flexura {verb}"
-        ) from error
-    if group not in file or "panel" not in file.attrs:
-        file.close()
-        raise ResultFileError(f"{path}: not a result of flexura {verb}")
-    return file

@@ -4,13 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import h5py
-from pydantic import ValidationError
-
 from analysis.experiment import Experiment
 from analysis.frf import Frf
 from app.files.atomic import atomic_hdf5
-from app.files.bad_file import ResultFileError
+from app.files.hdf5_file import result_file
 from app.files.provenance import stamp
 from app.files.values import read_value, write_value
 
@@ -25,9 +22,6 @@ def save_frf(target: Path, experiment: Experiment, frf: Frf, made_from: Mapping[
 
 def load_frf(path: Path) -> tuple[Experiment, Frf]:
     """Read back what `save_frf` wrote; ResultFileError where the file is something else."""
-    try:
-        with h5py.File(path) as file:
-            experiment = Experiment.model_validate_json(str(file.attrs["experiment"]))
-            return experiment, read_value(file["frf"], Frf)
-    except (OSError, KeyError, ValidationError) as error:
-        raise ResultFileError(f"{path}: not a readable frf.h5; make it again: flexura update") from error
+    with result_file(path, "update") as file:
+        experiment = Experiment.model_validate_json(str(file.attrs["experiment"]))
+        return experiment, read_value(file["frf"], Frf)

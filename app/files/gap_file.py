@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +14,8 @@ from analysis.gap.report import FittedLaws, GapReport
 from analysis.gap.signatures import Signature
 from analysis.gap.where import ResidualMap
 from app.files.atomic import atomic_hdf5
-from app.files.bad_file import ResultFileError
+from app.files.hdf5_file import result_file
+from app.files.parsed_text import parse_json
 from app.files.provenance import stamp
 from app.files.values import read_value, write_value
 
@@ -130,18 +130,12 @@ def save_gap(
 
 def load_gap(path: Path) -> tuple[GapFigures, dict[str, Any]]:
     """Read back what `save_gap` wrote; ResultFileError where the file is something else."""
-    try:
-        with h5py.File(path) as file:
-            record: dict[str, Any] = json.loads(file["record"].asstr()[()])
-            return read_value(file["figures"], GapFigures), record
-    except (OSError, KeyError, TypeError, json.JSONDecodeError) as error:
-        raise ResultFileError(f"{path}: not a readable gap.h5; make it again: flexura gap") from error
+    with result_file(path, "gap") as file:
+        record: dict[str, Any] = parse_json(file["record"].asstr()[()])
+        return read_value(file["figures"], GapFigures), record
 
 
 def load_signatures(path: Path) -> Signatures | None:
     """Read the signatures; None where there was no gap, and in files of versions that kept none."""
-    try:
-        with h5py.File(path) as file:
-            return read_value(file["alone"], Signatures) if "alone" in file else None
-    except (OSError, KeyError, TypeError) as error:
-        raise ResultFileError(f"{path}: not a readable gap.h5; make it again: flexura gap") from error
+    with result_file(path, "gap") as file:
+        return read_value(file["alone"], Signatures) if "alone" in file else None

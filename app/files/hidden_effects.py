@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.experiment import Experiment
-from analysis.gap.effect_card import EffectCard, Parameter, Values
 from app.files.campaign_error import Problem
 from simulation.effects.library import LIBRARY, library
 

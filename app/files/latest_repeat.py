@@ -3,12 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from app.files.atomic import atomic_hdf5
-from app.files.bad_file import ResultFileError
+from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 from app.files.values import read_value, write_value
 
 NAME = "latest.h5"
@@ -55,7 +54,7 @@ def save_latest(folder: Path, latest: LatestRepeat) -> None:
 def load_latest(folder: Path) -> LatestRepeat | None:
     """Read it; None where there is none, or none that can be read just now."""
     try:
-        with h5py.File(folder / NAME) as file:
+        with opened_hdf5(folder / NAME) as file:
             return read_value(file["repeat"], LatestRepeat)
-    except (OSError, KeyError, ResultFileError):
+    except Hdf5FileError:
         return None

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.material import MaterialLaws
-from analysis.updating.update import Updated
+from analysis.updating.updated import Updated
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
+from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp, stamp
 from app.files.values import read_value, write_value
 
@@ -53,7 +53,7 @@ def save_laws(
 
 def load_laws(path: Path) -> MaterialLaws:
     """Read the laws; ResultFileError where updating had too few temperatures to make any."""
-    with _opened(path) as file:
+    with result_file(path, "update") as file:
         if "laws" not in file:
             raise ResultFileError(f"{path}: holds estimates but no laws: fewer than 3 temperatures were measured")
         return read_value(file["laws"], MaterialLaws)
@@ -64,24 +64,11 @@ def effects_in_laws(path: Path) -> dict[str, Any]:
 
     ResultFileError where the file cannot be read.
     """
-    with _opened(path) as file:
+    with result_file(path, "update") as file:
         return dict(read_stamp(file)["settings"].get("effects", {}))
 
 
 def load_updated(path: Path) -> tuple[Updated, TwinFrf]:
     """Read the estimates per sweep and the twin's FRFs."""
-    with _opened(path) as file:
+    with result_file(path, "update") as file:
         return read_value(file["updated"], Updated), read_value(file["twin"], TwinFrf)
-
-
-def _opened(path: Path) -> h5py.File:
-    try:
-        file = h5py.File(path)
-    except OSError as error:
-        raise ResultFileError(
-            f"{path}: not a readable HDF5 file ({error}); make it again: flexura update"
-        ) from error
-    if "updated" not in file:
-        file.close()
-        raise ResultFileError(f"{path}: not a result of flexura update")
-    return file

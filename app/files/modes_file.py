@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,7 +15,7 @@ from analysis.identification.reading import Damping
 from analysis.identification.residual_terms import named
 from analysis.identification.tracked_modes import TrackedModes
 from app.files.atomic import atomic_hdf5, write_text
-from app.files.bad_file import ResultFileError
+from app.files.hdf5_file import result_file
 from app.files.provenance import stamp
 from app.files.values import read_value, write_value
 
@@ -76,15 +75,10 @@ def save_modes(target: Path, tracked: TrackedModes, made_from: Mapping[str, Any]
 
 def load_modes(path: Path) -> TrackedModes:
     """Read back what `save_modes` wrote; ResultFileError where the file is something else."""
-    try:
-        with h5py.File(path) as file:
-            parts = vars(read_value(file["tracked"], _Track))
-            modes = tuple(_modes(read_value(file["sweeps"][name], _Sweep)) for name in sorted(file["sweeps"]))
-            return TrackedModes(**parts, modes=modes)
-    except (OSError, KeyError, ValueError) as error:
-        raise ResultFileError(
-            f"{path}: not a readable modes.h5 ({error}); make it again: flexura identify"
-        ) from error
+    with result_file(path, "identify") as file:
+        parts = vars(read_value(file["tracked"], _Track))
+        modes = tuple(_modes(read_value(file["sweeps"][name], _Sweep)) for name in sorted(file["sweeps"]))
+        return TrackedModes(**parts, modes=modes)
 
 
 def _modes(sweep: _Sweep) -> Modes:

@@ -1,7 +1,6 @@
 """The focusing panel's TOML file: read strictly, its faults told in the words of the file."""
 
 import json
-import tomllib
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -10,8 +9,10 @@ from pydantic_core import ErrorDetails
 from analysis.focusing.panel import Panel
 from app.files.allowed_values import allowed_at, key_at, keys_at
 from app.files.bad_file import ResultFileError
+from app.files.campaign_error import CampaignFileError
 from app.files.drawing import DrawingError, with_drawings
 from app.files.misplaced import Misplaced, misplaced
+from app.files.settings_toml import read_table
 from app.files.shipped import shipped
 
 SECTION_2 = shipped("section2-panel.toml")
@@ -21,18 +22,13 @@ SECTION_2 = shipped("section2-panel.toml")
 def read_panel(path: Path) -> Panel:
     """Read a panel; ResultFileError with every missing, unknown, mistyped or implausible key."""
     try:
-        declared = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ResultFileError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ResultFileError(f"{path}: byte {error.start} is not UTF-8, which TOML is") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ResultFileError(f"{path}: not TOML: {error}") from error
-    try:
-        declared = with_drawings(path.parent, declared)
+        table = read_table(path)
+        declared = with_drawings(path.parent, table)
+    except CampaignFileError as error:
+        raise ResultFileError(str(error)) from error
     except DrawingError as error:
         places = error.fault.places if error.fault else ()
-        wrong = Misplaced(path, declared, places, tuple(error.curves)) if error.curves else None
+        wrong = Misplaced(path, table, places, tuple(error.curves)) if error.curves else None
         raise ResultFileError(f"{path}: {error.key}: {error}", wrong) from error
     return _checked(json.dumps(declared, default=str), str(path), path)
 

@@ -14,6 +14,7 @@ from typing import Any
 import h5py
 
 import analysis
+from app.files.parsed_text import parse_json
 
 PACKAGES = ("numpy", "scipy", "h5py", "torch", "scikit-fem")
 NAME = "provenance"
@@ -64,5 +65,5 @@ def stamp(group: h5py.Group, made_from: Mapping[str, Any]) -> None:
 
 def read_stamp(group: h5py.Group) -> dict[str, Any]:
     """Read back what `stamp` stored; KeyError if the file carries none."""
-    stored: dict[str, Any] = json.loads(group[NAME].asstr()[()])
+    stored: dict[str, Any] = parse_json(group[NAME].asstr()[()])
     return stored

@@ -15,11 +15,9 @@ from app.files.allowed_values import allowed_at, key_at, keys_at
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.drawing import DrawingError, with_drawings
 from app.files.misplaced import Misplaced, misplaced
+from app.files.parsed_text import parse_toml, read_text
 
 Model = TypeVar("Model", bound=BaseModel)
-
-LARGEST = 1_000_000
-"""Bytes: a declaration is a page of text, and more is not one."""
 
 
 def read_settings(path: Path, model: type[Model]) -> Model:
@@ -37,10 +35,10 @@ def read_table(path: Path) -> dict[str, Any]:
     """Read a file's keys and values unchecked; CampaignFileError where it is no TOML."""
     text = _text(path)
     try:
-        return tomllib.loads(text)
+        return parse_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise CampaignFileError(path.parent, [_syntax(path.name, text, error)]) from error
-    except (ValueError, RecursionError) as error:  # integers of thousands of digits, brackets in brackets
+    except ValueError as error:  # integers of thousands of digits, brackets in brackets
         problem = Problem(path.name, "", f"cannot be parsed ({error})", "TOML of plain tables")
         raise CampaignFileError(path.parent, [problem]) from error
 
@@ -66,13 +64,12 @@ def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
 def _text(path: Path) -> str:
     folder, name = path.parent, path.name
     try:
-        size = path.stat().st_size
-        if size > LARGEST:
-            raise CampaignFileError(folder, [Problem(name, "", f"{size} bytes", f"at most {LARGEST}")])
-        return path.read_text(encoding="utf-8")
+        return read_text(path)
     except UnicodeDecodeError as error:
         seen = f"byte {error.start} is not UTF-8"
         raise CampaignFileError(folder, [Problem(name, "", seen, "TOML, which is UTF-8")]) from error
+    except ValueError as error:
+        raise CampaignFileError(folder, [Problem(name, "", str(error), "")]) from error
     except OSError as error:
         seen = f"cannot be read: {error.strerror}"
         raise CampaignFileError(folder, [Problem(name, "", seen, "a readable file")]) from error

@@ -1,4 +1,8 @@
-"""One finished sweep: a closed HDF5 file that carries a digest of its own contents."""
+"""One finished sweep: a closed HDF5 file that carries a digest of its own contents.
+
+Those of versions that did not seal their files (see `app.files.seal`) are read, too: a measurement cannot be made
+again.
+"""
 
 import hashlib
 import json
@@ -6,13 +10,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from analysis.campaign import Sweep
 from app.files.atomic import atomic_hdf5
 from app.files.campaign_error import Problem
 from app.files.coverage import Place
+from app.files.hdf5_file import Hdf5FileError, opened_hdf5
+from app.files.isolation import require_readable
 
 PLATE = ("plate_temperature_start", "plate_temperature_end")
 """Only where a sensor was on the plate."""
@@ -105,7 +110,7 @@ def read_sweep_file(path: Path, name: str) -> tuple[Sweep | None, Problem | None
         One of both is None.
     """
     try:
-        with h5py.File(path, "r") as file:
+        with opened_hdf5(path, unsealed=require_readable) as file:
             stored = str(file.attrs["sweep_sha256"])
             sweep = Sweep(
                 step=int(file.attrs["step"]),
@@ -118,7 +123,7 @@ def read_sweep_file(path: Path, name: str) -> tuple[Sweep | None, Problem | None
                 responses=file["responses"][()],
                 **{name: float(file.attrs[name]) for name in PLATE if name in file.attrs},
             )
-    except (OSError, KeyError, ValueError, TypeError, AttributeError) as error:
+    except Hdf5FileError as error:
         return None, Problem(name, "", f"unreadable ({error})", "a whole sweep file", REMEDY)
     if digest(sweep) != stored:
         return None, Problem(name, "sweep_sha256", stored[:12], "the digest of the samples in the file", REMEDY)

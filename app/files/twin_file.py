@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from analysis.declared import Declared, Sparse
+from analysis.effect_card import EffectCard
 from analysis.experiment import (
     Acquisition,
     Attachment,
@@ -22,7 +23,6 @@ from analysis.experiment import (
     Protocol,
     Temperature,
 )
-from analysis.gap.effect_card import EffectCard
 from analysis.transducers import Drive, Sensor
 from app.files.atomic import write_text
 from app.files.campaign_error import CampaignFileError, Problem

@@ -12,8 +12,11 @@ from pyuff.datasets.dataset_58 import prepare_58
 
 from app.files.atomic import atomic_path
 from app.files.bad_file import ResultFileError
+from app.files.parsed_text import read_bytes
+from app.files.uff_sets import data_sets
 
 FRF_FUNCTION = 4
+FUNCTION_TYPES = range(28)
 FUNCTIONS = {0: "general", 1: "time response", 2: "auto spectrum", 3: "cross spectrum", 6: "coherence", 9: "PSD"}
 QUANTITIES = {8: "displacement", 11: "velocity", 12: "acceleration", 13: "force"}
 GENERAL = 1
@@ -68,17 +71,18 @@ def read_frfs(path: Path) -> list[UffFrf]:
     """
     if not path.is_file():
         raise ResultFileError(f"{path}: no such file")
-    if path.stat().st_size > LARGEST:
-        raise ResultFileError(f"{path}: {path.stat().st_size} bytes; allowed up to {LARGEST}: split it")
     try:
+        kinds = data_sets(read_bytes(path, LARGEST))
         file = pyuff.UFF(str(path))
-        kinds = [int(kind) for kind in np.atleast_1d(file.get_set_types())]
+        if kinds != [int(kind) for kind in np.atleast_1d(file.get_set_types())]:
+            raise ValueError("a line within a data set ends as if the set did; damaged?")
         sets = [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
+        frfs = [d for n, d in enumerate(sets, start=1) if _function(n, d) == FRF_FUNCTION]
+        read = [_frf(path, number, d) for number, d in enumerate(frfs, start=1)]
+    except ResultFileError:
+        raise
     except Exception as error:  # pyuff says what is wrong with a file by bare Exception, and by accident
         raise ResultFileError(f"{path}: not a readable universal file, or cut short ({error})") from error
-    if not kinds:
-        raise ResultFileError(f"{path}: no data set that begins and ends: not a universal file, or cut short")
-    frfs = [d for d in sets if int(d.get("func_type", -1)) == FRF_FUNCTION]
     if not frfs:
         held = sorted({FUNCTIONS.get(int(d.get("func_type", -1)), str(d.get("func_type"))) for d in sets})
         other = sorted({str(kind) for kind in kinds if kind != 58})
@@ -86,7 +90,7 @@ def read_frfs(path: Path) -> list[UffFrf]:
         raise ResultFileError(
             f"{path}: holds no frequency response function (data set 58, function type 4); found: {listed}"
         )
-    return [_frf(path, number, d) for number, d in enumerate(frfs, start=1)]
+    return read
 
 
 def write_frfs(path: Path, frfs: Sequence[UffFrf]) -> None:
@@ -128,6 +132,14 @@ def _as_dict(data: Any) -> dict[str, Any]:
     """Return the one set pyuff read, which it may wrap in a list."""
     first: dict[str, Any] = data[0] if isinstance(data, list) else data
     return first
+
+
+def _function(number: int, data: dict[str, Any]) -> int:
+    """Return what a data set says it holds; ValueError where it says nothing the format knows."""
+    function = int(data.get("func_type", -1))
+    if function not in FUNCTION_TYPES:
+        raise ValueError(f"data set 58, number {number}: function type {function}; allowed 0 to 27")
+    return function
 
 
 def _frf(path: Path, number: int, data: dict[str, Any]) -> UffFrf:

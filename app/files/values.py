@@ -12,7 +12,7 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 import h5py
 import numpy as np
 
-from app.files.bad_file import ResultFileError
+from app.files.parsed_text import parse_json
 
 Value = TypeVar("Value")
 
@@ -35,7 +35,7 @@ def write_value(group: h5py.Group, value: Any) -> None:
 
 
 def read_value(group: h5py.Group, kind: type[Value]) -> Value:
-    """Read a dataclass of type `kind`; ResultFileError where the group holds something else."""
+    """Read a dataclass of type `kind`; ValueError where the group holds something else."""
     hints = get_type_hints(kind)
     parts: dict[str, Any] = {}
     for field in fields(kind):  # type: ignore[arg-type]
@@ -46,7 +46,7 @@ def read_value(group: h5py.Group, kind: type[Value]) -> Value:
             if is_dataclass(wanted):
                 parts[field.name] = read_value(group[field.name], wanted)  # type: ignore[arg-type]
             elif get_origin(wanted) is tuple and str in get_args(wanted):
-                parts[field.name] = tuple(str(part) for part in json.loads(group.attrs[field.name]))
+                parts[field.name] = tuple(str(part) for part in parse_json(group.attrs[field.name]))
             elif get_origin(wanted) is tuple:
                 parts[field.name] = tuple(group[field.name][()].tolist())
             elif wanted in (int, float, str, bool):
@@ -54,10 +54,8 @@ def read_value(group: h5py.Group, kind: type[Value]) -> Value:
             else:
                 parts[field.name] = group[field.name][()]
         except (KeyError, TypeError) as error:
-            raise ResultFileError(
-                f"{group.file.filename}: {group.name} lacks a readable {field.name!r}"
-            ) from error
+            raise ValueError(f"{group.name} lacks a readable {field.name!r}") from error
     try:
         return kind(**parts)
     except ValueError as error:
-        raise ResultFileError(f"{group.file.filename}: {group.name}: {error}") from error
+        raise ValueError(f"{group.name}: {error}") from error

@@ -5,9 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import h5py
-
-from app.files.bad_file import ResultFileError
+from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp, sha256
 from app.files.run_folder import MADE_BY
 from app.report.page import Item, Listing, Table
@@ -23,20 +21,15 @@ def stamps(run: Path, names: Sequence[str]) -> Stamps:
     found = {}
     for name in names:
         if (run / name).is_file():
-            try:
-                with h5py.File(run / name) as file:
-                    found[name] = _whole(read_stamp(file))
-            except (OSError, KeyError, ValueError) as error:
-                raise ResultFileError(
-                    f"{run / name}: carries no provenance that can be read; make it again: flexura {MADE_BY[name]}"
-                ) from error
+            with result_file(run / name, MADE_BY[name]) as file:
+                found[name] = _whole(read_stamp(file))
     return found
 
 
 def _whole(stamp: object) -> Mapping[str, Any]:
     tables = ("inputs", "settings", "packages")
     if not isinstance(stamp, dict) or not all(isinstance(stamp.get(name), dict) for name in tables):
-        raise ValueError(f"a table with {', '.join(tables)} is wanted")
+        raise ValueError(f"its provenance: a table with {', '.join(tables)} is wanted")
     return {"flexura": "?", "python": "?", "seed": None, **stamp}
 
 

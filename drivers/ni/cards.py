@@ -108,6 +108,11 @@ class CardsSettings(Sparse):
         return False
 
     @property
+    def settling(self) -> float:
+        """How much earlier than its drive every sweep begins, s: for sensors whose supply has to settle."""
+        return 0.0
+
+    @property
     def places(self) -> tuple[str, ...]:
         """Devices that only one process can use, for messages and locks; none where that does not matter."""
         return ()

@@ -43,7 +43,8 @@ def fire(cards: Cards, protocol: AcquisitionProtocol, check: Callable[[], None] 
     short = replace(protocol, sweep=shot_of(protocol.sweep), limits=tolerant)
     rate = cards.sample_rate
     silence = cards.sweep(np.zeros(round(SILENCE * rate)), check)
-    played = drive_signal(short.sweep, short.sweep.levels[0], rate)
+    level = short.sweep.levels[0]
+    played = drive_signal(short.sweep, level, rate)
     records: list[Record] = []
     for _ in range(short.sweep.repeats):
         record = cards.sweep(played, check)
@@ -53,7 +54,7 @@ def fire(cards: Cards, protocol: AcquisitionProtocol, check: Callable[[], None] 
         drive = np.stack([one.drive for one in records]).astype(np.float32)
         responses = np.stack([one.responses for one in records], axis=1).astype(np.float32)
         overloaded = np.any([one.overloaded for one in records], axis=0)
-        if found := signal_faults(drive, responses, played, overloaded, rate, short):
+        if found := signal_faults(drive, responses, played, level, overloaded, rate, short):
             return Shot(found)
     grid = np.fft.rfftfreq(played.size, 1.0 / rate)
     inside = (grid >= short.sweep.band[0]) & (grid <= short.sweep.band[1])

@@ -134,6 +134,7 @@ def simulated_parts(
     chamber: Chamber | None = None,
     drive_scale: float = 1.0,
     thermometer: ThermometerSettings | None = None,
+    **chassis: Any,
 ) -> SimulatedParts:
     """Build a simulated rig around a plate.
 
@@ -153,6 +154,8 @@ def simulated_parts(
         Volts at the drive's input per volt of the output, see `Surroundings`.
     thermometer : ThermometerSettings, optional
         On the plate, besides the cards' thermocouples.
+    **chassis
+        Anything else that `Surroundings` takes: how far off the clocks are.
 
     Raises
     ------
@@ -171,6 +174,7 @@ def simulated_parts(
         plate_temperature=PlateForecast(clock, body, chamber),
         chassis=wiring.output.split("/")[0].partition("Mod")[0],
         modules=dict(modules),
+        **chassis,
     )
     server = SimulatedDaq(surroundings, clock, seed)
     controller = oven.simulated(body, clock)

@@ -10,6 +10,7 @@ from serial.tools import list_ports
 
 from drivers.ni.connection import Connection, Device
 from drivers.ni.errors import DaqError
+from drivers.ni.task_setup import require_iepe
 from drivers.ni.wiring import Wiring
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import OvenSettings, open_oven
@@ -72,6 +73,8 @@ def look_at_cards(wiring: Wiring | None, *, needed: bool) -> Iterator[Finding]:
         yield Finding(f"NI device {device.name}", State.GOOD, f"{device.product}, {channels}{simulated}")
     if wiring is not None and devices:
         yield _terminals(wiring, devices, lacking)
+    if wiring is not None and wiring.iepe:
+        yield _supply(wiring, devices, lacking)
 
 
 def _terminals(wiring: Wiring, devices: tuple[Device, ...], lacking: State) -> Finding:
@@ -82,6 +85,15 @@ def _terminals(wiring: Wiring, devices: tuple[Device, ...], lacking: State) -> F
         return Finding("terminals of [cards]", State.GOOD, f"all {len(asked)} exist")
     step = f"correct [cards]; what exists: {', '.join(sorted(there)) or 'no terminal at all'}"
     return Finding("terminals of [cards]", lacking, f"not there: {', '.join(missing)}", step)
+
+
+def _supply(wiring: Wiring, devices: tuple[Device, ...], lacking: State) -> Finding:
+    what, named = "IEPE supply of [cards]", ", ".join(wiring.iepe)
+    try:
+        require_iepe(wiring, devices)
+    except DaqError as error:
+        return Finding(what, lacking, error.said, error.next_step)
+    return Finding(what, State.GOOD, f"will be switched on at {named}")
 
 
 def look_at_ports() -> Iterator[Finding]:

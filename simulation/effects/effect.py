@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
-from analysis.gap.effect_card import EffectCard
 from simulation.state.plate_state import Circumstances, PlateState
 
 Apply = Callable[[PlateState, Circumstances, Mapping[str, Any]], PlateState]

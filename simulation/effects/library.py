@@ -5,8 +5,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
-from analysis.gap.effect_card import EffectCard
 from simulation.effects import (
     air_loading,
     amplitude_softening,

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment, Plate
-from analysis.gap.effect_card import EffectCard, Parameter
 from analysis.geometry.relations import TOUCH
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, Disc, PlateState

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
-from analysis.gap.effect_card import EffectCard, Parameter
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
-from analysis.gap.effect_card import EffectCard, Parameter
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 

@@ -5,8 +5,8 @@ from collections.abc import Container
 from pathlib import Path
 from types import ModuleType
 
+from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
-from analysis.gap.effect_card import EffectCard
 from simulation.effects.effect import Effect
 from simulation.effects.verification import verify
 

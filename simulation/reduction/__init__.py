@@ -12,7 +12,9 @@ A plate over a range of materials:
 ``footprint_reduction``    the same, with forces and motions besides patches
 ``reduced_model``          small matrices that answer for the whole range
 ``dashpots``               viscous supports, connected to a plate without them
-``modal_form``             poles, transfers as sums over them, and their derivatives
+``modal_form``             poles, and transfers as sums over them
+``pole_sums``              these sums, at all lines of a band
+``modal_slopes``           their derivatives by changes of the stiffness
 ``basis_key``              a reduced model's name by all that decides it
 ``plate_basis``            functions and vectors behind a reduced model
 ``coarse_plate``           a plate known to a per cent, for a first look at data

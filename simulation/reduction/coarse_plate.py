@@ -13,6 +13,7 @@ from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.damped_modes import DampedModes
 from simulation.reduction.dashpots import columns
+from simulation.reduction.energy_decomposition import energy_shift, mass_orthonormal, middle
 from simulation.reduction.rational_krylov import Chain
 from simulation.reduction.reduce import projected
 from simulation.reduction.reduced_model import ReducedModel
@@ -79,6 +80,7 @@ def coarse_reduction(
     """
     shorter = min(plate.length_x, plate.length_y)
     spacing = shorter / CELLS * float((0.003 / plate.thickness) ** 0.5)
+    plate = plate.model_copy(update={"mesh": None})
     model = assemble(plate, patches, recipe=MeshRecipe(spacing=spacing, grading=0.0, growth=2.0), degree=DEGREE)
     rows = model.footprint_rows(footprints)
     forces = np.hstack([model.coupling, rows[:FORCES].T])
@@ -93,5 +95,7 @@ def coarse_reduction(
             chain = Chain(factorize(stiffness - shift**2 * model.mass), model.mass, forces)
             spaces.append(chain.extend(blocks)[0])
     space = np.hstack(spaces)
-    reduced, vectors = projected(model, space, box, band, columns(model.damping, space))
+    energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
+    vectors = mass_orthonormal(space, energy, model.mass)
+    reduced = projected(model, vectors, box, band, columns(model.damping, space))
     return replace(reduced, footprints=rows @ vectors) if footprints else reduced

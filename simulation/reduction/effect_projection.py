@@ -95,12 +95,9 @@ def plate_energies(p: Projector, executor: Executor, step: Step) -> dict[str, Re
     """Stacks ``bending``, ``membrane``, ``shear``, ``mass``, ``rotary`` and ``normal`` of `EffectOperators`."""
     fine, coarse = (len(polynomials(degree)) for degree in (BENDING_DEGREE, MEMBRANE_DEGREE))
     table = weight_table(p, polynomials(BENDING_DEGREE))
-    counts = {"bending": fine, "membrane": coarse, "shear": coarse, "mass": coarse}
-    found = weighed_energies(p, p.full.shell.space, table, counts, executor, step=step)
-    normal = np.zeros((p.vectors.shape[1],) * 2)
-    for rows in p.rows(p.full.shell.space):
-        normal += rows.motion[W].T @ (rows.dx[:, None] * rows.motion[W])
-    return {**found, "normal": normal}
+    counts = {"bending": fine, "membrane": coarse, "shear": coarse, "mass": coarse, "normal": 1}
+    found = weighed_energies(p, p.full.shell.space, table, counts, executor=executor, step=step)
+    return {**found, "normal": found["normal"][0]}
 
 
 def weighed_energies(
@@ -108,8 +105,9 @@ def weighed_energies(
     space: ShapeSpace,
     table: Real,
     counts: dict[str, int],
-    executor: Executor,
+    *,
     cells: Mask | None = None,
+    executor: Executor | None = None,
     step: Step | None = None,
 ) -> dict[str, Real]:
     """Energies of the plate with weights over some cells, a stack for each kind; with ``mass`` comes ``rotary``.
@@ -123,7 +121,11 @@ def weighed_energies(
         Weights at the points of quadrature, the first of them one everywhere: others are lifted by it where they
         are negative, so that every energy is a sum of squares.
     counts : dict
-        How many of them each kind takes: ``bending``, ``membrane``, ``shear``, ``mass``.
+        How many of them each kind takes: ``bending``, ``membrane``, ``shear``, ``mass``, ``normal`` (the square
+        of the deflection).
+    cells : (cells,) bool ndarray, optional
+    executor : Executor, optional
+        Works on several energies at a time.
     """
     r, shell = p.vectors.shape[1], p.full.shell
     h, rho = shell.space.spread(shell.thickness), shell.plate.density
@@ -133,7 +135,9 @@ def weighed_energies(
         "shear": SHEAR_FACTOR * h,
         "mass": rho * h,
         "rotary": rho * h**3 / 12.0,
+        "normal": np.ones_like(h),
     }
+    run = map if executor is None else executor.map
     counts = {**counts, **({"rotary": counts["mass"]} if "mass" in counts else {})}
     found = {
         name: np.zeros((4, count, r, r) if name in IN_PLANE else (1, count, r, r))
@@ -157,11 +161,12 @@ def weighed_energies(
             "shear": [rows.strain[6:]],
             "mass": [[u, v, w]],
             "rotary": [[thx, thy]],
+            "normal": [[w]],
         }
         for name, part in zip(IN_PLANE, (rows.strain[3:6], rows.strain[:3]), strict=True):
             x, y, xy = _in_axes(part, shell.sheet.angle)
             motions[name] = [[x], [y], [x + y], [xy]]
-        list(executor.map(add, tasks))
+        list(run(add, tasks))
         if step is not None:
             step()
     return {
@@ -192,58 +197,6 @@ def _in_axes(strain: Real, angle: float) -> Real:
             2.0 * c * s * (y - x) + (c * c - s * s) * xy,
         ]
     )
-
-
-def patch_energies(p: Projector) -> dict[str, Real]:
-    """Stacks ``patch_own``, ``patch_membrane``, ``patch_mass`` and ``coupling`` of `EffectOperators`."""
-    r, terms, shell = p.vectors.shape[1], polynomials(BENDING_DEGREE), p.full.shell
-    own, mass = np.zeros((r, r)), np.zeros((r, r))
-    membrane = np.zeros((1 + 2 * len(terms), r, r))
-    coupling = np.zeros((1 + len(terms), r, len(shell.patches)))
-    table, nominal = weight_table(p, terms), shell.space.spread(shell.thickness)
-    for k, (patch, covered) in enumerate(zip(shell.patches, shell.under, strict=True)):
-        ceramic, t = shell.materials[patch.material], patch.thickness
-        sign = 1.0 if patch.side == "top" else -1.0
-        q11, q12 = ceramic.stiffness
-        plane = np.array([[q11, q12, 0.0], [q12, q11, 0.0], [0.0, 0.0, 0.5 * (q11 - q12)]])
-        for rows in p.rows(shell.space, covered):
-            dx, h = rows.dx, nominal[rows.points]
-            z0 = 0.5 * sign * (h + t)
-            lever = 0.5 * sign * h
-            flat = rows.strain[:3] + z0[:, None] * rows.strain[3:6]
-            bent = rows.strain[3:6]
-            own += t**3 / 12.0 * _form(bent, bent, plane, dx)
-            for shear in rows.strain[6:]:
-                own += SHEAR_FACTOR * t * plane[2, 2] * shear.T @ (dx[:, None] * shear)
-            membrane[0] += t * _form(flat, flat, plane, dx)
-            mass += ceramic.density * t * _inertia(rows, z0, t)
-            coupling[0, :, k] += ceramic.e31 * (flat[0] + flat[1]).T @ dx
-            for j in range(len(terms)):
-                weight = dx * table[j, rows.points]
-                cross = _form(flat, bent, plane, weight * lever)
-                membrane[1 + j] += t * (cross + cross.T)
-                membrane[1 + len(terms) + j] += t * _form(bent, bent, plane, weight * lever**2)
-                coupling[1 + j, :, k] += ceramic.e31 * (bent[0] + bent[1]).T @ (weight * lever)
-    own += p.vectors.T @ (p.full.supports @ p.vectors)
-    return {"patch_own": own, "patch_membrane": membrane, "patch_mass": mass, "coupling": coupling}
-
-
-def _form(left: Real, right: Real, plane: Real, weight: Real) -> Real:
-    """Energy of two sets of in-plane strains (3, Q, r) for moduli (3, 3) and weights (Q,)."""
-    total = np.zeros((left.shape[2], right.shape[2]))
-    for a, b in zip(*np.nonzero(plane), strict=True):
-        total += plane[a, b] * (left[a].T @ (weight[:, None] * right[b]))
-    return total
-
-
-def _inertia(rows: Rows, height: Real, thickness: float) -> Real:
-    """Inertia per area density of a layer whose middle lies `height` (Q,) over the mid-plane."""
-    total = np.zeros((rows.motion.shape[2],) * 2)
-    for straight, turning in ((U, THX), (V, THY)):
-        moving = rows.motion[straight] + height[:, None] * rows.motion[turning]
-        total += moving.T @ (rows.dx[:, None] * moving)
-        total += thickness**2 / 12.0 * rows.motion[turning].T @ (rows.dx[:, None] * rows.motion[turning])
-    return np.asarray(total + rows.motion[W].T @ (rows.dx[:, None] * rows.motion[W]))
 
 
 def strains(p: Projector) -> dict[str, Any]:

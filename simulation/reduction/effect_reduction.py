@@ -18,9 +18,10 @@ from analysis.experiment import Experiment
 from analysis.material import MaterialBox
 from simulation.reduction.effect_certification import measured_error
 from simulation.reduction.effect_operators import EffectOperators
-from simulation.reduction.effect_projection import CHUNK, Projector, patch_energies, plate_energies, strains
+from simulation.reduction.effect_projection import CHUNK, Projector, plate_energies, strains
 from simulation.reduction.energy_decomposition import energy_shift, middle
 from simulation.reduction.missing_answers import joined, missed
+from simulation.reduction.patch_projection import patch_energies
 from simulation.reduction.plate_basis import PlateBasis, plain_reduction
 from simulation.reduction.reduce import Training
 from simulation.shell.assembly import FEW, assemble_chosen
@@ -165,7 +166,7 @@ def project(
     with ThreadPoolExecutor(WORKERS) as executor:
         stacks: dict[str, Any] = {
             **plate_energies(p, executor, step),
-            **patch_energies(p),
+            **patch_energies(p, executor),
             **offset_energies(p, executor),
             **strains(p),
         }

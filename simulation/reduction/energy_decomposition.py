@@ -1,5 +1,6 @@
 """Proper orthogonal decomposition, in the energy norm, of what a plate does over a box of materials."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import product
 from typing import Self
@@ -7,6 +8,7 @@ from typing import Self
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
 
 from analysis.material import MaterialBox
 from simulation.reduction.damped_modes import DampedModes, relative_error
@@ -15,6 +17,8 @@ from simulation.reduction.resonance_lines import root_mean_square
 
 Real = NDArray[np.float64]
 
+WORKERS = 2
+"""Materials answered at a time."""
 MODULI, RATIOS = 6, 4
 """Materials along E (geometric) and nu (even) at which responses are taken."""
 
@@ -40,7 +44,7 @@ def training_loss(box: MaterialBox) -> float:
     return max(box.loss_factor[0], LEAST_LOSS)
 
 
-def orthonormal(vectors: Real, weight: object, cutoff: float) -> Real:
+def orthonormal(vectors: Real, weight: csr_matrix, cutoff: float) -> Real:
     """Orthonormal columns (n, N) for the inner product x' W y, directions below `cutoff` left out.
 
     Parameters
@@ -51,7 +55,7 @@ def orthonormal(vectors: Real, weight: object, cutoff: float) -> Real:
     cutoff : float
         Smallest singular value kept of the vectors, each first made of norm 1, over the largest.
     """
-    weighed = weight @ vectors  # type: ignore[operator]
+    weighed = weight @ vectors
     norm = np.sqrt(np.einsum("ni,ni->i", vectors, weighed))
     gram = (vectors.T @ weighed) / np.outer(norm, norm)
     for attempt in range(2):  # the second pass repairs what the Gram matrix's rounding cost
@@ -60,8 +64,15 @@ def orthonormal(vectors: Real, weight: object, cutoff: float) -> Real:
         basis = basis[:, kept] / np.sqrt(values[kept])
         vectors = vectors @ (basis / norm[:, None])
         if attempt == 0:
-            gram, norm = vectors.T @ (weight @ vectors), np.ones(vectors.shape[1])  # type: ignore[operator]
+            gram, norm = vectors.T @ (weight @ vectors), np.ones(vectors.shape[1])
     return vectors
+
+
+def mass_orthonormal(vectors: Real, energy: csr_matrix, mass: csr_matrix) -> Real:
+    """Columns (n, N) of the same space, orthonormal in the mass; nearly dependent ones are left out."""
+    vectors = orthonormal(vectors, energy, cutoff=1e-6)
+    root = scipy.linalg.cholesky(vectors.T @ (mass @ vectors), lower=True)
+    return np.asarray(vectors @ np.linalg.inv(root).T)
 
 
 def leading(gram: Real, least: float) -> tuple[Real, Real]:
@@ -95,29 +106,33 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
             np.geomspace(*candidate.box.youngs_modulus, MODULI), np.linspace(*candidate.box.poisson_ratio, RATIOS)
         )
     )
-    modes = [_modes(candidate, e, nu) for e, nu in materials]
-    places = [mode.lines(loss, lines) for mode in modes]
-    references = [_Reference.of(*pair, candidate, loss) for pair in zip(modes, places, strict=True)]
     energy = candidate.stiffness(*middle(candidate.box), 0.0).real
     energy = energy + energy_shift(candidate.band) * np.eye(candidate.size)
     root = scipy.linalg.cholesky(energy, lower=True)
-    gram = np.zeros_like(energy)
-    for mode, there in zip(modes, places, strict=True):
-        weighed = root.T @ mode.responses(there, loss)
-        gram += weighed @ weighed.T
-    directions = scipy.linalg.solve_triangular(root.T, np.linalg.eigh(gram)[1][:, ::-1], lower=False)
 
-    def good(size: int) -> bool:
-        small = candidate.restricted(np.linalg.qr(directions[:, :size])[0])
-        return all(
-            reference.error(_modes(small, e, nu), small, loss) <= tolerance
-            for (e, nu), reference in zip(materials, references, strict=True)
-        )
+    def asked(constants: tuple[float, float]) -> tuple[_Reference, Real]:
+        modes = _modes(candidate, *constants)
+        there = modes.lines(loss, lines)
+        weighed = root.T @ modes.responses(there, loss)
+        return _Reference.of(modes, there, candidate, loss), weighed @ weighed.T
 
-    low, high = 0, candidate.size
-    while high - low > 2:
-        size = (low + high) // 2
-        low, high = (low, size) if good(size) else (size, high)
+    with ThreadPoolExecutor(WORKERS) as executor:
+        references, grams = zip(*executor.map(asked, materials), strict=True)
+        directions = scipy.linalg.solve_triangular(root.T, np.linalg.eigh(sum(grams))[1][:, ::-1], lower=False)
+
+        def good(size: int) -> bool:
+            small = candidate.restricted(np.linalg.qr(directions[:, :size])[0])
+
+            def met(place: int) -> bool:
+                return bool(references[place].error(_modes(small, *materials[place]), small, loss) <= tolerance)
+
+            pairs = zip(range(0, len(materials), 2), range(1, len(materials), 2), strict=True)
+            return all(all(executor.map(met, pair)) for pair in pairs)
+
+        low, high = 0, candidate.size
+        while high - low > max(2, high // 50):
+            size = (low + high) // 2
+            low, high = (low, size) if good(size) else (size, high)
     return np.asarray(np.linalg.qr(directions[:, :high])[0])
 
 

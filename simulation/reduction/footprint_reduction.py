@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from analysis.channel import Footprint
 from analysis.material import MaterialBox
-from simulation.reduction.reduce import Training, reduction
+from simulation.reduction.reduce import Training, reduce
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import FEW
 from simulation.shell.footprints import footprint_points
@@ -28,40 +28,14 @@ def reduce_with_footprints(
     field_certified: bool = True,
     training: Training | None = None,
     progress: Callable[[str, float], None] | None = None,
-) -> ReducedModel:
+) -> tuple[ReducedModel, Real]:
     """As `simulation.reduction.reduce.reduce`, with the footprints of transducers.
 
     Forces on the `driven` footprints and those that carry a mass are trained and certified as patches are, and so
     are all others if they are few; of a laser's many points the field is certified instead.
     """
-    return footprint_reduction(
-        model,
-        box,
-        band,
-        footprints,
-        driven,
-        points=points,
-        field_certified=field_certified,
-        training=training,
-        progress=progress,
-    )[0]
-
-
-def footprint_reduction(
-    model: ShellModel,
-    box: MaterialBox,
-    band: tuple[float, float],
-    footprints: Sequence[Footprint],
-    driven: Sequence[int] = (0,),
-    *,
-    points: ArrayLike | None = None,
-    field_certified: bool = True,
-    training: Training | None = None,
-    progress: Callable[[str, float], None] | None = None,
-) -> tuple[ReducedModel, Real]:
-    """As `reduce_with_footprints`, and the vectors (n, r) that the reduced coordinates stand for."""
     if not footprints:
-        return reduction(
+        return reduce(
             model, box, band, points=points, field_certified=field_certified, training=training, progress=progress
         )
     trained = [k for k, one in enumerate(footprints) if len(footprints) <= FEW or k in driven or one.mass]
@@ -70,7 +44,7 @@ def footprint_reduction(
     places = np.asarray(() if points is None else points, float).reshape(-1, 2)
     more, average = footprint_points([footprints[k] for k in looked_at])
     patches = model.capacitance.size
-    reduced, vectors = reduction(
+    reduced, vectors = reduce(
         replace(
             model,
             coupling=np.hstack([model.coupling, rows.T]),

@@ -1,24 +1,17 @@
 """A reduced plate at one set of constants: poles, and transfers as sums over them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 import scipy.linalg
-from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike, NDArray
 
-from simulation.reduction.dashpots import connected, connected_derivatives, forces
+from simulation.reduction.dashpots import connected, forces
+from simulation.reduction.pole_sums import PoleSums
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-SAME_POLE = 1e-9
-"""Relative distance below which two poles count as one double pole."""
-
-FAR, NODES = 4.0, 16
-"""A pole beyond FAR times the highest squared frequency leaves 14**-NODES to interpolation."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +72,7 @@ class ModalForm:
 
     def solve(self, force: Real, frequency: ArrayLike) -> Complex:
         """Coordinates Z**-1 b for every column b of `force` (r, N): (N, F, r)."""
-        weights = (self.inverse @ self._with_dashpots(force)).T
+        weights = (self.inverse @ self.with_dashpots(force)).T
         terms = self.terms(frequency)
         answers = np.stack([(terms * weight) @ self.shapes.T for weight in weights])
         if not self.count:
@@ -88,79 +81,15 @@ class ModalForm:
         x = forces(moved[:, -self.count :], moved[:, : -self.count], frequency)
         return np.asarray(answers[: -self.count] - np.einsum("qfr,qnf->nfr", answers[-self.count :], x))
 
-    def compliance(self, left: Real, right: Real, frequency: ArrayLike) -> Complex:
-        """Return a' Z**-1 b for every column a of `left` (r, I) and b of `right` (r, J): (I, J, F)."""
-        residues = self._residues(self._with_dashpots(left), self._with_dashpots(right))
-        return connected(self._summed(residues, None, frequency), self.count, frequency)
+    def compliance(self, left: Real, right: Real, frequency: ArrayLike, sums: PoleSums | None = None) -> Complex:
+        """Return a' Z**-1 b for every column a of `left` (r, I) and b of `right` (r, J): (I, J, F).
 
-    def compliance_and_derivatives(
-        self, left: Real, right: Real, changes: Sequence[Real], frequency: ArrayLike
-    ) -> tuple[Complex, Complex]:
-        """`compliance` (I, J, F) and its derivatives (D, I, J, F).
-
-        The derivative for a change K' (r, r) of the stiffness is -a' Z**-1 K' Z**-1 b. In modal
-        coordinates the product of two terms 1/((p - s)(q - s)) is the difference of the single terms
-        over q - p, so that a sum over pairs of poles and frequencies becomes one over pairs of poles
-        and one over frequencies.
+        `sums` are those of `poles` at `frequency`, where they are known.
         """
-        left, right = self._with_dashpots(left), self._with_dashpots(right)
-        gap = self.poles[None, :] - self.poles[:, None]
-        double = np.abs(gap) <= SAME_POLE * np.abs(self.poles)[:, None]
-        weights = np.where(double, 0.0, 1.0 / np.where(double, 1.0, gap))
-        a, b = left.T @ self.shapes, self.inverse @ right
-        simple = [self._residues(left, right)]
-        squared = [np.zeros_like(simple[0])]
-        for change in changes:
-            modal = self.inverse @ change @ self.shapes
-            split = modal * weights
-            simple.append((a @ split)[:, None] * b.T[None] - a[:, None] * (split @ b).T[None])
-            squared.append(-a[:, None] * ((modal * double) @ b).T[None])
-        sums = self._summed(np.stack(simple), np.stack(squared), frequency)
-        slopes = connected_derivatives(sums[0], sums[1:], self.count, frequency)
-        return connected(sums[0], self.count, frequency), slopes
+        a, b = self.with_dashpots(left).T @ self.shapes, self.inverse @ self.with_dashpots(right)
+        whole = (sums or PoleSums.of(self.poles, frequency)).simple(a[:, None] * b.T[None])
+        return connected(whole, self.count, frequency)
 
-    def _with_dashpots(self, ports: Real) -> Real:
+    def with_dashpots(self, ports: Real) -> Real:
+        """Columns (r, N) with those of the dashpots after them, (r, N + q)."""
         return np.hstack([ports, self.dashpots]) if self.count else ports
-
-    def _residues(self, left: Real, right: Real) -> Complex:
-        residues: Complex = (left.T @ self.shapes)[:, None, :] * (self.inverse @ right).T[None, :, :]
-        return residues
-
-    def _summed(self, simple: Complex, squared: Complex | None, frequency: ArrayLike) -> Complex:
-        """Sum simple/(pole - s) + squared/(pole - s)**2 over the poles, (..., r) -> (..., F).
-
-        What the poles far above the lines add is so smooth that a polynomial through few points gives
-        it to rounding: most poles of a reduced model are far.
-        """
-        lines = np.atleast_1d(np.asarray(frequency, float))
-        s = (2 * np.pi * lines) ** 2
-        far = np.abs(self.poles) > FAR * s.max()
-        if lines.size < 4 * NODES or not far.any():
-            return _terms_summed(self.poles, simple, squared, s)
-        near_sum = _terms_summed(
-            self.poles[~far], simple[..., ~far], None if squared is None else squared[..., ~far], s
-        )
-        points, interpolation = _interpolation(s)
-        far_sum = _terms_summed(
-            self.poles[far], simple[..., far], None if squared is None else squared[..., far], points
-        )
-        return np.asarray(near_sum + far_sum @ interpolation.T)
-
-
-def _terms_summed(poles: Complex, simple: Complex, squared: Complex | None, s: Real) -> Complex:
-    """Sum over poles (r,) at squared angular frequencies s (F,), weights (..., r): (..., F)."""
-    terms = 1.0 / (poles[:, None] - s)
-    total = simple @ terms
-    if squared is not None and squared.any():
-        total += squared @ (terms * terms)
-    return np.asarray(total)
-
-
-def _interpolation(s: Real) -> tuple[Real, Real]:
-    """Chebyshev points (NODES,) between the ends of s (F,), and the matrix (F, NODES) from them to s."""
-    low, high = s.min(), s.max()
-    points = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
-    to_coefficients = chebvander(points, NODES - 1).T * (2.0 / NODES)
-    to_coefficients[0] *= 0.5
-    place = (2.0 * s - low - high) / (high - low)
-    return 0.5 * (low + high + (high - low) * points), chebvander(place, NODES - 1) @ to_coefficients

@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from simulation.reduction.footprint_reduction import footprint_reduction
+from simulation.reduction.footprint_reduction import reduce_with_footprints
 from simulation.reduction.reduce import Training
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import FEW, assemble_for
@@ -85,7 +85,7 @@ def plain_reduction(
         fineness=fineness,
         progress=lambda share: report("assembling the plate", share),
     )
-    reduced, vectors = footprint_reduction(
+    reduced, vectors = reduce_with_footprints(
         model,
         box,
         band,

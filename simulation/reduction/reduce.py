@@ -10,8 +10,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_matrix
 
 from analysis.material import MaterialBox
 from simulation.reduction.certification import measured_error
@@ -19,10 +19,11 @@ from simulation.reduction.dashpots import columns
 from simulation.reduction.energy_decomposition import (
     decomposition,
     energy_shift,
+    mass_orthonormal,
     middle,
-    orthonormal,
     training_loss,
 )
+from simulation.reduction.missing_answers import joined
 from simulation.reduction.rational_krylov import material_space
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.shell_model import ShellModel
@@ -35,8 +36,6 @@ WORKERS = 2
 """Materials solved at a time: sparse factorization lets other threads run."""
 SHIFTS = (0.1, 0.9)
 """Places along the band at which a material's stiffness is factorized."""
-
-
 DAMPED_LINES = 16
 """Frequencies at every material at which a plate with dashpots is solved."""
 
@@ -83,7 +82,7 @@ def reduce(
     field_certified: bool = True,
     training: Training | None = None,
     progress: Progress | None = None,
-) -> ReducedModel:
+) -> tuple[ReducedModel, Real]:
     """Reduce `model` to what its patches can do within a box of materials and a band.
 
     Parameters
@@ -105,6 +104,8 @@ def reduce(
     -------
     ReducedModel
         Its `error` is measured against the full model at materials outside the training.
+    (n, r) ndarray
+        The vectors that its coordinates stand for, orthonormal in the mass.
 
     Raises
     ------
@@ -113,28 +114,6 @@ def reduce(
     RuntimeError
         If the tolerance cannot be reached.
     """
-    return reduction(
-        model,
-        box,
-        band,
-        points=points,
-        field_certified=field_certified,
-        training=training,
-        progress=progress,
-    )[0]
-
-
-def reduction(
-    model: ShellModel,
-    box: MaterialBox,
-    band: tuple[float, float],
-    *,
-    points: ArrayLike | None = None,
-    field_certified: bool = True,
-    training: Training | None = None,
-    progress: Progress | None = None,
-) -> tuple[ReducedModel, Real]:
-    """As `reduce`, and the vectors (n, r) that the reduced coordinates stand for."""
     training = training or Training()
     report = progress or (lambda stage, share: None)
     _check(model, box, band)
@@ -142,24 +121,31 @@ def reduction(
     places = np.asarray(() if points is None else points, float).reshape(-1, 2)
     probe = model.deflection(places)
     counted = slice(None) if field_certified else slice(0)
-    vectors = _candidates(model, box, band, lines, training, report)
+    tail = 0.5 * float(
+        np.sqrt(training.tolerance * training_loss(box))
+    )  # transfers err by its square over the loss
     swung = _damped_answers(model, box, band, training)
-    vectors = np.hstack([vectors, swung])
-    error = float("inf")
+    energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
+    vectors = np.hstack([_candidates(model, box, band, lines, training, report), swung])
+    vectors = mass_orthonormal(vectors, energy, model.mass)
+    larger = projected(model, vectors, box, band, columns(model.damping, swung))
+    larger = replace(larger, deflection=probe[counted] @ vectors, points=places[counted])
+    report(STAGE, 0.65)
+    basis = decomposition(larger, lines, 0.25 * training.tolerance)
+    small, vectors = larger.restricted(basis), vectors @ basis
+    report(STAGE, 0.7)
     for attempt in range(training.rounds):
-        candidate, vectors = projected(model, vectors, box, band, columns(model.damping, swung))
-        candidate = replace(candidate, deflection=probe[counted] @ vectors, points=places[counted])
-        report(STAGE, 0.65 + 0.1 * attempt)
-        basis = decomposition(candidate, lines, 0.25 * training.tolerance)
-        small = candidate.restricted(basis)
-        report(STAGE, 0.7 + 0.1 * attempt)
-        error, seen = measured_error(model, small, candidate, lines, attempt)
+        error, seen = measured_error(model, small, larger, lines, attempt)
         if error <= training.tolerance:
             report(STAGE, 1.0)
-            chosen = vectors @ basis
-            return replace(small, error=error, deflection=probe @ chosen, points=places), chosen
-        vectors = np.hstack([vectors, seen.real, seen.imag])
-        swung = np.hstack([swung, seen.real, seen.imag])
+            return replace(small, error=error, deflection=probe @ vectors, points=places), vectors
+        report(STAGE, 0.8 + 0.05 * attempt)
+        found = np.hstack([seen.real, seen.imag])
+        swung = np.hstack([swung, found])
+        found = found / np.sqrt(np.einsum("ni,ni->i", found, energy @ found))
+        vectors = joined(vectors, found, energy, model.mass, tail)
+        larger, small = small, projected(model, vectors, box, band, columns(model.damping, swung))
+        small = replace(small, deflection=probe[counted] @ vectors, points=places[counted])
     raise RuntimeError(
         f"the reduced model's error is {error:.2g} after {training.rounds} rounds; allowed {training.tolerance:g}"
     )
@@ -231,24 +217,22 @@ def _damped_answers(model: ShellModel, box: MaterialBox, band: tuple[float, floa
 
 def projected(
     model: ShellModel, vectors: Real, box: MaterialBox, band: tuple[float, float], dashpots: Real
-) -> tuple[ReducedModel, Real]:
-    """Galerkin model on candidate vectors, and the vectors made orthonormal in the mass (n, N).
+) -> ReducedModel:
+    """Galerkin model on vectors (n, N) that are orthonormal in the mass; its error is yet unmeasured.
 
     `dashpots` (n, q) are columns whose product is the damping, as far as it is felt.
     """
-    energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
-    vectors = orthonormal(vectors, energy, cutoff=1e-6)
-    root = scipy.linalg.cholesky(vectors.T @ (model.mass @ vectors), lower=True)
-    vectors = vectors @ np.linalg.inv(root).T
 
-    def projected(matrix: object) -> Real:
-        small = vectors.T @ (matrix @ vectors)  # type: ignore[operator]
+    def of(matrix: csr_matrix) -> Real:
+        small = vectors.T @ (matrix @ vectors)
         return np.asarray(0.5 * (small + small.T))
 
-    candidate = ReducedModel(
-        stiffness_1=projected(model.stiffness_1),
-        stiffness_2=projected(model.stiffness_2),
-        stiffness_patch=projected(model.stiffness_patch),
+    with ThreadPoolExecutor(WORKERS) as executor:
+        first, second, patches = executor.map(of, (model.stiffness_1, model.stiffness_2, model.stiffness_patch))
+    return ReducedModel(
+        stiffness_1=first,
+        stiffness_2=second,
+        stiffness_patch=patches,
         coupling=vectors.T @ model.coupling,
         capacitance=model.capacitance,
         box=box,
@@ -256,4 +240,3 @@ def projected(
         error=float("inf"),
         dashpots=vectors.T @ dashpots,
     )
-    return candidate, vectors

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.experiment import Patch, Plate
 from analysis.sheet_orthotropy import Orthotropy
+from simulation.meshing.foreign import foreign_mesh
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.edges import LineBlock, held_functions, spring_blocks
@@ -74,7 +75,10 @@ class ShellPlate:
             for curve, first, last in held.pieces
             for x, y in loops[held.loop].curves[curve].at([first, last])
         ]
-        mesh = mesh_plate(borders, plate.thickness, recipe, cuts)
+        if plate.mesh is None:
+            mesh = mesh_plate(borders, plate.thickness, recipe, cuts)
+        else:
+            mesh = foreign_mesh(plate.mesh, borders, cuts)
         return cls(plate, tuple(patches), ShapeSpace.on(mesh, degree), materials)
 
     @cached_property

@@ -70,7 +70,7 @@ class CellGroup:
         found = np.einsum("anq,cqad->dcnq", self.table.slope, self.inverse, optimize=True)
         return np.asarray(found * self.sign[:, :, None])
 
-    def factor(self, letter: str, chosen: Whole) -> Real:
+    def factor(self, letter: str, chosen: Whole | slice) -> Real:
         """Functions (``0``) or their derivatives (``x``, ``y``) on some cells, (C', N, Q)."""
         return self.values[chosen] if letter == "0" else self.slopes["xy".index(letter), chosen]
 
@@ -157,11 +157,10 @@ class ShapeSpace:
 
     def blocks(self, row: str, column: str, group: int, weight: Real | None = None) -> Real:
         """Integrals of `product` on every cell of a group, (C, N, N)."""
-        part = self.groups[group]
-        chosen = np.arange(len(part.functions))
+        part, whole = self.groups[group], slice(None)
         measure = part.dx if weight is None else part.dx * weight
         return np.asarray(
-            (part.factor(row, chosen) * measure[:, None]) @ part.factor(column, chosen).transpose(0, 2, 1)
+            (part.factor(row, whole) * measure[:, None]) @ part.factor(column, whole).transpose(0, 2, 1)
         )
 
     def _measures(self, cells: Mask | None, weight: Real | None) -> Iterator[tuple[CellGroup, Whole, Real]]:

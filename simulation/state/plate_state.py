@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.experiment import Experiment, Plate, Point
-from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
+from analysis.sweep_point import SweepPoint
 
 Field = NDArray[Any]
 """Values at the sampling points, (Q,)."""

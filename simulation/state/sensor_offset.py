@@ -81,17 +81,20 @@ def offset_energies(p: Projector, executor: Executor) -> dict[str, object]:
         return _unmoved(p.vectors.shape[1])
     zone = Zone.of(p.full)
     near, motions = _around(p, zone, executor)
-    origin = _energies(near, p.full, zone, executor)
+    origin = _energies(near, p.full, zone)
     places = padua_points(OFFSET_DEGREE)
-    moved = [
-        _energies(near, p.full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y), zone, executor) for x, y in places
-    ]
     fit = np.linalg.pinv(np.array([monomials(x, y) for x, y in places]))
-    found: dict[str, object] = {"zone": motions, "zone_fit": zone.fit(p.full), "offset_range": OFFSET_RANGE}
-    for name, start in origin.items():
-        change = np.tensordot(fit, np.array([energies[name] - start for energies in moved]), 1)
-        found[f"offset_{name}"] = np.moveaxis(change, 0, -3)
-    return found
+    stacks = {name: np.zeros((*start.shape[:-2], len(fit), *start.shape[-2:])) for name, start in origin.items()}
+
+    def moved(place: tuple[float, float]) -> dict[str, Real]:
+        x, y = place
+        return _energies(near, p.full.moved_by(OFFSET_RANGE * x, OFFSET_RANGE * y), zone)
+
+    for shares, energies in zip(fit.T, executor.map(moved, places), strict=True):
+        for name, start in origin.items():
+            stacks[name] += shares[:, None, None] * (energies[name] - start)[..., None, :, :]
+    named = {f"offset_{name}": stack for name, stack in stacks.items()}
+    return {"zone": motions, "zone_fit": zone.fit(p.full), "offset_range": OFFSET_RANGE, **named}
 
 
 def padua_points(degree: int) -> list[tuple[float, float]]:
@@ -122,7 +125,8 @@ def _unmoved(size: int) -> dict[str, object]:
 def _around(p: Projector, zone: Zone, executor: Executor) -> tuple[Projector, Real]:
     """Vectors (n, q) of the leading motions in the zone, and the reduced coordinates' shares in them (q, r)."""
     ones = np.ones((1, p.full.shell.space.dx.size))
-    found = weighed_energies(p, p.full.shell.space, ones, dict.fromkeys(ZONE_DEGREES, 1), executor, zone.elements)
+    counts = dict.fromkeys(ZONE_DEGREES, 1)
+    found = weighed_energies(p, p.full.shell.space, ones, counts, cells=zone.elements, executor=executor)
     in_plane = found["bending"][:, 0] + found["membrane"][:, 0]
     elastic = in_plane[0] + in_plane[1] + 0.5 * in_plane[3] + found["shear"][0]  # moduli of 1 Pa, nu = 0
     inertia = found["mass"][0] + found["rotary"][0]
@@ -133,10 +137,10 @@ def _around(p: Projector, zone: Zone, executor: Executor) -> tuple[Projector, Re
     return Projector(p.full, p.vectors @ (basis[:, kept] / root)), root[:, None] * basis[:, kept].T
 
 
-def _energies(p: Projector, full: FullPlate, zone: Zone, executor: Executor) -> dict[str, Real]:
+def _energies(p: Projector, full: FullPlate, zone: Zone) -> dict[str, Real]:
     """Energies over the zone of a plate, by the keys of `ZONE_DEGREES`, ([4,] powers, q, q)."""
     counts = {name: len(polynomials(degree)) for name, degree in ZONE_DEGREES.items()}
     here = Projector(full, p.vectors)
-    found = weighed_energies(here, full.shell.space, zone.powers(full), counts, executor, zone.elements)
+    found = weighed_energies(here, full.shell.space, zone.powers(full), counts, cells=zone.elements)
     found["mass"] = found["mass"] + found.pop("rotary")
     return found

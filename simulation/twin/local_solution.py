@@ -1,28 +1,27 @@
 """Answers of a plate in one state over a band, in the few coordinates that this state and band need."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 from simulation.reduction.composition import Composite
-from simulation.reduction.dashpots import columns
-from simulation.reduction.effect_operators import EffectOperators
+from simulation.reduction.modal_form import ModalForm
+from simulation.reduction.pole_sums import PoleSums
 from simulation.state.plate_state import PlateState, PointLoad
+from simulation.twin.local_basis import REACH, local_basis
+from simulation.twin.reduced_plate import LoadedPlate
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-REACH = 1.6
-"""Modes up to this many times the band's end are kept; what lies above answers through residual vectors."""
-RESIDUALS = 3
-"""Blocks of residual vectors, (K - s M)**-1 b and on."""
-FOLLOWING = 20
 CHUNK = 64
 """Lines solved at a time where the stiffness changes from line to line."""
+DASHPOTS = 12
+"""Directions of damping beyond which lines are factorized: the cost of connecting them grows with their square."""
 
 
 @dataclass(frozen=True)
@@ -36,16 +35,16 @@ class LocalPlate:
     composite : Composite
         In local coordinates; point springs and masses are in ``fixed`` and ``mass``.
     normal : (m, m) ndarray
-    operators : EffectOperators
+    operators : LoadedPlate
     """
 
     basis: Real
     composite: Composite
     normal: Real
-    operators: EffectOperators
+    operators: LoadedPlate
 
     @classmethod
-    def of(cls, ops: EffectOperators, whole: Composite, state: PlateState, reach: float = REACH) -> Self:
+    def of(cls, ops: LoadedPlate, whole: Composite, state: PlateState, reach: float = REACH) -> Self:
         """Choose local coordinates, modes up to `reach` times the band's end (all if infinite)."""
         stiffness, mass = whole.fixed, whole.mass
         for load in state.point_loads:
@@ -53,7 +52,7 @@ class LocalPlate:
             stiffness = stiffness + load.stiffness * np.outer(row, row)
             mass = mass + load.mass * np.outer(row, row)
         whole = Composite(whole.plate, whole.plate_loss, stiffness, mass, whole.coupling)
-        basis = _local_basis(ops, whole, float(np.mean(state.storage)), reach)
+        basis = local_basis(ops, whole, float(np.mean(state.storage)), reach)
         return cls(basis, _restricted(whole, basis), basis.T @ ops.normal @ basis, ops)
 
     def dashpots(self, state: PlateState) -> Real:
@@ -65,27 +64,30 @@ class LocalPlate:
 
 @dataclass(frozen=True)
 class LocalSolution:
-    """Z**-1 b of every patch over the band, for one state.
+    """Z**-1 b of every port over the band, for one state.
 
     Attributes
     ----------
     frequency : (F,) ndarray
         Hz.
     plate : LocalPlate
-    answers : (m, P, F) complex ndarray
+    state : PlateState
+    modal : ModalForm or None
+        Where only -w**2 and few dashpots change along the band; else lines are factorized one by one.
     """
 
     frequency: Real
     plate: LocalPlate
-    answers: Complex
+    state: PlateState
+    modal: ModalForm | None
 
     @classmethod
     def of(
-        cls, ops: EffectOperators, whole: Composite, state: PlateState, frequency: Real, reach: float = REACH
+        cls, ops: LoadedPlate, whole: Composite, state: PlateState, frequency: Real, reach: float = REACH
     ) -> Self:
         """Choose local coordinates, modes up to `reach` times the band's end (all if infinite), and solve."""
         plate = LocalPlate.of(ops, whole, state, reach)
-        return cls(frequency, plate, _solve(plate, state, frequency))
+        return cls(frequency, plate, state, _modal(plate, state))
 
     @property
     def basis(self) -> Real:
@@ -103,17 +105,34 @@ class LocalSolution:
         return self.plate.normal
 
     @property
-    def operators(self) -> EffectOperators:
+    def operators(self) -> LoadedPlate:
         """Of `plate`."""
         return self.plate.operators
 
-    def compliance(self) -> Complex:
-        """b_i' Z**-1 b_j between all patches, (P, P, F), C/V."""
-        m, p, f = self.answers.shape
-        return np.asarray((self.composite.coupling.T @ self.answers.reshape(m, -1)).reshape(p, p, f))
+    @cached_property
+    def sums(self) -> PoleSums | None:
+        """Of the modes over the band; None where lines are factorized."""
+        return None if self.modal is None else PoleSums.of(self.modal.poles, self.frequency)
+
+    @cached_property
+    def answers(self) -> Complex:
+        """Z**-1 b, (m, P, F)."""
+        if self.modal is None:
+            return _by_lines(self.plate, self.state, self.frequency)
+        return np.ascontiguousarray(self.modal.solve(self.composite.coupling, self.frequency).transpose(2, 0, 1))
+
+    def compliance(self, seen: Sequence[int] | None = None, driving: Sequence[int] | None = None) -> Complex:
+        """b_i' Z**-1 b_j between ports `seen` (I,) and `driving` (J,), all unless given: (I, J, F), C/V."""
+        coupling = self.composite.coupling
+        rows, columns = (range(coupling.shape[1]) if some is None else some for some in (seen, driving))
+        left, right = coupling[:, list(rows)], coupling[:, list(columns)]
+        if self.modal is not None:
+            return self.modal.compliance(left, right, self.frequency, self.sums)
+        answers = self.answers[:, list(columns)]
+        return np.asarray((left.T @ answers.reshape(len(left), -1)).reshape(-1, *answers.shape[1:]))
 
 
-def deflection_at(ops: EffectOperators, load: PointLoad) -> Real:
+def deflection_at(ops: LoadedPlate, load: PointLoad) -> Real:
     """Row (r,) that gives w at a point load's place; ValueError where no load can act."""
     distance = np.hypot(*(ops.points - np.asarray(load.point)).T) if len(ops.points) else np.zeros(0)
     if not distance.size or distance.min() > 1e-6:
@@ -135,54 +154,25 @@ def _restricted(whole: Composite, basis: Real) -> Composite:
     )
 
 
-def _local_basis(ops: EffectOperators, whole: Composite, storage: float, reach: float) -> Real:
-    """Modes up to `reach` times the band's end, and residual vectors of patches, points and dashpots, (r, m)."""
-    root = scipy.linalg.cholesky(whole.mass, lower=True, check_finite=False)
-    if np.isinf(reach):
-        return np.asarray(scipy.linalg.solve_triangular(root, np.eye(len(root)), lower=True, trans="T"))
-    stiffness = storage * whole.plate + whole.fixed
-    end = 2 * np.pi * ops.band[1]
-    half = scipy.linalg.solve_triangular(root, stiffness, lower=True, check_finite=False)
-    standard = scipy.linalg.solve_triangular(root, half.T, lower=True, check_finite=False)
-    # all of them: LAPACK's divide and conquer is twice as fast as its search for those wanted
-    squares, shapes = np.linalg.eigh(0.5 * (standard + standard.T))
-    shapes = shapes[:, squares <= (reach * end) ** 2]
-    modes = scipy.linalg.solve_triangular(root, shapes, lower=True, trans="T", check_finite=False)
-    loads = [whole.coupling, ops.deflection.T, columns(ops.damping, modes)]
-    block = scipy.linalg.solve_triangular(root, np.hstack(loads), lower=True, check_finite=False)
-    shifted = scipy.linalg.cho_factor(standard + (0.5 * end) ** 2 * np.eye(len(standard)), check_finite=False)
-    residual = []
-    for _ in range(RESIDUALS):
-        block = scipy.linalg.cho_solve(shifted, block, check_finite=False)
-        block = block / np.linalg.norm(block, axis=0)
-        residual.append(block)
-    if whole.fixed.any():
-        # the ratio of patch to plate stiffness is complex and may change: how modes follow it belongs here too
-        fixed = scipy.linalg.solve_triangular(root, whole.fixed, lower=True, check_finite=False)
-        fixed = scipy.linalg.solve_triangular(root, fixed.T, lower=True, check_finite=False)
-        follows = scipy.linalg.cho_solve(shifted, fixed @ np.hstack([shapes, residual[0]]), check_finite=False)
-        follows -= shapes @ (shapes.T @ follows)
-        left, strength, _ = np.linalg.svd(follows, full_matrices=False)
-        residual.append(left[:, :FOLLOWING] * (strength[:FOLLOWING] / strength[0]))
-    beside = np.hstack(residual)
-    for _ in range(2):
-        beside = beside - shapes @ (shapes.T @ beside)
-    left, strength, _ = np.linalg.svd(beside / np.linalg.norm(beside, axis=0), full_matrices=False)
-    local = np.hstack([shapes, left[:, strength > 1e-5 * strength[0]]])
-    return np.asarray(scipy.linalg.solve_triangular(root, local, lower=True, trans="T", check_finite=False))
+def _modal(plate: LocalPlate, state: PlateState) -> ModalForm | None:
+    """Modes of a state whose stiffness, mass and few dashpots are the same at all lines; None for others."""
+    varying = (state.area_mass, state.area_resistance)
+    if any(s.any() for s in varying) or not _constant((state.storage, state.loss)):
+        return None
+    dashpots = plate.dashpots(state)
+    power, directions = np.linalg.eigh(dashpots) if dashpots.any() else (np.zeros(0), np.zeros((len(dashpots), 0)))
+    felt = power > 1e-13 * power.max(initial=0.0)
+    if felt.sum() > DASHPOTS:
+        return None
+    local = plate.composite
+    stiffness = state.storage[0] * local.plate + 1j * state.loss[0] * local.plate_loss + local.fixed
+    return ModalForm.of(stiffness, directions[:, felt] * np.sqrt(power[felt]))
 
 
-def _solve(plate: LocalPlate, state: PlateState, frequency: Real) -> Complex:
-    """Z**-1 b over the band, (m, P, F): by modes where only -w**2 changes along the band, else line by line."""
+def _by_lines(plate: LocalPlate, state: PlateState, frequency: Real) -> Complex:
+    """Z**-1 b over the band, (m, P, F), line by line."""
     local, dashpots = plate.composite, plate.dashpots(state)
     omega2 = (2 * np.pi * frequency) ** 2
-    varying = (state.area_mass, state.area_resistance)
-    if not dashpots.any() and not any(s.any() for s in varying) and _constant((state.storage, state.loss)):
-        stiffness = state.storage[0] * local.plate + 1j * state.loss[0] * local.plate_loss + local.fixed
-        poles, shapes = np.linalg.eig(stiffness)
-        weights = np.linalg.solve(shapes, local.coupling.astype(complex))
-        modal = weights[:, :, None] / (poles[:, None] - omega2)[:, None, :]
-        return np.asarray((shapes @ modal.reshape(len(poles), -1)).reshape(modal.shape))
     answers = np.empty((omega2.size, *local.coupling.shape), complex)
     for start in range(0, omega2.size, CHUNK):
         part = slice(start, start + CHUNK)

@@ -43,14 +43,13 @@ class Reading:
         cls, solved: LocalSolution, state: PlateState, instruments: Instruments, capacitance: NDArray[np.float64]
     ) -> Self:
         """Read a solved plate, whose coupling has a column for each port; `capacitance` (P,) is the patches'."""
-        compliance = solved.compliance()
-        between = compliance[np.ix_(instruments.seen, instruments.driving)]
+        between = solved.compliance(instruments.seen, instruments.driving)
         transfer = Transfer.of(instruments, capacitance, between, solved.frequency)
         factor = np.exp(state.log_gain + 1j * state.phase)
         driven_by_voltage = instruments.source < capacitance.size
         electric = np.array([[float(one.voltage and driven_by_voltage)] for one in instruments.pickups])
         response = transfer.response * factor + electric * state.feedthrough
-        return cls(transfer, factor, electric, response, len(compliance))
+        return cls(transfer, factor, electric, response, solved.composite.coupling.shape[1])
 
     @property
     def drive(self) -> Complex:

@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulation.reduction.composition import STEP, Composite
+from simulation.reduction.modal_slopes import ModalSlopes
 from simulation.state.plate_state import PlateState, PointLoad
 from simulation.twin.local_solution import LocalSolution, deflection_at
+from simulation.twin.transfer import Transfer
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -56,45 +58,90 @@ class Sensitivity:
 
         `local` is the derivative of the composite, in local coordinates.
         """
-        state, solved = self.state, self.solved
-        omega2 = (2 * np.pi * solved.frequency) ** 2
-        rates = {
-            name: _rate(getattr(stepped, name)) for name in ("storage", "loss", "area_mass", "area_resistance")
-        }
-        ratio = proportion(local.plate_loss, local.plate)
-        weighed: list[tuple[Real, NDArray[Any]]] = [
-            (local.plate, state.storage + 1j * state.loss * (ratio or 0.0)),
-            (local.plate_loss, 1j * state.loss * (ratio is None)),
-            (local.fixed, np.ones(omega2.size)),
-            (local.mass, -omega2),
-            (solved.composite.plate, rates["storage"]),
-            (solved.composite.plate_loss, 1j * rates["loss"]),
-            (solved.normal, 1j * np.sqrt(omega2) * rates["area_resistance"] - omega2 * rates["area_mass"]),
-        ]
-        total = np.zeros((len(self.sense), omega2.size), complex)
-        for matrix, weight in weighed:
-            if weight.any() and matrix.any():
-                total -= weight * self._between(matrix)
-        loads = zip(self.state.point_loads, stepped.point_loads, strict=False)
-        added = ((PointLoad(load.point), load) for load in stepped.point_loads[len(self.state.point_loads) :])
-        for load, step in (*loads, *added):
-            total -= self._of_point(load, step)
+        total = np.zeros((len(self.sense), self.solved.frequency.size), complex)
+        for matrix, weight in impedance_change(self.solved, self.state, local, stepped):
+            product = (matrix @ self.field.view(float)).view(complex)
+            total -= weight * np.einsum("kmf,mf->kf", self.adjoint, product)
         if local.coupling.any():  # of the patches, which are the first ports
             drive, sense = (part[..., : local.coupling.shape[1], :] for part in (self.drive, self.sense))
             total += np.einsum("kmf,mp,pf->kf", self.adjoint, local.coupling, drive, optimize=True)
             total += np.einsum("kpf,mp,mf->kf", sense, local.coupling, self.field, optimize=True)
         return total
 
-    def _between(self, matrix: Real) -> Complex:
-        """Adjoint times A times field, (K, F)."""
-        product = (matrix @ self.field.view(float)).view(complex)
-        return np.asarray(np.einsum("kmf,mf->kf", self.adjoint, product))
 
-    def _of_point(self, load: PointLoad, step: PointLoad) -> Complex:
-        omega = 2 * np.pi * self.solved.frequency
-        impedance = _rate(step.stiffness) + 1j * omega * _rate(step.damping) - omega**2 * _rate(step.mass)
-        row = deflection_at(self.solved.operators, load) @ self.solved.basis
-        return np.asarray(impedance * (row @ self.adjoint) * (row @ self.field))
+@dataclass(frozen=True)
+class ModalSensitivity:
+    """Change of a transfer whose solution is a sum over modes: cheaper than fields where lines are many.
+
+    Attributes
+    ----------
+    solved : LocalSolution
+    state : PlateState
+        Whose solution it is.
+    transfer : Transfer
+        Of it.
+    slopes : ModalSlopes
+        Between the ports that are seen and those that drive.
+    """
+
+    solved: LocalSolution
+    state: PlateState
+    transfer: Transfer
+    slopes: ModalSlopes
+
+    def by(self, local: Composite, stepped: PlateState) -> Complex:
+        """Differentiate as `Sensitivity.by`."""
+        seen, driving = list(self.transfer.instruments.seen), list(self.transfer.instruments.driving)
+        changes = impedance_change(self.solved, self.state, local, stepped)
+        if not changes and not local.coupling.any():
+            return np.zeros_like(self.transfer.response)
+        total = np.zeros((len(seen), len(driving), self.solved.frequency.size), complex)
+        for matrix, weight in changes:
+            total += weight * self.slopes.by(matrix)
+        if local.coupling.any():
+            ports = self.solved.composite.coupling
+            moved = np.zeros_like(ports)
+            moved[:, : local.coupling.shape[1]] = local.coupling  # of the patches, which are the first ports
+            form, lines = self.slopes.form, self.solved.frequency
+            total += form.compliance(moved[:, seen], ports[:, driving], lines, self.slopes.sums)
+            total += form.compliance(ports[:, seen], moved[:, driving], lines, self.slopes.sums)
+        return np.asarray(self.transfer.change(total[None])[0])
+
+
+def impedance_change(
+    solved: LocalSolution, state: PlateState, local: Composite, stepped: PlateState
+) -> list[tuple[Real, NDArray[Any]]]:
+    """Differentiate Z: a sum of matrices (m, m), each times a weight (F,); what vanishes is left out.
+
+    Parameters
+    ----------
+    solved : LocalSolution
+    state : PlateState
+        Whose solution it is.
+    local : Composite
+        Derivative of the composite, in local coordinates.
+    stepped : PlateState
+        The state with the parameter's imaginary step.
+    """
+    omega = 2 * np.pi * solved.frequency
+    rates = {name: _rate(getattr(stepped, name)) for name in ("storage", "loss", "area_mass", "area_resistance")}
+    ratio = proportion(local.plate_loss, local.plate)
+    weighed: list[tuple[Real, NDArray[Any]]] = [
+        (local.plate, state.storage + 1j * state.loss * (ratio or 0.0)),
+        (local.plate_loss, 1j * state.loss * (ratio is None)),
+        (local.fixed, np.ones(omega.size)),
+        (local.mass, -(omega**2)),
+        (solved.composite.plate, rates["storage"]),
+        (solved.composite.plate_loss, 1j * rates["loss"]),
+        (solved.normal, 1j * omega * rates["area_resistance"] - omega**2 * rates["area_mass"]),
+    ]
+    loads = zip(state.point_loads, stepped.point_loads, strict=False)
+    added = ((PointLoad(load.point), load) for load in stepped.point_loads[len(state.point_loads) :])
+    for load, step in (*loads, *added):
+        row = deflection_at(solved.operators, load) @ solved.basis
+        rate = _rate(step.stiffness) + 1j * omega * _rate(step.damping) - omega**2 * _rate(step.mass)
+        weighed.append((np.outer(row, row), rate))
+    return [(matrix, weight) for matrix, weight in weighed if weight.any() and matrix.any()]
 
 
 def proportion(a: Real, b: Real) -> float | None:

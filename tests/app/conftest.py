@@ -141,7 +141,8 @@ def _tdms(step: int, direction: str, temperature: float) -> TdmsContent:
     )
 
 
-def _tiny() -> TinyCampaign:
+def tiny_campaign() -> TinyCampaign:
+    """Make one."""
     legs = [("up", 10.0), ("up", 20.0), ("up", 30.0), ("down", 30.0), ("down", 20.0), ("down", 10.0)]
     files = {f"{n:03d}.tdms": _tdms(n, direction, temperature) for n, (direction, temperature) in enumerate(legs)}
     return TinyCampaign(TOML, files)
@@ -149,7 +150,7 @@ def _tiny() -> TinyCampaign:
 
 @pytest.fixture(scope="session")
 def _template() -> TinyCampaign:
-    return _tiny()
+    return tiny_campaign()
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from analysis.frf import Frf, campaign_frf
+from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from app.files.acquired_campaign import AcquiredCampaign
 from app.files.campaign import load_campaign
@@ -22,7 +23,8 @@ from app.main import flexura
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.footprint_reduction import reduce_with_footprints
 from simulation.shell.assembly import assemble
-from simulation.twin.plain_twin import Twin
+from simulation.twin.declared_plate import DeclaredPlate
+from simulation.twin.twin import Twin
 
 Real = NDArray[np.float64]
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "exciter.toml"
@@ -45,7 +47,9 @@ def twin(experiment: AcquiredExperiment) -> Twin:
     recorded = experiment.recorded(experiment.sample_rate)
     recipe = MeshRecipe(spacing=0.08, growth=2.0, pieces=1)
     model = assemble(recorded.plate, recorded.patch, recipe=recipe, degree=4)
-    return Twin.of(recorded, reduce_with_footprints(model, BOX, recorded.protocol.band, recorded.footprints))
+    return Twin.of(
+        recorded, DeclaredPlate(reduce_with_footprints(model, BOX, recorded.protocol.band, recorded.footprints)[0])
+    )
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +110,7 @@ def test_h1_is_the_twins_transfer_within_noise(experiment: AcquiredExperiment, t
         """Rms distance from the twin in units of the noise, of each channel."""
         material = laws.at(temperature)
         constants = (material.youngs_modulus[0], material.poisson_ratio[0], material.loss_factor[0])
-        expected = twin.frf(*map(float, constants), frf.frequency)
+        expected = twin.frf(LocalLaws.of_material(*map(float, constants)), frf.frequency)
         squares = np.abs(frf.h[row] - expected) ** 2 / frf.variance[row]
         return np.asarray(np.sqrt(squares[:, kept].mean(axis=1)))
 

@@ -11,6 +11,7 @@ import pytest
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from analysis.experiment import Experiment
+from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from app.files import campaign_toml
 from app.files.campaign_error import CampaignFileError
@@ -19,7 +20,8 @@ from app.files.toml_text import toml_text
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.footprint_reduction import reduce_with_footprints
 from simulation.shell.assembly import assemble
-from simulation.twin.plain_twin import Twin
+from simulation.twin.declared_plate import DeclaredPlate
+from simulation.twin.twin import Twin
 
 Run = Callable[..., tuple[int, str, str]]
 RATE, SWEEP, TAIL, BAND = 51_200.0 / 12, 2.0, 0.6, (100.0, 600.0)
@@ -72,7 +74,7 @@ def channels(twin: Twin, material: tuple[float, float, float], rng: np.random.Ge
     grid = np.fft.rfftfreq(SAMPLES, 1.0 / RATE)
     inside = (grid > 60.0) & (grid < 800.0)
     answers = np.zeros((twin.outputs, grid.size), complex)
-    answers[:, inside] = twin.uncertified_frf(*material, grid[inside])
+    answers[:, inside] = twin.uncertified_frf(LocalLaws.of_material(*material), grid[inside])
     signals = np.fft.irfft(CALIBRATION * answers * np.fft.rfft(force), SAMPLES)
     signals += 2e-3 * signals.std(axis=1)[:, None] * rng.standard_normal(signals.shape)
     return {"drive": force, "S1": signals[0], "acc1": signals[1], "laser": signals[2]}
@@ -85,7 +87,9 @@ def write(folder: Path, units: dict[str, str]) -> Path:
         experiment.plate, experiment.patch, recipe=MeshRecipe(spacing=0.08, growth=2.0, pieces=1), degree=5
     )
     box = MaterialBox((1.5e9, 2.4e9), (0.36, 0.41), (0.03, 0.08))
-    twin = Twin.of(experiment, reduce_with_footprints(model, box, (60.0, 800.0), experiment.footprints))
+    twin = Twin.of(
+        experiment, DeclaredPlate(reduce_with_footprints(model, box, (60.0, 800.0), experiment.footprints)[0])
+    )
     (folder / "sweeps").mkdir(parents=True)
     table = experiment.model_dump(mode="json")
     (folder / campaign_toml.NAME).write_text(toml_text(table, ""), encoding="utf-8")

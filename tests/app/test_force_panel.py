@@ -10,6 +10,7 @@ import pytest
 
 from analysis.focusing.grid import Grid
 from analysis.material import MaterialLaws
+from app.files.atomic import atomic_hdf5
 from app.files.panel_file import read_panel
 from app.files.values import write_value
 from app.panel_twin import panel_twin
@@ -94,7 +95,7 @@ def test_a_push_moves_the_plate_its_way(panel: Path) -> None:
 def test_filters_for_shakers(panel: Path, tmp_path: Path, run_flexura: Run) -> None:
     run = tmp_path / "run"
     run.mkdir()
-    with h5py.File(run / "laws.h5", "w") as file:
+    with atomic_hdf5(run / "laws.h5") as file:
         file.create_group("updated")
         write_value(file.create_group("laws"), laws())
     status, output, message = run_flexura("focus", run, "--panel", panel, "--json")

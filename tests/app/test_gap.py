@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
-from analysis.gap.effect_card import EffectCard, Parameter
+from analysis.effect_card import EffectCard, Parameter
 from app.files.gap_file import load_gap
 from app.files.laws_file import load_laws, load_updated
 from app.files.twin_file import read_twin

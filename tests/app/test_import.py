@@ -264,7 +264,7 @@ def broken_event(out: Path) -> None:
 
 DAMAGE = [
     (edited_protocol, "protocol.json: sha256 = not that of the content"),
-    (flipped_byte, "sweeps/0002_up_T+030.0.h5: sweep_sha256 = "),
+    (flipped_byte, "sweeps/0002_up_T+030.0.h5: unreadable (damaged, cut short or edited"),
     (halved, "sweeps/0002_up_T+030.0.h5: unreadable"),
     (lost, "missing = 30 °C up 1 V"),
     (doubled, "sweeps/0009_up_T+030.0.h5: step = 2"),

@@ -10,16 +10,17 @@ from analysis.frf import Frf
 from analysis.gap.confidence import equivalents
 from analysis.gap.fit import fit_gap
 from analysis.gap.look_alikes import mimicry
-from analysis.gap.model import SweepPoint
 from analysis.gap.screen import screen
 from analysis.gap.state import GapState
 from analysis.gap.sweeps import prepare
 from analysis.local_laws import LocalLaws
 from analysis.material import Material
-from analysis.updating.update import Updated
-from app.effect_twin import effect_twin
+from analysis.sweep_point import SweepPoint
+from analysis.updating.updated import Updated
 from app.files.campaign import load_campaign
-from simulation.twin.effect_twin import EffectTwin
+from app.twin import effect_twin
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
 
 pytestmark = pytest.mark.slow
 
@@ -40,7 +41,7 @@ def local(temperature: float) -> LocalLaws:
 
 
 @pytest.fixture(scope="module")
-def twin(built_plates: Path) -> EffectTwin:
+def twin(built_plates: Path) -> Twin[EffectPlate]:
     example = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("FLEXURA_CACHE", str(built_plates))
@@ -56,11 +57,11 @@ def twin(built_plates: Path) -> EffectTwin:
     ],
 )
 def test_look_alikes_are_one_class(
-    twin: EffectTwin, effect: str, values: dict[str, float], alike: str, separated_by: str
+    twin: Twin[EffectPlate], effect: str, values: dict[str, float], alike: str, separated_by: str
 ) -> None:
     rng = np.random.default_rng(0)
     point = [SweepPoint(float(t), 0.4 / 60.0, 1.0) for t in TEMPERATURE]
-    clean = GAIN * np.array([twin.frf(p, local(p.temperature), {effect: values}, FREQUENCY) for p in point])
+    clean = GAIN * np.array([twin.frf(local(p.temperature), FREQUENCY, {effect: values}, p) for p in point])
     variance = np.full(clean.shape, 1e-4 * (np.abs(clean) ** 2).mean())
     error = rng.standard_normal((2, *clean.shape)) * np.sqrt(variance / 2.0)
     zeros, count = np.zeros(len(TEMPERATURE)), len(TEMPERATURE)

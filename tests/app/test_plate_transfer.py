@@ -8,16 +8,17 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
-from analysis.gap.model import Effects, SweepPoint
 from analysis.material import Material, MaterialBox
 from analysis.material_table import laws_through
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.sweep import SweepSettings
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import Effects
 from app import rig
 from app.files.campaign_error import CampaignFileError
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.simulation_section import Laws
-from app.plate_transfer import EffectTransfer, PlainTransfer
+from app.plate_transfer import TwinTransfer
 from app.simulated_plate import TwinPlate
 from simulation.effects.library import LIBRARY
 from simulation.meshing.recipe import MeshRecipe
@@ -25,8 +26,9 @@ from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.reduction.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness
-from simulation.twin.effect_twin import EffectTwin
-from simulation.twin.plain_twin import Twin
+from simulation.twin.declared_plate import DeclaredPlate
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
 
 Array = NDArray[np.float64]
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "hidden-effect.toml"
@@ -72,14 +74,14 @@ def experiment() -> Experiment:
 
 
 @pytest.fixture(scope="module")
-def twin(experiment: Experiment) -> EffectTwin:
+def twin(experiment: Experiment) -> Twin[EffectPlate]:
     operators = reduce_with_effects(experiment, BOX, fineness=COARSE)[0]
     names = ("thermal_lag", "point_mass", "amplitude_softening")
-    return EffectTwin(experiment, operators, {name: LIBRARY[name] for name in names})
+    return Twin.of(experiment, EffectPlate(operators), {name: LIBRARY[name] for name in names})
 
 
-def of(twin: EffectTwin, effects: Effects) -> EffectTransfer:
-    return EffectTransfer(twin.referred(LAWS.local(25.0)), LAWS, effects)
+def of(twin: Twin[EffectPlate], effects: Effects) -> TwinTransfer:
+    return TwinTransfer(twin.referred(LAWS.local(25.0)), LAWS, effects)
 
 
 def lines_of(drive: Array) -> Array:
@@ -99,9 +101,9 @@ def difference(one: NDArray[np.complex128], other: NDArray[np.complex128]) -> fl
     return float(np.linalg.norm(one - other) / np.linalg.norm(other))
 
 
-def test_without_any_effect_it_is_the_plain_plate(twin: EffectTwin, experiment: Experiment) -> None:
-    plain = reduce(assemble_for(experiment.plate, experiment.patch, BOX, BAND, fineness=COARSE), BOX, BAND)
-    without = PlainTransfer(Twin.of(experiment, plain), LAWS)
+def test_without_any_effect_it_is_the_plain_plate(twin: Twin[EffectPlate], experiment: Experiment) -> None:
+    plain = reduce(assemble_for(experiment.plate, experiment.patch, BOX, BAND, fineness=COARSE), BOX, BAND)[0]
+    without = TwinTransfer(Twin.of(experiment, DeclaredPlate(plain)), LAWS)
     drive = drive_signal(SWEEP, 1.0, RATE)
     temperature = np.full(drive.size, 20.0)
     answer = TwinPlate(of(twin, {}), 15.0)(drive, RATE, temperature)
@@ -109,17 +111,17 @@ def test_without_any_effect_it_is_the_plain_plate(twin: EffectTwin, experiment: 
     assert np.sqrt(np.mean((answer - expected) ** 2) / np.mean(expected**2)) < 2e-3
 
 
-def test_a_sweep_finds_the_point_mass_that_the_twin_computes(twin: EffectTwin) -> None:
+def test_a_sweep_finds_the_point_mass_that_the_twin_computes(twin: Twin[EffectPlate]) -> None:
     drive = drive_signal(SWEEP, 1.0, RATE)
     lines = lines_of(drive)
     laws = LAWS.local(20.0)
-    expected = twin.frf(SweepPoint(20.0, 0.0, 1.0), laws, MASS, lines)[0]
+    expected = twin.frf(laws, lines, MASS, SweepPoint(20.0, 0.0, 1.0))[0]
     found = ratio(TwinPlate(of(twin, MASS), 15.0), drive, np.full(drive.size, 20.0)) / 15.0
     assert difference(found, expected) < 2e-3
-    assert difference(twin.frf(SweepPoint(20.0, 0.0, 1.0), laws, {}, lines)[0], expected) > 0.05
+    assert difference(twin.frf(laws, lines, point=SweepPoint(20.0, 0.0, 1.0))[0], expected) > 0.05
 
 
-def test_a_lag_is_the_plate_as_it_was_before(twin: EffectTwin) -> None:
+def test_a_lag_is_the_plate_as_it_was_before(twin: Twin[EffectPlate]) -> None:
     """Colder by tau dT/dt on the way up, warmer on the way down, and the laws followed there, not a tangent."""
     tau = 600.0
     lagging = of(twin, {"thermal_lag": {"tau": tau}})
@@ -130,7 +132,7 @@ def test_a_lag_is_the_plate_as_it_was_before(twin: EffectTwin) -> None:
         lagging(SweepPoint(5.0, 0.01, 1.0), LINES)
 
 
-def test_softening_follows_the_level_and_the_plain_plate_does_not(twin: EffectTwin) -> None:
+def test_softening_follows_the_level_and_the_plain_plate_does_not(twin: Twin[EffectPlate]) -> None:
     drive = drive_signal(SWEEP, 1.0, RATE)
     temperature = np.full(drive.size, 20.0)
     soft = TwinPlate(of(twin, {"amplitude_softening": {"a": 0.05, "b": 0.1}}), 15.0)
@@ -140,7 +142,9 @@ def test_softening_follows_the_level_and_the_plain_plate_does_not(twin: EffectTw
     assert difference(ratio(hard, 2.0 * drive, temperature), ratio(hard, drive, temperature)) < 1e-9
 
 
-def hidden(twin: EffectTwin, monkeypatch: pytest.MonkeyPatch, effects: dict[str, dict[str, float]]) -> TwinPlate:
+def hidden(
+    twin: Twin[EffectPlate], monkeypatch: pytest.MonkeyPatch, effects: dict[str, dict[str, float]]
+) -> TwinPlate:
     """Return the plate of the example's rig, with other effects, its laws within the small twin's range."""
     monkeypatch.setattr(rig, "effect_twin", lambda *_: twin)
     found = read_acquired_experiment(EXAMPLE)
@@ -156,14 +160,14 @@ def hidden(twin: EffectTwin, monkeypatch: pytest.MonkeyPatch, effects: dict[str,
 
 
 def test_the_rig_hangs_the_plate_with_its_effects_on_the_cards(
-    twin: EffectTwin, monkeypatch: pytest.MonkeyPatch
+    twin: Twin[EffectPlate], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plate = hidden(twin, monkeypatch, {"point_mass": {"mass": 0.002}})
     assert plate.gain == 13.7
     drive = drive_signal(SWEEP, 1.0, RATE)
     found = ratio(plate, drive, np.full(drive.size, 20.0)) / plate.gain
     laws = plate.transfer.laws  # type: ignore[attr-defined]
-    expected = twin.frf(SweepPoint(20.0, 0.0, 1.0), laws.local(20.0), MASS, lines_of(drive))[0]
+    expected = twin.frf(laws.local(20.0), lines_of(drive), MASS, SweepPoint(20.0, 0.0, 1.0))[0]
     assert difference(found, expected) < 2e-3
 
 
@@ -175,7 +179,7 @@ def test_the_rig_hangs_the_plate_with_its_effects_on_the_cards(
     ],
 )
 def test_the_rig_refuses_before_the_oven_is_started(
-    twin: EffectTwin, monkeypatch: pytest.MonkeyPatch, effects: dict[str, dict[str, float]], told: str
+    twin: Twin[EffectPlate], monkeypatch: pytest.MonkeyPatch, effects: dict[str, dict[str, float]], told: str
 ) -> None:
     with pytest.raises(CampaignFileError, match=told):
         hidden(twin, monkeypatch, effects)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.gap.model import SweepPoint
 from analysis.material import Material
 from analysis.material_table import laws_through
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.sweep import SweepSettings
+from analysis.sweep_point import SweepPoint
 from app.plate_transfer import Followed
 from app.simulated_plate import TwinPlate
 

@@ -75,7 +75,7 @@ def nominal_model(plate: Plate, patches: list[Patch]) -> ShellModel:
 @pytest.fixture(scope="session")
 def nominal(nominal_model: ShellModel) -> ReducedModel:
     """Reduce as for the recorded campaigns: over the whole box and band."""
-    return reduce(nominal_model, BOX, BAND)
+    return reduce(nominal_model, BOX, BAND)[0]
 
 
 @pytest.fixture(scope="session")
@@ -99,4 +99,4 @@ def coarse(coarse_model: ShellModel) -> ReducedModel:
     """Reduced over a small box and band, with the field at a few points."""
     points = [(0.0, 0.0), (0.24, 0.19), (0.11, 0.07), (0.03, 0.15)]
     box = MaterialBox((1.5e9, 3e9), (0.34, 0.42), (0.03, 0.1))
-    return reduce(coarse_model, box, (100.0, 700.0), points=points)
+    return reduce(coarse_model, box, (100.0, 700.0), points=points)[0]

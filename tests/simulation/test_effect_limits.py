@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import eigsh
 
-from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
 from simulation.effects.library import library
 from simulation.reduction.composition import Coefficients, composed
 from simulation.reduction.effect_reduction import project
 from simulation.state.plate_state import PointLoad
 from simulation.state.state_matrices import FullPlate
-from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.local_solution import LocalSolution
+from simulation.twin.twin import Twin
 
 BAND = (100.0, 700.0)
 LINES = np.linspace(*BAND, 61)
@@ -24,7 +25,7 @@ LAWS = LocalLaws.of_material(2e9, 0.38, 0.06, reference=40.0, slope=(-0.02, 0.00
 
 
 @pytest.fixture(scope="module")
-def twin(declare, three_patches, coarse_model) -> EffectTwin:
+def twin(declare, three_patches, coarse_model) -> Twin[EffectPlate]:
     """Modes of one material and the static answers to patches and points; two sensors, every effect available."""
     experiment = declare(three_patches, BAND)
     full = FullPlate.of(coarse_model)
@@ -35,11 +36,11 @@ def twin(declare, three_patches, coarse_model) -> EffectTwin:
     _, vectors = eigsh(energy, 40, coarse_model.mass, sigma=0.0, v0=start)
     box = MaterialBox((1e9, 3.2e9), (0.33, 0.46), (0.02, 0.12))
     ops = project(full, vectors, coarse_model, places, probe, box, BAND, lambda: None)
-    return EffectTwin(experiment, ops, library(experiment), reach=np.inf).referred(LAWS)
+    return replace(Twin.of(experiment, EffectPlate(ops), library(experiment)), reach=np.inf).referred(LAWS)
 
 
 def frf(twin, effects, lines=LINES, laws=LAWS, point=POINT):
-    return twin.frf(point, laws, effects, lines)
+    return twin.frf(laws, lines, effects, point)
 
 
 @pytest.fixture(scope="module")
@@ -76,8 +77,8 @@ def test_air_is_a_heavier_plate_at_one_frequency(twin, f):
     """Per area, on normal motion: as if W, the integral of w**2, times m_a joined the mass."""
     line = np.array([f])
     effects = {"air_loading": {"added_mass_factor": 1.5, "radiation_factor": 0.0}}
-    state = twin.state(POINT, LAWS, effects, line)
-    ops = twin.operators
+    state = twin.state(LAWS, line, effects, POINT)
+    ops = twin.plate.operators
     whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
     heavier = replace(whole, mass=whole.mass + state.area_mass[0] * ops.normal)
     bare = state.with_(area_mass=np.zeros(1))
@@ -93,8 +94,8 @@ def test_air_is_a_heavier_plate_at_one_frequency(twin, f):
 @pytest.mark.parametrize("kind", ["mass", "stiffness"])
 def test_a_light_load_shifts_a_mode_as_rayleighs_quotient_says(twin, kind):
     """Eigenvalue s: a mass m at p takes s m w(p)**2 off, a spring k adds k w(p)**2, w the mode of mass one."""
-    ops = twin.operators
-    state = twin.state(POINT, LAWS, {}, LINES)
+    ops = twin.plate.operators
+    state = twin.state(LAWS, LINES, {}, POINT)
     whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
 
     def modes(loads):
@@ -121,7 +122,7 @@ def test_a_stiff_dashpot_holds_a_point_as_a_stiff_spring_does(twin):
     """A dashpot c at angular frequency w is a spring j w c."""
     line = np.array([333.0])
     dashpot = frf(twin, {"suspension": {"stiffness": 0.0, "damping": 10.0}}, line)
-    ops, state = twin.operators, twin.state(POINT, LAWS, {}, line)
+    ops, state = twin.plate.operators, twin.state(LAWS, line, {}, POINT)
     whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
     solved = LocalSolution.of(ops, whole, state, line, np.inf)
     row = ops.deflection[0] @ solved.basis
@@ -137,11 +138,11 @@ def test_a_stiff_dashpot_holds_a_point_as_a_stiff_spring_does(twin):
 
 def test_orthotropy_at_once_along_both_axes_is_another_isotropic_plate(twin, plain):
     """With E_x = E_y = f E and the shear modulus times f it is f E, but for the little of transverse shear."""
-    state = twin.state(POINT, LAWS, {}, LINES).with_(modulus_x=1.05, modulus_y=1.05, in_plane_shear=1.05)
-    ops = twin.operators
+    state = twin.state(LAWS, LINES, {}, POINT).with_(modulus_x=1.05, modulus_y=1.05, in_plane_shear=1.05)
+    ops = twin.plate.operators
     whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
     found = LocalSolution.of(ops, whole, state, LINES, np.inf).compliance()
-    stiffer = twin.state(POINT, replace(LAWS, value=LAWS.value + np.array([np.log(1.05), 0.0, 0.0])), {}, LINES)
+    stiffer = twin.state(replace(LAWS, value=LAWS.value + np.array([np.log(1.05), 0.0, 0.0])), LINES, {}, POINT)
     other = composed(ops, Coefficients.of(stiffer, ops.offset_range or 1.0))
     wanted, before = (
         LocalSolution.of(ops, c, s, LINES, np.inf).compliance()
@@ -151,16 +152,16 @@ def test_orthotropy_at_once_along_both_axes_is_another_isotropic_plate(twin, pla
 
 
 def _plain(twin):
-    return twin.state(POINT, LAWS, {}, LINES)
+    return twin.state(LAWS, LINES, {}, POINT)
 
 
 def test_softening_is_another_material_at_each_line_and_counts_the_level_twice(twin, plain):
     values = {"amplitude_softening": {"a": 0.02, "b": 0.05}}
     quiet = frf(twin, values, point=replace(POINT, level=1e-4))
     assert np.abs(quiet - plain).max() < 1e-7 * np.abs(plain).max()
-    once, twice = (twin.state(replace(POINT, level=level), LAWS, values, LINES) for level in (0.001, 0.002))
+    once, twice = (twin.state(LAWS, LINES, values, replace(POINT, level=level)) for level in (0.001, 0.002))
     assert 1.0 - twice.storage == pytest.approx(4.0 * (1.0 - once.storage), rel=1e-5)
-    once = twin.state(replace(POINT, level=0.5), LAWS, values, LINES)
+    once = twin.state(LAWS, LINES, values, replace(POINT, level=0.5))
     index = int(np.argmin(once.storage))
     line = LINES[[index]]
     lost = once.storage[index] * LAWS.youngs_modulus(40.0)

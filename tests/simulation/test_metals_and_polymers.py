@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.experiment import Patch, Plate
 from analysis.frf import Frf
+from analysis.local_laws import LocalLaws
 from analysis.plate_material import material_box
 from analysis.updating.update import update
 from simulation.meshing.recipe import MeshRecipe
@@ -16,8 +17,9 @@ from simulation.reduction.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.fineness import Fineness
+from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.instruments import Instruments
-from simulation.twin.plain_twin import Twin
+from simulation.twin.twin import Twin
 
 LOAD = ElectricLoad(305e3, 120e-12)
 TEMPERATURE = np.array([10.0, 40.0])
@@ -37,14 +39,16 @@ def twin(kind: str, patches: list[Patch], band: tuple[float, float], fineness: F
     mass = density * 0.24 * 0.19 * thickness
     plate = Plate(length_x=0.24, length_y=0.19, thickness=thickness, mass=mass, material={"kind": kind})
     box = material_box(plate.material)
-    reduced = reduce(assemble_for(plate, patches, box, band, fineness=fineness), box, band)
-    return Twin(reduced, Instruments.of_patches(0, (1,), LOAD))
+    reduced = reduce(assemble_for(plate, patches, box, band, fineness=fineness), box, band)[0]
+    return Twin(DeclaredPlate(reduced), Instruments.of_patches(0, (1,), LOAD))
 
 
 def measured(truth: Twin, constants: tuple[NDArray[np.float64], ...], spacing: float) -> Frf:
     """One sweep at each temperature; noise of 1 % of rms|H| and an amplifier of 12.3 V/V."""
     lines = np.arange(truth.band[0], truth.band[1], spacing)
-    clean = 12.3 * np.array([truth.frf(*row, lines) for row in zip(*constants, strict=True)])
+    clean = 12.3 * np.array(
+        [truth.frf(LocalLaws.of_material(*row), lines) for row in zip(*constants, strict=True)]
+    )
     variance = np.full(clean.shape, 1e-4) * (np.abs(clean) ** 2).mean((1, 2), keepdims=True)
     real, imaginary = np.random.default_rng(1).standard_normal((2, *clean.shape)) * np.sqrt(variance / 2)
     count = len(clean)

@@ -8,8 +8,9 @@ from nptdms import TdmsFile
 from scipy.interpolate import CubicSpline
 
 from simulation.shell.electric_load import ElectricLoad
+from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.instruments import Instruments
-from simulation.twin.plain_twin import Twin
+from simulation.twin.twin import Twin
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "campaigns" / "pp-plate-nominal"
 GAIN = 16.5103  # stated in the campaign's README
@@ -37,7 +38,7 @@ def recorded(file):
 @pytest.mark.parametrize("step", [0, 10, 20, 30])
 def test_twin_meets_the_recording_at_its_noise(nominal, step):
     """Nothing is fitted but the temperature, within three times the oven reading's noise."""
-    twin = Twin(nominal, Instruments.of_patches(0, (1,), ElectricLoad(305e3, 120e-12)))
+    twin = Twin(DeclaredPlate(nominal), Instruments.of_patches(0, (1,), ElectricLoad(305e3, 120e-12)))
     table = np.genfromtxt(FOLDER / "truth-laws.csv", delimiter=",", skip_header=1)
     laws = [CubicSpline(table[:, 0], table[:, k]) for k in (1, 2, 3)]
     oven, frequency, measured, variance = recorded(sorted((FOLDER / "sweeps").glob("*.tdms"))[step])

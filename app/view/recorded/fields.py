@@ -4,13 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
+from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp
 from app.panel_twin import PanelTwin, panel_twin
 from app.view.recorded.shapes import Shapes
@@ -69,5 +69,5 @@ class Fields:
 
 def made_with_corrected_laws(filters: Path) -> bool:
     """Whether the filters were designed with a twin file's laws instead of those of flexura update."""
-    with h5py.File(filters) as file:
+    with result_file(filters, "focus") as file:
         return "laws.h5" not in read_stamp(file)["inputs"]

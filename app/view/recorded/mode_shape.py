@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
 from app.progress import Report
-from app.twin import campaign_twin
+from app.twin import campaign_reduction
 from app.view.lattice import edges_of
 from app.view.recorded.maker import Maker
 from app.view.recorded.shapes import Shapes
@@ -44,7 +44,7 @@ class ModeShape(QWidget):
         self._timer.timeout.connect(self._advance)
 
         def fetched(report: Report) -> Shapes:
-            reduced = campaign_twin(experiment, report).reduced
+            reduced = campaign_reduction(experiment, report)
             return Shapes(reduced.modes, reduced.deflection, reduced.points, laws)
 
         self._maker = Maker(fetched, self._told, self)

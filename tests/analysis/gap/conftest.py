@@ -7,15 +7,16 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Protocol
 from analysis.frf import Frf
-from analysis.gap.effect_card import EffectCard, Parameter
-from analysis.gap.model import Linearisation, SweepPoint
 from analysis.gap.state import GapState
 from analysis.gap.sweeps import prepare
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox
-from analysis.updating.update import Updated
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import Linearisation
+from analysis.updating.updated import Updated
 
 MODES = 10
 STEP = 1e-5
@@ -108,13 +109,13 @@ class ToyPlate:
         h = h * (1.0 + on("drift", "alpha") * (point.temperature - 25.0))
         return h * np.exp(-1j * omega * on("delay", "seconds")) + on("feedthrough", "gain")
 
-    def frf(self, point, laws, effects, frequency):
+    def frf(self, laws, frequency, effects, point):
         return self.transfer(point, laws, effects, frequency)
 
     def counted(self, laws, effects):
         return self
 
-    def linearise(self, point, laws, effects, frequency, tangents=()):
+    def linearise(self, laws, frequency, effects, point, tangents=()):
         self.calls.append(point)
 
         def at(point=point, laws=laws, effects=effects):

@@ -83,10 +83,10 @@ def test_held_effects_and_gain_do_not_move(toy, pool):
 
 def test_a_model_that_refuses_a_step_is_asked_for_a_smaller_one(toy, pool):
     class Narrow(toy.Plate):
-        def linearise(self, point, laws, effects, frequency, tangents=()):
+        def linearise(self, laws, frequency, effects, point, tangents=()):
             if effects["mass"]["grams"] > 1.55:
                 raise ValueError("out of the certified range")
-            return super().linearise(point, laws, effects, frequency, tangents)
+            return super().linearise(laws, frequency, effects, point, tangents)
 
     sweeps, _ = toy.prepared(temperatures=(10.0, 26.0), effects={"mass": {"grams": 1.5}})
     start = toy.start(sweeps.groups).with_effects({"mass": {"grams": 0.0}})
@@ -107,12 +107,12 @@ def test_an_effect_counted_in_units_of_the_plain_plate_follows_its_laws(toy, poo
             found.unit = np.exp(2.0 * (laws[1].value[2] - truth.laws[1, 2]))
             return found
 
-        def linearise(self, point, laws, effects, frequency, tangents=()):
+        def linearise(self, laws, frequency, effects, point, tangents=()):
             def scaled(values):
                 return {name: {p: v * self.unit for p, v in entries.items()} for name, entries in values.items()}
 
             inside = [(name, p, scaled({name: at})[name]) for name, p, at in tangents]
-            line = super().linearise(point, laws, scaled(effects), frequency, inside)
+            line = super().linearise(laws, frequency, scaled(effects), point, inside)
             return replace(line, by_parameter=self.unit * line.by_parameter)
 
     values = {"softening": {"a": -0.01, "b": 0.02}}

@@ -1,13 +1,17 @@
 """A twin small enough to be written down: modes whose stiffness is affine in C1 = E/(1-nu^2) and C2 = nu C1."""
 
 from collections.abc import Iterable
+from typing import Self
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from analysis.effect_card import EffectCard
 from analysis.frf import Frf
+from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from analysis.twin_model import Linearisation
 
 
 class AffineModes:
@@ -24,6 +28,13 @@ class AffineModes:
         self.p = 0.03 * squared
         self.residues = rng.uniform(0.5, 1.5, (sensors, modes)) * rng.choice([-1, 1], (sensors, modes)) * 1e4
 
+    @property
+    def cards(self) -> dict[str, EffectCard]:
+        return {}
+
+    def counted(self, *_: object) -> Self:
+        return self
+
     def sensitivities(
         self, e: float, nu: float, eta: float, frequency: NDArray[np.float64]
     ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
@@ -36,8 +47,15 @@ class AffineModes:
         h = self.residues @ (1 / z).T
         return h, np.array([self.residues @ (-slope / z**2).T for slope in slopes])
 
-    def frf(self, e: float, nu: float, eta: float, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-        return self.sensitivities(e, nu, eta, frequency)[0]
+    def frf(self, laws: LocalLaws, frequency: NDArray[np.float64], *_: object) -> NDArray[np.complex128]:
+        return self.linearise(laws, frequency).transfer
+
+    def linearise(self, laws: LocalLaws, frequency: NDArray[np.float64], *_: object) -> Linearisation:
+        e, nu, eta = np.exp(laws.value[0]), laws.value[1], np.exp(laws.value[2])
+        transfer, slopes = self.sensitivities(e, nu, eta, frequency)
+        nothing = np.zeros((0, *transfer.shape), complex)
+        by_material = slopes * np.array([e, 1.0, eta])[:, None, None]
+        return Linearisation(transfer, by_material, 0.0 * by_material, 0.0 * transfer, nothing)
 
     def measured(
         self,
@@ -49,7 +67,7 @@ class AffineModes:
     ) -> Frf:
         """One sweep at each temperature, with white noise of a share of its rms."""
         frequency = np.arange(100.0, 1500.0, 1.0)
-        clean = gain * np.array([self.frf(*row, frequency) for row in constants])
+        clean = gain * np.array([self.frf(LocalLaws.of_material(*row), frequency) for row in constants])
         variance = np.full(clean.shape, noise**2) * (np.abs(clean) ** 2).mean((1, 2), keepdims=True)
         error = rng.standard_normal((2, *clean.shape)) * np.sqrt(variance / 2)
         return Frf(

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from analysis.updating.coarse_look import coarse_look, scanned_box
 
@@ -18,7 +19,7 @@ class Damped:
         self.twin = twin
 
     def frf(self, e, nu, frequency):
-        return self.twin.frf(e, nu, 0.04, frequency)
+        return self.twin.frf(LocalLaws.of_material(e, nu, 0.04), frequency)
 
 
 def look(twin, modulus: float, loss: float = 0.05, box: MaterialBox = BOX, noise: float = 0.01):

@@ -5,7 +5,7 @@ import numpy as np
 from analysis.frf import Frf
 from analysis.material import Material
 from analysis.updating.strays import stray_sweeps
-from analysis.updating.update import Updated
+from analysis.updating.updated import Updated
 
 TEMPERATURE = np.concatenate([np.arange(0.0, 61.0, 4.0), np.arange(60.0, -1.0, -4.0)])
 WAYS = ("up",) * 16 + ("down",) * 16

@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.updating.common_gain import arrow_step
 from analysis.updating.normal_equations import SweepData, normal_equations
-from analysis.updating.update import Updated, update
+from analysis.updating.update import update
+from analysis.updating.updated import Updated
 
 GAIN = 14.3
 TEMPERATURE = np.linspace(0.0, 60.0, 11)
@@ -104,18 +104,23 @@ def test_gradient_and_curvature_are_those_of_chi2(twin) -> None:
         assert (ahead - behind) / (2 * step) == pytest.approx(-2 * point.gradient[k], rel=1e-4)
 
 
-def test_arrow_step_equals_the_dense_solution(twin) -> None:
-    frf = measured(twin, np.random.default_rng(9))
-    points = [
-        normal_equations(twin, SweepData.of(frf, t), np.array([E_TRUE[t] * 1.01, NU_TRUE[t], ETA_TRUE[t]]), 14.0)
-        for t in range(3)
-    ]
-    dense, right = np.zeros((10, 10)), np.zeros(10)
-    for t, p in enumerate(points):
-        place = [3 * t, 3 * t + 1, 3 * t + 2, 9]
-        dense[np.ix_(place, place)] += p.matrix
-        right[place] += p.gradient
-    expected = np.linalg.solve(dense, right)
-    steps, gain_step, sigma = arrow_step(points)
-    np.testing.assert_allclose(np.concatenate([*steps, [gain_step]]), expected, rtol=1e-8)
-    assert sigma == pytest.approx(np.sqrt(np.linalg.inv(dense)[9, 9]), rel=1e-8)
+def test_the_estimates_are_the_optimum_over_all_lines(twin) -> None:
+    """Normal equations of all sweeps over every line, with one gain: their solution is next to no step."""
+    frf = measured(twin, np.random.default_rng(9), noise=0.002)
+    result = update(frf, twin)
+    m, count = result.material, len(TEMPERATURE)
+    dense, right = np.zeros((3 * count + 1,) * 2), np.zeros(3 * count + 1)
+    for t in range(count):
+        material = np.array([m.youngs_modulus[t], m.poisson_ratio[t], m.loss_factor[t]])
+        point = normal_equations(twin, SweepData.of(frf, t), material, result.gain)
+        place = [3 * t, 3 * t + 1, 3 * t + 2, 3 * count]
+        dense[np.ix_(place, place)] += point.matrix
+        right[place] += point.gradient
+    covariance = np.linalg.inv(dense)
+    sigma = np.sqrt(np.diag(covariance))
+    assert np.abs(covariance @ right / sigma).max() < 0.1
+    stated = [result.sigma.youngs_modulus / m.youngs_modulus, result.sigma.poisson_ratio]
+    stated += [result.sigma.loss_factor / m.loss_factor]
+    inflated = sigma[:-1].reshape(-1, 3).T * np.sqrt(np.maximum(result.chi2_per_dof, 1.0))
+    np.testing.assert_allclose(np.array(stated), inflated, rtol=1e-3)
+    assert result.sigma_gain / result.gain == pytest.approx(sigma[-1], rel=0.05)

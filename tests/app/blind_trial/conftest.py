@@ -48,4 +48,4 @@ def operators(kind: PlateKind, experiment: AcquiredExperiment) -> EffectOperator
 def plain(kind: PlateKind) -> ReducedModel:
     """Return the plain twin's model."""
     model = assemble_for(kind.plate, kind.patches, BOX, BAND, fineness=COARSE)
-    return reduce(model, BOX, BAND, training=ROUGH)
+    return reduce(model, BOX, BAND, training=ROUGH)[0]

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.gap.model import SweepPoint
+from analysis.sweep_point import SweepPoint
 from app.blind_trial.plates import PlateKind
 from app.blind_trial.specimen import Specimen
 from app.files.experiment_toml import AcquiredExperiment
-from app.plate_transfer import EffectTransfer
+from app.plate_transfer import TwinTransfer
 from simulation.effects.effect import Effect
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import Circumstances, PlateState, PointLoad
@@ -33,7 +33,7 @@ def with_load(specimen: Specimen, **load: float) -> np.ndarray:
 
     effect = Effect(specimen.twin.library["hidden_spring"].card, apply)
     twin = replace(specimen.twin, library={"load": effect})
-    return EffectTransfer(twin, specimen.laws, {"load": {}})(POINT, LINES)
+    return TwinTransfer(twin, specimen.laws, {"load": {}})(POINT, LINES)
 
 
 def off(one: np.ndarray, other: np.ndarray) -> float:

@@ -8,6 +8,7 @@ import simulation.reduction.footprint_reduction
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from app.files.basis_cache import ARRAYS, cache_folder, cached_reduction, load_basis, save_basis
+from app.files.seal import seal
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.fineness import Fineness
@@ -83,6 +84,7 @@ def test_a_missing_array_or_another_format_is_none(tmp_path):
         save_basis(file, model())
         with h5py.File(file, "r+") as stored:
             spoil(stored)
+        seal(file)
         assert load_basis(file) is None
 
 
@@ -96,13 +98,13 @@ def test_folder_follows_the_environment(tmp_path, monkeypatch):
 def test_second_time_is_read_and_a_damaged_file_made_again(tmp_path, monkeypatch):
     monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path))
     made = []
-    true_reduce = simulation.reduction.footprint_reduction.reduction
+    true_reduce = simulation.reduction.footprint_reduction.reduce
 
     def counted(*args, **kwargs):
         made.append(1)
         return true_reduce(*args, **kwargs)
 
-    monkeypatch.setattr(simulation.reduction.footprint_reduction, "reduction", counted)
+    monkeypatch.setattr(simulation.reduction.footprint_reduction, "reduce", counted)
     first = cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)], fineness=COARSE)
     assert same(cached_reduction(PLATE, PATCHES, BOX, BAND, points=[(0.06, 0.05)], fineness=COARSE), first)
     assert len(made) == 1

@@ -10,6 +10,7 @@ from analysis.identification.automatic import Measured, identify
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.synthetic import r10
 from analysis.identification.tracked_modes import TrackedModes
+from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.modes_file import load_modes, save_modes, write_table
 from app.files.provenance import provenance, read_stamp
@@ -71,7 +72,7 @@ def test_damaged_files_are_refused(tracked: TrackedModes, tmp_path: Path, damage
         save_modes(path, tracked, {})
         path.write_bytes(path.read_bytes()[:3000])
     elif damage == "other":
-        with h5py.File(path, "w") as file:
+        with atomic_hdf5(path) as file:
             file["x"] = 1
     with pytest.raises(ResultFileError, match=r"modes\.h5.*flexura identify"):
         load_modes(path)

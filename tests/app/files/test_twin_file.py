@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
-from analysis.gap.effect_card import EffectCard, Parameter
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_toml import read_experiment
 from app.files.twin_file import (

@@ -1,3 +1,4 @@
+import re
 import struct
 from pathlib import Path
 
@@ -113,6 +114,35 @@ def test_a_file_cut_short_is_refused(tmp_path: Path) -> None:
         (tmp_path / "cut.uff").write_bytes(whole[: int(share * len(whole))])
         with pytest.raises(ResultFileError, match="cut short"):
             read_frfs(tmp_path / "cut.uff")
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("binary", [0, 1])
+def test_a_file_of_several_frfs_cut_anywhere_is_never_read_with_fewer(tmp_path: Path, binary: int) -> None:
+    sets = [data_set(binary=binary, rsp_node=node) for node in (1, 2, 3)]
+    whole = written(tmp_path / "a.uff", *sets).read_bytes()
+    assert len(read_frfs(tmp_path / "a.uff")) == 3
+    rng = np.random.default_rng(4)
+    ends = [found.end() for found in re.finditer(rb"    -1[ ]*\n", whole)][1::2]
+    shifts = (-8, -7, -2, 1, 3, 4, 6, 7, 8, 14)
+    near = [end + shift for end in ends for shift in shifts if end + shift < len(whole) - 1]
+    for length in (*near, *rng.integers(1, ends[-1] - 2, 150)):
+        if any(end - 1 <= length <= end for end in ends):
+            continue  # between two sets: nothing in the format tells how many there are
+        (tmp_path / "cut.uff").write_bytes(whole[:length])
+        with pytest.raises(ResultFileError, match=r"cut short|cut\.uff"):
+            read_frfs(tmp_path / "cut.uff")
+
+
+def test_a_damaged_line_between_two_frfs_is_refused(tmp_path: Path) -> None:
+    whole = written(tmp_path / "a.uff", data_set(rsp_node=1), data_set(rsp_node=2)).read_bytes()
+    for place in [found.start() for found in re.finditer(rb"    -1", whole)]:
+        for shift in (3, 4, 5):
+            damaged = bytearray(whole)
+            damaged[place + shift] = ord("7")
+            (tmp_path / "b.uff").write_bytes(damaged)
+            with pytest.raises(ResultFileError, match=r"b\.uff"):
+                read_frfs(tmp_path / "b.uff")
 
 
 @pytest.mark.parametrize("content", [b"", b"\x00" * 500, b"    -1\n    58\n    -1\n", b"frequency,re,im\n1,2,3\n"])

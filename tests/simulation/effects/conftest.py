@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Experiment, Patch
-from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
+from analysis.sweep_point import SweepPoint
 from simulation.state.plate_state import Circumstances, PlateState
 
 Trial = Callable[..., tuple[Circumstances, PlateState]]

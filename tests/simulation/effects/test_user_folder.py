@@ -8,7 +8,7 @@ import pytest
 from simulation.effects.library import LIBRARY, apply_all, library, untried
 
 PATTERN = """
-from analysis.gap.effect_card import EffectCard, Parameter
+from analysis.effect_card import EffectCard, Parameter
 from simulation.effects.effect import Effect
 
 

@@ -7,12 +7,14 @@ import pytest
 
 from analysis.channel import Footprint
 from analysis.experiment import Experiment
+from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.reduction.footprint_reduction import reduce_with_footprints
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.factors import factorize
+from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.instruments import Instruments, Pickup
-from simulation.twin.plain_twin import Twin
+from simulation.twin.twin import Twin
 
 LOAD = ElectricLoad(305e3, 120e-12)
 MATERIAL = (2.1e9, 0.372, 0.071)
@@ -27,7 +29,7 @@ HAMMER, ACCELEROMETER, LASER = (
 @pytest.fixture(scope="module")
 def reduced(coarse_model):
     box = MaterialBox((1.5e9, 3e9), (0.34, 0.42), (0.03, 0.1))
-    return reduce_with_footprints(coarse_model, box, (100.0, 700.0), (HAMMER, ACCELEROMETER, LASER))
+    return reduce_with_footprints(coarse_model, box, (100.0, 700.0), (HAMMER, ACCELEROMETER, LASER))[0]
 
 
 @pytest.fixture(scope="module")
@@ -47,13 +49,13 @@ def experiment(declare, three_patches):
 
 @pytest.fixture(scope="module")
 def twin(experiment, reduced):
-    return Twin.of(experiment, reduced)
+    return Twin.of(experiment, DeclaredPlate(reduced))
 
 
 def read(reduced, source, pickups, connected=(), amplitude=1.0, load=LOAD):
     """Drive one port of the plate and read others."""
     instruments = Instruments(source, amplitude, connected, (load,) * len(connected), tuple(pickups))
-    return Twin(reduced, instruments).frf(*MATERIAL, LINES)
+    return Twin(DeclaredPlate(reduced), instruments).frf(LocalLaws.of_material(*MATERIAL), LINES)
 
 
 def motion(port, order=0):
@@ -107,17 +109,18 @@ def test_charge_is_what_a_large_input_capacitance_takes(reduced):
 def test_an_open_patch_stiffens_the_plate_and_a_shorted_one_does_not(experiment, reduced):
     def frf(role):
         patches = [patch.model_copy(update={"role": role}) for patch in experiment.patch]
-        return Twin.of(experiment.model_copy(update={"patch": tuple(patches)}), reduced).frf(*MATERIAL, LINES)
+        changed = experiment.model_copy(update={"patch": tuple(patches)})
+        return Twin.of(changed, DeclaredPlate(reduced)).frf(LocalLaws.of_material(*MATERIAL), LINES)
 
     shorted, opened = frf("shorted"), frf("open")
     assert 1e-4 < np.abs(opened - shorted).max() / np.abs(shorted).max() < 0.5
     bare = read(reduced.loaded(np.array([0.0, ACCELEROMETER.mass, 0.0])), 3, [motion(4, 2), motion(5, 1)])
-    assert np.abs(shorted - bare).max() < 1e-12 * np.abs(bare).max()
+    assert np.abs(shorted - bare).max() < 1e-9 * np.abs(bare).max()
 
 
 def test_voltages_and_motions_of_a_loaded_plate_against_the_full_model(coarse_model, twin):
     rows = coarse_model.footprint_rows((HAMMER, ACCELEROMETER, LASER))
-    found = twin.frf(*MATERIAL, LINES)
+    found = twin.frf(LocalLaws.of_material(*MATERIAL), LINES)
     for f in (LINES[7], LINES[31], LINES[52]):
         omega = 2 * np.pi * f
         stiffness = coarse_model.stiffness(*MATERIAL)
@@ -136,14 +139,18 @@ def test_voltages_and_motions_of_a_loaded_plate_against_the_full_model(coarse_mo
 
 @pytest.mark.parametrize("index", [0, 1, 2])
 def test_sensitivities_equal_central_differences(twin, index):
-    value, slopes = twin.sensitivities(*MATERIAL, LINES)
-    assert np.allclose(value, twin.frf(*MATERIAL, LINES), rtol=1e-10)
+    twin = replace(twin, reach=np.inf)
+    line = twin.linearise(LocalLaws.of_material(*MATERIAL), LINES)
+    # derivatives are by log E, nu and log eta
+    value, slopes = line.transfer, line.by_material / np.array([MATERIAL[0], 1.0, MATERIAL[2]])[:, None, None]
+    assert np.allclose(value, twin.frf(LocalLaws.of_material(*MATERIAL), LINES), rtol=1e-10)
 
     def central(step):
         up, down = list(MATERIAL), list(MATERIAL)
         up[index] += step
         down[index] -= step
-        return (twin.frf(*up, LINES) - twin.frf(*down, LINES)) / (2 * step)
+        one, other = (twin.frf(LocalLaws.of_material(*there), LINES) for there in (up, down))
+        return (one - other) / (2 * step)
 
     step = 2e-4 * MATERIAL[index]
     expected = (4 * central(step) - central(2 * step)) / 3
@@ -153,9 +160,9 @@ def test_sensitivities_equal_central_differences(twin, index):
 
 
 def test_a_mass_lowers_every_mode_it_moves(reduced):
-    bare = Twin(reduced, Instruments(3, 1.0, (), (), (motion(4, 2),))).modes(*MATERIAL)[0]
-    loaded_model = reduced.loaded(np.array([0.0, 0.01, 0.0]))
-    loaded = Twin(loaded_model, Instruments(3, 1.0, (), (), (motion(4, 2),))).modes(*MATERIAL)[0]
+    heavier = reduced.loaded(np.array([0.0, 0.01, 0.0]))
+    poles = [model.modal_form(*MATERIAL).damped_poles().real for model in (reduced, heavier)]
+    bare, loaded = (np.sqrt(p[p < (2 * np.pi * reduced.band[1]) ** 2].clip(0.0)) / (2 * np.pi) for p in poles)
     count = min(len(bare), len(loaded))
     elastic = bare[:count] > 1.0  # rigid motions stay at 0 Hz, but for rounding
     assert np.all(loaded[:count][elastic] < bare[:count][elastic] * (1 + 1e-9))
@@ -164,7 +171,7 @@ def test_a_mass_lowers_every_mode_it_moves(reduced):
 
 def test_many_points_are_read_off_the_certified_field(coarse_model, reduced):
     many = (HAMMER, *(Footprint((0.02 + 0.012 * k, 0.1)) for k in range(16)))
-    wide = reduce_with_footprints(coarse_model, reduced.box, reduced.band, many)
+    wide = reduce_with_footprints(coarse_model, reduced.box, reduced.band, many)[0]
     rows = coarse_model.footprint_rows(many)
     f = 365.0
     direct = factorize(coarse_model.stiffness(*MATERIAL) - (2 * np.pi * f) ** 2 * coarse_model.mass)
@@ -175,7 +182,7 @@ def test_many_points_are_read_off_the_certified_field(coarse_model, reduced):
 
 
 def test_footprints_that_were_not_reduced_are_refused(experiment, reduced):
-    with pytest.raises(ValueError, match="3 footprints are declared, the reduced model holds 0"):
+    with pytest.raises(ValueError, match="3 footprints are declared, the reduced plate holds 0"):
         Twin.of(experiment, replace(reduced, footprints=np.zeros((0, reduced.size))))
     with pytest.raises(ValueError, match="a voltage is read of a port"):
         Instruments(0, 1.0, (), (), (Pickup(1),))

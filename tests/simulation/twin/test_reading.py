@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from analysis.experiment import Experiment
-from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
 from simulation.effects.library import library
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.fineness import Fineness
-from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.instruments import Instruments
+from simulation.twin.twin import Twin
 
 BAND = (100.0, 500.0)
 LINES = np.linspace(*BAND, 40)
@@ -53,7 +54,7 @@ def experiment(declare, patches):
 
 @pytest.fixture(scope="module")
 def twin(experiment, operators):
-    return EffectTwin(experiment, operators, library(experiment), reach=np.inf).referred(LAWS)
+    return replace(Twin.of(experiment, EffectPlate(operators), library(experiment)), reach=np.inf).referred(LAWS)
 
 
 @pytest.mark.parametrize(
@@ -69,9 +70,9 @@ def twin(experiment, operators):
     ],
 )
 def test_derivatives_of_every_kind_of_output(twin, effect, values, parameter, step):
-    line = twin.linearise(POINT, LAWS, {effect: values}, LINES, [(effect, parameter, values)])
+    line = twin.linearise(LAWS, LINES, {effect: values}, POINT, [(effect, parameter, values)])
     moved = [
-        twin.frf(POINT, LAWS, {effect: {**values, parameter: values[parameter] + k * step}}, LINES)
+        twin.frf(LAWS, LINES, {effect: {**values, parameter: values[parameter] + k * step}}, POINT)
         for k in (1, -1, 2, -2)
     ]
     quotient = (8.0 * (moved[0] - moved[1]) - (moved[2] - moved[3])) / (12.0 * step)
@@ -82,11 +83,11 @@ def test_derivatives_of_every_kind_of_output(twin, effect, values, parameter, st
 
 
 def test_derivatives_by_the_material(twin):
-    line = twin.linearise(POINT, LAWS, {}, LINES)
+    line = twin.linearise(LAWS, LINES, point=POINT)
     for law in range(3):
         d = 1e-4 * np.eye(3)[law]
         one, other, two, third = (
-            twin.frf(POINT, replace(LAWS, value=LAWS.value + s * d), {}, LINES) for s in (1, -1, 2, -2)
+            twin.frf(replace(LAWS, value=LAWS.value + s * d), LINES, point=POINT) for s in (1, -1, 2, -2)
         )
         quotient = (8.0 * (one - other) - (two - third)) / 12e-4
         error = np.abs(line.by_material[law] - quotient).max(axis=1)
@@ -100,9 +101,9 @@ def test_the_accelerometers_mass_is_a_point_mass(twin, experiment):
     bare = Experiment.model_validate(
         dumped | {"sensor": [light, dumped["sensor"][1]], "cable": [{"point": PLACES[1]}]}
     )
-    other = EffectTwin(bare, twin.operators, library(bare), reach=np.inf)
-    loaded = other.frf(POINT, LAWS, {"point_mass": {"mass": MASS}}, LINES)
-    declared = twin.frf(POINT, LAWS, {}, LINES)
+    other = replace(Twin.of(bare, EffectPlate(twin.plate.operators), library(bare)), reach=np.inf)
+    loaded = other.frf(LAWS, LINES, {"point_mass": {"mass": MASS}}, POINT)
+    declared = twin.frf(LAWS, LINES, point=POINT)
     assert np.abs(loaded - declared).max() < 1e-8 * np.abs(declared).max()
 
 
@@ -113,8 +114,10 @@ def test_a_motion_is_read_as_often_differentiated_as_declared(twin, experiment):
     sensors[2]["radius"] = 0.0
     dumped = experiment.model_dump()
     moving = Experiment.model_validate(dumped | {"sensor": sensors})
-    operators = replace(twin.operators, footprints=twin.operators.footprints[[0, 2, 2, 2]])
-    w, v, a = EffectTwin(moving, operators, library(moving), reach=np.inf).frf(POINT, LAWS, {}, LINES)[1:]
+    operators = replace(twin.plate.operators, footprints=twin.plate.operators.footprints[[0, 2, 2, 2]])
+    w, v, a = replace(Twin.of(moving, EffectPlate(operators), library(moving)), reach=np.inf).frf(
+        LAWS, LINES, point=POINT
+    )[1:]
     omega = 2 * np.pi * LINES
     assert v == pytest.approx(1j * omega * w, rel=1e-10)
     assert a == pytest.approx(-(omega**2) * w, rel=1e-10)
@@ -130,8 +133,8 @@ def test_effects_of_patches_need_patches(experiment):
 
 def test_undeclared_footprints_are_refused(experiment, operators):
     bare = replace(operators, footprints=np.zeros((0, 0)))
-    with pytest.raises(ValueError, match="3 footprints are declared, the operators hold 0"):
-        EffectTwin(experiment, bare, library(experiment)).frf(POINT, LAWS, {}, LINES)
+    with pytest.raises(ValueError, match="3 footprints are declared, the reduced plate holds 0"):
+        Twin.of(experiment, EffectPlate(bare), library(experiment)).frf(LAWS, LINES, point=POINT)
 
 
 def test_ports_are_patches_then_footprints(experiment):

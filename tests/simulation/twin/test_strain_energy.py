@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import eigsh
 
-from analysis.gap.effect_card import EffectCard, Parameter
-from analysis.gap.model import SweepPoint
+from analysis.effect_card import EffectCard, Parameter
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
 from simulation.effects.effect import Effect
 from simulation.effects.library import library
 from simulation.reduction.composition import Coefficients, Composite, composed
@@ -19,9 +19,10 @@ from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_reduction import project
 from simulation.state.plate_state import PlateState
 from simulation.state.state_matrices import FullPlate
-from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.local_solution import LocalPlate
 from simulation.twin.strain_energy import StrainEnergy
+from simulation.twin.twin import Twin
 
 BAND = (100.0, 700.0)
 LINES = np.linspace(*BAND, 61)
@@ -70,7 +71,7 @@ def test_one_mode_takes_the_lowest_root_of_its_cubic(force: float, a: float, b: 
 
 
 @pytest.fixture(scope="module")
-def twin(declare, three_patches, coarse_model) -> EffectTwin:
+def twin(declare, three_patches, coarse_model) -> Twin[EffectPlate]:
     """Modes of one material and no more, every effect available, energies counted from 25 degrees Celsius."""
     experiment = declare(three_patches, BAND)
     full = FullPlate.of(coarse_model)
@@ -82,7 +83,7 @@ def twin(declare, three_patches, coarse_model) -> EffectTwin:
     box = MaterialBox((1e9, 3.2e9), (0.33, 0.46), (0.02, 0.12))
     ops = project(full, vectors, coarse_model, places, probe, box, BAND, lambda: None)
     known = {**library(experiment), "warmed_air": WARMED_AIR}
-    return EffectTwin(experiment, ops, known, reach=np.inf).referred(LAWS)
+    return replace(Twin.of(experiment, EffectPlate(ops), known), reach=np.inf).referred(LAWS)
 
 
 def _warmed_air(state, circumstances, values):
@@ -102,13 +103,13 @@ WARMED_AIR = Effect(
 )
 
 
-def values_of(twin: EffectTwin, name: str) -> dict[str, float]:
+def values_of(twin: Twin[EffectPlate], name: str) -> dict[str, float]:
     return {p.name: SHAPES[p.name] if p.shape else 0.3 * p.sigma for p in twin.cards[name].parameters}
 
 
-def stored(twin: EffectTwin, state: PlateState, lines: np.ndarray) -> np.ndarray:
+def stored(twin: Twin[EffectPlate], state: PlateState, lines: np.ndarray) -> np.ndarray:
     """u^H K u / 2 per volt on the actuator, K as softened, each line factorized."""
-    ops = twin.operators
+    ops = twin.plate.operators
     whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
     rows = [ops.deflection[np.abs(ops.points - load.point).sum(1).argmin()] for load in state.point_loads]
     energies = np.zeros(lines.size)
@@ -126,9 +127,9 @@ def stored(twin: EffectTwin, state: PlateState, lines: np.ndarray) -> np.ndarray
     return energies
 
 
-def test_the_reference_is_the_largest_energy_at_25_degrees(twin: EffectTwin) -> None:
+def test_the_reference_is_the_largest_energy_at_25_degrees(twin: Twin[EffectPlate]) -> None:
     lines = np.linspace(*BAND, 6001)
-    state = twin.state(SweepPoint(25.0, 0.0, 1.0), LAWS, {}, lines)
+    state = twin.state(LAWS, lines, point=SweepPoint(25.0, 0.0, 1.0))
     assert twin.peak_energy == pytest.approx(stored(twin, state, lines).max(), rel=1e-4)
 
 
@@ -141,38 +142,38 @@ def test_the_reference_is_the_largest_energy_at_25_degrees(twin: EffectTwin) -> 
         {"air_loading": {"added_mass_factor": 1.0, "radiation_factor": 1.0}, "warmed_air": {"weight": 0.05}},
     ],
 )
-def test_every_line_is_the_fixed_point_that_plain_iteration_finds(twin: EffectTwin, others) -> None:
+def test_every_line_is_the_fixed_point_that_plain_iteration_finds(twin: Twin[EffectPlate], others) -> None:
     lines = LINES[::4]
     on = {**others, **SOFT}
     energy = np.zeros(lines.size)
     for _ in range(400):  # damped, from the linear plate on
-        there = 4.0 * stored(twin, twin._state(POINT, LAWS, on, lines, energy), lines) / twin.peak_energy
+        there = 4.0 * stored(twin, twin.states.at(POINT, LAWS, on, lines, energy), lines) / twin.peak_energy
         energy = energy + 0.5 * (there - energy)
     assert np.abs(there - energy).max() < 1e-10
     assert energy.max() > 0.3
-    wanted = twin._state(POINT, LAWS, on, lines, energy)
-    found = twin.state(POINT, LAWS, on, lines)
+    wanted = twin.states.at(POINT, LAWS, on, lines, energy)
+    found = twin.state(LAWS, lines, on, POINT)
     np.testing.assert_allclose(found.storage, wanted.storage, rtol=1e-9)
     np.testing.assert_allclose(found.loss, wanted.loss, rtol=1e-9)
     np.testing.assert_allclose(found.area_mass, wanted.area_mass, rtol=1e-9)
 
 
-def test_beyond_the_cap_of_four_a_line_is_a_linear_plate(twin: EffectTwin) -> None:
+def test_beyond_the_cap_of_four_a_line_is_a_linear_plate(twin: Twin[EffectPlate]) -> None:
     loud = replace(POINT, level=1e4)
     values = SOFT["amplitude_softening"]
-    state = twin.state(loud, LAWS, SOFT, LINES)
+    state = twin.state(LAWS, LINES, SOFT, loud)
     np.testing.assert_allclose(state.storage, 1.0 - 4.0 * values["a"], rtol=1e-14)
     np.testing.assert_allclose(state.loss, 1.0 - 4.0 * values["a"] + 4.0 * values["b"], rtol=1e-14)
 
 
 @pytest.mark.parametrize("follows", ["amplitude_softening", "warmed_air"])
-def test_derivatives_follow_the_energy_with_every_other_effect_on(twin: EffectTwin, follows: str) -> None:
+def test_derivatives_follow_the_energy_with_every_other_effect_on(twin: Twin[EffectPlate], follows: str) -> None:
     names = ["orthotropy", "thermal_gradient", "thickness_taper", "thermal_lag", "suspension", "point_mass"]
     names += ["bond_shear_lag", "damping_dispersion", "air_loading", "local_damage", "sensor_offset", "high_pass"]
     on = {name: values_of(twin, name) for name in [*names, follows]}
     lines = LINES[::3]
     wanted = [(name, p, {}) for name, values in on.items() for p in values]
-    line = twin.linearise(POINT, LAWS, on, lines, wanted)
+    line = twin.linearise(LAWS, lines, on, POINT, wanted)
 
     def check(found, at, step: float) -> None:
         one, other, two, third = (at(k * step) for k in (1, -1, 2, -2))
@@ -183,7 +184,7 @@ def test_derivatives_follow_the_energy_with_every_other_effect_on(twin: EffectTw
         sigma = {q.name: q.sigma for q in twin.cards[name].parameters}[p]
 
         def moved(d: float, name: str = name, p: str = p):
-            return twin.frf(POINT, LAWS, {**on, name: {**on[name], p: on[name][p] + d}}, lines)
+            return twin.frf(LAWS, lines, {**on, name: {**on[name], p: on[name][p] + d}}, POINT)
 
         share = 3e-4 if name == "amplitude_softening" else 3e-3  # a line close to bending over is sharply curved
         check(found, moved, 2e-5 if name == "local_damage" and p in "xy" else share * sigma)
@@ -191,36 +192,36 @@ def test_derivatives_follow_the_energy_with_every_other_effect_on(twin: EffectTw
         unit = np.eye(3)[law]
         check(
             line.by_material[law],
-            lambda d, unit=unit: twin.frf(POINT, replace(LAWS, value=LAWS.value + d * unit), on, lines),
+            lambda d, unit=unit: twin.frf(replace(LAWS, value=LAWS.value + d * unit), lines, on, POINT),
             1e-4,
         )
         check(
             line.by_slope[law],
-            lambda d, unit=unit: twin.frf(POINT, LAWS.tilted(d * unit, POINT.temperature), on, lines),
+            lambda d, unit=unit: twin.frf(LAWS.tilted(d * unit, POINT.temperature), lines, on, POINT),
             1e-4,
         )
     check(
         line.by_temperature,
-        lambda d: twin.frf(replace(POINT, temperature=POINT.temperature + d), LAWS, on, lines),
+        lambda d: twin.frf(LAWS, lines, on, replace(POINT, temperature=POINT.temperature + d)),
         1e-2,
     )
 
 
-def test_an_effect_that_is_not_on_yet_is_tried_at_the_linear_energy(twin: EffectTwin) -> None:
+def test_an_effect_that_is_not_on_yet_is_tried_at_the_linear_energy(twin: Twin[EffectPlate]) -> None:
     absent = {"a": 0.0, "b": 0.0}
     mass = {"point_mass": {"mass": 0.002}}
-    line = twin.linearise(POINT, LAWS, mass, LINES, [("amplitude_softening", p, absent) for p in absent])
+    line = twin.linearise(LAWS, LINES, mass, POINT, [("amplitude_softening", p, absent) for p in absent])
     for p, found in zip(absent, line.by_parameter, strict=True):
         one, two = (
-            twin.frf(POINT, LAWS, {**mass, "amplitude_softening": {**absent, p: d}}, LINES) for d in (1e-5, 2e-5)
+            twin.frf(LAWS, LINES, {**mass, "amplitude_softening": {**absent, p: d}}, POINT) for d in (1e-5, 2e-5)
         )
         quotient = (4.0 * one - two - 3.0 * line.transfer) / 2e-5
         assert np.abs(found - quotient).max() < 1e-5 * np.abs(quotient).max()
-    plain = twin.linearise(POINT, LAWS, mass, LINES)
+    plain = twin.linearise(LAWS, LINES, mass, POINT)
     np.testing.assert_allclose(line.by_material, plain.by_material, rtol=1e-12)
 
 
-def test_energies_are_counted_by_the_laws_that_a_fit_has_come_to(twin: EffectTwin) -> None:
+def test_energies_are_counted_by_the_laws_that_a_fit_has_come_to(twin: Twin[EffectPlate]) -> None:
     lossier = replace(LAWS, value=LAWS.value + np.array([0.0, 0.0, 0.1]))
     away = replace(LAWS, reference=60.0, slope=np.zeros(3))
     found = twin.counted([away, lossier], ["point_mass", "amplitude_softening"])
@@ -230,6 +231,6 @@ def test_energies_are_counted_by_the_laws_that_a_fit_has_come_to(twin: EffectTwi
     assert twin.counted([away, lossier], ["point_mass"]) is twin
 
 
-def test_an_energy_without_reference_is_refused(twin: EffectTwin) -> None:
+def test_an_energy_without_reference_is_refused(twin: Twin[EffectPlate]) -> None:
     with pytest.raises(ValueError, match="call `referred` first"):
-        replace(twin, peak_energy=None).frf(POINT, LAWS, SOFT, LINES)
+        replace(twin, peak_energy=None).frf(LAWS, LINES, SOFT, POINT)

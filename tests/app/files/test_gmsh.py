@@ -3,11 +3,17 @@
 import numpy as np
 import pytest
 
+from analysis.foreign_mesh import ForeignMesh
 from analysis.geometry import shapes
 from analysis.geometry.fault import GeometryError
-from simulation.meshing.foreign import foreign_mesh
+from analysis.patch import Patch
+from analysis.plate import Plate
+from app.files.drawing import DrawingError, with_drawings
+from app.files.gmsh import mesh_of_file
+from simulation.meshing.foreign import foreign_mesh as mesh_of
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import CURVE_DEGREE
+from simulation.shell.assembly import assemble
 from simulation.shell.lobatto import lobatto
 from simulation.shell.space import ShapeSpace
 
@@ -21,6 +27,10 @@ DISC = [
     Border("patch 1", shapes.circle((0, 0), 0.02)),
 ]
 TYPES = {(3, False): 2, (4, False): 3, (3, True): 9, (4, True): 16}
+
+
+def foreign_mesh(path, borders, *, unit=1.0, **how):
+    return mesh_of(ForeignMesh.model_validate(mesh_of_file(path, unit, {})), borders, **how)
 
 
 def written(
@@ -151,3 +161,53 @@ def test_what_is_no_mesh_is_refused(tmp_path):
     path.write_text("no mesh\n")
     with pytest.raises(ValueError, match="no Gmsh mesh that can be read"):
         foreign_mesh(path, SQUARE)
+
+
+def declared(folder, **mesh):
+    plate = {
+        "outline": {"kind": "rectangle", "center": (0.05, 0.05), "size": (0.1, 0.1)},
+        "hole": [{"kind": "rectangle", "center": (0.07, 0.07), "size": (0.02, 0.02)}],
+        "thickness": 0.003,
+        "mass": 0.03,
+        "mesh": mesh,
+    }
+    patch = {"id": "A1", "role": "actuator", "center": (0.03, 0.03), "size": (0.02, 0.02)}
+    patch |= {"thickness": 5e-4, "angle": float(np.rad2deg(0.3))}
+    return with_drawings(folder, {"plate": plate, "patch": [patch]})
+
+
+def test_a_declared_file_gives_the_answers_of_the_same_mesh_made_here(tmp_path):
+    mesh = mesh_plate(SQUARE, 0.003)
+    written(tmp_path / "a.msh", mesh, scale=1e-3, groups={"A1": mesh.inside["patch 1"]})
+    table = declared(tmp_path, file="a.msh", unit="mm")
+    assert "a.msh" not in repr(table)  # the declaration needs no other file
+    patches = [Patch.model_validate(item) for item in table["patch"]]
+    plate = Plate.model_validate(table["plate"])
+    assert Plate.model_validate_json(plate.model_dump_json(), strict=True) == plate
+    own = plate.model_copy(update={"mesh": None})
+    found = [assemble(one, patches, degree=3).compliance(2e9, 0.37, 0.05, [200.0, 700.0]) for one in (plate, own)]
+    assert found[0] == pytest.approx(found[1], rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "message"),
+    [
+        ({"file": "none.msh"}, "no such file"),
+        ({"file": "bad.msh"}, "no Gmsh mesh that can be read"),
+        ({"file": "bad.msh", "unit": "km"}, "allowed: 'mm' or 'cm'"),
+        ({"file": "bad.msh", "scale": 2.0}, "Extra inputs are not permitted"),
+    ],
+)
+def test_a_file_that_cannot_be_taken_is_named_with_its_key(tmp_path, mesh, message):
+    (tmp_path / "bad.msh").write_text("no mesh\n")
+    with pytest.raises(DrawingError, match=message) as caught:
+        declared(tmp_path, **mesh)
+    assert caught.value.key.startswith("plate.mesh")
+
+
+def test_a_support_ends_at_a_point_of_the_mesh(tmp_path):
+    path = written(tmp_path / "a.msh", mesh_plate(SQUARE, 0.003))
+    corner, beside = (0.1, 0.0), (0.0123, 0.0)
+    foreign_mesh(path, SQUARE, cuts=[corner])
+    with pytest.raises(GeometryError, match=r"no point at .*, where a support begins or ends"):
+        foreign_mesh(path, SQUARE, cuts=[corner, beside])

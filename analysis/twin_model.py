@@ -1,21 +1,26 @@
-"""What a twin must offer to the gap workflow."""
+"""What a twin must offer to whoever fits it to data: model updating and the gap workflow."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.effect_card import EffectCard, Values
+from analysis.effect_card import EffectCard, Values
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 Effects = Mapping[str, Values]
 """Values of the effects that are switched on, by effect; the others are absent."""
+
+NO_EFFECTS: Effects = MappingProxyType({})
+"""The plate as declared."""
 
 Tangent = tuple[str, str, Values]
 """Effect, parameter, and the point at which to differentiate: the effect's values, shapes included.
@@ -25,32 +30,13 @@ For an effect that is on, its values in `Effects` count and those given here are
 
 
 @dataclass(frozen=True)
-class SweepPoint:
-    """Under what circumstances one sweep was made.
-
-    Attributes
-    ----------
-    temperature : float
-        Mean reading of the oven (or of the plate's own sensor), degrees Celsius.
-    rate : float
-        dT/dt of the oven, signed, K/s: positive on the way up.
-    level : float
-        Drive amplitude, V.
-    """
-
-    temperature: float
-    rate: float
-    level: float
-
-
-@dataclass(frozen=True)
 class Linearisation:
-    """Transfer of one sweep and its derivatives, per volt on the actuator patch (no amplifier gain).
+    """Transfer of one sweep and its derivatives, per unit of the input (no amplifier gain).
 
     Attributes
     ----------
     transfer : (K, F) complex ndarray
-        V/V.
+        V/V with one patch driven and others read.
     by_material : (3, K, F) complex ndarray
         By the laws' values: log E, nu, log eta.
     by_slope : (3, K, F) complex ndarray
@@ -69,8 +55,8 @@ class Linearisation:
     by_parameter: Complex
 
 
-class GapModel(Protocol):
-    """A twin with a library of effects, seen from the gap workflow."""
+class TwinModel(Protocol):
+    """A twin as estimators see it: laws and effects in, transfer and its derivatives out."""
 
     @property
     def box(self) -> MaterialBox:
@@ -79,7 +65,7 @@ class GapModel(Protocol):
 
     @property
     def cards(self) -> Mapping[str, EffectCard]:
-        """The candidates."""
+        """The effects it knows; none for a plate as declared."""
         ...
 
     def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> Self:
@@ -89,20 +75,37 @@ class GapModel(Protocol):
         """
         ...
 
-    def frf(self, point: SweepPoint, laws: LocalLaws, effects: Effects, frequency: Real) -> Complex:
-        """Transfer of one sweep, (K, F); errors as `linearise`."""
+    def frf(
+        self, laws: LocalLaws, frequency: Real, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
+    ) -> Complex:
+        """Transfer of one sweep, (K, F); arguments and errors as `linearise`."""
         ...
 
     def linearise(
         self,
-        point: SweepPoint,
         laws: LocalLaws,
-        effects: Effects,
         frequency: Real,
+        effects: Effects = NO_EFFECTS,
+        point: SweepPoint | None = None,
         tangents: Sequence[Tangent] = (),
     ) -> Linearisation:
-        """Transfer over `frequency` (F,), Hz, and its derivatives at one sweep.
+        """Transfer of one sweep and its derivatives.
 
-        ValueError outside the box, or for an effect's value outside the range its accuracy is certified for.
+        Parameters
+        ----------
+        laws : LocalLaws
+        frequency : (F,) ndarray
+            Hz.
+        effects : mapping
+            Values of those that are on.
+        point : SweepPoint, optional
+            Circumstances of the sweep; unless given, a steady temperature, the laws' reference, at 1 V.
+        tangents : sequence of Tangent
+            Parameters of effects by which to differentiate.
+
+        Raises
+        ------
+        ValueError
+            Outside the box or the band, or for an effect's value outside the range its accuracy is certified for.
         """
         ...

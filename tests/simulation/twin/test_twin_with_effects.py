@@ -8,11 +8,11 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.experiment import Attachment
-from analysis.gap.model import SweepPoint
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
 from simulation.effects.library import library
-from simulation.reduction.effect_certification import state_error
+from simulation.reduction.effect_certification import GRID, state_error
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.shell.factors import factorize
@@ -23,7 +23,8 @@ from simulation.shell.rigidity import W
 from simulation.state.extreme_states import STEEPEST, combined_state, extreme_states
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
-from simulation.twin.effect_twin import EffectTwin
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
 
 Real = NDArray[np.float64]
 
@@ -49,7 +50,7 @@ def reduced(experiment, coarse_mesh):
 
 @pytest.fixture(scope="module")
 def twin(experiment, reduced):
-    return EffectTwin(experiment, reduced[0], library(experiment)).referred(LAWS)
+    return Twin.of(experiment, EffectPlate(reduced[0]), library(experiment)).referred(LAWS)
 
 
 def values_of(twin, name, share):
@@ -66,9 +67,9 @@ def test_all_eighteen_take_part(twin):
 
 
 def test_absent_effects_change_nothing(twin):
-    plain = twin.frf(POINT, LAWS, {}, LINES)
+    plain = twin.frf(LAWS, LINES, point=POINT)
     for name in every_effect(twin):
-        there = twin.frf(POINT, LAWS, {name: values_of(twin, name, 0.0)}, LINES)
+        there = twin.frf(LAWS, LINES, {name: values_of(twin, name, 0.0)}, POINT)
         assert there == pytest.approx(plain, rel=1e-9, abs=1e-9 * np.abs(plain).max()), name
 
 
@@ -77,7 +78,7 @@ def test_derivatives_by_every_parameter(twin):
     for name, card in twin.cards.items():
         at = values_of(twin, name, 0.3)
         wanted = [(name, p.name, at) for p in card.parameters]
-        line = exact.linearise(POINT, LAWS, {name: at}, LINES[::6], wanted)
+        line = exact.linearise(LAWS, LINES[::6], {name: at}, POINT, wanted)
         for parameter, found in zip(card.parameters, line.by_parameter, strict=True):
             # no one step is far from both rounding and curvature for all effects: the better of two counts
             errors = []
@@ -86,7 +87,7 @@ def test_derivatives_by_every_parameter(twin):
             ):
                 moved = [
                     exact.frf(
-                        POINT, LAWS, {name: {**at, parameter.name: at[parameter.name] + k * step}}, LINES[::6]
+                        LAWS, LINES[::6], {name: {**at, parameter.name: at[parameter.name] + k * step}}, POINT
                     )
                     for k in (1, -1, 2, -2)
                 ]
@@ -99,20 +100,20 @@ def test_derivatives_by_every_parameter(twin):
 def test_derivatives_by_material_temperature_and_slopes(twin):
     exact = replace(twin, reach=np.inf)
     on = {"thermal_lag": {"tau": 120.0}}
-    line = exact.linearise(POINT, LAWS, on, LINES[::6])
+    line = exact.linearise(LAWS, LINES[::6], on, POINT)
     for law in range(3):
         d = 1e-5 * np.eye(3)[law]
         # steps ten times as large and one order more: smaller ones drown in rounding
         one, other, two, third = (
-            exact.frf(POINT, replace(LAWS, value=LAWS.value + 10 * s * d), on, LINES[::6]) for s in (1, -1, 2, -2)
+            exact.frf(replace(LAWS, value=LAWS.value + 10 * s * d), LINES[::6], on, POINT) for s in (1, -1, 2, -2)
         )
         quotient = (8.0 * (one - other) - (two - third)) / 12e-4
         assert np.abs(line.by_material[law] - quotient).max() < 1e-6 * np.abs(quotient).max()
-        up, down = (exact.frf(POINT, LAWS.tilted(s * d, POINT.temperature), on, LINES[::6]) for s in (1, -1))
+        up, down = (exact.frf(LAWS.tilted(s * d, POINT.temperature), LINES[::6], on, POINT) for s in (1, -1))
         quotient = (up - down) / 2e-5
         assert np.abs(line.by_slope[law] - quotient).max() < 1e-5 * np.abs(quotient).max()
     up, down = (
-        exact.frf(replace(POINT, temperature=POINT.temperature + s * 1e-3), LAWS, on, LINES[::6]) for s in (1, -1)
+        exact.frf(LAWS, LINES[::6], on, replace(POINT, temperature=POINT.temperature + s * 1e-3)) for s in (1, -1)
     )
     quotient = (up - down) / 2e-3
     assert np.abs(line.by_temperature - quotient).max() < 1e-6 * np.abs(quotient).max()
@@ -120,44 +121,44 @@ def test_derivatives_by_material_temperature_and_slopes(twin):
 
 def test_few_coordinates_answer_like_all(twin):
     for effects in ({}, {"orthotropy": {"delta_e": 0.05, "delta_g": -0.04}}, {"point_mass": {"mass": 0.002}}):
-        few, all_of_them = (t.frf(POINT, LAWS, effects, LINES) for t in (twin, replace(twin, reach=np.inf)))
+        few, all_of_them = (t.frf(LAWS, LINES, effects, POINT) for t in (twin, replace(twin, reach=np.inf)))
         assert np.abs(few - all_of_them).max() < 2e-4 * np.abs(all_of_them).max()
 
 
 def test_a_lag_is_another_temperature(twin):
-    late = twin.frf(POINT, LAWS, {"thermal_lag": {"tau": 240.0}}, LINES)
+    late = twin.frf(LAWS, LINES, {"thermal_lag": {"tau": 240.0}}, POINT)
     colder = replace(POINT, temperature=POINT.temperature - 240.0 * POINT.rate)
-    assert late == pytest.approx(twin.frf(colder, LAWS, {}, LINES), rel=1e-9)
+    assert late == pytest.approx(twin.frf(LAWS, LINES, point=colder), rel=1e-9)
 
 
 def test_dispersion_is_another_modulus_at_each_frequency(twin):
     eta = LAWS.loss_factor(POINT.temperature)
     for f in (200.0, 500.0):
         line = np.array([f])
-        found = twin.frf(POINT, LAWS, {"viscoelastic_dispersion": {"kappa": 1.0}}, line)
+        found = twin.frf(LAWS, line, {"viscoelastic_dispersion": {"kappa": 1.0}}, POINT)
         stiffer = replace(LAWS, value=LAWS.value + np.array([2.0 * eta / np.pi * np.log(f / 500.0), 0.0, 0.0]))
-        assert found == pytest.approx(twin.frf(POINT, stiffer, {}, line), rel=2e-3)
-        found = twin.frf(POINT, LAWS, {"damping_dispersion": {"p": 0.2}}, line)
+        assert found == pytest.approx(twin.frf(stiffer, line, point=POINT), rel=2e-3)
+        found = twin.frf(LAWS, line, {"damping_dispersion": {"p": 0.2}}, POINT)
         damped = replace(LAWS, value=LAWS.value + np.array([0.0, 0.0, 0.2 * np.log(f / 500.0)]))
-        assert found == pytest.approx(twin.frf(POINT, damped, {}, line), rel=2e-3)
+        assert found == pytest.approx(twin.frf(damped, line, point=POINT), rel=2e-3)
 
 
 def test_softening_grows_with_the_square_of_the_level(twin):
     on = {"amplitude_softening": {"a": 1e-4, "b": 0.0}}
-    plain, strong = (twin.frf(POINT, LAWS, effects, LINES) for effects in ({}, on))
-    weak = twin.frf(replace(POINT, level=1.0), LAWS, on, LINES)
+    plain, strong = (twin.frf(LAWS, LINES, effects, POINT) for effects in ({}, on))
+    weak = twin.frf(LAWS, LINES, on, replace(POINT, level=1.0))
     assert strong - plain == pytest.approx(4.0 * (weak - plain), abs=0.02 * np.abs(strong - plain).max())
 
 
 def test_point_loads_against_the_full_plate(twin, reduced):
     ops, full, _ = reduced
     order = {(0.03, 0.187): 0, (0.058, 0.03): 1}
-    state = twin.state(POINT, LAWS, {}, LINES)
+    state = twin.state(LAWS, LINES, {}, POINT)
     xi, zeta = full.sampling
     exact = full.matrices(type(state).baseline(xi, zeta, LAWS, POINT.temperature, LINES))
     discs = [attached_disc(full.shell.plate, Attachment(point=point)) for point in order]
     rows = full.unknowns.rows(footprint_rows(full.shell.space, discs), W).toarray()
-    peak = np.abs(twin.frf(POINT, LAWS, {}, LINES)).max()
+    peak = np.abs(twin.frf(LAWS, LINES, point=POINT)).max()
     for effects, place, k, c, m in (
         ({"point_mass": {"mass": 0.002}}, (0.058, 0.03), 0.0, 0.0, 0.002),
         ({"suspension": {"stiffness": 300.0, "damping": 0.4}}, (0.03, 0.187), 300.0, 0.4, 0.0),
@@ -177,19 +178,19 @@ def test_point_loads_against_the_full_plate(twin, reduced):
             load = twin.experiment.acquisition
             across = ops.capacitance[1] + load.input_capacitance + 1.0 / (1j * omega * load.input_resistance)
             expected = -g[1, 0] / (across + g[1, 1])
-            found = twin.frf(POINT, LAWS, effects, np.array([f]))[0, 0]
+            found = twin.frf(LAWS, np.array([f]), effects, POINT)[0, 0]
             assert abs(found - expected) < 5e-4 * peak, (effects, f)
 
 
 def test_light_mass_lowers_a_mode_as_rayleigh_says(twin, reduced):
     ops, _, _ = reduced
-    plain = twin._solved(twin.state(POINT, LAWS, {}, LINES), LINES)  # modes of the plate as it is
+    plain = twin.solved(twin.state(LAWS, LINES, {}, POINT), LINES)  # modes of the plate as it is
     stiffness, mass = plain.composite.plate + plain.composite.fixed, plain.composite.mass
     squares, shapes = np.linalg.eigh(np.linalg.solve(mass, stiffness))
     elastic = int(np.searchsorted(squares, (2 * np.pi * 100.0) ** 2))
     there = ops.deflection[1] @ plain.basis @ shapes[:, elastic]
     light = 1e-5
-    loaded = twin._solved(twin.state(POINT, LAWS, {"point_mass": {"mass": light}}, LINES), LINES)
+    loaded = twin.solved(twin.state(LAWS, LINES, {"point_mass": {"mass": light}}, POINT), LINES)
     k, m = loaded.composite.plate + loaded.composite.fixed, loaded.composite.mass
     moved = np.sort(np.linalg.eigvals(np.linalg.solve(m, k)).real)[elastic]
     assert moved / squares[elastic] - 1.0 == pytest.approx(-light * there**2, rel=0.01)
@@ -203,7 +204,7 @@ def test_states_at_the_edges_of_their_ranges_against_the_full_plate(reduced):
     def error(make: Callable[[Real, Real], PlateState]) -> float:
         few = make(basis.xi, basis.zeta)
         there = full.moved_by(few.offset_x, few.offset_y)  # fields stay where they are when the sensor moves
-        return state_error(full, ops, few, make(*there.sampling), rng)
+        return state_error(full, ops, few, make(*there.sampling), int(rng.integers(GRID)))
 
     def extreme(xi: Real, zeta: Real, size: float) -> list[PlateState]:
         return extreme_states(xi, zeta, laws, ops.offset_range, size)
@@ -216,6 +217,6 @@ def test_states_at_the_edges_of_their_ranges_against_the_full_plate(reduced):
 
 def test_it_refuses_what_was_not_certified(twin):
     with pytest.raises(ValueError, match=r"modulus along x over E .* outside the twin's certified range"):
-        twin.frf(POINT, LAWS, {"orthotropy": {"delta_e": 0.3, "delta_g": 0.0}}, LINES)
+        twin.frf(LAWS, LINES, {"orthotropy": {"delta_e": 0.3, "delta_g": 0.0}}, POINT)
     with pytest.raises(ValueError, match="youngs_modulus"):
-        twin.frf(POINT, replace(LAWS, value=LAWS.value + np.array([2.0, 0.0, 0.0])), {}, LINES)
+        twin.frf(replace(LAWS, value=LAWS.value + np.array([2.0, 0.0, 0.0])), LINES, point=POINT)

@@ -1,0 +1,67 @@
+"""JSON and TOML that anybody may have written: of bounded length, and not nested without end."""
+
+import json
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+LARGEST = 1_000_000
+"""Bytes: a declaration is a page of text, and more is not one."""
+DEEPEST = 32
+"""Tables in tables, lists in lists; a declaration has six."""
+
+
+def read_text(path: Path, largest: int = LARGEST) -> str:
+    """Read a file of UTF-8 text, see `read_bytes`; UnicodeDecodeError, a ValueError, for other bytes."""
+    return read_bytes(path, largest).decode("utf-8")
+
+
+def read_bytes(path: Path, largest: int = LARGEST) -> bytes:
+    """Read a file, or no more of it than is allowed, whatever its system says of its size.
+
+    Raises
+    ------
+    ValueError
+        Where it is larger than `largest` bytes.
+    OSError
+        Where it cannot be read.
+    """
+    with path.open("rb") as file:
+        content = file.read(largest + 1)
+    if len(content) > largest:
+        raise ValueError(f"{path.stat().st_size} bytes; allowed: at most {largest}")
+    return content
+
+
+def parse_json(text: str | bytes) -> Any:
+    """Parse JSON; ValueError where it is none, holds NaN or infinity, or is nested too deeply."""
+    return _parsed(lambda: json.loads(text, parse_constant=_refused))
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Parse TOML; ValueError where it is none (TOMLDecodeError, with the place) or is nested too deeply."""
+    table: dict[str, Any] = _parsed(lambda: tomllib.loads(text))
+    return table
+
+
+def _parsed(parse: Callable[[], Any]) -> Any:
+    try:
+        value = parse()
+    except RecursionError as error:
+        raise ValueError(f"nested more than {DEEPEST} deep") from error
+    level = [value]
+    for _ in range(DEEPEST):
+        level = [part for held in level for part in _parts(held)]
+        if not level:
+            return value
+    raise ValueError(f"nested more than {DEEPEST} deep")
+
+
+def _parts(held: Any) -> list[Any]:
+    inner = held.values() if isinstance(held, dict) else held if isinstance(held, list) else ()
+    return [part for part in inner if isinstance(part, dict | list)]
+
+
+def _refused(name: str) -> float:
+    raise ValueError(f"{name} is no number of JSON")

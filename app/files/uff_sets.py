@@ -1,0 +1,65 @@
+"""Where the data sets of a universal file begin and end: what lies between the lines that read ``    -1``."""
+
+import re
+
+DELIMITER = re.compile(rb" {4}-1[ \t]*(?:\r\n?|\n|\Z)")
+"""Ends a line of its own; after binary samples there need not be a new one."""
+BLANK = re.compile(rb"(?:[ \t]*[\r\n]|[\0\x1a])*")
+"""Spaces without an end of line may be the beginning of a delimiter that was cut."""
+TYPE = re.compile(rb" {0,5}(\d{1,6})(b?)[^\r\n]*(?:\r\n?|\n)")
+LINE = re.compile(rb"[^\r\n]*(?:\r\n?|\n)")
+LINES = 11
+"""Of the head of a data set, before the samples."""
+BYTES = slice(31, 43)
+"""Columns in the first line of a binary set that give the length of its samples; some programs' are wrong."""
+
+
+def data_sets(content: bytes) -> list[int]:
+    """Types of the data sets, in order.
+
+    Raises
+    ------
+    ValueError
+        Where a set does not end, has no type, or something else stands between two: the file is damaged, or was
+        cut short.
+    """
+    kinds: list[int] = []
+    place = _after_blank(content, 0)
+    while place < len(content):
+        begin = DELIMITER.match(content, place)
+        kind = TYPE.match(content, begin.end()) if begin else None
+        if begin is None or kind is None:
+            lacks = "type of a data set" if begin else "    -1 that begins a data set"
+            raise ValueError(f"byte {place}: no {lacks}, after {len(kinds)} of them; cut short or damaged?")
+        ends = _end(content, kind)
+        if ends is None:
+            seen = f"data set {len(kinds) + 1} (type {int(kind[1])}, from byte {place})"
+            raise ValueError(f"{seen} has no end; cut short?")
+        kinds.append(int(kind[1]))
+        place = _after_blank(content, ends)
+    return kinds
+
+
+def _end(content: bytes, kind: re.Match[bytes]) -> int | None:
+    """Return where the set with this first line ends, its delimiter included."""
+    if kind[2]:
+        samples = kind.end()
+        for _ in range(LINES):
+            line = LINE.match(content, samples)
+            samples = line.end() if line else len(content)
+        declared = kind[0][BYTES].strip()
+        after = samples + int(declared) if declared.isdigit() else samples
+        for close in (DELIMITER.match(content, after + skip) for skip in (0, 1, 2)):
+            if close:
+                return close.end()
+        found = DELIMITER.search(content, samples)
+        return found.end() if found else None
+    for close in DELIMITER.finditer(content, kind.end()):
+        if content[close.start() - 1] in b"\r\n":
+            return close.end()
+    return None
+
+
+def _after_blank(content: bytes, place: int) -> int:
+    blank = BLANK.match(content, place)
+    return blank.end() if blank else place

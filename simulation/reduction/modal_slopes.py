@@ -1,0 +1,81 @@
+"""Derivatives of the transfers of a modal form by changes of its stiffness."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simulation.reduction.dashpots import connected, connected_derivatives
+from simulation.reduction.modal_form import ModalForm
+from simulation.reduction.pole_sums import PoleSums
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+SAME_POLE = 1e-9
+"""Relative distance below which two poles count as one double pole."""
+
+
+@dataclass(frozen=True)
+class ModalSlopes:
+    """a' Z**-1 b of I columns a and J columns b at F lines, and how a changing stiffness moves it.
+
+    The derivative for a change K' of the stiffness is -a' Z**-1 K' Z**-1 b. In modal coordinates the product of
+    two terms 1/((p - s)(q - s)) is the difference of the single terms over q - p, so that a sum over pairs of
+    poles and frequencies becomes one over pairs of poles and one over frequencies.
+
+    Attributes
+    ----------
+    form : ModalForm
+    frequency : (F,) ndarray
+        Hz.
+    left : (I + q, r) complex ndarray
+        The columns a in modal coordinates, those of the q dashpots after them.
+    right : (r, J + q) complex ndarray
+        The columns b likewise.
+    sums : PoleSums
+    apart : (r, r) complex ndarray
+        1/(q - p) of all pairs of poles; 0 where they are one.
+    double : (r, r) bool ndarray
+        Pairs that are one.
+    whole : (I + q, J + q, F) complex ndarray
+        a' Z**-1 b without the dashpots.
+    """
+
+    form: ModalForm
+    frequency: Real
+    left: Complex
+    right: Complex
+    sums: PoleSums
+    apart: Complex
+    double: NDArray[np.bool_]
+    whole: Complex
+
+    @classmethod
+    def of(
+        cls, form: ModalForm, left: Real, right: Real, frequency: ArrayLike, sums: PoleSums | None = None
+    ) -> Self:
+        """Take the columns a (r, I) and b (r, J); `sums` are those of the form's poles, where they are known."""
+        lines = np.atleast_1d(np.asarray(frequency, float))
+        a, b = form.with_dashpots(left).T @ form.shapes, form.inverse @ form.with_dashpots(right)
+        sums = sums or PoleSums.of(form.poles, lines)
+        gap = form.poles[None, :] - form.poles[:, None]
+        double = np.abs(gap) <= SAME_POLE * np.abs(form.poles)[:, None]
+        apart = np.where(double, 0.0, 1.0 / np.where(double, 1.0, gap))
+        return cls(form, lines, a, b, sums, apart, double, sums.simple(a[:, None] * b.T[None]))
+
+    @property
+    def compliance(self) -> Complex:
+        """A' Z**-1 b, (I, J, F)."""
+        return connected(self.whole, self.form.count, self.frequency)
+
+    def by(self, change: Real) -> Complex:
+        """Differentiate `compliance`, (I, J, F), by what changes the stiffness at the rate `change` (r, r)."""
+        a, b = self.left, self.right
+        modal = self.form.inverse @ change @ self.form.shapes
+        split = modal * self.apart
+        slope = self.sums.simple((a @ split)[:, None] * b.T[None] - a[:, None] * (split @ b).T[None])
+        own = np.where(self.double, modal, 0.0) @ b
+        slope -= self.sums.squared(a[:, None] * own.T[None])
+        return np.asarray(connected_derivatives(self.whole, slope[None], self.form.count, self.frequency)[0])

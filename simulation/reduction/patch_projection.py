@@ -1,0 +1,85 @@
+"""Projection of every energy of a plate's patches onto given vectors."""
+
+from concurrent.futures import Executor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.reduction.effect_operators import BENDING_DEGREE
+from simulation.reduction.effect_projection import Projector, Rows, weight_table
+from simulation.shell.rigidity import SHEAR_FACTOR, THX, THY, U, V, W
+from simulation.state.field_basis import polynomials
+
+Real = NDArray[np.float64]
+
+
+def patch_energies(p: Projector, executor: Executor) -> dict[str, Real]:
+    """Stacks ``patch_own``, ``patch_membrane``, ``patch_mass`` and ``coupling`` of `EffectOperators`."""
+    table, nominal = (
+        weight_table(p, polynomials(BENDING_DEGREE)),
+        p.full.shell.space.spread(p.full.shell.thickness),
+    )
+
+    def of(place: int) -> tuple[Real, Real, Real, Real]:
+        return _one_patch(p, place, table, nominal)
+
+    parts = list(executor.map(of, range(len(p.full.shell.patches))))
+    r, terms = p.vectors.shape[1], len(table)
+    own, membrane, mass, coupling = np.zeros((r, r)), np.zeros((1 + 2 * terms, r, r)), np.zeros((r, r)), []
+    for one in parts:
+        own, membrane, mass = own + one[0], membrane + one[1], mass + one[2]
+        coupling.append(one[3])
+    return {
+        "patch_own": own + p.vectors.T @ (p.full.supports @ p.vectors),
+        "patch_membrane": membrane,
+        "patch_mass": mass,
+        "coupling": np.reshape(coupling, (len(parts), 1 + terms, r)).transpose(1, 2, 0),
+    }
+
+
+def _one_patch(p: Projector, place: int, table: Real, nominal: Real) -> tuple[Real, Real, Real, Real]:
+    """Return what one patch adds to `patch_energies`: own, membrane, mass, and its column of the coupling."""
+    r, terms, shell = p.vectors.shape[1], len(table), p.full.shell
+    patch, covered = shell.patches[place], shell.under[place]
+    ceramic, t = shell.materials[patch.material], patch.thickness
+    sign = 1.0 if patch.side == "top" else -1.0
+    q11, q12 = ceramic.stiffness
+    plane = np.array([[q11, q12, 0.0], [q12, q11, 0.0], [0.0, 0.0, 0.5 * (q11 - q12)]])
+    own, mass = np.zeros((r, r)), np.zeros((r, r))
+    membrane, coupling = np.zeros((1 + 2 * terms, r, r)), np.zeros((1 + terms, r))
+    for rows in p.rows(shell.space, covered):
+        dx, h = rows.dx, nominal[rows.points]
+        z0, lever = 0.5 * sign * (h + t), 0.5 * sign * h
+        bent = rows.strain[3:6]
+        flat = rows.strain[:3] + z0[:, None] * bent
+        own += t**3 / 12.0 * _form(bent, bent, plane, dx)
+        for shear in rows.strain[6:]:
+            own += SHEAR_FACTOR * t * plane[2, 2] * shear.T @ (dx[:, None] * shear)
+        membrane[0] += t * _form(flat, flat, plane, dx)
+        mass += ceramic.density * t * _inertia(rows, z0, t)
+        coupling[0] += ceramic.e31 * (flat[0] + flat[1]).T @ dx
+        for j in range(terms):
+            weight = dx * table[j, rows.points]
+            cross = _form(flat, bent, plane, weight * lever)
+            membrane[1 + j] += t * (cross + cross.T)
+            membrane[1 + terms + j] += t * _form(bent, bent, plane, weight * lever**2)
+            coupling[1 + j] += ceramic.e31 * (bent[0] + bent[1]).T @ (weight * lever)
+    return own, membrane, mass, coupling
+
+
+def _form(left: Real, right: Real, plane: Real, weight: Real) -> Real:
+    """Energy of two sets of in-plane strains (3, Q, r) for moduli (3, 3) and weights (Q,)."""
+    total = np.zeros((left.shape[2], right.shape[2]))
+    for a, b in zip(*np.nonzero(plane), strict=True):
+        total += plane[a, b] * (left[a].T @ (weight[:, None] * right[b]))
+    return total
+
+
+def _inertia(rows: Rows, height: Real, thickness: float) -> Real:
+    """Inertia per area density of a layer whose middle lies `height` (Q,) over the mid-plane."""
+    total = np.zeros((rows.motion.shape[2],) * 2)
+    for straight, turning in ((U, THX), (V, THY)):
+        moving = rows.motion[straight] + height[:, None] * rows.motion[turning]
+        total += moving.T @ (rows.dx[:, None] * moving)
+        total += thickness**2 / 12.0 * rows.motion[turning].T @ (rows.dx[:, None] * rows.motion[turning])
+    return np.asarray(total + rows.motion[W].T @ (rows.dx[:, None] * rows.motion[W]))

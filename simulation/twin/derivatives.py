@@ -1,0 +1,91 @@
+"""Derivatives of what the recorder reads, by whatever moves the state of a plate: material and effects alike."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.reduction.composition import STEP
+from simulation.reduction.modal_slopes import ModalSlopes
+from simulation.twin.local_solution import LocalSolution
+from simulation.twin.reading import Reading
+from simulation.twin.reduced_plate import CompositeSlopes, ReducedPlate
+from simulation.twin.sensitivity import ModalSensitivity, Sensitivity
+from simulation.twin.strain_energy import SPECTRA, EnergySlopes, StateOf
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Derivatives of the outputs at one state.
+
+    Attributes
+    ----------
+    reading : Reading
+        What is differentiated.
+    slopes : CompositeSlopes
+        Of the plate's matrices.
+    sensitivity : Sensitivity or ModalSensitivity
+        Of the transfer by these.
+    energy : (F,) ndarray
+        Relative strain energy at which the state stands.
+    by_energy : EnergySlopes or None
+        Of that energy; None where nothing follows it.
+    """
+
+    reading: Reading
+    slopes: CompositeSlopes
+    sensitivity: Sensitivity | ModalSensitivity
+    energy: Real
+    by_energy: EnergySlopes | None
+
+    @classmethod
+    def of(
+        cls,
+        plate: ReducedPlate,
+        solved: LocalSolution,
+        reading: Reading,
+        state_of: StateOf,
+        energy: Real,
+        scale: float,
+    ) -> Self:
+        """Take a solved state, and the state that any relative strain energy would make.
+
+        Parameters
+        ----------
+        plate : ReducedPlate
+        solved : LocalSolution
+            Of the state at `energy`.
+        reading : Reading
+            Of it.
+        state_of : callable
+            (F,) relative strain energy -> PlateState.
+        energy : (F,) ndarray
+        scale : float
+            Relative energies per J/V2.
+        """
+        state, transfer = solved.state, reading.transfer
+        sensitivity: Sensitivity | ModalSensitivity
+        if solved.modal is None:
+            sensitivity = Sensitivity.of(solved, state, reading.drive, reading.sense)
+        else:
+            ports, instruments = solved.composite.coupling, transfer.instruments
+            seen, driving = ports[:, list(instruments.seen)], ports[:, list(instruments.driving)]
+            slopes = ModalSlopes.of(solved.modal, seen, driving, solved.frequency, solved.sums)
+            sensitivity = ModalSensitivity(solved, state, transfer, slopes)
+        follower = state_of(energy + 1j * STEP)
+        by_energy = None
+        if any(np.imag(getattr(follower, name)).any() for name in (*SPECTRA, "log_gain", "phase")):
+            by_energy = EnergySlopes.of(solved, transfer.instruments.source, state, follower, scale)
+        return cls(reading, plate.slopes(state, solved.basis), sensitivity, energy, by_energy)
+
+    def by(self, state_of: StateOf) -> Complex:
+        """Differentiate the outputs, (K, F), by the parameter whose imaginary step `state_of` has taken."""
+        stepped = state_of(self.energy)
+        moved = self.slopes.by(stepped)
+        if self.by_energy:
+            stepped = state_of(self.energy + 1j * STEP * self.by_energy.by(moved, stepped))
+        return self.reading.change(self.sensitivity.by(moved, stepped), stepped)

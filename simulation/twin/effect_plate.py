@@ -1,0 +1,96 @@
+"""A reduced plate in any state that effects make of it: the twin of the gap workflow."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.material import MaterialBox
+from simulation.reduction.composition import Coefficients, Composite, composed
+from simulation.reduction.effect_operators import EffectOperators
+from simulation.state.certified_range import require_certified
+from simulation.state.damaged_spots import spots_slope, with_spots
+from simulation.state.plate_state import PlateState
+from simulation.twin.local_slopes import LocalSlopes
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class EffectPlate:
+    """A `simulation.twin.reduced_plate.ReducedPlate` whose matrices `operators` compose."""
+
+    operators: EffectOperators
+
+    @property
+    def box(self) -> MaterialBox:
+        """Of `operators`."""
+        return self.operators.box
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Of `operators`."""
+        return self.operators.band
+
+    @property
+    def error(self) -> float:
+        """Of `operators`."""
+        return self.operators.error
+
+    @property
+    def capacitance(self) -> Real:
+        """Of `operators`."""
+        return self.operators.capacitance
+
+    @property
+    def footprints(self) -> Real:
+        """Of `operators`."""
+        return self.operators.footprints
+
+    @property
+    def damping(self) -> Real:
+        """Of `operators`."""
+        return self.operators.damping
+
+    @property
+    def normal(self) -> Real:
+        """Of `operators`."""
+        return self.operators.normal
+
+    @property
+    def points(self) -> Real:
+        """Of `operators`."""
+        return self.operators.points
+
+    @property
+    def deflection(self) -> Real:
+        """Of `operators`."""
+        return self.operators.deflection
+
+    def require(self, state: PlateState) -> None:
+        """ValueError, naming value and range, for a state beyond what the error was measured for."""
+        require_certified(state, self.operators)
+
+    def composed(self, state: PlateState) -> Composite:
+        """Return the matrices of a state, its damaged spots included."""
+        return with_spots(self.operators, composed(self.operators, self._coefficients(state)), state)
+
+    def slopes(self, state: PlateState, basis: Real) -> "EffectSlopes":
+        """Return derivatives of `composed`."""
+        return EffectSlopes(self.operators, LocalSlopes(self.operators, basis, self._coefficients(state)), basis)
+
+    def _coefficients(self, state: PlateState) -> Coefficients:
+        return Coefficients.of(state, self.operators.offset_range or 1.0)
+
+
+@dataclass(frozen=True)
+class EffectSlopes:
+    """Derivatives of a plate's matrices by its fields and by its damaged spots, in local coordinates."""
+
+    operators: EffectOperators
+    fields: LocalSlopes
+    basis: Real
+
+    def by(self, stepped: PlateState) -> Composite:
+        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`."""
+        return spots_slope(self.operators, self.fields.by(stepped), stepped, self.basis)

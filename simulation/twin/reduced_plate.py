@@ -1,0 +1,85 @@
+"""What a reduced plate must offer to the twin: its matrices in any state it knows."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.material import MaterialBox
+from simulation.reduction.composition import Composite
+from simulation.state.plate_state import PlateState
+
+Real = NDArray[np.float64]
+
+
+class CompositeSlopes(Protocol):
+    """Derivatives of a composite in some local coordinates."""
+
+    def by(self, stepped: PlateState) -> Composite:
+        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`."""
+        ...
+
+
+class LoadedPlate(Protocol):
+    """What acts on a reduced plate of r coordinates besides its stiffness and its patches."""
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Hz."""
+        ...
+
+    @property
+    def damping(self) -> Real:
+        """Of the supports' dashpots, (r, r), N s/m."""
+        ...
+
+    @property
+    def normal(self) -> Real:
+        """Integral of w times w, (r, r), m2."""
+        ...
+
+    @property
+    def points(self) -> Real:
+        """Where point loads can act, (K, 2), m."""
+        ...
+
+    @property
+    def deflection(self) -> Real:
+        """Deflection w there, (K, r)."""
+        ...
+
+
+class ReducedPlate(LoadedPlate, Protocol):
+    """A plate with P patches and S footprints of transducers over r coordinates."""
+
+    @property
+    def box(self) -> MaterialBox:
+        """Materials within which it may be asked."""
+        ...
+
+    @property
+    def error(self) -> float:
+        """Certified error of a transfer."""
+        ...
+
+    @property
+    def capacitance(self) -> Real:
+        """Of the patches, (P,), F."""
+        ...
+
+    @property
+    def footprints(self) -> Real:
+        """Mean deflection over each, (S, r)."""
+        ...
+
+    def require(self, state: PlateState) -> None:
+        """ValueError, naming value and range, for a state that it does not know or is not certified for."""
+        ...
+
+    def composed(self, state: PlateState) -> Composite:
+        """Return the matrices of a state, the patches as its only ports."""
+        ...
+
+    def slopes(self, state: PlateState, basis: Real) -> CompositeSlopes:
+        """Return derivatives of `composed` at a state, in the local coordinates that are columns of `basis`."""
+        ...

@@ -1,0 +1,82 @@
+"""The states that an experiment's plate can take: effects of a library applied in their order."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.effect_card import EffectCard
+from analysis.experiment import Experiment
+from analysis.local_laws import LocalLaws
+from analysis.sweep_point import SweepPoint
+from simulation.effects.effect import Effect
+from simulation.effects.library import apply_all
+from simulation.reduction.effect_operators import BENDING_DEGREE
+from simulation.state.field_basis import field_basis
+from simulation.state.plate_state import Circumstances, PlateState
+
+Real = NDArray[np.float64]
+StateEffects = Mapping[str, Mapping[str, Any]]
+"""As `analysis.twin_model.Effects`; values may be complex."""
+
+
+@dataclass(frozen=True)
+class States:
+    """States of one plate.
+
+    Attributes
+    ----------
+    experiment : Experiment or None
+        Gives effects their circumstances; None for a plate that only stands as declared.
+    library : mapping
+        Effects by name, in the order in which they are applied.
+    """
+
+    experiment: Experiment | None = None
+    library: Mapping[str, Effect] = field(default_factory=dict)
+
+    @cached_property
+    def cards(self) -> Mapping[str, EffectCard]:
+        """The effects that this experiment can hold."""
+        if self.experiment is None:
+            return {}
+        return {name: effect.card(self.experiment) for name, effect in self.library.items()}
+
+    def follow_energy(self, effects: Iterable[str]) -> bool:
+        """Whether any of some effects looks at the strain energy."""
+        return any(name in self.library and self.library[name].needs_strain_energy for name in effects)
+
+    def at(
+        self, point: SweepPoint, laws: LocalLaws, effects: StateEffects, frequency: Real, energy: NDArray[Any]
+    ) -> PlateState:
+        """Return the plate with some effects on, fields at the points of `field_basis`.
+
+        Parameters
+        ----------
+        point : SweepPoint
+        laws : LocalLaws
+        effects : mapping
+            Values of those that are on.
+        frequency : (F,) ndarray
+            Hz.
+        energy : (F,) ndarray
+            Relative strain energy, see `Circumstances`.
+
+        Raises
+        ------
+        ValueError
+            For an effect that is not in the library.
+        """
+        basis = field_basis(BENDING_DEGREE)
+        if self.experiment is not None:
+            laws = self.experiment.plate.grown(laws)
+        state = PlateState.baseline(basis.xi, basis.zeta, laws, point.temperature, frequency)
+        if not effects:
+            return state
+        if self.experiment is None:
+            raise ValueError("this plate has no experiment that gives effects their circumstances")
+        seen = replace(Circumstances.of(self.experiment, point, frequency), strain_energy=energy)
+        return apply_all(self.library, state, seen, effects)

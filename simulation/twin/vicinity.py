@@ -1,0 +1,76 @@
+"""One sweep's state and what lies beside it: every parameter stepped into the complex plane, one at a time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.local_laws import LocalLaws
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import Linearisation, Tangent
+from simulation.reduction.composition import STEP
+from simulation.state.plate_state import PlateState
+from simulation.twin.derivatives import Derivatives
+from simulation.twin.states import StateEffects, States
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Vicinity:
+    """What decides the state of a plate during one sweep.
+
+    Attributes
+    ----------
+    states : States
+    point : SweepPoint
+    laws : LocalLaws
+    effects : mapping
+        Values of those that are on.
+    frequency : (F,) ndarray
+        Hz.
+    """
+
+    states: States
+    point: SweepPoint
+    laws: LocalLaws
+    effects: StateEffects
+    frequency: Real
+
+    def state(self, energy: NDArray[np.generic]) -> PlateState:
+        """Return the plate's state at relative strain energies (F,)."""
+        return self.states.at(self.point, self.laws, self.effects, self.frequency, energy)
+
+    def linearisation(self, derivatives: Derivatives, tangents: Sequence[Tangent]) -> Linearisation:
+        """Differentiate the outputs by material, slopes, temperature and the effects' parameters `tangents`."""
+        response = derivatives.reading.response
+
+        def by(**stepped: object) -> Complex:
+            return derivatives.by(replace(self, **stepped).state)  # type: ignore[arg-type]
+
+        # uniform plate at the oven's temperature: the derivatives with respect to the slopes vanish
+        follows = bool((self.state(derivatives.energy).temperature != self.point.temperature).any())
+        by_slope = [by(laws=self._turned(law)) if follows else np.zeros_like(response) for law in range(3)]
+        by_parameter = [by(effects=self._stepped(tangent)) for tangent in tangents]
+        return Linearisation(
+            transfer=response,
+            by_material=np.array([by(laws=self._moved(law)) for law in range(3)]),
+            by_slope=np.array(by_slope),
+            by_temperature=by(point=replace(self.point, temperature=self.point.temperature + 1j * STEP)),  # type: ignore[arg-type]
+            by_parameter=np.array(by_parameter).reshape(len(tangents), *response.shape),
+        )
+
+    def _moved(self, law: int) -> LocalLaws:
+        value = self.laws.value.astype(complex)
+        value[law] += 1j * STEP
+        return replace(self.laws, value=value)
+
+    def _turned(self, law: int) -> LocalLaws:
+        return self.laws.tilted(1j * STEP * np.eye(3)[law], self.point.temperature)
+
+    def _stepped(self, tangent: Tangent) -> StateEffects:
+        name, parameter, absent = tangent
+        values = dict(self.effects.get(name, absent))
+        return {**self.effects, name: {**values, parameter: values[parameter] + 1j * STEP}}

@@ -1,0 +1,63 @@
+"""JSON and TOML of bounded size and depth."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from app.files import control
+from app.files.campaign_error import CampaignFileError
+from app.files.events import read_events
+from app.files.parsed_text import DEEPEST, LARGEST, parse_json, parse_toml, read_text
+from app.files.settings_toml import read_table
+
+
+def test_what_is_plain_is_parsed() -> None:
+    assert parse_json(b'{"a": [1, 2.5, "x", null, true]}') == {"a": [1, 2.5, "x", None, True]}
+    assert parse_toml("a = [1, 2]\n[b.c]\nd = 'e'") == {"a": [1, 2], "b": {"c": {"d": "e"}}}
+    deepest = "[" * DEEPEST + "]" * DEEPEST
+    assert json.dumps(parse_json(deepest)) == deepest
+
+
+@pytest.mark.parametrize("depth", [DEEPEST + 1, 900, 100_000])
+def test_what_is_nested_without_end_is_refused(depth: int) -> None:
+    with pytest.raises(ValueError, match="nested more than 32 deep"):
+        parse_json("[" * depth + "]" * depth)
+    with pytest.raises(ValueError, match="nested more than 32 deep"):
+        parse_json('{"a":' * depth + "1" + "}" * depth)
+    with pytest.raises(ValueError, match="nested more than 32 deep"):
+        parse_toml("a = " + "[" * depth + "]" * depth)
+
+
+def test_tables_named_by_very_many_keys_are_refused() -> None:
+    with pytest.raises(ValueError, match="nested more than 32 deep"):
+        parse_toml(".".join(["a"] * 2000) + " = 1")
+
+
+@pytest.mark.parametrize("text", ["NaN", "[Infinity]", '{"a": -Infinity}'])
+def test_json_has_no_nan(text: str) -> None:
+    with pytest.raises(ValueError, match="no number of JSON"):
+        parse_json(text)
+
+
+def test_no_more_is_read_than_allowed(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text("#" * LARGEST)
+    assert len(read_text(path)) == LARGEST
+    path.write_text("#" * (LARGEST + 1))
+    with pytest.raises(ValueError, match="1000001 bytes; allowed: at most 1000000"):
+        read_text(path)
+    with pytest.raises(CampaignFileError, match=r"a\.toml: 1000001 bytes"):
+        read_table(path)
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, '{"wish":' * 500 + "1" + "}" * 500, "[]", '{"wish": ["stop"]}'])
+def test_no_wish_disturbs_a_runner(tmp_path: Path, text: str) -> None:
+    (tmp_path / control.NAME).write_text(text)
+    assert control.wished(tmp_path) == "go on"
+
+
+def test_a_log_of_nested_events_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "events.jsonl").write_text('{"event": "begun"}\n{"event": ' + "[" * 5000 + "]" * 5000 + "}\n")
+    with pytest.raises(CampaignFileError, match=r"events\.jsonl: line 2"):
+        read_events(tmp_path)
