@@ -11,7 +11,8 @@ from pathlib import Path
 from app.campaign_screen import duration
 from app.files.experiment_toml import AcquiredExperiment
 from drivers.ni.wiring import Wiring
-from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven, look_at_ports
+from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven, look_at_ports, look_at_sound
+from drivers.soundcard.settings import SoundCard
 
 EARLIEST = datetime(2025, 1, 1, tzinfo=UTC)
 """A clock that shows less was never set."""
@@ -35,6 +36,8 @@ def examine(experiment: AcquiredExperiment | None, folder: Path) -> Iterator[Fin
     cards = experiment.cards if experiment is not None else None
     if cards is None or isinstance(cards, Wiring):
         yield from look_at_cards(cards, needed=real)
+    elif isinstance(cards, SoundCard):
+        yield look_at_sound(cards, needed=real)
     yield from look_at_ports()
     if experiment is not None:
         yield look_at_oven(experiment.oven, needed=real)

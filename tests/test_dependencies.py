@@ -25,6 +25,7 @@ def asked_for() -> dict[str, set[str]]:
         "run": settings["options"]["install_requires"],
         "drawings": settings["options.extras_require"]["drawings"],
         "meshes": settings["options.extras_require"]["meshes"],
+        "soundcard": settings["options.extras_require"]["soundcard"],
         "tests": settings["options.extras_require"]["tests"],
     }
     return {
