@@ -16,7 +16,8 @@ from app.files.experiment_toml import AcquiredExperiment
 from app.rig import rig_places
 from drivers.ni.wiring import Wiring
 from drivers.rig.occupancy import in_use
-from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven, look_at_ports
+from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven, look_at_ports, look_at_sound
+from drivers.soundcard.settings import SoundCard
 
 EARLIEST = datetime(2025, 1, 1, tzinfo=UTC)
 """A clock that shows less was never set."""
@@ -40,6 +41,8 @@ def examine(experiment: AcquiredExperiment | None, folder: Path) -> Iterator[Fin
     cards = experiment.cards if experiment is not None else None
     if cards is None or isinstance(cards, Wiring):
         yield from look_at_cards(cards, needed=real)
+    elif isinstance(cards, SoundCard):
+        yield look_at_sound(cards, needed=real)
     yield from look_at_ports()
     if experiment is not None:
         holder = in_use(rig_places(experiment, experiment.rig))

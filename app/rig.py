@@ -31,6 +31,7 @@ from drivers.ni.wiring import Wiring
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig
 from drivers.rig.simulated import SimulatedParts, simulated_parts
+from drivers.soundcard.settings import SoundCard
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
@@ -145,14 +146,14 @@ def parts_around(
 ) -> SimulatedParts:
     """Build the simulated cards and oven of an experiment around a plate; CampaignFileError for modules."""
     wiring = experiment.cards
-    if not isinstance(wiring, Wiring):
-        told = Problem(file.name, "cards.kind", repr(wiring.kind), "'ni': only these cards are simulated")
+    if not isinstance(wiring, Wiring | SoundCard):
+        told = Problem(file.name, "cards.kind", repr(wiring.kind), "'ni' or 'soundcard': only these are simulated")
         raise CampaignFileError(file.parent, [told])
     force = experiment.sensitivities.drive.volts
     drive_scale = _gain(experiment, simulation) * force if experiment.drive else 1.0
     try:
         return simulated_parts(
-            wiring.model_copy(update={"grpc": None}),
+            wiring.model_copy(update={"grpc": None}) if isinstance(wiring, Wiring) else wiring,
             experiment.oven,
             plate,
             modules=_modules(simulation, file),
@@ -160,7 +161,7 @@ def parts_around(
             chamber=Chamber(room=experiment.oven.room_temperature),
             drive_scale=drive_scale,
             thermometer=experiment.thermometer,
-            iepe_sensors=frozenset(wiring.iepe),
+            iepe_sensors=frozenset(wiring.iepe if isinstance(wiring, Wiring) else ()),
         )
     except ValueError as error:
         allowed = "terminals of simulation.modules, and kinds that can be simulated"

@@ -54,6 +54,8 @@ CONTENTS = {
 }
 """Pages of the sidebar, by caption; what is in no list of contents is a warning, and warnings are errors."""
 
+COLON = "\N{WORD JOINER}"
+"""Stands for a colon while napoleon reads a one-line docstring."""
 logger = logging.getLogger(__name__)
 
 PUBLIC = {
@@ -137,7 +139,14 @@ def plain_docstrings(
         elif _last_text(kept).endswith("::"):
             literal = literal or indented
         kept.append(line if literal else _escaped(line))
+    if what in ("attribute", "data", "property"):
+        kept = [line.replace(":", COLON) for line in kept]
     lines[:] = kept
+
+
+def colons(_app: Sphinx, _what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:
+    """Put back the colons that napoleon would have taken for the end of a type."""
+    lines[:] = [line.replace(COLON, ":") for line in lines]
 
 
 def _last_text(lines: list[str]) -> str:
@@ -176,5 +185,6 @@ def setup(app: Sphinx) -> ExtensionMetadata:
     """Connect the above to Sphinx."""
     app.connect("source-read", contents)
     app.connect("autodoc-process-docstring", plain_docstrings, priority=400)  # before napoleon
+    app.connect("autodoc-process-docstring", colons, priority=600)
     app.add_html_math_renderer("mathml", (visit_math, None), (visit_math_block, None))
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -125,4 +125,8 @@ class CardsSettings(Sparse):
         return super()._left_out() & {"kind"}  # a campaign begun before there were kinds is still the same one
 
 
-CARDS = Kinds("flexura.cards", CardsSettings, {"ni": "drivers.ni.wiring:Wiring"})
+CARDS = Kinds(
+    "flexura.cards",
+    CardsSettings,
+    {"ni": "drivers.ni.wiring:Wiring", "soundcard": "drivers.soundcard.settings:SoundCard"},
+)

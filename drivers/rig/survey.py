@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 from serial.tools import list_ports
 
@@ -14,6 +15,8 @@ from drivers.ni.task_setup import require_iepe
 from drivers.ni.wiring import Wiring
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import OvenSettings, open_oven
+from drivers.soundcard.card import backend
+from drivers.soundcard.settings import SoundCard, channel_number
 
 
 class State(StrEnum):
@@ -94,6 +97,24 @@ def _supply(wiring: Wiring, devices: tuple[Device, ...], lacking: State) -> Find
     except DaqError as error:
         return Finding(what, lacking, error.said, error.next_step)
     return Finding(what, State.GOOD, f"will be switched on at {named}")
+
+
+def look_at_sound(settings: SoundCard, *, needed: bool, sound: Any = None) -> Finding:
+    """Look for a sound card and count its channels; `sound` stands in for the package. Nothing is played."""
+    lacking, what = State.BAD if needed else State.NOTE, f"sound card {settings.device}".rstrip()
+    try:
+        sound = sound if sound is not None else backend()
+        found = [sound.query_devices(settings.device or None, kind) for kind in ("input", "output")]
+    except DaqError as error:
+        return Finding(what, lacking, error.said, error.next_step)
+    except ValueError as error:  # no such device
+        return Finding(what, lacking, str(error), "correct cards.device; python -m sounddevice lists all")
+    there = int(found[0]["max_input_channels"]), int(found[1]["max_output_channels"])
+    wanted = max(map(channel_number, settings.inputs)), channel_number(settings.output)
+    seen = f"{found[0]['name']}, {there[0]} inputs, {there[1]} outputs"
+    if there[0] < wanted[0] or there[1] < wanted[1]:
+        return Finding(what, lacking, seen, f"[cards] asks for in{wanted[0]} and out{wanted[1]}: correct it")
+    return Finding(what, State.GOOD, seen)
 
 
 def look_at_ports() -> Iterator[Finding]:

@@ -1,6 +1,7 @@
 """Calls that read codes, and that read and write waveforms with their time and unit."""
 
 from datetime import UTC, datetime, timedelta
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -35,19 +36,20 @@ class WaveformCalls(StreamCalls):
 
     @answered
     def ReadAnalogWaveforms(self, request: Any) -> Any:
-        from nidaqmx._grpc_interpreter import float64_analog_waveform_to_protobuf  # releases from 1.2 on
-        from nitypes.waveform import AnalogWaveform, Timing
+        from nidaqmx._grpc_interpreter import float64_analog_waveform_to_protobuf  # newer releases have it
+
+        types = import_module("nitypes.waveform")  # which comes with them
 
         task = self.task_of(request)
         first = task.position
         samples, status = self._read(task, request.num_samps_per_chan, request.timeout)
         response = pb.ReadAnalogWaveformsResponse(status=status, samps_per_chan_read=samples.shape[1])
         for channel, values in zip(task.channels, samples, strict=True):
-            waveform = AnalogWaveform.from_array_1d(values, np.float64)
+            waveform = types.AnalogWaveform.from_array_1d(values, np.float64)
             waveform.channel_name, waveform.units = channel.name, UNITS[channel.kind]
             if task.timing is not None:
                 interval = timedelta(seconds=1.0 / task.timing.rate)
-                waveform.timing = Timing.create_with_regular_interval(interval, self._when(task, first))
+                waveform.timing = types.Timing.create_with_regular_interval(interval, self._when(task, first))
             response.waveforms.append(float64_analog_waveform_to_protobuf(waveform))
         return response
 

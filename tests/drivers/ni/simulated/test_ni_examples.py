@@ -1,8 +1,7 @@
 """The calls that National Instruments' public examples of analog input and output make, each by its name.
 
 Each function makes the calls of the example it is named after (ni/nidaqmx-python, folder ``examples``) in their
-order, with the simulated chassis' names of devices. Examples that wait for the Enter key wait here until some
-samples have come.
+order, with the simulated chassis' names of devices. Those that wait for the Enter key wait here for some samples.
 """
 
 import threading
