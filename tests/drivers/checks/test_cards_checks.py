@@ -39,6 +39,10 @@ def test_our_own_pass() -> None:
 def test_those_of_the_examples_pass(path: Path) -> None:
     cards = declared_instruments(str(path)).cards
     assert cards is not None
+    if not isinstance(cards, Wiring):  # a sound card is checked with --really
+        with pytest.raises(NoCounterpart):
+            check_cards(cards)
+        return
     assert failures(check_cards(cards)) == {}
 
 
