@@ -12,7 +12,7 @@ import h5py
 
 from app.files.hdf5_contents import require_plain
 
-PATIENCE = 10.0
+PATIENCE = 8.0
 """Seconds that starting Python and reading a small file may take."""
 SLOWEST = 10e6
 """Bytes per second that any disk gives."""

@@ -8,6 +8,8 @@ from typing import Any
 
 LARGEST = 1_000_000
 """Bytes: a declaration is a page of text, and more is not one."""
+PIECE = 1_000_000
+"""Bytes read at once."""
 DEEPEST = 32
 """Tables in tables, lists in lists; a declaration has six."""
 
@@ -27,11 +29,13 @@ def read_bytes(path: Path, largest: int = LARGEST) -> bytes:
     OSError
         Where it cannot be read.
     """
-    with path.open("rb") as file:
-        content = file.read(largest + 1)
+    content = bytearray()
+    with path.open("rb") as file:  # piece by piece: asked for all at once, Python sets memory aside for all
+        while len(content) <= largest and (piece := file.read(PIECE)):
+            content += piece
     if len(content) > largest:
         raise ValueError(f"{path.stat().st_size} bytes; allowed: at most {largest}")
-    return content
+    return bytes(content)
 
 
 def parse_json(text: str | bytes) -> Any:

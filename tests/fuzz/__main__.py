@@ -13,7 +13,7 @@ import sys
 import time
 from pathlib import Path
 
-from tests.fuzz.campaign import DEFECTS, Tally, fuzz
+from tests.fuzz.campaign import DEFECTS, PATIENCE, Tally, fuzz
 from tests.fuzz.readers import READERS
 
 
@@ -23,11 +23,16 @@ def main() -> int:
     words.add_argument("--count", type=int, default=20_000, help="mutations (default: %(default)s)")
     words.add_argument("--seed", type=int, default=0)
     words.add_argument("--jobs", type=int, default=2, help="processes at a time (default: %(default)s)")
+    words.add_argument("--patience", type=float, default=PATIENCE, help="s that are a hang (default: %(default)g)")
     words.add_argument("--only", choices=[reader.name for reader in READERS], help="one kind of file")
     words.add_argument("--out", type=Path, default=Path("fuzz.json"), help="default: %(default)s")
     asked = words.parse_args()
     begun = time.monotonic()
-    tallies = fuzz(asked.count, asked.seed, asked.jobs, lambda line: print(line, file=sys.stderr), asked.only)
+
+    def tell(line: str) -> None:
+        print(line, file=sys.stderr)
+
+    tallies = fuzz(asked.count, asked.seed, asked.jobs, tell, asked.only, asked.patience)
     show(tallies)
     print(f"{sum(t.outcomes.total() for t in tallies.values())} mutations in {time.monotonic() - begun:.0f} s")
     record = {"count": asked.count, "seed": asked.seed, "kinds": {n: _record(t) for n, t in tallies.items()}}

@@ -51,6 +51,7 @@ def fuzz(
     jobs: int,
     told: Callable[[str], None],
     only: str | None = None,
+    patience: float = PATIENCE,
 ) -> dict[str, Tally]:
     """Read `count` mutations of all kinds of files.
 
@@ -66,6 +67,8 @@ def fuzz(
         Told in a line of every batch that is done.
     only : str, optional
         The kind to read alone.
+    patience : float
+        Seconds after which reading a file counts as a hang.
 
     Returns
     -------
@@ -88,9 +91,11 @@ def fuzz(
         def run(batch: tuple[int, int, int]) -> tuple[str, list[tuple[int, str, str, int]]]:
             place, first, end = batch
             root = Path(folder) / f"{place}-{first}"
-            shutil.copytree(whole, root)
-            found = list(_outcomes(root, place, seed, first, end))
-            shutil.rmtree(root)
+            found = []
+            while len(found) < end - first:
+                shutil.copytree(whole, root)
+                found += _outcomes(root, place, seed, first + len(found), end, patience)
+                shutil.rmtree(root)
             return READERS[place].name, found
 
         for done, (name, found) in enumerate(pool.map(run, batches), 1):
@@ -100,32 +105,29 @@ def fuzz(
     return tallies
 
 
-def _outcomes(root: Path, place: int, seed: int, first: int, end: int) -> Iterator[tuple[int, str, str, int]]:
-    """Read a batch, in as many processes as its hangs and crashes take."""
-    while first < end:
-        ours, theirs = multiprocessing.Pipe(duplex=False)
-        words = (theirs, root, place, seed, first, end)
-        child = multiprocessing.get_context("spawn").Process(target=read_mutations, args=words, daemon=True)
-        child.start()
-        theirs.close()
+def _outcomes(
+    root: Path, place: int, seed: int, first: int, end: int, patience: float
+) -> Iterator[tuple[int, str, str, int]]:
+    """Read a batch in a process, up to its end or to the mutation on which the process hangs or crashes."""
+    ours, theirs = multiprocessing.Pipe(duplex=False)
+    words = (theirs, root, place, seed, first, end)
+    child = multiprocessing.get_context("spawn").Process(target=read_mutations, args=words, daemon=True)
+    child.start()
+    theirs.close()
+    try:
         if not ours.poll(START) or _received(ours) != "ready":
-            child.kill()
             raise RuntimeError(f"no process reads the faultless files of {READERS[place].name}")
-        while first < end:
+        for number in range(first, end):
             _received(ours)
-            answered = ours.poll(PATIENCE)
+            answered = ours.poll(patience)
             outcome = _received(ours) if answered else None
             if outcome is None:
-                child.kill()
-                child.join()
-                came = ("traceback", f"the process died ({child.exitcode})") if answered else ("hang", "")
-                yield first, *came, 0
-                first += 1
-                break
-            yield first, *outcome
-            first += 1
-        child.join(PATIENCE)
+                yield number, *(("traceback", "the process died") if answered else ("hang", "")), 0
+                return
+            yield number, *outcome
+    finally:
         child.kill()
+        child.join()
         ours.close()
 
 

@@ -51,3 +51,18 @@ def test_an_event_that_its_readers_could_not_take_is_refused(tmp_path: Path, lin
     (tmp_path / "events.jsonl").write_text(f'{line}\n{{"event": "third"}}\n')
     with pytest.raises(CampaignFileError, match=r"events\.jsonl: line 1 = "):
         read_events(tmp_path)
+
+
+def test_events_of_a_rig_are_taken(tmp_path: Path) -> None:
+    common = {"time": 0.0, "date": "2026-01-05T08:00:00+00:00", "leg": -1}
+    logged = [
+        {"event": "begun", **common, "finished": 0},
+        {"event": "oven", "command": "ramp", **common, "target": -10, "rate": 0.4, "purpose": "to the start"},
+        {"event": "sweep begun", **common, "step": 0, "place": "10 °C up 1 V", "attempt": 1},
+        {"event": "missing", **common, "step": 0, "place": "10 °C up 1 V", "why": "the ramp passed it"},
+        {"event": "oven", "command": "hold", **common, "purpose": "pause"},
+        {"event": "oven", "command": "safe", **common, "purpose": "the end", "unsafe": []},
+    ]
+    for event in logged:
+        append_event(tmp_path, event)
+    assert read_events(tmp_path) == logged

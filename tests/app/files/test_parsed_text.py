@@ -1,6 +1,7 @@
 """JSON and TOML of bounded size and depth."""
 
 import json
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,15 @@ def test_no_more_is_read_than_allowed(tmp_path: Path) -> None:
         read_text(path)
     with pytest.raises(CampaignFileError, match=r"a\.toml: 1000001 bytes"):
         read_table(path)
+
+
+def test_a_small_file_takes_little_memory_however_much_is_allowed(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text("[1]")
+    tracemalloc.start()
+    assert read_text(tmp_path / "a.json", 2_000_000_000) == "[1]"
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 10_000_000
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"wish":' * 500 + "1" + "}" * 500, "[]", '{"wish": ["stop"]}'])
