@@ -75,7 +75,7 @@ class _Event(BaseModel):
 
     event: str
     date: Annotated[str, AfterValidator(seconds)] | None = None
-    leg: Whole | None = None
+    leg: Annotated[int, Field(ge=-1, le=1_000_000)] | None = None  # -1 before the first
     step: Whole | None = None
     attempt: Whole | None = None
     temperature: Degrees | None = None
