@@ -91,10 +91,12 @@ class Acquisition:
     def _answer(
         self, task: Task, drive: NDArray[np.float64], rate: float, moments: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return the plate's answer (K, M); it is not asked where nobody listens to it."""
+        """Return the plate's answer (K, M); it is not asked at rest, or where nobody listens."""
         surroundings = self._chassis.surroundings
         if not any(channel.terminal in surroundings.sensors for channel in task.channels):
             return np.empty((0, drive.size))
+        if not drive.any():  # at rest
+            return np.zeros((1 + max(surroundings.sensors.values()), drive.size))
         temperature = surroundings.plate_temperature(moments)
         answer = np.asarray(surroundings.plate(drive, rate, temperature), dtype=np.float64)
         if answer.ndim != 2 or answer.shape[1] != drive.size:
