@@ -2,11 +2,13 @@
 
     python3 start.py demo          Windows: py start.py demo
     python3 start.py tests [...]   hands its words to pytest
+    python3 start.py docs [...]    the documentation as a site, into site/; further words go to Sphinx
     python3 start.py VERB ...      any other word goes to flexura
 
 Needs nothing but Python 3.11 or newer with pip and venv. Everything is installed into
 ``.venv`` beside this file, pinned by ``constraints.txt``; a stamp holding a digest of the pins says
-that the installation finished, so a killed one is made again and a changed pin rebuilds it.
+that the installation finished, so a killed one is made again and a changed pin rebuilds it. What only ``docs``
+needs is installed when it is first asked for; after that, no command needs the network.
 """
 
 from __future__ import annotations  # an older Python must get as far as the sentence that refuses it
@@ -23,6 +25,7 @@ ROOT = Path(__file__).resolve().parent
 ENVIRONMENT = Path(os.environ.get("FLEXURA_VENV", ROOT / ".venv")).absolute()
 PYTHON = ENVIRONMENT / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 STAMP = ENVIRONMENT / "installed-pins.sha256"
+DOCS_STAMP = ENVIRONMENT / "installed-docs.sha256"
 TORCH_CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 OURS = {"bin", "include", "lib", "lib64", "share", "Include", "Lib", "Scripts", "etc", "pyvenv.cfg", ".gitignore"}
 """What a virtual environment holds at its top, finished or killed half way."""
@@ -63,7 +66,8 @@ def install() -> None:
     """Build the environment from nothing and stamp it."""
     print(f"Flexura: installing into {ENVIRONMENT} (once, a minute or two) ...", file=sys.stderr, flush=True)
     if ENVIRONMENT.exists():
-        strangers = [child.name for child in ENVIRONMENT.iterdir() if child.name not in {*OURS, STAMP.name}]
+        known = {*OURS, STAMP.name, DOCS_STAMP.name}
+        strangers = [child.name for child in ENVIRONMENT.iterdir() if child.name not in known]
         if strangers and not (ENVIRONMENT / "pyvenv.cfg").exists():
             sys.exit(
                 f"{ENVIRONMENT} holds {strangers[0]} and is no virtual environment: set FLEXURA_VENV to another"
@@ -72,18 +76,27 @@ def install() -> None:
         shutil.rmtree(ENVIRONMENT)
     python = getattr(sys, "_base_executable", sys.executable)  # where it is .venv's own, that was just deleted
     subprocess.run([python, "-m", "venv", str(ENVIRONMENT)], check=True)
-    pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
-    subprocess.run(
-        [*pip, *torch_index(), "-c", str(ROOT / "constraints.txt"), "-e", f"{ROOT}[drawings,meshes,tests]"],
-        check=True,
-        cwd=ROOT,
-    )
+    add("drawings,meshes,tests", *torch_index())
     STAMP.write_text(pins_digest())  # half a digest is no digest: a torn stamp means another installation
 
 
-def ready() -> bool:
-    """Whether the environment is finished and belongs to today's pins."""
-    return PYTHON.exists() and STAMP.exists() and STAMP.read_text() == pins_digest()
+def add(extras: str, *options: str) -> None:
+    """Install the project with some of its extras, at the pinned versions."""
+    pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    pins = str(ROOT / "constraints.txt")
+    subprocess.run([*pip, *options, "-c", pins, "-e", f"{ROOT}[{extras}]"], check=True, cwd=ROOT)
+
+
+def install_docs() -> None:
+    """Add what makes the documentation's site, and stamp it."""
+    print("Flexura: installing what makes the documentation (once, seconds) ...", file=sys.stderr, flush=True)
+    add("docs")
+    DOCS_STAMP.write_text(pins_digest())
+
+
+def ready(stamp: Path = STAMP) -> bool:
+    """Whether the installation that writes this stamp is finished and belongs to today's pins."""
+    return PYTHON.exists() and stamp.exists() and stamp.read_text() == pins_digest()
 
 
 def main() -> int:
@@ -91,15 +104,22 @@ def main() -> int:
     if sys.version_info < (3, 11):  # noqa: UP036 (an older Python gets this far, and deserves a sentence)
         sys.exit(f"Flexura needs Python 3.11 or newer; this is {sys.version.split()[0]}")
     words = sys.argv[1:]
-    if not ready():
+    if not ready() or (words[:1] == ["docs"] and not ready(DOCS_STAMP)):
         try:
-            install()
+            if not ready():
+                install()
+            if words[:1] == ["docs"]:
+                install_docs()
         except subprocess.CalledProcessError as error:
             sys.exit(f"the installation failed (see above): {error}\nRun the same command again to retry.")
         except KeyboardInterrupt:
             sys.exit("the installation was stopped; the same command begins it anew")
     if words[:1] == ["tests"]:
         command = [str(PYTHON), "-m", "pytest", "--rootdir", str(ROOT), "-c", str(ROOT / "setup.cfg"), *words[1:]]
+        folder = str(ROOT)
+    elif words[:1] == ["docs"]:
+        sphinx = ["sphinx", "--jobs", "auto", "--fresh-env", "--fail-on-warning", "--keep-going"]
+        command = [str(PYTHON), "-m", *sphinx, "--conf-dir", "docs/site", *words[1:], ".", "site"]
         folder = str(ROOT)
     else:
         safe = "-P"  # a folder called app where the user stands is not ours

@@ -51,6 +51,30 @@ class LocalLaws:
         """Add `slope` (3,), per K, to the slopes, turning the laws about `temperature`, degrees Celsius."""
         return replace(self, value=self.value - slope * (temperature - self.reference), slope=self.slope + slope)
 
+    def grown(self, expansion: float, dimensions_at: float) -> "LocalLaws":
+        """Laws of a plate that keeps its dimensions and is as stiff as this one, which grows with temperature.
+
+        A bare plate of constant mass that grows alike in all directions, to g = 1 + expansion (T - dimensions_at)
+        times its dimensions, has g times the stiffness: bending E h**3 / L**2, membrane and shear E h all go with
+        g, once rotations are counted in units of 1/g.
+
+        Parameters
+        ----------
+        expansion : float
+            Coefficient of thermal expansion, 1/K.
+        dimensions_at : float
+            Temperature at which the declared dimensions hold, degrees Celsius.
+        """
+        growth = 1.0 + expansion * (self.reference - dimensions_at)
+        of_log = np.array([np.log(growth), expansion / growth, -((expansion / growth) ** 2)])
+        by_e = np.array([1.0, 0.0, 0.0])
+        return replace(
+            self,
+            value=self.value + of_log[0] * by_e,
+            slope=self.slope + of_log[1] * by_e,
+            curvature=self.curvature + of_log[2] * by_e,
+        )
+
     def youngs_modulus(self, temperature: Any) -> Any:
         """E at `temperature` [degrees Celsius], Pa."""
         return np.exp(self._at(0, temperature))

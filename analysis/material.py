@@ -1,6 +1,6 @@
 """Elastic constants of an isotropic, hysteretically damped plate, and their laws over temperature."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -93,6 +93,13 @@ class MaterialLaws:
         spline = BSpline(self.knots, self.coefficients.T, 3)
         slope, curvature = (np.asarray(spline.derivative(order)(at)) for order in (1, 2))
         return LocalLaws(float(temperature), value, slope, curvature)
+
+    def grown(self, expansion: float, dimensions_at: float) -> "MaterialLaws":
+        """Laws with E times the growth of a plate's dimensions, see `LocalLaws.grown`."""
+        greville = (self.knots[1:-3] + self.knots[2:-2] + self.knots[3:-1]) / 3.0  # there straight lines are exact
+        coefficients = self.coefficients.copy()
+        coefficients[0] += np.log(1.0 + expansion * (greville - dimensions_at))
+        return replace(self, coefficients=coefficients)
 
     def _values(self, temperature: ArrayLike) -> NDArray[np.float64]:
         values: NDArray[np.float64] = self.coefficients @ self._design(temperature).T

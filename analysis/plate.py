@@ -1,6 +1,6 @@
 """A plate as declared: outline, holes, thickness zones, supports and shallow curvature."""
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,8 @@ from analysis.geometry import shapes
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import TOUCH, just_inside
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialLaws
 from analysis.outline import AnyOutline, AnyZone, RectangleOutline
 from analysis.plate_material import PlateMaterial
 from analysis.plate_parts import check_parts
@@ -21,6 +23,7 @@ from analysis.support import Piece, Support, SupportedEdge, without
 Real = NDArray[np.float64]
 
 UNSET = float("nan")
+Laws = TypeVar("Laws", LocalLaws, MaterialLaws)
 
 
 class Plate(Sparse):
@@ -98,6 +101,12 @@ class Plate(Sparse):
     def density(self) -> float:
         """Mass over volume, kg/m3."""
         return self.mass / self.volume
+
+    def grown(self, laws: Laws) -> Laws:
+        """Laws with which a plate of the declared dimensions is as stiff as this one, grown with temperature."""
+        if not self.expansion or self.dimensions_at is None:
+            return laws
+        return laws.grown(self.expansion, self.dimensions_at)
 
     @property
     def bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -182,6 +191,15 @@ class Plate(Sparse):
                     *self.bounds,
                 )
             self.__dict__[name] = high - low
+        return self
+
+    @model_validator(mode="after")
+    def _grows_from_somewhere(self) -> Self:
+        if self.expansion and self.dimensions_at is None:
+            raise ValueError(
+                f"expansion is {self.expansion:g} 1/K, dimensions_at is missing; give the temperature "
+                "at which the dimensions hold, in °C (-80 to 200)"
+            )
         return self
 
     @model_validator(mode="after")

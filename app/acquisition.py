@@ -1,6 +1,6 @@
 """An experiment run on a rig, into a campaign folder that windows may watch: begun, or taken up again."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +10,12 @@ from app.files.experiment_toml import AcquiredExperiment
 from app.files.folder_lock import folder_lock
 from app.files.sweep_file import Source
 from app.watched_campaign import WatchedCampaign
+from drivers.ni.errors import DaqError
 from drivers.rig.campaign import Moment, Observer, Outcome, run_campaign
+from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.occupancy import occupied
 from drivers.rig.session import Session
+from drivers.rig.shot import fire
 
 
 def acquire_campaign(
@@ -23,10 +27,12 @@ def acquire_campaign(
     observer: Observer,
     *,
     again: bool = False,
+    places: Sequence[str] = (),
 ) -> Outcome:
     """Run what is still to be done of a campaign.
 
-    The rig is touched only by whoever holds the folder's lock, and is at rest before the lock is given up.
+    The rig is touched only by whoever holds the folder's lock and the rig's own; it is at rest before either is
+    given up.
 
     Parameters
     ----------
@@ -43,19 +49,25 @@ def acquire_campaign(
         Called at every reading.
     again : bool
         Try once more what was missed or failed.
+    places : sequence of str
+        What of the rig only one process can use.
 
     Raises
     ------
     CampaignFileError
         If another process runs the campaign, or the folder holds another one.
+    RigInUse
+        If another process uses the rig.
     RigStopped, OSError
         As `drivers.rig.campaign.run_campaign`.
     """
-    with folder_lock(folder):
+    with folder_lock(folder), occupied(places, f"flexura acquire, campaign {folder}"):
         with session:
             recorded = experiment.recorded(session.cards.sample_rate)
             protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, dict(acquired))
             store = open_campaign(folder, protocol, recorded, source, session.check, experiment.sensitivities)
+            if not any(event.get("event") == "oven" for event in store.events()):
+                _require_wired(session, experiment)
             watched = WatchedCampaign(folder)
 
             def look(moment: Moment) -> None:
@@ -65,3 +77,16 @@ def acquire_campaign(
             outcome = run_campaign(session, experiment.protocol, store, look, paused=watched.paused, again=again)
         write_index(folder)
     return outcome
+
+
+def _require_wired(session: Session, experiment: AcquiredExperiment) -> None:
+    """Raise RigStopped where a short sweep, before the oven moves, shows that no campaign can succeed."""
+    try:
+        shot = fire(session.cards, experiment.protocol, session.check)
+    except DaqError as error:
+        raise RigStopped(f"the shot before the campaign: {error}", RESUME) from error
+    if shot.faults:
+        raise RigStopped(
+            f"the shot before the campaign, the oven not yet told to move: {'; '.join(shot.faults)}",
+            f"Check cables, terminals of [cards] and levels; --test-shot looks again. {RESUME}",
+        )

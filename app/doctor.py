@@ -9,9 +9,15 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from app.campaign_screen import duration
+from app.files.acquired_campaign import SPARE
+from app.files.campaign_error import CampaignFileError, Problem
+from app.files.campaign_folder import is_campaign_folder, sweep_paths
 from app.files.experiment_toml import AcquiredExperiment
+from app.rig import rig_places
 from drivers.ni.wiring import Wiring
-from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven, look_at_ports
+from drivers.rig.occupancy import in_use
+from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven, look_at_ports, look_at_sound
+from drivers.soundcard.settings import SoundCard
 
 EARLIEST = datetime(2025, 1, 1, tzinfo=UTC)
 """A clock that shows less was never set."""
@@ -35,23 +41,45 @@ def examine(experiment: AcquiredExperiment | None, folder: Path) -> Iterator[Fin
     cards = experiment.cards if experiment is not None else None
     if cards is None or isinstance(cards, Wiring):
         yield from look_at_cards(cards, needed=real)
+    elif isinstance(cards, SoundCard):
+        yield look_at_sound(cards, needed=real)
     yield from look_at_ports()
     if experiment is not None:
-        yield look_at_oven(experiment.oven, needed=real)
+        holder = in_use(rig_places(experiment, experiment.rig))
+        if holder is not None:
+            yield Finding("rig", State.BAD, holder, "wait for its end; nothing was asked of the oven")
+        else:
+            yield look_at_oven(experiment.oven, needed=real)
         seconds = experiment.protocol.seconds(experiment.oven.room_temperature)
         yield Finding("campaign", State.GOOD, f"{experiment.protocol.count} sweeps, about {duration(seconds)}")
-    yield _disk(experiment, folder)
+    yield look_at_disk(experiment, folder)
     yield _clock(folder)
 
 
 def campaign_bytes(experiment: AcquiredExperiment) -> float:
     """Estimate the size of a campaign whose every sweep needs one repetition, bytes."""
+    return 2.0 * sweep_bytes(experiment) * experiment.protocol.count
+
+
+def sweep_bytes(experiment: AcquiredExperiment) -> float:
+    """Return the size of a finished sweep, bytes."""
     samples = experiment.sweep.record * experiment.sample_rate * experiment.sweep.repeats
-    channels = 1 + len(experiment.cards.responses)
-    return 2.0 * 4.0 * samples * channels * experiment.protocol.count
+    return 4.0 * samples * (1 + len(experiment.cards.responses))
 
 
-def _disk(experiment: AcquiredExperiment | None, folder: Path) -> Finding:
+def require_room(experiment: AcquiredExperiment, folder: Path) -> None:
+    """Raise CampaignFileError where the sweeps that a campaign still lacks cannot all be written."""
+    there = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    left = experiment.protocol.count - (len(sweep_paths(folder)) if is_campaign_folder(folder) else 0)
+    free, needed = shutil.disk_usage(there).free, left * sweep_bytes(experiment) + (SPARE if left else 0.0)
+    if free < needed:
+        seen = f"{free / 1e6:.0f} MB free at {there}"
+        allowed = f"{needed / 1e6:.0f} MB for the {left} sweeps to be made"
+        raise CampaignFileError(folder, [Problem("", "", seen, allowed, "make room, or use --out")])
+
+
+def look_at_disk(experiment: AcquiredExperiment | None, folder: Path) -> Finding:
+    """Look whether a folder's disk has room for an experiment's campaign."""
     there = next(parent for parent in (folder, *folder.parents) if parent.exists())
     free = shutil.disk_usage(there).free
     needed = PLENTY if experiment is None else 1e8 + campaign_bytes(experiment)

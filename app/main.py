@@ -23,6 +23,7 @@ VERBS = {
     "report": "report",
     "view": "view",
     "doctor": "doctor",
+    "check-instrument": "check_instrument",
     "simulate-daq": "simulate_daq",
     "demo": "demo",
     "completion": "completion",

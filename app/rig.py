@@ -21,7 +21,6 @@ from app.plate_transfer import Transfer, TwinTransfer
 from app.progress import Report
 from app.simulated_plate import TwinPlate
 from app.twin import campaign_twin, effect_twin
-from app.uncomputed import require_computed
 from drivers.clock import SystemClock
 from drivers.ni.modules import KNOWN, InputModule
 from drivers.ni.output_modules import KNOWN_OUTPUTS
@@ -32,6 +31,7 @@ from drivers.ni.wiring import Wiring
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig
 from drivers.rig.simulated import SimulatedParts, simulated_parts
+from drivers.soundcard.settings import SoundCard
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
@@ -71,6 +71,24 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Re
         yield parts.rig()
 
 
+def rig_places(experiment: AcquiredExperiment, kind: RigKind) -> tuple[str, ...]:
+    """Return what of a rig only one process can use, in the same words for everybody; of a simulated one none."""
+    if kind == "simulated":
+        return ()
+    lines = [("oven", experiment.oven.place)]
+    if experiment.thermometer is not None:
+        lines.append(("thermometer", experiment.thermometer.place))
+    named = [f"{what} at {_line(place)}" for what, place in lines if place]
+    return (*named, *(f"cards {place}" for place in experiment.cards.places))
+
+
+def _line(place: str) -> str:
+    """Return one name for a port that has several."""
+    if "://" in place:
+        return place.lower()
+    return str(Path(place).resolve()) if Path(place).exists() else place
+
+
 def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:
     """Return the rig for whoever plays nothing on it: a simulated one needs no twin then.
 
@@ -107,7 +125,6 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) ->
     """Build the simulated rig around the twin; CampaignFileError for what ``[simulation]`` lacks."""
     simulation = _simulation(experiment, file)
     laws = simulation.laws.laws()
-    require_computed(experiment.plate, str(file))
     _require_covered(experiment, laws, file)
     parts_around(experiment, simulation, _silent, file)  # wiring and modules are refused before a twin is built
     recorded = experiment.recorded(experiment.sample_rate)
@@ -127,14 +144,14 @@ def parts_around(
 ) -> SimulatedParts:
     """Build the simulated cards and oven of an experiment around a plate; CampaignFileError for modules."""
     wiring = experiment.cards
-    if not isinstance(wiring, Wiring):
-        told = Problem(file.name, "cards.kind", repr(wiring.kind), "'ni': only these cards are simulated")
+    if not isinstance(wiring, Wiring | SoundCard):
+        told = Problem(file.name, "cards.kind", repr(wiring.kind), "'ni' or 'soundcard': only these are simulated")
         raise CampaignFileError(file.parent, [told])
     force = experiment.sensitivities.drive.volts
     drive_scale = _gain(experiment, simulation) * force if experiment.drive else 1.0
     try:
         return simulated_parts(
-            wiring.model_copy(update={"grpc": None}),
+            wiring.model_copy(update={"grpc": None}) if isinstance(wiring, Wiring) else wiring,
             experiment.oven,
             plate,
             modules=_modules(simulation, file),
@@ -142,6 +159,7 @@ def parts_around(
             chamber=Chamber(room=experiment.oven.room_temperature),
             drive_scale=drive_scale,
             thermometer=experiment.thermometer,
+            iepe_sensors=frozenset(wiring.iepe if isinstance(wiring, Wiring) else ()),
         )
     except ValueError as error:
         allowed = "terminals of simulation.modules, and kinds that can be simulated"

@@ -10,6 +10,7 @@ from analysis.focusing.methods import Method, designer
 from analysis.focusing.over_temperature import Aim, aim, responses
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
+from analysis.plate import Plate
 from app.files.bad_file import ResultFileError
 from app.files.laws_file import effects_in_laws, load_laws
 from app.panel_twin import PanelTwin
@@ -43,13 +44,14 @@ def uncorrected_aim(
     return Aim(np.array([c for c, _ in reached]), np.array([s for _, s in reached]))
 
 
-def uncorrected_laws(run: Path, temperature: NDArray[np.float64]) -> MaterialLaws | None:
-    """Laws that `flexura update` left in a run; None where there are none that cover `temperature` (T,), °C.
+def uncorrected_laws(run: Path, temperature: NDArray[np.float64], plate: Plate) -> MaterialLaws | None:
+    """Laws that `flexura update` left in a run, as they count for a `plate` that may grow.
 
-    Nor where they were fitted with effects switched on (`flexura update --twin`): those are corrected.
+    None where there are none that cover `temperature` (T,), °C,
+    and where they were fitted with effects switched on (`flexura update --twin`): those are corrected.
     """
     try:
-        laws = load_laws(run / "laws.h5")
+        laws = plate.grown(load_laws(run / "laws.h5"))
         if effects_in_laws(run / "laws.h5"):
             return None
     except ResultFileError:

@@ -28,7 +28,6 @@ from app.first_look import first_look
 from app.held_effects import HeldEffects
 from app.progress import Report
 from app.twin import campaign_twin, twin_is_built
-from app.uncomputed import require_computed
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.twin import Twin
 
@@ -64,7 +63,8 @@ def updated_twin(campaign: Campaign, mains: float, report: Report) -> Updating:
     ResultFileError where the campaign cannot be judged.
     """
     frf, twin, updated = _fitted(campaign, mains, report)
-    laws = [LocalLaws.of_material(*row) for row in constants(updated)]
+    rows = zip(constants(updated), updated.temperature, strict=True)
+    laws = [LocalLaws.of_material(*row, reference=float(temperature)) for row, temperature in rows]
     with ThreadPoolExecutor(WORKERS) as executor:
         answers = list(executor.map(lambda law: updated.gain * twin.frf(law, frf.frequency), laws))
     density = campaign.experiment.plate.density
@@ -74,7 +74,6 @@ def updated_twin(campaign: Campaign, mains: float, report: Report) -> Updating:
 
 def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin[DeclaredPlate], Updated]:
     """Measured FRFs, inverted channels turned; the twin, and its material in every sweep."""
-    require_computed(campaign.experiment.plate, campaign.name)
     with judging(campaign):
         frf = campaign_frf(campaign, mains=mains)
         frf.require_noise()  # before a twin is built for nothing

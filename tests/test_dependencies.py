@@ -25,6 +25,8 @@ def asked_for() -> dict[str, set[str]]:
         "run": settings["options"]["install_requires"],
         "drawings": settings["options.extras_require"]["drawings"],
         "meshes": settings["options.extras_require"]["meshes"],
+        "docs": settings["options.extras_require"]["docs"],
+        "soundcard": settings["options.extras_require"]["soundcard"],
         "tests": settings["options.extras_require"]["tests"],
     }
     return {

@@ -42,7 +42,7 @@ class FakeMachine:
             self.python.write_text("")
         elif "install" in command:
             site = self.python.parents[1] / "lib"
-            site.mkdir()
+            site.mkdir(exist_ok=True)
             (site / "half").write_text("x")
             self._may_die("pip")
             if self.fails:
@@ -145,6 +145,31 @@ def test_words_go_to_flexura_or_to_pytest(call: Call, machine: FakeMachine, proj
     assert tests[-3:] == ["-k", "frf", "--durations=3"]
     assert there == str(project)
     assert bare[-2:] == ["-m", "app"]
+
+
+def test_documentation_is_made_with_what_is_installed_for_it_once(
+    call: Call, machine: FakeMachine, project: Path
+) -> None:
+    call("demo")
+    call("docs", "--quiet")
+    call("docs")
+    installed = [command[-1] for command in machine.installs]
+    assert installed == [f"{project}[drawings,meshes,tests]", f"{project}[docs]"]
+    (command, where), again = machine.started[1:]
+    assert command[:3] == [str(machine.python), "-m", "sphinx"]
+    assert {"--fail-on-warning", "--quiet"} < set(command)
+    assert command[-2:] == [".", "site"]
+    assert again[1] == where == str(project)
+
+
+def test_documentation_is_installed_anew_with_the_environment(
+    call: Call, machine: FakeMachine, project: Path
+) -> None:
+    call("docs")
+    pins = project / "constraints.txt"
+    pins.write_text(pins.read_text().replace("numpy==", "numpy==9."))
+    call("docs")
+    assert len(machine.installs) == 4
 
 
 def test_status_of_the_verb_is_passed_on(call: Call, machine: FakeMachine) -> None:

@@ -9,6 +9,8 @@
 ``drive``       the voltage to be played
 ``objections``  why a protocol cannot be run on the hardware at hand
 ``advice``      what may be run but makes results worse
+``likeness``    how much a drive as recorded is like the drive as played
+``clocks``      how much faster the clock that played was than the one that recorded
 ``acceptance``  what is wrong with a sweep just recorded
 ==============  =================================================================
 """

@@ -7,8 +7,12 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
 from analysis.h1 import h1
+from analysis.protocol.clocks import clock_difference, stretched
+from analysis.protocol.likeness import likeness
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import SetPoint
+
+Recorded = NDArray[np.float32]
 
 SAME_LEVEL = 0.05
 """How far the drive as recorded may be from the drive as asked for, as a share: cards are within 1 %."""
@@ -16,6 +20,8 @@ LIKENESS = 0.99
 """Least correlation of the drive recorded with the drive played; white noise 17 dB below it still passes."""
 SYNCHRONOUS = 0.1
 """Largest difference between two repeats' delays, samples."""
+OWN_CLOCK = 1.0
+"""On top of it where the output runs on a clock of its own: that has its next edge up to a sample later."""
 
 
 def faults(
@@ -41,52 +47,39 @@ def faults(
         What it was to be.
     protocol : AcquisitionProtocol
     """
+    of_signals = signal_faults(
+        sweep.drive, sweep.responses, played, sweep.level, overloaded, sample_rate, protocol
+    )
+    return (*_wrong_temperature(sweep, set_point, protocol), *of_signals)
+
+
+def signal_faults(
+    drive: Recorded,
+    responses: Recorded,
+    played: NDArray[np.float64],
+    level: float,
+    overloaded: NDArray[np.bool_],
+    sample_rate: float,
+    protocol: AcquisitionProtocol,
+) -> tuple[str, ...]:
+    """Return what is wrong with the signals of a sweep, whatever its temperature.
+
+    Parameters
+    ----------
+    drive : (R, M) ndarray, V
+    responses : (K, R, M) ndarray, V
+    level : float
+        Of the drive, V.
+    played, overloaded, sample_rate, protocol
+        See `faults`.
+    """
     signals = (
         *_overload(overloaded),
-        *_damaged_drive(sweep, played, sample_rate, protocol),
-        *_silence(sweep, protocol),
+        *_damaged_drive(drive, played, level, sample_rate, protocol),
+        *_silence(drive, responses, protocol),
     )
     # Coherence says nothing further of signals already known to be none.
-    coherence = () if signals else tuple(_incoherence(sweep, sample_rate, protocol))
-    return (*_wrong_temperature(sweep, set_point, protocol), *signals, *coherence)
-
-
-def likeness(
-    recorded: NDArray[np.floating],
-    played: NDArray[np.float64],
-    sample_rate: float,
-    frequencies: tuple[float, float],
-) -> tuple[float, float, float]:
-    """Compare a drive as recorded with the drive as played, over its own frequencies.
-
-    A card delays by a constant number of samples, not a whole one. A sample lost or doubled in the
-    middle splits the record into two of different delay, which no single delay can make alike.
-
-    Returns
-    -------
-    gain : float
-        Recorded over played, of the part that is alike.
-    delay : float
-        Samples.
-    correlation : float
-        1 for a pure delay, 0 for nothing in common.
-    """
-    size = played.size
-    grid = np.fft.rfftfreq(size, 1.0 / sample_rate)
-    inside = (grid >= frequencies[0]) & (grid <= frequencies[1])
-    u, r = np.fft.rfft(played), np.fft.rfft(np.asarray(recorded, dtype=np.float64))
-    cross = np.where(inside, r * u.conj(), 0.0)
-    whole = int(np.argmax(np.fft.irfft(cross, size)))
-    whole -= size if whole > size // 2 else 0
-    omega = 2.0 * np.pi * grid / sample_rate
-    aligned = cross * np.exp(1j * omega * whole)
-    weight = np.abs(aligned)
-    if not weight.sum() > 0.0:
-        return 0.0, 0.0, 0.0
-    rest = -float((weight * omega * np.angle(aligned)).sum() / (weight * omega**2).sum())
-    common = float((aligned * np.exp(1j * omega * rest)).real.sum())
-    power = float((np.abs(u[inside]) ** 2).sum())
-    return common / power, whole + rest, common / float(np.sqrt(power * (np.abs(r[inside]) ** 2).sum()))
+    return signals or tuple(_incoherence(drive, responses, sample_rate, protocol))
 
 
 def _wrong_temperature(sweep: Sweep, set_point: SetPoint, protocol: AcquisitionProtocol) -> Iterator[str]:
@@ -109,22 +102,25 @@ def _overload(overloaded: NDArray[np.bool_]) -> Iterator[str]:
 
 
 def _damaged_drive(
-    sweep: Sweep, played: NDArray[np.float64], sample_rate: float, protocol: AcquisitionProtocol
+    drive: Recorded, played: NDArray[np.float64], level: float, sample_rate: float, protocol: AcquisitionProtocol
 ) -> Iterator[str]:
     """Hold each repeat's drive against the one played, a force against that of the first repeat.
 
     A force is no copy of the generator's voltage: the plate's resonances load the exciter.
     """
-    reference = played
-    unlike, louder = (
-        "the drive recorded is not the one played",
-        "the drive recorded has {:.3f} times the level played",
-    )
     if protocol.measured_force:
-        reference = sweep.drive[0].astype(np.float64)
+        reference, apart = drive[0].astype(np.float64), SYNCHRONOUS + OWN_CLOCK
         unlike, louder = "the force is not that of repeat 1", "the force has {:.3f} times the level of repeat 1"
+    else:
+        difference = clock_difference(drive, played, sample_rate, protocol.sweep)
+        reference, apart = played, SYNCHRONOUS
+        if difference:
+            reference = stretched(played, difference, sample_rate, protocol.sweep, level)
+            apart += OWN_CLOCK
+        unlike = "the drive recorded is not the one played"
+        louder = "the drive recorded has {:.3f} times the level played"
     delays = []
-    for number, recorded in enumerate(sweep.drive, 1):
+    for number, recorded in enumerate(drive, 1):
         gain, delay, correlation = likeness(recorded, reference, sample_rate, protocol.sweep.frequency_range)
         delays.append(delay)
         if correlation < LIKENESS:
@@ -132,28 +128,30 @@ def _damaged_drive(
             yield f"repeat {number}: {unlike} {cause}"
         elif abs(gain - 1.0) > SAME_LEVEL:
             yield f"repeat {number}: {louder.format(gain)}"
-    if max(delays) - min(delays) > SYNCHRONOUS:
+    if max(delays) - min(delays) > apart:
         yield f"the repeats begin {max(delays) - min(delays):.2f} samples apart: they are not synchronous"
 
 
-def _silence(sweep: Sweep, protocol: AcquisitionProtocol) -> Iterator[str]:
+def _silence(drive: Recorded, responses: Recorded, protocol: AcquisitionProtocol) -> Iterator[str]:
     least = protocol.limits.silence
-    named = [(f"response {number}", response) for number, response in enumerate(sweep.responses, 1)]
+    named = [(f"response {number}", response) for number, response in enumerate(responses, 1)]
     if protocol.measured_force:
-        named.insert(0, ("the force", sweep.drive))
+        named.insert(0, ("the force", drive))
     for name, signal in named:
         rms = float(np.sqrt(np.mean(np.square(signal, dtype=np.float64))))
         if not rms >= least:
             yield f"{name} is silent: {rms:.2g} V rms, at least {least:g} V wanted"
 
 
-def _incoherence(sweep: Sweep, sample_rate: float, protocol: AcquisitionProtocol) -> Iterator[str]:
-    if len(sweep.drive) < 2:  # one repeat is coherent with itself whatever it holds
+def _incoherence(
+    drive: Recorded, responses: Recorded, sample_rate: float, protocol: AcquisitionProtocol
+) -> Iterator[str]:
+    if len(drive) < 2:  # one repeat is coherent with itself whatever it holds
         return
-    grid = np.fft.rfftfreq(sweep.drive.shape[1], 1.0 / sample_rate)
+    grid = np.fft.rfftfreq(drive.shape[1], 1.0 / sample_rate)
     inside = (grid >= protocol.sweep.band[0]) & (grid <= protocol.sweep.band[1])
-    for number, response in enumerate(sweep.responses, 1):
-        middle = float(np.median(h1(sweep.drive, response)[2][inside]))
+    for number, response in enumerate(responses, 1):
+        middle = float(np.median(h1(drive, response)[2][inside]))
         if not middle >= protocol.limits.coherence:
             yield (
                 f"response {number} is not coherent over the repeats: median {middle:.3f} over the band, "

@@ -28,8 +28,6 @@ class Hardware:
         Set-points allowed, degrees Celsius.
     oven_max_rate : float
         Steepest ramp it can follow, K/min.
-    poll_within : float
-        Longest time the oven may be left alone, s; infinity where it does not mind.
     """
 
     sample_rate: float
@@ -38,7 +36,6 @@ class Hardware:
     oven_minimum: float
     oven_maximum: float
     oven_max_rate: float
-    poll_within: float = float("inf")
     rated_force: float | None = None
 
 
@@ -67,7 +64,7 @@ def objections(protocol: AcquisitionProtocol, hardware: Hardware) -> tuple[Objec
         *_levels(protocol, hardware),
         *_frequencies(protocol, hardware),
         *_temperatures(protocol, hardware),
-        *_times(protocol, hardware),
+        *_times(protocol),
     )
 
 
@@ -137,7 +134,7 @@ def _temperatures(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator
             )
 
 
-def _times(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Objection]:
+def _times(protocol: AcquisitionProtocol) -> Iterator[Objection]:
     programme = protocol.programme
     travel = protocol.sweep_travel * len(protocol.sweep.levels)
     if travel > 2.0 * programme.tolerance:
@@ -155,12 +152,4 @@ def _times(protocol: AcquisitionProtocol, hardware: Hardware) -> Iterator[Object
             f"{protocol.limits.drift:g} K",
             f"more than the {protocol.sweep_travel:.3g} K that the ramp moves during every sweep",
             "raise it, sweep faster, or ramp more slowly",
-        )
-    longest = max(protocol.sweep.record, programme.poll_interval)
-    if longest >= hardware.poll_within:
-        yield Objection(
-            "sweep.duration",
-            f"{protocol.sweep.record:g} s with its tail (programme.poll_interval {programme.poll_interval:g} s)",
-            f"below {hardware.poll_within:g} s: this oven stops when it is left alone for longer",
-            "make the sweeps shorter and the readings closer",
         )

@@ -23,12 +23,15 @@ class AcquisitionProtocol:
     limits : Limits
     measured_force : bool
         Whether what is recorded of the drive is the force on the plate, not the generator's own voltage.
+    settling : float
+        Silence before every repeat, in which sensors settle, s.
     """
 
     sweep: SweepSettings
     programme: Programme
     limits: Limits
     measured_force: bool = False
+    settling: float = 0.0
 
     @property
     def legs(self) -> tuple[Leg, ...]:
@@ -43,7 +46,7 @@ class AcquisitionProtocol:
     @property
     def sweep_seconds(self) -> float:
         """How long one sweep with all its repeats takes, s."""
-        return self.sweep.repeats * (self.sweep.record + OVERHEAD)
+        return self.sweep.repeats * (self.sweep.record + OVERHEAD + self.settling)
 
     @property
     def sweep_travel(self) -> float:

@@ -23,6 +23,7 @@ EXAMPLES = """\b
 Examples:
   flexura acquire examples/simulated-rig.toml --out simulated
   flexura acquire my-experiment.toml --rig simulated --out rehearsal
+  flexura acquire my-experiment.toml --test-shot
   flexura acquire my-experiment.toml --again
 """
 
@@ -30,11 +31,14 @@ Examples:
 @click.command(name="acquire", epilog=EXAMPLES, short_help="Run a campaign on the rig, or take it up again.")
 @click.argument("experiment", type=PATH)
 @which_rig
+@click.option("--test-shot", is_flag=True, help="One short sweep as things are, the oven left alone; no campaign.")
 @click.option("--again", is_flag=True, help="Run the legs once more for what was missed or failed.")
 @out_folder("Campaign folder (default: NAME-campaign beside EXPERIMENT).")
 @output_options("the summary")
 @bad_input
-def command(experiment: Path, rig: "RigKind | None", again: bool, out: Path | None, output: Output) -> None:
+def command(
+    experiment: Path, rig: "RigKind | None", test_shot: bool, again: bool, out: Path | None, output: Output
+) -> None:
     """Run EXPERIMENT (a TOML file) on the rig, or take it up where it was interrupted.
 
     Sweeps are triggered by the temperature measured; each is checked, repeated within bounds, and written as one
@@ -42,10 +46,15 @@ def command(experiment: Path, rig: "RigKind | None", again: bool, out: Path | No
     oven is told to rest and the drive brought to 0 V, and the same command goes on later: what is finished is
     never touched. Meanwhile, flexura view on the campaign folder shows how it gets on, and can pause or stop it.
 
+    With --test-shot nothing is begun: cards, oven and disk are looked at, then one short sweep is played at the
+    present temperature. Told are level, clipping, coherence, noise and hum of every input, and how long the
+    campaign takes. Every campaign begins with such a shot, and ends with it where a cable is off.
+
     Exit status 1 where sweeps are missing at the end, or the rig stopped the campaign; 3 where something could not
     be verified to be at rest (NOT AT REST: go there and switch it off).
     """
     from app.campaign_ending import broken_off, completed
+    from app.doctor import require_room
     from app.files.acquired_campaign import campaign_log, require_ours
     from app.files.campaign_error import CampaignFileError
     from app.files.experiment_toml import read_acquired_experiment
@@ -58,9 +67,13 @@ def command(experiment: Path, rig: "RigKind | None", again: bool, out: Path | No
     declared = read_acquired_experiment(experiment)
     kind = rig or declared.rig
     declared = declared.on(kind)
-    acquired = {"rig": kind, **declared.model_dump(mode="json")}
+    acquired = declared.model_dump(mode="json") | {"rig": kind}
     require_ours(folder, {"acquired": acquired})  # before a twin is built
+    require_room(declared, folder)
     _advise(declared, kind, output)
+    if test_shot:
+        _shoot(declared, kind, experiment, folder, output)
+        return
     with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
         session = Session(opened, declared.limits, campaign_log(folder), requests.check)
         try:
@@ -84,7 +97,7 @@ def command(experiment: Path, rig: "RigKind | None", again: bool, out: Path | No
 def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> None:
     from analysis.protocol.advice import smeared
 
-    if kind == "ni" and not declared.oven.expires:
+    if kind != "simulated" and not declared.oven.expires:
         output.note("this oven goes on where the computer dies: see docs/guide/real-hardware.md on oven.program")
     for sentence in smeared(declared.sweep.duration, declared.programme.ramp_rate):
         output.note(sentence)
@@ -101,6 +114,28 @@ def _open(declared: "AcquiredExperiment", kind: "RigKind", experiment: Path, out
         yield rig
 
 
+def _shoot(
+    declared: "AcquiredExperiment", kind: "RigKind", experiment: Path, folder: Path, output: Output
+) -> None:
+    """Tell what is found before a campaign; where that is bad already, no twin is reduced and nothing played."""
+    from app.commands.doctor import show
+    from app.first_shot import look_before, shoot
+    from drivers.rig.end_requests import EndRequests
+    from drivers.rig.survey import State
+
+    findings = list(look_before(declared, kind, folder))
+    if all(one.state is not State.BAD for one in findings):
+        with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
+            findings += shoot(declared, kind, opened, requests.check)
+    bad = [one for one in findings if one.state is State.BAD]
+    rows = [{"what": o.what, "state": str(o.state), "seen": o.seen, "next_step": o.next_step} for o in findings]
+    output.result(lambda: {"ready": not bad, "rig": kind, "findings": rows}, lambda: show(findings))
+    if bad:
+        output.failure(f"not ready: {', '.join(dict.fromkeys(one.what for one in bad))}")
+        raise click.exceptions.Exit(1)
+    output.summary(f"ready for {experiment}; the output is at 0 V, the oven was left as it is")
+
+
 def _acquire(
     session: "Session",
     declared: "AcquiredExperiment",
@@ -114,7 +149,9 @@ def _acquire(
     from app.campaign_screen import campaign_screen
     from app.files.provenance import sha256
     from app.files.sweep_file import Source
+    from app.rig import rig_places
 
     source = Source(experiment.name, sha256(experiment))
     with campaign_screen(acquired["rig"] == "simulated", shown=not output.quiet) as screen:
-        return acquire_campaign(session, declared, folder, source, acquired, screen, again=again)
+        places = rig_places(declared, acquired["rig"])
+        return acquire_campaign(session, declared, folder, source, acquired, screen, again=again, places=places)

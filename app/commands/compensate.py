@@ -113,6 +113,7 @@ def command(
     started = time.perf_counter()
     laws_path, laws, beside = laws_for(run, twin, "compensate")
     declared, panel_path = panel_for(panel, beside)
+    laws = declared.plate.grown(laws)
     low, high = range_of(declared, laws, laws_path)
     training = Training(
         nodes=nodes, feed=feed, scale=scale, start=start, split=split, restarts=restarts, seed=seed

@@ -78,6 +78,7 @@ def command(
     started = time.perf_counter()
     declared, panel_path = panel_of(panel, {"regularisation": regularisation, "tolerance": tolerance})
     laws_path, laws, beside = laws_for(run, twin, "focus")
+    laws = declared.plate.grown(laws)
     low, high = range_of(declared, laws, laws_path)
     wanted = (
         within(np.array(sorted(set(temperatures))), laws, laws_path) if temperatures else spaced(low, high, 5.0)
@@ -86,7 +87,7 @@ def command(
     with output.progress() as report:
         model = panel_twin(declared, laws, report)
         focusing = focus(model, declared, laws, wanted, method, report)  # type: ignore[arg-type]
-        without = None if twin is None else uncorrected_laws(beside, wanted)
+        without = None if twin is None else uncorrected_laws(beside, wanted, declared.plate)
         lost = uncorrected_aim(model, declared, laws, without, wanted, method)  # type: ignore[arg-type]
         plate = declared.illustration
         comparison = compare(model, declared, (plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor))

@@ -26,21 +26,26 @@ Examples:
 def command(experiment: Path, rig: "RigKind | None", output: Output) -> None:
     """Tell the oven of EXPERIMENT to rest, then bring its drive to 0 V; no campaign is needed or touched.
 
-    For a rig that a crash, a power cut or another program has left as it was. A campaign that is running holds the
-    oven's line: stop it first (Ctrl-C, or flexura view), which brings its rig to rest as well.
+    For a rig that a crash, a power cut or another program has left as it was. Where a campaign is running on the
+    rig, its process is named and nothing is done: stop it (Ctrl-C, or flexura view), which brings the rig to rest.
 
     Exit status 3 where something could not be verified to be at rest (NOT AT REST: go there and switch it off).
     """
     from app.campaign_ending import NOT_AT_REST, not_at_rest
     from app.files.experiment_toml import read_declared_experiment
-    from app.rig import still_rig
+    from app.rig import rig_places, still_rig
     from drivers.rig.end_requests import EndRequests
+    from drivers.rig.occupancy import RigInUse, occupied
     from drivers.rig.rest import bring_to_rest
 
     declared = read_declared_experiment(experiment)
     kind = rig or declared.rig
     with EndRequests():  # nothing cuts it short
-        unsafe = bring_to_rest(still_rig(declared, kind, experiment))
+        try:
+            with occupied(rig_places(declared, kind), "flexura safe"):
+                unsafe = bring_to_rest(still_rig(declared, kind, experiment))
+        except RigInUse as error:
+            unsafe = (str(error),)
     output.result(lambda: {"rig": kind, "unsafe": list(unsafe)})
     if unsafe:
         output.failure(not_at_rest(unsafe).lstrip())

@@ -2,15 +2,28 @@
 
 import json
 import os
+from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.parsed_text import parse_json, read_bytes
 
 NAME = "events.jsonl"
+Whole = Annotated[int, Field(ge=0, le=1_000_000)]
+Degrees = Annotated[float, Field(ge=-300.0, le=3000.0)]
 LARGEST = 50_000_000
 """Bytes: some hundred thousand events."""
+
+
+def seconds(date: str) -> float:
+    """Seconds since 1970 of an ISO 8601 date; ValueError for what is none."""
+    try:
+        return datetime.fromisoformat(date).timestamp()
+    except (OverflowError, OSError) as error:  # beyond what this system's clock can be
+        raise ValueError(f"{date}: {error}") from error
 
 
 def append_event(folder: Path, event: dict[str, Any]) -> None:
@@ -42,13 +55,48 @@ def read_events(folder: Path) -> list[dict[str, Any]]:
     events = []
     for number, line in enumerate(lines, 1):
         try:
-            event = parse_json(line)
+            events.append(parse_event(line))
         except ValueError as error:
             raise CampaignFileError(folder, [_damaged(number, line)]) from error
-        if not isinstance(event, dict):
-            raise CampaignFileError(folder, [_damaged(number, line)])
-        events.append(event)
     return events
+
+
+def parse_event(line: str | bytes) -> dict[str, Any]:
+    """Read one event; ValueError for what is none, or lacks what those who read the log take from it."""
+    event: dict[str, Any] = parse_json(line)
+    _Event.model_validate(event)
+    return event
+
+
+class _Event(BaseModel):
+    """What readers of the log take from an event; there is more in it, for people."""
+
+    model_config = ConfigDict(strict=True, allow_inf_nan=False)
+
+    event: str
+    date: Annotated[str, AfterValidator(seconds)] | None = None
+    leg: Whole | None = None
+    step: Whole | None = None
+    attempt: Whole | None = None
+    temperature: Degrees | None = None
+    place: str | None = None
+    command: Literal["ramp", "hold", "safe"] | None = None
+    target: Degrees | None = None
+    rate: Annotated[float, Field(gt=0.0, le=1e4)] | None = None
+    purpose: str | None = None
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        needed = {"sweep begun": ("step", "attempt"), "missing": ("place",), "oven": ("command",)}.get(
+            self.event, ()
+        )
+        needed += ("target",) if self.command == "ramp" else ()
+        needed += ("leg",) if self.purpose == "leg" else ()
+        needed += ("step",) if self.event == "missing" and self.date is not None else ()  # a rig's
+        lacking = [name for name in needed if getattr(self, name) is None]
+        if lacking:
+            raise ValueError(f"{self.event} lacks {', '.join(lacking)}")
+        return self
 
 
 def _whole(file: Any) -> int:
@@ -58,4 +106,4 @@ def _whole(file: Any) -> int:
 
 
 def _damaged(number: int, line: bytes) -> Problem:
-    return Problem(NAME, f"line {number}", repr(line[:60]), "a JSON object", "import the campaign again")
+    return Problem(NAME, f"line {number}", repr(line[:60]), "an event", "import the campaign again")

@@ -71,7 +71,8 @@ class AcquiredExperiment(Sparse):
     @property
     def protocol(self) -> AcquisitionProtocol:
         """What is measured when."""
-        return AcquisitionProtocol(self.sweep, self.programme, self.limits, measured_force=bool(self.drive))
+        forced, settling = bool(self.drive), self.cards.settling
+        return AcquisitionProtocol(self.sweep, self.programme, self.limits, forced, settling)
 
     @property
     def drive_gain(self) -> float:

@@ -1,25 +1,12 @@
 """One writer at a time: an operating-system lock, which a killed process cannot leave behind."""
 
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
 
 from app.files.campaign_error import CampaignFileError, Problem
-
-if sys.platform == "win32":
-    import msvcrt
-
-    def _take(file: BinaryIO) -> None:
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-
-else:
-    import fcntl
-
-    def _take(file: BinaryIO) -> None:
-        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+from drivers.exclusive import take
 
 
 @contextmanager
@@ -49,7 +36,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
         opened = path.open("ab")
     with opened as file:
         try:
-            _take(file)
+            take(file)
             if os.fstat(file.fileno()).st_ino != path.stat().st_ino:
                 raise BlockingIOError(f"{path} was renewed by another process while this one opened it")
         except OSError as error:

@@ -8,7 +8,11 @@ import math
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
+from app.files.events import seconds
+
 NAME = "readings.csv"
+MOST = 1_000_000
+"""Sweeps of a campaign."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,8 @@ def parse_reading(text: str) -> ReadingLine | None:
     try:
         date, air, plate, stage, done, total, left = next(csv.reader([text]))
         line = ReadingLine(date, float(air), float(plate), stage, int(done), int(total), float(left))
-    except (ValueError, StopIteration):
+        seconds(date)
+    except (ValueError, StopIteration, csv.Error):
         return None
-    return line if math.isfinite(line.air_c) else None
+    finite = math.isfinite(line.air_c) and not math.isinf(line.plate_c) and not math.isinf(line.seconds_left)
+    return line if finite and 0 <= line.done <= line.total < MOST else None

@@ -10,7 +10,7 @@ from analysis.material import Material, MaterialLaws
 from analysis.material_table import laws_through
 
 Column = tuple[float, ...]
-SLOTS = (("1", "NI-9234"), ("2", "NI-9260"), ("3", "NI-9211"))
+SLOTS = (("1", "NI-9234"), ("2", "NI-9260"), ("3", "NI-9211"), ("4", "NI-9215"), ("5", "NI-9263"))
 """Modules of the simulated chassis unless the file says otherwise."""
 
 

@@ -6,6 +6,7 @@
 ``thermocouple_modules``  channels and pace of the thermocouple modules
 ``cards``                 what a rig asks of its cards
 ``wiring``                which terminal is connected to what
+``task_setup``            tasks of the driver, set up as the wiring says
 ``daqmx``                 the cards through NI-DAQmx
 ``connection``            the way there: local driver, server, or simulated server
 ``errors``                what a card can refuse and what that calls for

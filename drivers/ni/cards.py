@@ -107,6 +107,16 @@ class CardsSettings(Sparse):
         """Whether `Cards.temperatures` gives any."""
         return False
 
+    @property
+    def settling(self) -> float:
+        """How much earlier than its drive every sweep begins, s: for sensors whose supply has to settle."""
+        return 0.0
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Devices that only one process can use, for messages and locks; none where that does not matter."""
+        return ()
+
     def open(self) -> Cards:
         """Return the cards with their output at 0 V; DaqError where they cannot be opened. Obligatory."""
         raise NotImplementedError
@@ -115,4 +125,8 @@ class CardsSettings(Sparse):
         return super()._left_out() & {"kind"}  # a campaign begun before there were kinds is still the same one
 
 
-CARDS = Kinds("flexura.cards", CardsSettings, {"ni": "drivers.ni.wiring:Wiring"})
+CARDS = Kinds(
+    "flexura.cards",
+    CardsSettings,
+    {"ni": "drivers.ni.wiring:Wiring", "soundcard": "drivers.soundcard.settings:SoundCard"},
+)

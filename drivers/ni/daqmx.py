@@ -1,18 +1,12 @@
 """The rig's cards through NI-DAQmx."""
 
+import logging
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any, Self
 
 import numpy as np
-from nidaqmx.constants import (
-    AcquisitionType,
-    Coupling,
-    TaskMode,
-    TemperatureUnits,
-    TerminalConfiguration,
-    ThermocoupleType,
-)
+from nidaqmx.constants import AcquisitionType, TaskMode
 from nidaqmx.stream_readers import AnalogMultiChannelReader
 from nidaqmx.stream_writers import AnalogSingleChannelWriter
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +15,13 @@ from drivers.interruptions import held_back
 from drivers.ni.cards import Record, go_on
 from drivers.ni.connection import Connection
 from drivers.ni.errors import Action, DaqError
+from drivers.ni.task_setup import (
+    require_iepe,
+    set_up_inputs,
+    set_up_output,
+    set_up_output_channel,
+    set_up_thermocouples,
+)
 from drivers.ni.wiring import Wiring
 
 MARGIN = 5.0
@@ -30,10 +31,14 @@ SETTLING = 64
 """Zeros played to bring the output to rest: more than a delta-sigma output's filter remembers."""
 
 
+log = logging.getLogger(__name__)
+
+
 class DaqmxCards:
     """Output, inputs and thermocouples of a rig, each sweep synchronised by the input's own start trigger.
 
-    The output is brought to 0 V when the cards are opened, after every sweep, and on every way out of one.
+    The output is brought to 0 V when the cards are opened, after every sweep, and on every way out of one. It runs
+    on the inputs' own timebase where the chassis can route that, which a rehearsal with zeros finds out.
 
     Parameters
     ----------
@@ -56,15 +61,19 @@ class DaqmxCards:
         self._block = block
         self._connection = Connection(wiring.grpc, channel)
         self._sample_rate = wiring.sample_rate
+        self._one_clock = True
         try:
             self.zero()  # first of all: whoever was here before may have left a voltage
+            if wiring.iepe:
+                require_iepe(wiring, self._connection.devices())
             with self._connection.translated("setting the input module up"), self._connection.task() as inputs:
-                self._configure_inputs(inputs, samples=2)
+                set_up_inputs(inputs, wiring, samples=2)
                 inputs.control(TaskMode.TASK_VERIFY)
                 self._sample_rate = float(inputs.timing.samp_clk_rate)
                 self._full_scale = float(inputs.ai_channels[0].ai_max)
             self.temperatures()
             self._connection.names_proven = True
+            self._rehearse()
         except BaseException:
             self._connection.close()
             raise
@@ -108,7 +117,8 @@ class DaqmxCards:
 
             try:
                 with self._connection.translated(f"the sweep of {volts.size / self._sample_rate:.3g} s"):
-                    recorded = self._play_and_record(volts, pausing)
+                    silence = np.zeros(round(self.wiring.settling * self._sample_rate))
+                    recorded = self._play_and_record(np.concatenate([silence, volts]), pausing)[:, silence.size :]
             except BaseException as error:
                 try:
                     self.zero()
@@ -123,12 +133,7 @@ class DaqmxCards:
         if not self.wiring.thermocouples:
             return np.empty(0)
         with self._connection.translated("reading the thermocouples"), self._connection.task() as task:
-            for terminal in self.wiring.thermocouples:
-                task.ai_channels.add_ai_thrmcpl_chan(
-                    terminal,
-                    units=TemperatureUnits.DEG_C,
-                    thermocouple_type=ThermocoupleType[self.wiring.thermocouple_type],
-                )
+            set_up_thermocouples(task, self.wiring)
             reader = AnalogMultiChannelReader(task.in_stream)
             reader.verify_array_shape = False  # it would ask the task for what stands in the line below
             readings = np.empty(len(self.wiring.thermocouples))
@@ -173,15 +178,16 @@ class DaqmxCards:
         with ExitStack() as tasks:
             inputs = tasks.enter_context(connection.task())
             output = tasks.enter_context(connection.task())
-            rate = self._configure_inputs(inputs, volts.size)
+            rate = set_up_inputs(inputs, self.wiring, volts.size)
             if not np.isclose(rate, self._sample_rate, rtol=1e-9):
                 said = f"The inputs now run at {rate:g} Hz instead of {self._sample_rate:g} Hz."
                 raise DaqError("the sweep", said, None, Action.STOP, "open the cards again")
             # Should this computer die in the middle, the hardware still comes to rest on these zeros.
             samples = np.concatenate([volts, np.zeros(2)])
-            self._configure_output(output, samples.size)
             # Only a reserved task knows which of the chassis' timing engines it got, and with it its trigger.
             inputs.control(TaskMode.TASK_RESERVE)
+            master = inputs if self._one_clock else None
+            set_up_output(output, self.wiring, self._sample_rate, samples.size, master)
             output.triggers.start_trigger.cfg_dig_edge_start_trig(inputs.triggers.start_trigger.term)
             AnalogSingleChannelWriter(output.out_stream, auto_start=False).write_many_sample(samples)
             output.start()
@@ -207,29 +213,19 @@ class DaqmxCards:
             pausing()
         return recorded
 
-    def _configure_inputs(self, task: Any, samples: int) -> float:
-        """Set the input task up for so many samples and return its rate as read back, Hz."""
-        wiring = self.wiring
-        for terminal in wiring.inputs:
-            channel = task.ai_channels.add_ai_voltage_chan(
-                terminal,
-                terminal_config=TerminalConfiguration[wiring.terminal_configuration],
-                min_val=-wiring.input_range,
-                max_val=wiring.input_range,
-            )
-            if wiring.coupling != "DEFAULT":
-                channel.ai_coupling = Coupling[wiring.coupling]
-        task.timing.cfg_samp_clk_timing(
-            wiring.sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=samples
-        )
-        return float(task.timing.samp_clk_rate)
-
-    def _configure_output(self, task: Any, samples: int) -> None:
-        reach = self.wiring.output_range
-        task.ao_channels.add_ao_voltage_chan(self.wiring.output, min_val=-reach, max_val=reach)
-        task.timing.cfg_samp_clk_timing(
-            self._sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=samples
-        )
+    def _rehearse(self) -> None:
+        """Play zeros as a sweep is played: on the inputs' timebase or, where that is refused, on the output's."""
+        zeros = np.zeros(SETTLING)
+        try:
+            with self._connection.translated("a rehearsal on one timebase"):
+                self._play_and_record(zeros, go_on)
+        except DaqError as error:
+            if error.action is not Action.STOP:
+                raise
+            log.debug("output and inputs keep clocks of their own: %s", error)
+            self._one_clock = False
+            with self._connection.translated("a rehearsal of a sweep"):
+                self._play_and_record(zeros, go_on)
 
     def _play_zeros(self, task: Any) -> None:
         task.timing.cfg_samp_clk_timing(
@@ -242,7 +238,6 @@ class DaqmxCards:
 
     def _zero_by(self, write: Callable[[Any], object]) -> None:
         doing = f"bringing {self.wiring.output} to 0 V"
-        reach = self.wiring.output_range
         with self._connection.translated(doing), self._connection.task() as task:
-            task.ao_channels.add_ao_voltage_chan(self.wiring.output, min_val=-reach, max_val=reach)
+            set_up_output_channel(task, self.wiring)
             write(task)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class InputModule:
-    """A delta-sigma input module, whose rate is its master timebase over 256 n.
+    """An input module, whose rate is its master timebase over `oversampling` times n.
 
     Attributes
     ----------
@@ -30,7 +30,11 @@ class InputModule:
     noise : float
         Of a channel at rest, V rms.
     coupling_corner : float
-        Where AC coupling has lost 3 dB, Hz.
+        Where AC coupling has lost 3 dB, Hz; 0 where it can only couple DC.
+    iepe : bool
+        Whether it can feed sensors with a constant current.
+    oversampling : int
+        256 of a delta-sigma converter, 1 of one that converts when it is told to.
     """
 
     name: str
@@ -44,6 +48,13 @@ class InputModule:
     fixed_delay: float
     noise: float
     coupling_corner: float
+    oversampling: int = 256
+    iepe: bool = False
+
+    @property
+    def on_demand(self) -> bool:
+        """Whether it converts a single value when it is asked: a delta-sigma converter cannot."""
+        return self.oversampling == 1
 
     @property
     def quantum(self) -> float:
@@ -52,12 +63,15 @@ class InputModule:
 
     def rates(self) -> tuple[float, ...]:
         """Every sample rate on the module's own timebase, Hz, fastest first."""
-        return tuple(self.timebases[0] / 256.0 / n for n in self.divisors)
+        return tuple(self.timebases[0] / self.oversampling / n for n in self.divisors)
 
     def nearest_rate(self, asked: float) -> tuple[float, int]:
         """Return the rate on the module's own timebase nearest to `asked` (Hz), and its n."""
-        rate = min(self.rates(), key=lambda possible: abs(possible - asked))
-        return rate, self.divisors[self.rates().index(rate)]
+        fastest = self.timebases[0] / self.oversampling
+        exact = int(fastest / max(asked, 1e-9))
+        near = {min(max(n, self.divisors[0]), self.divisors[-1]) for n in (exact, exact + 1)}
+        divisor = min(near, key=lambda n: abs(fastest / n - asked))
+        return fastest / divisor, divisor
 
     def coerced_rate(self, asked: float) -> float:
         """Return the rate the driver sets when asked for `asked` Hz: the lowest that is not below it.
@@ -67,12 +81,13 @@ class InputModule:
         ValueError
             If the module cannot run that fast.
         """
-        enough = [possible for possible in self.rates() if possible >= asked * (1.0 - 1e-4)]
-        if not enough or not asked > 0.0:
-            raise ValueError(
-                f"sample rate {asked:g} Hz; {self.name} allows {self.rates()[-1]:.5g} to {self.rates()[0]:g} Hz"
-            )
-        return enough[-1]
+        fastest = self.timebases[0] / self.oversampling
+        if not 0.0 < asked <= fastest / self.divisors[0] * (1.0 + 1e-4):
+            slowest, quickest = (fastest / n for n in (self.divisors[-1], self.divisors[0]))
+            raise ValueError(f"sample rate {asked:g} Hz; {self.name} allows {slowest:.5g} to {quickest:g} Hz")
+        # A rate that was read back and printed must find itself again among the few of a delta-sigma module.
+        divisor = math.floor(fastest / asked * (1.0 + (1e-9 if self.on_demand else 1e-4)))
+        return fastest / min(max(divisor, self.divisors[0]), self.divisors[-1])
 
     def delay(self, rate: float) -> float:
         """Time from a voltage at the input to the sample that shows it, s."""
@@ -80,11 +95,13 @@ class InputModule:
 
     def can_run_at(self, rate: float) -> bool:
         """Whether `rate` (Hz, as read back) is one the hardware can have run at, to 1 ppm."""
-        return any(
-            math.isclose(rate, timebase / 256.0 / n, rel_tol=1e-6)
-            for timebase in self.timebases
-            for n in self.divisors
-        )
+        for timebase in self.timebases:
+            divisor = round(timebase / self.oversampling / rate)
+            if divisor in self.divisors and math.isclose(
+                rate, timebase / self.oversampling / divisor, rel_tol=1e-6
+            ):
+                return True
+        return False
 
 
 NI_9234 = InputModule(
@@ -99,9 +116,27 @@ NI_9234 = InputModule(
     fixed_delay=3.2e-6,
     noise=50e-6,
     coupling_corner=0.5,
+    iepe=True,
 )
 
-KNOWN = (NI_9234,)
+NI_9215 = InputModule(
+    name="NI-9215",
+    timebases=(80e6,),  # of the chassis
+    divisors=range(800, 80_000_001),
+    channels=4,
+    full_scale=10.0,
+    bits=16,
+    input_resistance=1e9,
+    filter_delay=0.0,
+    fixed_delay=0.0,
+    noise=3.7e-4,
+    coupling_corner=0.0,
+    oversampling=1,
+)
+
+KNOWN = (NI_9234, NI_9215)
+WITH_IEPE = ("NI 9230", "NI 9231", "NI 9232", "NI 9233", "NI 9234", "NI 9250", "USB-4431", "USB-4432")
+"""Modules and boards that feed IEPE sensors, as the driver calls them."""
 
 
 def find_module(name: str) -> InputModule | None:

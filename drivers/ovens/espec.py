@@ -68,6 +68,11 @@ class Espec:
             )
         return seen.temperature
 
+    def bounds(self) -> tuple[float, float]:
+        """Temperatures at which the chamber would stop with an alarm, degrees Celsius."""
+        seen = self._ask("TEMP?", p300.decode_temperatures)
+        return seen.low_alarm, seen.high_alarm
+
     def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Run the program from the present temperature to the target.
 

@@ -53,7 +53,7 @@ class F4T:
                 "the controller's communication units are degrees Fahrenheit",
                 "Set them to degrees Celsius: all limits and set-points here are.",
             )
-        low, high = unit.read_float(LOW_LIMIT), unit.read_float(HIGH_LIMIT)
+        low, high = self.bounds()
         if not (low < limits.maximum and limits.minimum < high):
             raise OvenError(
                 Fault.REFUSED,
@@ -72,6 +72,10 @@ class F4T:
                 "Check the sensor and its wiring.",
             )
         return value
+
+    def bounds(self) -> tuple[float, float]:
+        """Set-point limits of the loop, degrees Celsius."""
+        return self._unit.read_float(LOW_LIMIT), self._unit.read_float(HIGH_LIMIT)
 
     def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Set how to ramp, then the set-point, then automatic control."""

@@ -5,12 +5,10 @@ import math
 
 from drivers.clock import Clock, Stop
 from drivers.ovens.error import Fault, OvenError
-from drivers.ovens.line import Line
+from drivers.ovens.line import PASSING, Line
 from drivers.ovens.oven import OvenLimits, SetPoint
-from drivers.ovens.points import Points, Setting
+from drivers.ovens.points import PLAUSIBLE, Points, Setting
 
-PLAUSIBLE = (-100.0, 400.0)
-"""A controller of a climatic chamber reads nothing else, degrees Celsius: scale, unit or word order are wrong."""
 PERIOD = 1.0
 """Between two looks at whether a ramp in steps is due for its next, s."""
 
@@ -53,6 +51,7 @@ class MappedOven:
         self._step = step
         self._commanded = False
         self._ramp: tuple[float, float, float, float] | None = None
+        self._failed: OvenError | None = None
         self._stop_stepping: Stop = lambda: None
         with line.reserved():
             for point in (points.set_point, points.working, points.rate):
@@ -63,9 +62,11 @@ class MappedOven:
             self._require_plausible(self.temperature())
 
     def temperature(self) -> float:
-        """Air temperature, degrees Celsius; alarm if the controller tells of trouble or has stopped by itself."""
+        """Air temperature, degrees Celsius; OvenError for trouble that it tells or that a step met."""
         points = self._points
         with self._line.reserved():
+            if self._failed is not None:
+                raise self._failed
             points.require_good()
             value = points.temperature.read()
             if self._commanded and points.run is not None and not (points.run.on() or points.run.on()):
@@ -166,7 +167,7 @@ class MappedOven:
         return min(start + moved, target) if target >= start else max(start - moved, target)
 
     def _look(self) -> None:
-        """Make the next step where it is due; one that fails is due again at the next look."""
+        """Make the next step where it is due; one that the line lost is due again at the next look."""
         try:
             with self._line.reserved():
                 due = self._working()
@@ -179,11 +180,14 @@ class MappedOven:
                 if end:
                     self._end_steps()
         except OvenError as error:
-            log.warning("a step of the oven's ramp failed: %s", error)
+            log.debug("a step of the oven's ramp failed: %s", error)
+            if error.fault not in {*PASSING, Fault.LOST}:  # those are told by the next temperature itself
+                self._end_steps()
+                self._failed = error
 
     def _end_steps(self) -> None:
         self._stop_stepping()
-        self._ramp = None
+        self._ramp = self._failed = None
 
     def _require_plausible(self, value: float) -> None:
         low, high = PLAUSIBLE

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,15 @@ class OvenLimits:
     def clamp_target(self, target: float) -> float:
         """Return the nearest set-point allowed, degrees Celsius."""
         return min(max(float(target), self.minimum), self.maximum)
+
+
+@runtime_checkable
+class Bounded(Protocol):
+    """An oven whose controller tells between which set-points it goes by itself."""
+
+    def bounds(self) -> tuple[float, float]:
+        """Return the lowest and the highest set-point the controller takes, degrees Celsius; may ask it."""
+        ...
 
 
 class Oven(Protocol):

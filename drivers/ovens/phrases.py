@@ -4,13 +4,15 @@ Nothing declared is run: ``{value}`` is replaced by a number in a command; in an
 after it is compared letter by letter, and the rest has to be one number of `NUMBER`.
 """
 
+import math
 import re
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, Field
 
 from analysis.declared import Declared
 from drivers.ovens.error import Fault, OvenError
+from drivers.ovens.points import PLAUSIBLE
 from drivers.ovens.units import RateUnit, TemperatureUnit, factors
 
 VALUE = "{value}"
@@ -41,6 +43,9 @@ Answers = Annotated[tuple[Sent, ...], Field(min_length=1)]
 class Query(Declared):
     """A question whose answer holds a number."""
 
+    plausible: ClassVar[tuple[float, float]] = (-math.inf, math.inf)
+    """What it can mean, degrees Celsius or K/min."""
+
     query: Annotated[Sent, Field(description="what is asked: MEAS:TEMP?")]
     answer: Annotated[WithValue, Field(description="what is answered: the number is {value}")] = VALUE
     field: Annotated[int, Field(ge=1, le=50, description="which of several answers between commas")] = 1
@@ -62,11 +67,17 @@ class Query(Declared):
         if not fits or NUMBER.fullmatch(inside) is None:
             raise garbled(words, f"{self.answer!r} as answer {self.field} to {self.query!r}")
         slope, intercept = self.slope()
-        return slope * float(inside) + intercept
+        value = slope * float(inside) + intercept
+        low, high = self.plausible
+        if not low <= value <= high:  # a point lost from a number that no checksum guards
+            raise garbled(words, f"{low:g} to {high:g} (it means {value:g}; see scale and unit)")
+        return value
 
 
 class TemperatureQuery(Query):
     """A temperature that is told."""
+
+    plausible: ClassVar[tuple[float, float]] = PLAUSIBLE
 
     unit: Annotated[TemperatureUnit, Field(description="in which the controller tells it")] = "degC"
 
@@ -90,6 +101,8 @@ class Phrase(Query):
 
 class TemperaturePhrase(Phrase):
     """A temperature that is told and set."""
+
+    plausible: ClassVar[tuple[float, float]] = PLAUSIBLE
 
     unit: Annotated[TemperatureUnit, Field(description="in which the controller takes it")] = "degC"
 

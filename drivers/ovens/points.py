@@ -6,6 +6,9 @@ from typing import Protocol
 
 from drivers.ovens.error import Fault, OvenError
 
+PLAUSIBLE = (-100.0, 400.0)
+"""A controller of a climatic chamber reads nothing else, degrees Celsius: scale, unit or word order are wrong."""
+
 
 class Value(Protocol):
     """A temperature in degrees Celsius, or a rate in K/min, as the controller tells it."""

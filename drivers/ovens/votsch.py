@@ -47,6 +47,11 @@ class Votsch:
         """Air temperature, degrees Celsius."""
         return self._status().actual[self._air]
 
+    def bounds(self) -> tuple[float, float]:
+        """Limits of the chamber's nominal temperature, as it describes them, degrees Celsius."""
+        air = self._layout.channels[self._air]
+        return air.minimum, air.maximum
+
     def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Set the gradients, then nominal temperature and Start.
 

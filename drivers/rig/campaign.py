@@ -130,6 +130,7 @@ def run_campaign(
             return Outcome(len(progress.finished), len(progress.given_up), 0)
         if not events:
             station.require_celsius()
+            station.require_reachable()
         station.note("resumed" if events else "begun", finished=len(progress.finished))
         _run_legs(left, progress, station, protocol, store, observer, paused)
     except (DaqError, OvenError) as error:

@@ -6,6 +6,7 @@ by a signal, or because it could not be opened. ``flexura safe`` calls it alone.
 
 from collections.abc import Callable
 
+from drivers.clock import Clock
 from drivers.ni.cards import Cards
 from drivers.ovens.oven import Oven
 from drivers.rig.rig import Rig
@@ -33,21 +34,23 @@ def bring_to_rest(rig: Rig, oven: Oven | None = None, cards: Cards | None = None
     tuple of str
         What could not be verified to be at rest, with what to do; empty where both are.
     """
-    told = (_rest_oven(rig, oven), _rest_drive(rig, cards))
+    told = (rest_oven(rig.open_oven, rig.clock, oven), _rest_drive(rig, cards))
     return tuple(what for what in told if what is not None)
 
 
-def _rest_oven(rig: Rig, oven: Oven | None) -> str | None:
+def rest_oven(open_oven: Callable[[], Oven], clock: Clock, oven: Oven | None = None) -> str | None:
+    """Tell an oven to rest, and let go of it; return what could not be verified, None where it is at rest."""
+
     def rest() -> None:
         nonlocal oven
-        oven = oven if oven is not None else rig.open_oven()
+        oven = oven if oven is not None else open_oven()
         oven.safe()
 
     failure = _attempted(rest)
     for _ in range(ATTEMPTS - 1):
         if failure is None:
             break
-        _attempted(lambda: rig.clock.sleep(1.0))
+        _attempted(lambda: clock.sleep(1.0))
         failure = _attempted(rest)
     if oven is not None:
         _attempted(oven.close)

@@ -30,6 +30,9 @@ from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.rig import Rig
 from drivers.rig.supervision import PERIOD, QUIET
+from drivers.soundcard.card import SoundCards
+from drivers.soundcard.settings import SoundCard
+from drivers.soundcard.simulated import SimulatedSound, simulated_sound
 from drivers.thermometers.settings import ThermometerSettings
 from drivers.thermometers.thermometer import Thermometer
 
@@ -60,17 +63,20 @@ class SimulatedParts:
         To the controller, one for each time the oven was opened.
     thermometer : (ThermometerSettings, Controller) or None
         On the plate; None where the cards' thermocouples are all there is.
+    sound : SimulatedSound or None
+        The sound card of a rig that has one; `server` is then idle.
     """
 
     clock: VirtualClock
     body: RegulatedOven
     controller: Controller
     server: SimulatedDaq
-    wiring: Wiring
+    wiring: Wiring | SoundCard
     oven: OvenSettings
     address: str | None = None
     lines: list[MemoryTransport] = field(default_factory=list)
     thermometer: tuple[ThermometerSettings, Controller] | None = None
+    sound: SimulatedSound | None = None
 
     def rig(self) -> Rig:
         """Return the rig as a campaign uses it."""
@@ -78,6 +84,8 @@ class SimulatedParts:
         return Rig(self._open_cards, self._open_oven, self.clock, self._date, self._restore, opens)
 
     def _open_cards(self) -> Cards:
+        if isinstance(self.wiring, SoundCard):
+            return SoundCards(self.wiring, self.sound, self.clock)
         if self.address is not None:
             return DaqmxCards(self.wiring.model_copy(update={"grpc": self.address}))
         return DaqmxCards(self.wiring, InProcessChannel(self.server))
@@ -125,7 +133,7 @@ class SimulatedParts:
 
 
 def simulated_parts(
-    wiring: Wiring,
+    wiring: Wiring | SoundCard,
     oven: OvenSettings,
     plate: Plate,
     *,
@@ -134,12 +142,13 @@ def simulated_parts(
     chamber: Chamber | None = None,
     drive_scale: float = 1.0,
     thermometer: ThermometerSettings | None = None,
+    **chassis: Any,
 ) -> SimulatedParts:
     """Build a simulated rig around a plate.
 
     Parameters
     ----------
-    wiring : Wiring
+    wiring : Wiring or SoundCard
         As for the real cards; the plate's sensors hang on `wiring.responses` in their order.
     oven : OvenSettings
         The kind decides which controller is simulated.
@@ -153,6 +162,8 @@ def simulated_parts(
         Volts at the drive's input per volt of the output, see `Surroundings`.
     thermometer : ThermometerSettings, optional
         On the plate, besides the cards' thermocouples.
+    **chassis
+        Anything else that `Surroundings` takes: how far off the clocks are.
 
     Raises
     ------
@@ -162,21 +173,27 @@ def simulated_parts(
     chamber = chamber or Chamber()
     clock = VirtualClock()
     body = RegulatedOven(clock, np.random.default_rng(seed), chamber)
-    surroundings = Surroundings(
-        plate=plate,
-        sensors={terminal: row for row, terminal in enumerate(wiring.responses)},
-        drive_inputs=frozenset({wiring.drive_input}),
-        drive_scale=drive_scale,
-        output=wiring.output,
-        plate_temperature=PlateForecast(clock, body, chamber),
-        chassis=wiring.output.split("/")[0].partition("Mod")[0],
-        modules=dict(modules),
-    )
+    forecast, sound = PlateForecast(clock, body, chamber), None
+    if isinstance(wiring, SoundCard):
+        surroundings = Surroundings(plate, {})
+        sound = simulated_sound(wiring, plate, clock, temperature=forecast, seed=seed, drive_scale=drive_scale)
+    else:
+        surroundings = Surroundings(
+            plate=plate,
+            sensors={terminal: row for row, terminal in enumerate(wiring.responses)},
+            drive_inputs=frozenset({wiring.drive_input}),
+            drive_scale=drive_scale,
+            output=wiring.output,
+            plate_temperature=forecast,
+            chassis=wiring.output.split("/")[0].partition("Mod")[0],
+            modules=dict(modules),
+            **chassis,
+        )
     server = SimulatedDaq(surroundings, clock, seed)
     controller = oven.simulated(body, clock)
     if controller is None:
         raise ValueError(f"oven.kind {oven.kind!r} brings no simulated controller")
-    parts = SimulatedParts(clock, body, controller, server, wiring, oven)
+    parts = SimulatedParts(clock, body, controller, server, wiring, oven, sound=sound)
     if thermometer is None:
         return parts
     instrument = thermometer.simulated(body, clock)

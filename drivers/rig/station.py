@@ -138,6 +138,18 @@ class Station:
             if not _passes(error):
                 raise
 
+    def require_reachable(self) -> None:
+        """Raise RigStopped where the controller's own limits, if it tells them, are in the programme's way."""
+        low, high = self._oven.bounds()
+        ends = sorted({end for leg in self._protocol.legs for end in (leg.start, leg.end)})
+        beyond = [end for end in ends if not low <= end <= high]
+        if beyond:
+            raise RigStopped(
+                f"the controller's own set-points end at {low:g} and {high:g} °C; the programme, with its lead, "
+                f"goes to {' and '.join(f'{end:g}' for end in beyond)} °C",
+                "Correct programme.lowest, highest and lead, or the controller's limits",
+            )
+
     def _ask_air(self) -> float:
         return round(float(self._oven.temperature()), RESOLUTION)
 

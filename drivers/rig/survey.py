@@ -5,14 +5,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 from serial.tools import list_ports
 
 from drivers.ni.connection import Connection, Device
 from drivers.ni.errors import DaqError
+from drivers.ni.task_setup import require_iepe
 from drivers.ni.wiring import Wiring
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import OvenSettings, open_oven
+from drivers.soundcard.card import backend
+from drivers.soundcard.settings import SoundCard, channel_number
 
 
 class State(StrEnum):
@@ -72,6 +76,8 @@ def look_at_cards(wiring: Wiring | None, *, needed: bool) -> Iterator[Finding]:
         yield Finding(f"NI device {device.name}", State.GOOD, f"{device.product}, {channels}{simulated}")
     if wiring is not None and devices:
         yield _terminals(wiring, devices, lacking)
+    if wiring is not None and wiring.iepe:
+        yield _supply(wiring, devices, lacking)
 
 
 def _terminals(wiring: Wiring, devices: tuple[Device, ...], lacking: State) -> Finding:
@@ -82,6 +88,33 @@ def _terminals(wiring: Wiring, devices: tuple[Device, ...], lacking: State) -> F
         return Finding("terminals of [cards]", State.GOOD, f"all {len(asked)} exist")
     step = f"correct [cards]; what exists: {', '.join(sorted(there)) or 'no terminal at all'}"
     return Finding("terminals of [cards]", lacking, f"not there: {', '.join(missing)}", step)
+
+
+def _supply(wiring: Wiring, devices: tuple[Device, ...], lacking: State) -> Finding:
+    what, named = "IEPE supply of [cards]", ", ".join(wiring.iepe)
+    try:
+        require_iepe(wiring, devices)
+    except DaqError as error:
+        return Finding(what, lacking, error.said, error.next_step)
+    return Finding(what, State.GOOD, f"will be switched on at {named}")
+
+
+def look_at_sound(settings: SoundCard, *, needed: bool, sound: Any = None) -> Finding:
+    """Look for a sound card and count its channels; `sound` stands in for the package. Nothing is played."""
+    lacking, what = State.BAD if needed else State.NOTE, f"sound card {settings.device}".rstrip()
+    try:
+        sound = sound if sound is not None else backend()
+        found = [sound.query_devices(settings.device or None, kind) for kind in ("input", "output")]
+    except DaqError as error:
+        return Finding(what, lacking, error.said, error.next_step)
+    except ValueError as error:  # no such device
+        return Finding(what, lacking, str(error), "correct cards.device; python -m sounddevice lists all")
+    there = int(found[0]["max_input_channels"]), int(found[1]["max_output_channels"])
+    wanted = max(map(channel_number, settings.inputs)), channel_number(settings.output)
+    seen = f"{found[0]['name']}, {there[0]} inputs, {there[1]} outputs"
+    if there[0] < wanted[0] or there[1] < wanted[1]:
+        return Finding(what, lacking, seen, f"[cards] asks for in{wanted[0]} and out{wanted[1]}: correct it")
+    return Finding(what, State.GOOD, seen)
 
 
 def look_at_ports() -> Iterator[Finding]:

@@ -9,7 +9,7 @@ from drivers.ovens.error import OvenError
 
 
 class ThermometerError(OvenError):
-    """Trouble with the thermometer, of the same kinds as with an oven; whether to ask again: by kind."""
+    """Trouble with the thermometer, of the same kinds as with an oven."""
 
     instrument = "thermometer"
 

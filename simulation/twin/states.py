@@ -71,6 +71,8 @@ class States:
             For an effect that is not in the library.
         """
         basis = field_basis(BENDING_DEGREE)
+        if self.experiment is not None:
+            laws = self.experiment.plate.grown(laws)
         state = PlateState.baseline(basis.xi, basis.zeta, laws, point.temperature, frequency)
         if not effects:
             return state

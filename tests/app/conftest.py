@@ -14,6 +14,8 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsFile, TdmsWriter
 from numpy.typing import NDArray
 from scipy.signal import chirp, lfilter
 
+from drivers.rig import occupancy
+
 RATE = 51_200.0 / 6
 SAMPLES = 1536
 TOML = f"""\
@@ -139,7 +141,8 @@ def _tdms(step: int, direction: str, temperature: float) -> TdmsContent:
     )
 
 
-def _tiny() -> TinyCampaign:
+def tiny_campaign() -> TinyCampaign:
+    """Make one."""
     legs = [("up", 10.0), ("up", 20.0), ("up", 30.0), ("down", 30.0), ("down", 20.0), ("down", 10.0)]
     files = {f"{n:03d}.tdms": _tdms(n, direction, temperature) for n, (direction, temperature) in enumerate(legs)}
     return TinyCampaign(TOML, files)
@@ -147,7 +150,7 @@ def _tiny() -> TinyCampaign:
 
 @pytest.fixture(scope="session")
 def _template() -> TinyCampaign:
-    return _tiny()
+    return tiny_campaign()
 
 
 @pytest.fixture
@@ -220,3 +223,9 @@ def change_samples() -> Callable[[Path, Callable[[str, NDArray[Any]], NDArray[An
 def built_plates(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Name a cache folder of its own for all tests that compare a recording: its plate is built once."""
     return tmp_path_factory.mktemp("plates")
+
+
+@pytest.fixture(autouse=True)
+def _rigs_of_this_test(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let no test meet the rig of another that runs at the same time."""
+    monkeypatch.setattr(occupancy, "lock_folder", lambda: tmp_path)

@@ -3,12 +3,14 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import h5py
@@ -17,6 +19,7 @@ import pytest
 from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
+from app import first_shot
 from app.commands import acquire
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
@@ -24,9 +27,13 @@ from app.files.events import read_events
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.folder_lock import folder_lock
 from app.main import flexura, main
+from app.rig import rig_places
+from drivers.ni.simulated.faults import Faults
 from drivers.rig import rest
 from drivers.rig.errors import RigInterrupted, RigStopped
+from drivers.rig.occupancy import occupied
 from drivers.rig.simulated import SimulatedParts
+from drivers.rig.survey import Finding, State
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "simulated-rig.toml"
@@ -279,3 +286,87 @@ def test_help_is_quick_to_say_what_it_does() -> None:
     assert result.exit_code == 0
     assert "taken up" in result.output or "take it up" in result.output
     assert acquire.command.name == "acquire"
+
+
+def test_a_rig_in_use_is_left_alone_from_whatever_folder(tmp_path: Path) -> None:
+    """Its process is named; neither another campaign nor `safe` touches it, and nothing is written."""
+    file = experiment(tmp_path)
+    places = rig_places(read_acquired_experiment(file), "real")
+    assert places == ("oven at simulated", "cards cDAQ1")
+    with occupied(places[:1], "flexura acquire, campaign mine"):
+        again = run("acquire", file, "--rig", "real", "--out", tmp_path / "elsewhere", "--json")
+        safe = run("safe", file, "--rig", "real", "--json")
+    for result, status in ((again, 1), (safe, 3)):
+        assert result.exit_code == status, result.output
+        assert f"in use by process {os.getpid()} (flexura acquire, campaign mine, since 2" in result.stderr
+    assert "NOT AT REST: the oven at simulated is in use" in safe.stderr
+    assert json.loads(again.stdout)["unsafe"] == []
+    assert not (tmp_path / "elsewhere").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links as POSIX has them")
+def test_a_port_of_two_names_is_one_port(tmp_path: Path) -> None:
+    (tmp_path / "ttyUSB0").touch()
+    (tmp_path / "by-id").symlink_to(tmp_path / "ttyUSB0")
+    places = []
+    for name in ("ttyUSB0", "by-id"):
+        file = experiment(tmp_path, (r'^port = "simulated"', f'port = "{tmp_path / name}"'))
+        places.append(rig_places(read_acquired_experiment(file), "real"))
+    assert places[0] == places[1]
+    assert rig_places(read_acquired_experiment(file), "simulated") == ()
+
+
+def test_a_test_shot_tells_what_can_be_said_before_a_campaign(
+    acquired: tuple[Path, Path, Result], tmp_path: Path
+) -> None:
+    file, _, _ = acquired  # its twin is there
+    result = run("acquire", file, "--test-shot", "--out", tmp_path / "new", "--json")
+    assert result.exit_code == 0, result.output
+    told = {row["what"]: row for row in json.loads(result.stdout)["findings"]}
+    assert told["campaign"]["seen"].startswith("4 sweeps, about ")
+    assert "GB wanted" in told["disk"]["seen"]
+    assert "of the range, coherence 1.000" in told["input of drive"]["seen"]
+    assert [name for name in told if name.startswith("input of ")][1:]
+    assert "ready for" in result.stderr
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("verb", ["--test-shot", "--again"])
+def test_a_cable_that_is_off_is_told_before_the_oven_moves(
+    acquired: tuple[Path, Path, Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str
+) -> None:
+    inner = SimulatedParts._open_cards
+
+    def broken(parts: SimulatedParts) -> Any:
+        parts.server.inject(Faults(dead_inputs=frozenset({"cDAQ1Mod1/ai0"})))
+        return inner(parts)
+
+    monkeypatch.setattr(SimulatedParts, "_open_cards", broken)
+    result = run("acquire", acquired[0], verb, "--out", tmp_path / "new", "--json")
+    assert result.exit_code == 1
+    assert "the drive recorded is not the one played" in result.stdout
+    if verb == "--again":
+        assert [event["command"] for event in read_events(tmp_path / "new") if event["event"] == "oven"] == [
+            "safe"
+        ]
+
+
+def test_too_small_a_disk_is_refused_before_a_twin_is_built(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=50_100_000))
+    monkeypatch.setattr(acquire, "_open", None)
+    with pytest.raises(SystemExit) as left:
+        main(["acquire", str(experiment(tmp_path))])
+    assert left.value.code == 2
+    assert re.search(r"50 MB free.*allowed: 5\d MB for the 4 sweeps to be made", capsys.readouterr().err)
+
+
+def test_nothing_is_reduced_where_a_shot_cannot_succeed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(acquire, "_open", None)
+    full = Finding("disk", State.BAD, "0.0 GB free", "make room")
+    monkeypatch.setattr(first_shot, "look_at_disk", lambda *_: full)
+    result = run("acquire", experiment(tmp_path), "--test-shot")
+    assert result.exit_code == 1
+    assert "make room" in result.output
+    assert "not ready: disk" in result.output

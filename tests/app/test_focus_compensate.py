@@ -253,7 +253,7 @@ def test_a_run_without_laws_says_how_to_make_them(tmp_path):
         ("delay = 32", "dealy = 32", "filters.dealy is not known; the keys here are taps, sample_rate"),
         ("delay = 32", "delay = 64", "filters: delay 64 samples must lie inside the 64 taps"),
         ("center = [0.07, 0.1]", "center = [0.005, 0.1]", "patch 'A1' spans -0.005 to 0.015 m along x"),
-        ('format = "panel/1"', "format =", "not TOML"),
+        ('format = "panel/1"', "format =", "allowed: TOML"),
         (
             "youngs_modulus = [0.9e9, 3.4e9]",
             "youngs_modulus = [1.05e9, 3.4e9]",

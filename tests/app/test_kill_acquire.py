@@ -95,7 +95,10 @@ def undisturbed(experiment: AcquiredExperiment, tmp_path_factory: pytest.TempPat
 def hunted(
     experiment: AcquiredExperiment, undisturbed: tuple[Path, float], tmp_path: Path
 ) -> Callable[[int, int], None]:
-    """Return a function that kills campaigns so many times, and holds each against the undisturbed one."""
+    """Return a function that kills campaigns so many times after their first finished sweep.
+
+    Kills before it are made as well, and not counted. Each campaign is held against the undisturbed one.
+    """
     reference, seconds = undisturbed
     whole = [digest(sweep) for sweep in load_campaign(reference).sweeps]
 
@@ -107,8 +110,9 @@ def hunted(
             number += 1
             finished: dict[str, bytes] = {}
             for _ in range(4):  # killed, taken up, killed again
-                struck += killed(experiment, folder, rng.uniform(0.0, 0.8 * seconds))
+                was_killed = killed(experiment, folder, rng.uniform(0.0, 0.8 * seconds))
                 now = files(folder) if folder.exists() else {}
+                struck += was_killed and bool(now)
                 assert finished.items() <= now.items(), "a finished sweep was lost or altered"
                 finished = now
             acquire(experiment, folder)

@@ -29,6 +29,8 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 BASH = shutil.which("bash")
 GUIDE = ROOT / "docs" / "guide"
 STARTS = r"(?:flexura|python3 start\.py)"
+NO_VERBS = ("tests", "docs", "VERB", "--help")
+"""Words that start.py does not hand on to flexura, and what stands for a verb."""
 FENCED = re.compile(r"(<!-- not run: [^\n]*-->\n)?```sh\n(.*?)```", re.DOTALL)
 LONG = {
     "any-plate.md",
@@ -73,14 +75,14 @@ def parse(words: list[str]) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_every_command_can_be_typed(page: Path) -> None:
     for words in command_lines(page):
-        if words[0] not in ("tests", "VERB", "--help"):
+        if words[0] not in NO_VERBS:
             parse(words)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_every_command_mentioned_exists(page: Path) -> None:
     for words in mentioned(page):
-        if words[0] not in ("tests", "VERB", "--help") and "SHELL" not in words:
+        if words[0] not in NO_VERBS and "SHELL" not in words:
             try:
                 parse([word.strip("[]") for word in words])
             except click.MissingParameter:

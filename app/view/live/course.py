@@ -54,7 +54,7 @@ def set_point_line(
     """
     time: list[float] = []
     value: list[float] = []
-    for command, begun, ended in zip(commands, when, [*when[1:], now], strict=True):
+    for command, begun, ended in zip(commands, when, [*when[1:], now], strict=False):
         here = float(np.interp(begun, at, air)) if at.size else math.nan
         if command["command"] == "safe":
             time, value = [*time, begun], [*value, math.nan]

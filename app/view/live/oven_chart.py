@@ -3,9 +3,10 @@
 import numpy as np
 import pyqtgraph
 
+from app.files.events import seconds
 from app.view.chart import Chart
 from app.view.live.course import programme_line, set_point_line
-from app.view.live.watched import Watched, seconds
+from app.view.live.watched import Watched
 from app.view.theme import Theme
 
 MARKS = {"finished": "o", "rejected": "x", "missing": "t"}

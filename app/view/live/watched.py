@@ -1,7 +1,6 @@
 """A campaign's folder as it grows: read-only, and never stopped by what is damaged in it."""
 
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,8 +17,8 @@ from app.files import events, latest_repeat, readings
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import SWEEPS, read_protocol, sweep_paths
 from app.files.control import wished
+from app.files.events import parse_event, seconds
 from app.files.latest_repeat import LatestRepeat, load_latest
-from app.files.parsed_text import parse_json
 from app.files.readings import ReadingLine, parse_reading
 from app.files.sweep_file import read_sweep_file
 from app.files.tail import Tail
@@ -146,7 +145,7 @@ class Watched:
 
     def _take_event(self, line: str, number: int) -> None:
         try:
-            event = parse_json(line)
+            event = parse_event(line)
             seconds(event["date"])
             self.events.append(event)
         except (ValueError, KeyError, TypeError):
@@ -194,11 +193,6 @@ class Watched:
                 )
         for step in sorted(self.sweeps)[:-KEPT]:
             del self.sweeps[step]
-
-
-def seconds(date: str) -> float:
-    """Seconds since 1970 of an ISO 8601 date."""
-    return datetime.fromisoformat(date).timestamp()
 
 
 def _protocol(folder: Path, acquired: dict[str, Any] | None) -> AcquisitionProtocol | None:

@@ -13,6 +13,8 @@ from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.task import Channel, Task
 from drivers.ni.thermocouple_modules import ThermocoupleModule
 
+IEPE_BIAS = 12.0
+"""Voltage on which a sensor that is fed puts its signal, V; it comes with the supply, when a task begins."""
 _COUPLING_MEMORY = 1.6
 """How long a coupling capacitor is followed back, over its corner frequency: to 4e-5 of the past."""
 
@@ -56,7 +58,7 @@ class Acquisition:
         return computed
 
     def _record(self, task: Task, number: int, length: int) -> NDArray[np.float64]:
-        surroundings, rate = self._chassis.surroundings, task.clocked().rate
+        surroundings, rate = self._chassis.surroundings, task.clocked().pace
         if task.began is None:
             raise ValueError(f"task {task.name} has not begun: it has no samples yet")
         lead = int(np.ceil(self._memory(task, rate) * rate))
@@ -65,10 +67,7 @@ class Acquisition:
         if not np.any(drive[:lead]):
             # A plate at rest needs no history, and a sweep is then computed just as it was played.
             drive, moments, lead = drive[lead:], moments[lead:], 0
-        temperature = surroundings.plate_temperature(moments)
-        answer = np.asarray(surroundings.plate(drive, rate, temperature), dtype=np.float64)
-        if answer.ndim != 2 or answer.shape[1] != drive.size:
-            raise ValueError(f"the plate answered with shape {answer.shape}; (K, {drive.size}) wanted")
+        answer = self._answer(task, drive, rate, moments)
         identity = zlib.crc32(",".join(channel.terminal for channel in task.channels).encode())
         rng = np.random.default_rng([self._seed, round(task.began * 1e6), number, identity])
         recorded = np.empty((len(task.channels), length))
@@ -79,11 +78,28 @@ class Acquisition:
                 arrived = input_stage.delayed(volts, module, rate)[:, lead:]
                 recorded[rows] = input_stage.digitised(arrived, module, rng)
             elif isinstance(module, ThermocoupleModule):
+                # Asked faster than it converts, it gives each conversion again until the next is there.
+                duration = module.duration(len(rows))
+                held = task.began + duration * np.floor((moments[lead:] - task.began) / duration + 1e-6)
+                _, conversion = np.unique(held, return_inverse=True)
                 for row in rows:
-                    readings = self.temperature(task.channels[row], moments[lead:])
-                    recorded[row] = readings + module.noise * rng.standard_normal(length)
+                    noise = module.noise * rng.standard_normal(conversion.max() + 1)
+                    recorded[row] = self.temperature(task.channels[row], held) + noise[conversion]
         recorded /= np.array([channel.volts_per_unit for channel in task.channels])[:, None]
         return recorded
+
+    def _answer(
+        self, task: Task, drive: NDArray[np.float64], rate: float, moments: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the plate's answer (K, M); it is not asked where nobody listens to it."""
+        surroundings = self._chassis.surroundings
+        if not any(channel.terminal in surroundings.sensors for channel in task.channels):
+            return np.empty((0, drive.size))
+        temperature = surroundings.plate_temperature(moments)
+        answer = np.asarray(surroundings.plate(drive, rate, temperature), dtype=np.float64)
+        if answer.ndim != 2 or answer.shape[1] != drive.size:
+            raise ValueError(f"the plate answered with shape {answer.shape}; (K, {drive.size}) wanted")
+        return answer
 
     def _memory(self, task: Task, rate: float) -> float:
         """Return how far back a sample looks, s: plate or coupling, and behind them the module's filter."""
@@ -108,6 +124,8 @@ class Acquisition:
             volts = answer[surroundings.sensors[channel.terminal]]
         else:
             volts = np.zeros_like(drive)
+        if channel.terminal in surroundings.iepe_sensors:
+            volts = volts + IEPE_BIAS if channel.feeds else np.zeros_like(drive)
         if channel.ac_coupled and isinstance(channel.module, InputModule):
             return input_stage.coupled(volts, channel.module.coupling_corner, rate)
         return volts
@@ -119,17 +137,29 @@ class Acquisition:
         return np.asarray(touched(moments), dtype=np.float64)
 
     def read_now(self, task: Task) -> NDArray[np.float64]:
-        """Convert every thermocouple once, (C,), taking the time the module needs for that."""
+        """Convert every channel once, (C,), taking the time that a thermocouple module needs for that."""
         readings = np.empty(len(task.channels))
         for row, channel in enumerate(task.channels):
-            if not isinstance(channel.module, ThermocoupleModule):
+            module = channel.module
+            if isinstance(module, ThermocoupleModule):
+                self._chassis.pass_time_to(self._chassis.clock.now() + module.duration(1))
+            elif not (isinstance(module, InputModule) and module.on_demand):
                 raise DaqmxStatusError(
                     DAQmxErrors.INVALID_ATTRIBUTE_VALUE,
-                    f"{channel.module.name} does not support on-demand timing. Task Name: {task.name}",
+                    f"{module.name} does not support on-demand timing. Task Name: {task.name}",
                 )
-            self._chassis.pass_time_to(self._chassis.clock.now() + channel.module.duration(1))
             moment = self._chassis.clock.now()
             rng = np.random.default_rng([self._seed, round(moment * 1e6), zlib.crc32(channel.terminal.encode())])
-            noise = channel.module.noise * rng.standard_normal()
-            readings[row] = self.temperature(channel, np.array([moment]))[0] + noise
+            if isinstance(module, ThermocoupleModule):
+                value = self.temperature(channel, np.array([moment]))[0]
+                readings[row] = value + module.noise * rng.standard_normal()
+            elif isinstance(module, InputModule):
+                readings[row] = input_stage.digitised(self._voltage(channel, moment), module, rng)[0, 0]
         return readings
+
+    def _voltage(self, channel: Channel, moment: float) -> NDArray[np.float64]:
+        """Return what is on a terminal now, (1, 1): of a plate at rest nothing, of the drive what it is."""
+        surroundings = self._chassis.surroundings
+        if channel.terminal not in surroundings.drive_inputs:
+            return np.zeros((1, 1))
+        return np.array([[surroundings.drive_scale * self._chassis.lines[surroundings.output].voltage(moment)]])

@@ -15,6 +15,9 @@ from drivers.ni.simulated.faults import Faults
 from drivers.ni.simulated.status import DaqmxStatusError, status_name
 from drivers.ni.simulated.task import Task
 
+NOT_SIMULATED = DAQmxErrors.OPERATION_NOT_SUPPORTED_ON_SIMULATED_DEVICE
+"""Status of a call that asks for what is not simulated."""
+
 
 class NotSimulatedError(Exception):
     """The simulated server does not know what it was asked for."""
@@ -81,6 +84,12 @@ def refuse(context: Any, status: DaqmxStatusError) -> None:
     context.abort(grpc.StatusCode.UNKNOWN, str(status))
 
 
+def refuse_lacking(context: Any, lacking: NotSimulatedError) -> None:
+    """End a call that asks for what is not simulated, and say what that is."""
+    said = f"Not simulated by Flexura's cards: {lacking}. Real cards and NI's own server may have it."
+    refuse(context, DaqmxStatusError(NOT_SIMULATED, said))
+
+
 def answered(handle: Callable[[Any, Any], Any]) -> Callable[[Any, Any, Any], Any]:
     """Make a method (self, request) -> response into one of the service's calls."""
     call = handle.__name__
@@ -94,6 +103,6 @@ def answered(handle: Callable[[Any, Any], Any]) -> Callable[[Any, Any, Any], Any
         except DaqmxStatusError as status:
             return refuse(context, status)
         except NotSimulatedError as lacking:
-            return context.abort(grpc.StatusCode.UNIMPLEMENTED, f"not simulated: {lacking}")
+            return refuse_lacking(context, lacking)
 
     return answer

@@ -12,6 +12,7 @@ from drivers.ni.simulated.answering import Answering, answered
 from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.surroundings import Module
 from drivers.ni.simulated.task import Channel, Kind, Task
+from drivers.ni.simulated.waveform_calls import raw_bits
 from drivers.ni.thermocouple_modules import ThermocoupleModule
 
 _MODULE_FOR = {
@@ -55,7 +56,12 @@ class ChannelCalls(Answering):
         for channel in self._add(request, Kind.ACCELERATION_IN, volts_per_g):
             internal = pb.EXCITATION_SOURCE_INTERNAL
             # The sensor's supply sits on the signal as a voltage of its own: the module then couples AC.
-            channel.ac_coupled = (request.current_excit_source_raw or request.current_excit_source) == internal
+            channel.feeds = (request.current_excit_source_raw or request.current_excit_source) == internal
+            channel.ac_coupled = channel.feeds
+            if channel.feeds and not getattr(channel.module, "iepe", False):
+                task = self.task_of(request)
+                task.channels.remove(channel)
+                raise _unsupported("AI.Excit.Src", f"{channel.module.name} feeds no sensor")
         return pb.CreateAIAccelChanResponse()
 
     @answered
@@ -159,8 +165,11 @@ class ChannelCalls(Answering):
         self.one_of({pb.CHANNEL_ATTRIBUTE_AI_COUPLING: None}, pb.ChannelInt32Attribute, request)
         wanted = request.value_raw or request.value
         for channel in self._named(request):
-            if wanted not in (pb.CHANNEL_INT32_COUPLING1_AC, pb.CHANNEL_INT32_COUPLING1_DC):
-                raise _unsupported("AI.Coupling", "AC or DC")
+            allowed = [pb.CHANNEL_INT32_COUPLING1_DC]
+            if getattr(channel.module, "coupling_corner", 0.0):
+                allowed.append(pb.CHANNEL_INT32_COUPLING1_AC)
+            if wanted not in allowed:
+                raise _unsupported("AI.Coupling", "AC or DC" if len(allowed) > 1 else "DC only")
             channel.ac_coupled = wanted == pb.CHANNEL_INT32_COUPLING1_AC
         return pb.SetChanAttributeInt32Response()
 
@@ -174,8 +183,29 @@ class ChannelCalls(Answering):
             pb.CHANNEL_ATTRIBUTE_AI_MIN: -reach,
             pb.CHANNEL_ATTRIBUTE_AO_MAX: reach,
             pb.CHANNEL_ATTRIBUTE_AO_MIN: -reach,
+            pb.CHANNEL_ATTRIBUTE_AI_RNG_HIGH: reach,
+            pb.CHANNEL_ATTRIBUTE_AI_RNG_LOW: -reach,
         }
         return pb.GetChanAttributeDoubleResponse(value=self.one_of(values, pb.ChannelDoubleAttribute, request))
+
+    @answered
+    def SetChanAttributeDouble(self, request: Any) -> Any:
+        limits = (pb.CHANNEL_ATTRIBUTE_AI_MAX, pb.CHANNEL_ATTRIBUTE_AI_MIN)
+        outputs = (pb.CHANNEL_ATTRIBUTE_AO_MAX, pb.CHANNEL_ATTRIBUTE_AO_MIN)
+        self.one_of(dict.fromkeys(limits + outputs), pb.ChannelDoubleAttribute, request)
+        for channel in self._named(request):
+            full_scale = getattr(channel.module, "full_scale", float("inf")) / channel.volts_per_unit
+            if abs(request.value) > full_scale * (1.0 + 1e-9):
+                raise _unsupported(
+                    "Max", f"{request.value:g} is beyond the {full_scale:g} of {channel.module.name}"
+                )
+            channel.reach = abs(request.value)
+        return pb.SetChanAttributeDoubleResponse()
+
+    @answered
+    def GetChanAttributeUInt32(self, request: Any) -> Any:
+        values = {pb.CHANNEL_ATTRIBUTE_AI_RAW_SAMP_SIZE: raw_bits(self._named(request)[0].module)}
+        return pb.GetChanAttributeUInt32Response(value=self.one_of(values, pb.ChannelUInt32Attribute, request))
 
     @answered
     def GetChanAttributeString(self, request: Any) -> Any:

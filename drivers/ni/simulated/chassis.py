@@ -1,5 +1,7 @@
 """The modules in their slots: who has reserved them, which engine times a task, what triggers what."""
 
+import math
+
 import numpy as np
 from nidaqmx.error_codes import DAQmxErrors
 from numpy.typing import NDArray
@@ -8,13 +10,10 @@ from drivers.clock import Clock
 from drivers.ni.output_modules import OutputModule
 from drivers.ni.simulated.faults import Faults
 from drivers.ni.simulated.output_line import OutputLine
+from drivers.ni.simulated.sample_clocks import INPUT_ENGINES, PULSES, SampleClocks, engines
 from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.surroundings import Module, Surroundings
 from drivers.ni.simulated.task import State, Task
-from drivers.ni.thermocouple_modules import ThermocoupleModule
-
-INPUT_ENGINES = ("ai", "te0", "te1")
-"""The three timing engines a cDAQ-9178 has for analog input."""
 
 PRODUCT = "cDAQ-9178"
 
@@ -31,6 +30,7 @@ class Chassis:
         May be replaced at any time.
     tasks : dict of str to Task
         By handle.
+    clocks : SampleClocks
     lines : dict of str to OutputLine
         By output terminal.
     """
@@ -40,6 +40,7 @@ class Chassis:
         self.clock = clock
         self.faults = faults
         self.tasks: dict[str, Task] = {}
+        self.clocks = SampleClocks(surroundings, self.tasks)
         self._seen = clock.now()
         self._handled: tuple[float, float] | None = None
         self.lines = {
@@ -110,14 +111,11 @@ class Chassis:
             if shared:
                 self._reserved(task, f"{', '.join(shared)} is reserved by task {other.name}")
         if task.timing is not None:
-            free = [engine for engine in self._engines(task) if engine not in [other.engine for other in others]]
+            free = [engine for engine in engines(task) if engine not in [other.engine for other in others]]
             if not free:
-                self._reserved(task, f"all {len(self._engines(task))} timing engines are reserved")
+                self._reserved(task, f"all {len(engines(task))} timing engines are reserved")
             task.engine = free[0]
         task.state = State.RESERVED
-
-    def _engines(self, task: Task) -> tuple[str, ...]:
-        return INPUT_ENGINES if task.is_input else ("ao",)
 
     def _reserved(self, task: Task, why: str) -> None:
         raise DaqmxStatusError(
@@ -132,22 +130,16 @@ class Chassis:
         task.engine = ""
         task.reserved_on_purpose = False
 
-    def trigger_terminal(self, task: Task) -> str:
-        """Name of the terminal on which a task's start can be heard.
-
-        Before a task is reserved it has no engine yet and the driver names the first one: right only
-        as long as nobody else has it.
-        """
-        return f"/{self.surroundings.chassis}/{task.engine or self._engines(task)[0]}/StartTrigger"
-
-    def check_trigger(self, terminal: str) -> None:
-        """Refuse a trigger source the chassis does not have."""
+    def known_terminal(self, terminal: str) -> str:
+        """Return the full name of a source of triggers; refuse one that the chassis does not have."""
+        full = self.clocks.full_name(terminal)
         known = [f"/{self.surroundings.chassis}/{engine}/StartTrigger" for engine in (*INPUT_ENGINES, "ao")]
-        if terminal.lower() not in [name.lower() for name in known]:
+        if not self.clocks.is_pfi(full) and full.lower() not in [name.lower() for name in known]:
             raise DaqmxStatusError(
                 DAQmxErrors.INVALID_ROUTING_SOURCE_TERMINAL_NAME_ROUTING,
                 f"Source terminal to be routed could not be found on the device. Source Terminal: {terminal}",
             )
+        return full
 
     def start(self, task: Task) -> None:
         """Start a task: at once, or armed for its trigger."""
@@ -168,15 +160,21 @@ class Chassis:
         task.state = State.STARTED
         task.position = 0
         task.began = None
-        if not task.trigger:
-            self._begin(task, self.clock.now())
+        if not task.trigger or self.clocks.is_pfi(task.trigger):
+            now = self.clock.now()
+            self._begin(task, _next_pulse(now) if task.trigger else now)
 
     def _begin(self, task: Task, moment: float) -> None:
         """Take or play the first sample, and let whoever listens for that begin with it."""
+        if task.timing is not None:
+            moment = self.clocks.first_edge(task, moment)
+        if task.timing is not None and task.pretrigger is not None:
+            before = task.pretrigger / task.timing.pace
+            moment = _next_pulse(moment + before) - before
         task.began = moment
         if not task.is_input and task.timing is not None:
             self._play(task, moment)
-        heard = self.trigger_terminal(task).lower()
+        heard = self.clocks.terminal(task, "StartTrigger").lower()
         if self.faults.stuck_trigger:
             return
         for other in self.tasks.values():
@@ -188,7 +186,7 @@ class Chassis:
         for channel, samples in zip(task.channels, task.written, strict=True):
             played = np.resize(samples, timing.samples) if timing.finite else samples
             repeats = not timing.finite and task.regenerates
-            self.lines[channel.terminal].play(played, timing.rate, moment, repeats)
+            self.lines[channel.terminal].play(played, timing.pace, moment, repeats)
 
     def put(self, task: Task, values: NDArray[np.float64]) -> None:
         """Put single values on a task's outputs at once, as on-demand writing does."""
@@ -221,18 +219,7 @@ class Chassis:
         """Whether a task has nothing left to do."""
         return task.state is not State.STARTED or self.clock.now() >= task.ends() - 1e-9
 
-    def coerced_rate(self, task: Task, asked: float) -> float:
-        """Rate the hardware makes of the one asked for, Hz."""
-        rates = []
-        for channel in task.channels:
-            if isinstance(channel.module, ThermocoupleModule):
-                rates.append(asked)
-                continue
-            try:
-                rates.append(channel.module.coerced_rate(asked))
-            except ValueError as error:
-                raise DaqmxStatusError(
-                    DAQmxErrors.INVALID_ATTRIBUTE_VALUE,
-                    f"Requested value is not a supported value for this property. Property: SampClk.Rate: {error}",
-                ) from error
-        return max(rates, default=asked)
+
+def _next_pulse(moment: float) -> float:
+    """When the next pulse after `moment` comes on a PFI terminal, s."""
+    return (math.floor(moment / PULSES + 1e-9) + 1) * PULSES

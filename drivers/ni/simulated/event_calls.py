@@ -79,7 +79,7 @@ class EventCalls(Answering):
         clock = self.chassis.clock
         caught_up = not task.is_input or task.position >= total - every
         if task.taken(clock.now()) < total and caught_up and task.began is not None:
-            self.chassis.pass_time_to(task.began + total / task.clocked().rate)
+            self.chassis.pass_time_to(task.began + total / task.clocked().pace)
         return task.broken is None and task.taken(clock.now()) >= total
 
     def _finish(self, task: Task, idle_since: list[float]) -> bool:

@@ -7,6 +7,11 @@ from numpy.typing import NDArray
 
 from drivers.ni.output_modules import OutputModule
 
+REACH = 24
+"""Samples on either side from which the voltage between two samples is computed: to 1e-3 up to 0.45 of it."""
+SMOOTH = 0.75
+"""Samples played per sample recorded, from which on the stairs between them are not seen."""
+
 
 @dataclass(frozen=True)
 class _Run:
@@ -20,10 +25,30 @@ class _Run:
     def at(self, moments: NDArray[np.float64]) -> NDArray[np.float64]:
         # Moments are multiples of a sample period counted from some other start: rounding must not
         # take the sample before the one that has just begun.
-        index = np.floor((moments - self.start) * self.rate + 1e-4).astype(np.int64)
+        position = (moments - self.start) * self.rate
+        index = np.floor(position + 1e-4).astype(np.int64)
+        fraction = position - index
+        if self._in_stairs(position) or not np.any(np.abs(fraction) > 1e-3):
+            return self._sample(index)
+        return self._between(index, np.clip(fraction, 1e-9, None))
+
+    def _in_stairs(self, position: NDArray[np.float64]) -> bool:
+        """Whether who looks is quick enough to see the stairs: behind a slower input's filter there are none."""
+        return self.samples.size < 2 or position.size < 2 or float(position[1] - position[0]) < SMOOTH
+
+    def _sample(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
         if self.repeats:
             return np.asarray(self.samples[np.maximum(index, 0) % self.samples.size])
         return np.asarray(self.samples[np.clip(index, 0, self.samples.size - 1)])
+
+    def _between(self, index: NDArray[np.int64], fraction: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the smooth voltage between samples: a sum of sinc functions under a Hann window."""
+        total, angle = np.zeros(index.size), 0.5 * np.pi / REACH
+        even, odd = np.cos(angle * fraction), np.sin(angle * fraction)
+        for tap in range(1 - REACH, REACH + 1):
+            window = (even * np.cos(angle * tap) + odd * np.sin(angle * tap)) ** 2
+            total += self._sample(index + tap) * window * (-1.0) ** tap / (fraction - tap)
+        return np.asarray(total * np.sin(np.pi * fraction) / np.pi)
 
 
 class OutputLine:
@@ -72,9 +97,10 @@ class OutputLine:
         """Voltages at ascending moments (M,), V."""
         values = np.empty(len(moments))
         first = np.searchsorted(moments, [run.start - 1e-4 / run.rate for run in self._runs])
+        # A run that starts later overrides; runs are in the order they were begun.
+        last = np.minimum.accumulate(np.append(first[1:], len(moments))[::-1])[::-1]
         for number, run in enumerate(self._runs):
-            # A run that starts later overrides; runs are in the order they were begun.
-            values[first[number] :] = run.at(moments[first[number] :])
+            values[first[number] : last[number]] = run.at(moments[first[number] : last[number]])
         return values
 
     def forget_before(self, moment: float) -> None:

@@ -2,22 +2,21 @@
 
 from typing import Any
 
-from nidaqmx._stubs.nidaqmx_pb2_grpc import NiDAQmxServicer
-
 from drivers.clock import Clock, VirtualClock
 from drivers.ni.simulated.acquisition import Acquisition
 from drivers.ni.simulated.channel_calls import ChannelCalls
 from drivers.ni.simulated.chassis import Chassis
 from drivers.ni.simulated.event_calls import EventCalls
 from drivers.ni.simulated.faults import Faults
-from drivers.ni.simulated.stream_calls import StreamCalls
+from drivers.ni.simulated.refusals import Refusals
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ni.simulated.system_calls import SystemCalls
 from drivers.ni.simulated.task_calls import TaskCalls
 from drivers.ni.simulated.timing_calls import TimingCalls
+from drivers.ni.simulated.waveform_calls import WaveformCalls
 
 
-class SimulatedDaq(TaskCalls, TimingCalls, ChannelCalls, StreamCalls, EventCalls, SystemCalls, NiDAQmxServicer):
+class SimulatedDaq(TaskCalls, TimingCalls, ChannelCalls, WaveformCalls, EventCalls, SystemCalls, Refusals):
     """NI's own service with the calls that a sweep, a thermocouple and a plain script make.
 
     Parameters
@@ -60,6 +59,6 @@ class SimulatedDaq(TaskCalls, TimingCalls, ChannelCalls, StreamCalls, EventCalls
     def notice(self, call: str) -> Any:
         """Return the method for a call by its name; remember a call that is not simulated."""
         method = getattr(type(self), call, None)
-        if method is None or method is getattr(NiDAQmxServicer, call, None):
+        if method is None:
             self.lacking.add(call)
         return getattr(self, call, None)

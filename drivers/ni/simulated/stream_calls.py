@@ -99,7 +99,7 @@ class StreamCalls(Answering):
             # Whatever could trigger it is not going to happen while the only program waits here.
             self.chassis.pass_time_to(now + max(timeout, 0.0))
             return
-        due = task.began + total / task.clocked().rate
+        due = task.began + total / task.clocked().pace
         self.chassis.pass_time_to(due if timeout < 0.0 else min(due, now + timeout))
 
     @answered
@@ -148,11 +148,14 @@ class StreamCalls(Answering):
         if task.regenerates or timing.finite or task.began is None:
             self.lacks("WriteAnalogF64 into a running buffer that is played again")
         now = self.chassis.clock.now()
-        if task.began + task.written.shape[1] / timing.rate < now - 1e-9:
+        if task.began + task.written.shape[1] / timing.pace < now - 1e-9:
             raise DaqmxStatusError(
                 DAQmxErrors.GEN_STOPPED_TO_PREVENT_REGEN_OF_OLD_SAMPLES,
                 f"The generation has stopped to prevent the regeneration of old samples. Task Name: {task.name}",
             )
+        room = task.written.shape[1] + samples.shape[1] - task.buffer_size()
+        if task.taken(now) < room:  # as the driver does, it waits until there is room for them
+            self.chassis.pass_time_to(task.began + room / timing.pace)
         task.written = np.concatenate([task.written, samples], axis=1)
         for channel, values in zip(task.channels, samples, strict=True):
             self.chassis.lines[channel.terminal].extend(values)

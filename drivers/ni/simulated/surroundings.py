@@ -69,6 +69,13 @@ class Surroundings:
     chassis : str
     modules : mapping of int to Module
         Slot, from 1, -> module.
+    iepe_sensors : frozenset of str
+        Input terminals whose sensors say nothing unless they are fed.
+    clock_errors : (float, float)
+        How much too fast the clocks of the input and of the output modules are, as a share: each runs on a
+        crystal of its own unless a task takes the other's timebase.
+    routes_timebases : bool
+        Whether the chassis can route a timebase from one module to another.
     memory : float
         How long the plate remembers, s. A continuous record is computed in pieces, each preceded by
         this much of the drive; a finite one is computed whole.
@@ -83,6 +90,9 @@ class Surroundings:
     thermocouples: Mapping[str, Temperature] = field(default_factory=dict)
     chassis: str = "cDAQ1"
     modules: Mapping[int, Module] = field(default_factory=lambda: {1: NI_9234, 2: NI_9260, 3: NI_9211})
+    iepe_sensors: frozenset[str] = frozenset()
+    clock_errors: tuple[float, float] = (0.0, 0.0)
+    routes_timebases: bool = True
     memory: float = 2.0
 
     def __post_init__(self) -> None:

@@ -90,6 +90,17 @@ class SystemCalls(Answering):
         return pb.GetDeviceAttributeBoolResponse(value=self.one_of(values, pb.DeviceBoolAttribute, request))
 
     @answered
+    def GetDeviceAttributeInt32(self, request: Any) -> Any:
+        is_module = self._device(request) is not None
+        category = (
+            pb.DEVICE_INT32_PRODUCT_CATEGORY_C_SERIES_MODULE
+            if is_module
+            else pb.DEVICE_INT32_PRODUCT_CATEGORY_COMPACT_DAQ_CHASSIS
+        )
+        values = {pb.DEVICE_ATTRIBUTE_PRODUCT_CATEGORY: category}
+        return pb.GetDeviceAttributeInt32Response(value_raw=self.one_of(values, pb.DeviceInt32Attribute, request))
+
+    @answered
     def ResetDevice(self, request: Any) -> Any:
         self._device(request)
         name = request.device_name

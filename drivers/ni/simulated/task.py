@@ -41,6 +41,8 @@ class Channel:
 
     ac_coupled: bool = False
     volts_per_unit: float = 1.0
+    feeds: bool = False
+    """Whether it feeds its sensor with a constant current."""
 
 
 @dataclass
@@ -48,8 +50,20 @@ class Timing:
     """The sample clock, once configured."""
 
     rate: float
+    """As the driver states it, Hz."""
+
     samples: int
     finite: bool
+    asked: float
+    """Rate asked for, Hz."""
+
+    error: float = 0.0
+    """How much too fast its crystal is, as a share."""
+
+    @property
+    def pace(self) -> float:
+        """Samples in a true second."""
+        return self.rate * (1.0 + self.error)
 
 
 @dataclass(eq=False)
@@ -60,6 +74,12 @@ class Task:
     channels: list[Channel] = field(default_factory=list)
     timing: Timing | None = None
     trigger: str = ""
+    pretrigger: int | None = None
+    """Samples kept from before a reference trigger; None where there is no such trigger."""
+
+    timebase: str = ""
+    """Terminal of another task's timebase, if it is to run on that."""
+
     engine: str = ""
     state: State = State.CONFIGURED
     reserved_on_purpose: bool = False
@@ -116,11 +136,11 @@ class Task:
         """When a finite task is done, s; infinity for a continuous one or one still waiting."""
         if self.began is None or self.timing is None or not self.timing.finite:
             return float("inf")
-        return self.began + self.timing.samples / self.timing.rate
+        return self.began + self.timing.samples / self.timing.pace
 
     def taken(self, moment: float) -> int:
         """Return how many samples have been acquired or generated at a moment."""
         if self.began is None or self.timing is None:
             return 0
-        count = int(np.floor((moment - self.began) * self.timing.rate + 1e-4))
-        return min(count, self.timing.samples) if self.timing.finite else max(count, 0)
+        count = int(np.floor((moment - self.began) * self.timing.pace + 1e-4))
+        return max(0, min(count, self.timing.samples) if self.timing.finite else count)

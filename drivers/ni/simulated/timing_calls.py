@@ -5,7 +5,6 @@ from typing import Any
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 
 from drivers.ni.simulated.answering import Answering, answered
-from drivers.ni.simulated.task import Timing
 
 
 class TimingCalls(Answering):
@@ -15,15 +14,42 @@ class TimingCalls(Answering):
     def CfgSampClkTiming(self, request: Any) -> Any:
         task = self.task_of(request)
         self.chassis.verify(task)
+        if request.source and not request.source.lower().endswith("onboardclock"):
+            # What is to clock it from outside is taken to have the rate that the program states.
+            self.chassis.known_terminal(request.source)
         finite = (request.sample_mode_raw or request.sample_mode) == pb.ACQUISITION_TYPE_FINITE_SAMPS
-        rate = self.chassis.coerced_rate(task, request.rate)
-        task.timing = Timing(rate, max(2, int(request.samps_per_chan)), finite)
+        samples = max(2, int(request.samps_per_chan))
+        self.chassis.clocks.configure(task, request.rate, samples, finite=finite)
         return pb.CfgSampClkTimingResponse()
 
     @answered
     def GetTimingAttributeDouble(self, request: Any) -> Any:
-        values = {pb.TIMING_ATTRIBUTE_SAMP_CLK_RATE: self.task_of(request).clocked().rate}
+        task = self.task_of(request)
+        values = {
+            pb.TIMING_ATTRIBUTE_SAMP_CLK_RATE: task.clocked().rate,
+            pb.TIMING_ATTRIBUTE_SAMP_CLK_TIMEBASE_RATE: self.chassis.clocks.timebase_rate(task),
+        }
         return pb.GetTimingAttributeDoubleResponse(value=self.one_of(values, pb.TimingDoubleAttribute, request))
+
+    @answered
+    def SetTimingAttributeDouble(self, request: Any) -> Any:
+        task = self.task_of(request)
+        # The driver knows the frequency of a timebase within the chassis: there is nothing to be told.
+        self.one_of({pb.TIMING_ATTRIBUTE_SAMP_CLK_TIMEBASE_RATE: task}, pb.TimingDoubleAttribute, request)
+        return pb.SetTimingAttributeDoubleResponse()
+
+    @answered
+    def GetTimingAttributeString(self, request: Any) -> Any:
+        source = self.chassis.clocks.timebase(self.task_of(request))
+        values = {pb.TIMING_ATTRIBUTE_SAMP_CLK_TIMEBASE_SRC: source}
+        return pb.GetTimingAttributeStringResponse(value=self.one_of(values, pb.TimingStringAttribute, request))
+
+    @answered
+    def SetTimingAttributeString(self, request: Any) -> Any:
+        task = self.task_of(request)
+        self.one_of({pb.TIMING_ATTRIBUTE_SAMP_CLK_TIMEBASE_SRC: task}, pb.TimingStringAttribute, request)
+        self.chassis.clocks.take_timebase(task, request.value)
+        return pb.SetTimingAttributeStringResponse()
 
     @answered
     def GetTimingAttributeInt32(self, request: Any) -> Any:
@@ -44,15 +70,22 @@ class TimingCalls(Answering):
     @answered
     def CfgDigEdgeStartTrig(self, request: Any) -> Any:
         task = self.task_of(request)
-        self.chassis.check_trigger(request.trigger_source)
-        task.trigger = request.trigger_source
+        task.trigger = self.chassis.known_terminal(request.trigger_source)
         return pb.CfgDigEdgeStartTrigResponse()
+
+    @answered
+    def CfgDigEdgeRefTrig(self, request: Any) -> Any:
+        task = self.task_of(request)
+        if not self.chassis.clocks.is_pfi(self.chassis.known_terminal(request.trigger_source)):
+            self.lacks("CfgDigEdgeRefTrig on another task's trigger")
+        task.pretrigger = int(request.pretrigger_samples)
+        return pb.CfgDigEdgeRefTrigResponse()
 
     @answered
     def GetTrigAttributeString(self, request: Any) -> Any:
         task = self.task_of(request)
         values = {
-            pb.TRIGGER_ATTRIBUTE_START_TRIG_TERM: self.chassis.trigger_terminal(task),
+            pb.TRIGGER_ATTRIBUTE_START_TRIG_TERM: self.chassis.clocks.terminal(task, "StartTrigger"),
             pb.TRIGGER_ATTRIBUTE_DIG_EDGE_START_TRIG_SRC: task.trigger,
         }
         return pb.GetTrigAttributeStringResponse(value=self.one_of(values, pb.TriggerStringAttribute, request))

@@ -7,8 +7,10 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
 from analysis.campaign import Sweep
-from analysis.protocol.acceptance import faults, likeness
+from analysis.protocol.acceptance import faults
+from analysis.protocol.clocks import stretched
 from analysis.protocol.drive import drive_signal
+from analysis.protocol.likeness import likeness
 from analysis.protocol.protocol import AcquisitionProtocol
 
 RATE = 51_200.0 / 6.0
@@ -103,6 +105,35 @@ def test_repeats_out_of_step(good: Sweep, played: NDArray[np.float64], protocol:
     drive = good.drive.copy()
     drive[2] = np.roll(drive[2], 1)
     assert "1.00 samples apart" in told(replace(good, drive=drive), played, protocol)
+
+
+@pytest.mark.parametrize("difference", [1e-4, -1e-4, 2.9e-4])
+def test_clocks_of_their_own_are_no_fault(
+    good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol, difference: float
+) -> None:
+    """An output on another crystal: each repeat is as much longer, and begins at the output's own next edge."""
+    drive = good.drive.copy()
+    late = stretched(played, difference, RATE, protocol.sweep, 1.0)
+    for repeat, delay in enumerate((38.4, 39.1, 38.9)):
+        spectrum = np.fft.rfft(late) * np.exp(-2j * np.pi * np.fft.rfftfreq(late.size) * delay)
+        drive[repeat] = np.fft.irfft(spectrum, late.size)
+    assert told(replace(good, drive=drive), played, protocol) == ""
+    half = drive.shape[1] // 2
+    slipped = np.concatenate([drive[1, :half], drive[1, half + 1 :], np.zeros(1, np.float32)])
+    assert "repeat 2: the drive recorded is not the one played" in told(
+        replace(good, drive=np.stack([drive[0], slipped, drive[2]])), played, protocol
+    )
+    apart = np.stack([drive[0], np.roll(drive[1], 2), drive[2]])
+    assert "they are not synchronous" in told(replace(good, drive=apart), played, protocol)
+
+
+def test_clocks_that_differ_by_more_than_crystals_do_are_a_fault(
+    good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol
+) -> None:
+    """A sample rate that is not the one asked for, 0.3 % off."""
+    wrong = stretched(played, 3e-3, RATE, protocol.sweep, 1.0).astype(np.float32)
+    told_of = told(replace(good, drive=np.stack([wrong, wrong, wrong])), played, protocol)
+    assert "repeat 1: the drive recorded is not the one played" in told_of
 
 
 def test_drive_of_another_level_or_none(

@@ -37,7 +37,6 @@ def test_none_against_the_papers_protocol(
         ({"sweep": {"duration": 60.0}, "limits": {"drift": 2.0}}, {}, "sweep.duration", "at most 1 K (150 s)"),
         ({"sweep": {"levels": (0.1, 0.2, 0.3), "duration": 16.0}}, {}, "sweep.duration", "3 level(s)"),
         ({"limits": {"drift": 0.01}}, {}, "limits.drift", "ramp moves"),
-        ({"sweep": {"duration": 29.9, "repeats": 1}}, {"poll_within": 30.0}, "sweep.duration", "left alone"),
     ],
 )
 def test_each_reason_is_named_with_its_remedy(

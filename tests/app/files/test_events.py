@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from app.files.campaign_error import CampaignFileError
-from app.files.events import append_event, read_events
+from app.files.events import append_event, parse_event, read_events
 
 
 def test_events_come_back_in_order(tmp_path: Path) -> None:
@@ -27,4 +27,27 @@ def test_torn_line_is_ignored_and_then_closed_off(tmp_path: Path, torn: bytes) -
 def test_damage_before_the_last_line_is_no_kill(tmp_path: Path, line: str) -> None:
     (tmp_path / "events.jsonl").write_text(f'{{"event": "first"}}\n{line}\n{{"event": "third"}}\n')
     with pytest.raises(CampaignFileError, match=r"events\.jsonl: line 2 = "):
+        read_events(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        '{"step": 1}',
+        '{"event": 3}',
+        '{"event": "oven", "date": "2026-01-05T08:00:00"}',
+        '{"event": "oven", "command": "ramp"}',
+        '{"event": "oven", "command": "ramp", "target": 20.0, "rate": 0}',
+        '{"event": "oven", "command": "ramp", "target": 1e300}',
+        '{"event": "finished", "step": -1}',
+        '{"event": "finished", "date": "2026-13-05T08:00:00"}',
+        '{"event": "missing"}',
+        '{"event": "sweep begun", "step": 1}',
+    ],
+)
+def test_an_event_that_its_readers_could_not_take_is_refused(tmp_path: Path, line: str) -> None:
+    with pytest.raises(ValueError, match=r"event|oven|rate|target|step|date|missing|lacks"):
+        parse_event(line)
+    (tmp_path / "events.jsonl").write_text(f'{line}\n{{"event": "third"}}\n')
+    with pytest.raises(CampaignFileError, match=r"events\.jsonl: line 1 = "):
         read_events(tmp_path)

@@ -35,6 +35,12 @@ def test_readings_come_back_and_torn_ones_do_not(tmp_path: Path) -> None:
     assert first.stage == lines[0].stage
     assert second == lines[1]
     assert parse_reading(text[2][:30]) is None
+    for wrong in (
+        text[2].replace("2026-01", "2026-13"),
+        text[2].replace("3500.5", "inf"),
+        text[2].replace(",7,", ",0,"),
+    ):
+        assert parse_reading(wrong) is None
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"wish": "explode"}', '{"wish": null}', "\x00"])

@@ -95,6 +95,19 @@ def frf() -> Frf:
     )
 
 
+def tracked() -> TrackedModes:
+    measured = frf()
+    return TrackedModes(
+        temperature=TEMPERATURE,
+        direction=measured.direction,
+        level=measured.level,
+        channels=measured.channels,
+        modes=tuple(modes_at(t) for t in TEMPERATURE),
+        track=np.array([[0, 1, 2], [0, 1, 2], [0, 1, 2], [0, 1, -1], [0, 1, -1]]),
+        start=2,
+    )
+
+
 def updated() -> Updated:
     material = Material(3e9 - 3e7 * TEMPERATURE, 0.34 + 0.001 * TEMPERATURE, 0.04 + 0.0005 * TEMPERATURE)
     return Updated(
@@ -151,16 +164,7 @@ def run(tmp_path: Path) -> Path:
     folder.mkdir()
     measured, found = frf(), updated()
     save_frf(folder / "frf.h5", experiment(), measured, MADE)
-    tracked = TrackedModes(
-        temperature=TEMPERATURE,
-        direction=measured.direction,
-        level=measured.level,
-        channels=measured.channels,
-        modes=tuple(modes_at(t) for t in TEMPERATURE),
-        track=np.array([[0, 1, 2], [0, 1, 2], [0, 1, 2], [0, 1, -1], [0, 1, -1]]),
-        start=2,
-    )
-    save_modes(folder / "modes.h5", tracked, MADE)
+    save_modes(folder / "modes.h5", tracked(), MADE)
     laws = fit_laws(TEMPERATURE, found.material, found.sigma, temperature_range=(0.0, 40.0))
     save_laws(folder / "laws.h5", found, laws, TwinFrf(FREQUENCY, 1.01 * measured.h, 1e-4, 950.0), MADE)
     return folder

@@ -49,3 +49,8 @@ def test_a_set_point_ramps_from_the_air_holds_and_ends_at_rest() -> None:
         [22.0, 24.0, 23.0, 21.0]
     )
     assert np.isnan(value[-1])
+
+
+def test_an_oven_that_was_told_nothing_yet_has_no_set_point() -> None:
+    time, value = set_point_line([], [], np.array([0.0, 60.0]), np.array([20.0, 20.1]), 60.0)
+    assert time.size == value.size == 0

@@ -42,6 +42,34 @@ def test_rate_is_read_back_not_taken_for_granted(cards: DaqmxCards) -> None:
     assert cards.sample_rate == pytest.approx(8533.333333, rel=1e-9)
 
 
+@pytest.mark.parametrize(("routes", "drift"), [(True, 0.0), (False, 1.2)])
+def test_output_runs_on_the_inputs_timebase_where_the_chassis_routes_it(
+    wiring: Wiring, surroundings: Surroundings, drive: Array, routes: bool, drift: float
+) -> None:
+    """Crystals 100 ppm apart: 1.2 samples at the end of a record of 12,000."""
+    chassis = replace(surroundings, clock_errors=(-5e-5, 5e-5), routes_timebases=routes)
+    played = np.zeros(12_100)
+    played[[100, 12_000]] = 2.0
+    record = DaqmxCards(wiring, InProcessChannel(SimulatedDaq(chassis))).sweep(played)
+    # where a pulse is: the phase of its spectrum, whose middle is at its top
+    first, last = (record.drive[n : n + 200] for n in (50, 11_900))
+    slope = np.polyfit(np.arange(1, 40), np.unwrap(np.angle(np.fft.rfft(last) / np.fft.rfft(first)))[1:40], 1)[0]
+    assert -slope * 200 / (2.0 * np.pi) == pytest.approx(50.0 - drift, abs=0.02)
+
+
+def test_rates_that_differ_are_refused_on_opening(wiring: Wiring, surroundings: Surroundings) -> None:
+    """An NI 9263 divides 80 MHz: unless it is given the inputs' timebase, it makes 51.216 kHz of 51.2 kHz."""
+    other = replace(surroundings, modules=surroundings.modules | {2: NI_9263})
+    fast = wiring.model_copy(update={"sample_rate": 51_200.0})
+    DaqmxCards(fast, InProcessChannel(SimulatedDaq(other))).sweep(np.zeros(100))
+    alone = replace(other, routes_timebases=False)
+    with pytest.raises(DaqError, match=r"would run at 51216.4 Hz, the inputs run at 51200 Hz") as caught:
+        DaqmxCards(fast, InProcessChannel(SimulatedDaq(alone)))
+    assert "cards.sample_rate" in str(caught.value)
+    slow = wiring.model_copy(update={"sample_rate": 51_200.0 / 6.0})
+    DaqmxCards(slow, InProcessChannel(SimulatedDaq(alone))).sweep(np.zeros(100))
+
+
 def test_ratio_to_the_recorded_drive_is_the_plate(cards: DaqmxCards, drive: Array, plate: Any) -> None:
     record = cards.sweep(drive)
     frequency, measured = ratios(record.drive, record.responses, (150.0, 1300.0))
@@ -117,7 +145,7 @@ def test_plate_is_asked_once_a_sweep_and_knows_its_temperature(
     server.clock.sleep(600.0)
     began = server.clock.now()
     cards.sweep(drive)
-    assert plate.seen == [(drive.size, pytest.approx(RATE))]
+    assert plate.seen[1:] == [(drive.size, pytest.approx(RATE))]  # the first is the rehearsal
     assert plate.temperature[0] == pytest.approx(20.0 + 0.4 / 60.0 * began)
     assert plate.temperature[-1] - plate.temperature[0] == pytest.approx(0.4 / 60.0 * (drive.size - 1) / RATE)
 

@@ -112,6 +112,7 @@ def test_words_by_hand(scripted, monkeypatch):
         ("{value}", "", 1, None),
         ("{value}", "23.5C", 1, None),
         ("{value}", "nan", 1, None),
+        ("{value}", "2350", 1, None),
         ("{value}", "1e9999", 1, None),
         ("{value}", "0x10", 1, None),
         ("{value}", "1_0", 1, None),
@@ -163,12 +164,24 @@ def test_at_its_end_it_steps_no_more(stepped, end):
     assert stepped.body.regulating == (end == "close")
 
 
-@pytest.mark.filterwarnings("ignore")
+def test_a_step_that_is_not_taken_is_told(stepped):
+    stepped.oven.ramp_to(40.0, 1.0)
+    stepped.clock.sleep(60.0)
+    stepped.controller.locked = True
+    stepped.clock.sleep(60.0)
+    with pytest.raises(OvenError, match="reads back") as caught:
+        stepped.oven.temperature()
+    assert caught.value.fault is Fault.NOT_TAKEN
+    stepped.controller.locked = False
+    stepped.oven.hold()
+    assert stepped.oven.temperature() == pytest.approx(21.0, abs=0.5)
+
+
 def test_steps_go_on_after_a_line_was_bad(stepped, caplog):
     stepped.oven.ramp_to(40.0, 1.0)
     stepped.clock.sleep(120.0)
     stepped.disturbed.always = silenced
-    with caplog.at_level(logging.WARNING):
+    with caplog.at_level(logging.DEBUG):
         stepped.clock.sleep(60.0)
     assert "a step of the oven's ramp failed" in caplog.text
     stepped.disturbed.always = lambda answer: [answer]

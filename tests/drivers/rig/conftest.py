@@ -141,8 +141,15 @@ def protocol_of(
 class World:
     """A campaign, its store and, run by run, a simulated rig."""
 
-    def __init__(self, kind: str = "watlow-f4t", oven: Mapping[str, Any] | None = None, **changes: Any) -> None:
+    def __init__(
+        self,
+        kind: str = "watlow-f4t",
+        oven: Mapping[str, Any] | None = None,
+        chassis: Mapping[str, Any] | None = None,
+        **changes: Any,
+    ) -> None:
         self.protocol = protocol_of(**changes)
+        self.chassis = dict(chassis or {})
         self.store = MemoryStore()
         self.kind = kind
         self.oven: dict[str, Any] = dict(oven or {})
@@ -180,6 +187,7 @@ class World:
             seed=5,
             chamber=self.chamber,
             thermometer=self.thermometer,
+            **self.chassis,
         )
         self.disturbed = Disturbed(parts.controller)
         self.parts = replace(parts, controller=self.disturbed)

@@ -22,6 +22,8 @@ from drivers.ovens.simulated.disturbance import flipped, halved, instead, late, 
 from drivers.rig.errors import RigStopped
 from drivers.rig.rig import Rig
 
+HANGUP = getattr(signal, "SIGHUP", signal.SIGTERM)
+"""Windows has no such signal."""
 World = Any
 Inject = Callable[[World], None]
 
@@ -71,6 +73,10 @@ def thermocouple_says(value: float, seconds: float = float("inf")) -> Inject:
         world.thermocouple = (world.parts.clock.now(), value, seconds)
 
     return inject
+
+
+def thermocouple_freezes(world: World) -> None:
+    world.thermocouple = (world.parts.clock.now(), float(world.parts.body.plate), float("inf"))
 
 
 def oven_answers(*plan: Any, always: Any = None, seconds: float = float("inf")) -> Inject:
@@ -133,6 +139,23 @@ def log_refused(world: World) -> None:
     world.mended = lambda: setattr(world.store, "log", log)
 
 
+def folder_hangs(seconds: float) -> Inject:
+    """Let the next event take so long to be written, as on a network share that is away."""
+
+    def inject(world: World) -> None:
+        log, pending = world.store.log, [seconds]
+
+        def hang(event: Any) -> None:
+            if pending:
+                world.parts.clock.sleep(pending.pop())
+            log(event)
+
+        world.store.log = hang
+        world.mended = lambda: setattr(world.store, "log", log)
+
+    return inject
+
+
 @dataclass(frozen=True)
 class Fault:
     """One fault and what is to come of it.
@@ -175,6 +198,7 @@ NI = (
     Fault("thermocouple NaN for 20 s", thermocouple_says(np.nan, 20.0), "goes on", "recovered"),
     Fault("thermocouple NaN for ever", thermocouple_says(np.nan), RigStopped, "plate nan °C"),
     Fault("thermocouple open", thermocouple_says(2300.0), RigStopped, "plate 2300.0 °C"),
+    Fault("thermocouple stuck", thermocouple_freezes, RigStopped, "is stuck at"),
     Fault("plate too hot", thermocouple_says(55.0), RigStopped, "outside limits.coldest and hottest"),
     Fault("plate reading jumps once", thermocouple_says(35.0, 1.0), "goes on"),
 )
@@ -196,6 +220,8 @@ PROCESS = (
     Fault("Ctrl-C while waiting", signalled(signal.SIGINT), KeyboardInterrupt, in_a_sweep=False),
     Fault("SIGTERM in a sweep", signalled(signal.SIGTERM), SystemExit),
     Fault("SIGTERM while waiting", signalled(signal.SIGTERM), SystemExit, in_a_sweep=False),
+    Fault("SIGHUP in a sweep", signalled(HANGUP), SystemExit),
+    Fault("SIGHUP while waiting", signalled(HANGUP), SystemExit, in_a_sweep=False),
     Fault("defect in the program", raised(ZeroDivisionError("defect")), ZeroDivisionError, in_a_sweep=False),
     Fault("out of memory", raised(MemoryError()), MemoryError, in_a_sweep=False),
 )
@@ -203,6 +229,8 @@ PROCESS = (
 DISK = (
     Fault("disk full for a sweep", full_disk, OSError, "No space"),
     Fault("disk full for the log", log_refused, OSError, "No space"),
+    Fault("folder hangs for 30 s", folder_hangs(30.0), "goes on"),
+    Fault("folder hangs for 10 min", folder_hangs(600.0), RigStopped, "has stood still for"),
 )
 
 GROUPS = {"NI": NI, "oven": OVEN, "process": PROCESS, "disk": DISK}
@@ -211,14 +239,15 @@ FAULTS = tuple(fault for faults in GROUPS.values() for fault in faults)
 
 @pytest.fixture(autouse=True)
 def _terminable() -> Any:
-    """SIGTERM as `flexura acquire` takes it."""
+    """SIGTERM and SIGHUP as a program takes them that ends by an exception."""
 
     def leave(number: int, _: object) -> None:
         raise SystemExit(128 + number)
 
-    before = signal.signal(signal.SIGTERM, leave)
+    before = {number: signal.signal(number, leave) for number in {signal.SIGTERM, HANGUP}}
     yield
-    signal.signal(signal.SIGTERM, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 def arm(world: World, fault: Fault, repeat: int) -> None:

@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from drivers.clock import VirtualClock
+from drivers.ovens import f4t
 from drivers.ovens.error import OvenError
+from drivers.ovens.expiry import Expiring
 from drivers.ovens.settings import open_oven, oven_settings
+from drivers.ovens.simulated import votsch as simulated_votsch
 from drivers.ovens.simulated.controller import Delivery
 from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.memory import MemoryTransport
@@ -153,5 +156,29 @@ def test_what_gets_through_a_damaged_line(kind: str, checksum: bool) -> None:
         clock.sleep(2.0)
         with suppress(OvenError):  # three damaged answers in a row: no reading, which a campaign bears
             errors.append(abs(asked.read() - body.measured))
+        with suppress(OvenError):
+            if isinstance(oven, Expiring):
+                oven.renew()
     assert len(errors) > 1950
     assert max(errors) < (0.2 if checksum else 1.5)
+
+
+@pytest.mark.parametrize("kind", ["watlow-f4t", "votsch-ascii2", "espec-p300"])
+def test_a_programme_beyond_the_controller_s_own_limits_is_refused_before_anything_moves(
+    world_of: Callable[..., Any], kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only the last leg would have met them, hours later."""
+    world = world_of(kind, programme={"highest": 40.0})
+    controller = world.parts.controller._controller
+    if kind == "watlow-f4t":
+        controller._floats[f4t.HIGH_LIMIT] = 41.0
+    elif kind == "espec-p300":
+        controller._high = 41.0
+    else:
+        monkeypatch.setattr(
+            simulated_votsch, "CHANNELS", (("CV01", "Temperature", -77.0, 41.0), *simulated_votsch.CHANNELS[1:])
+        )
+    with pytest.raises(RigStopped, match=r"end at -\d+ and 41 °C; the programme, with its lead, goes to 41\.5 °C"):
+        world.run()
+    assert abs(world.parts.body.air - 22.0) < 0.2
+    assert world.at_rest()

@@ -24,7 +24,16 @@ def test_stopping_keeps_the_voltage_of_that_moment() -> None:
 def test_repeats_until_stopped() -> None:
     line = OutputLine(NI_9260)
     line.play(np.array([1.0, -1.0]), 10.0, 0.0, repeats=True)
-    assert line.voltages(np.array([0.05, 0.15, 100.05])) == pytest.approx([1.0, -1.0, 1.0], abs=1e-6)
+    assert [line.voltage(moment) for moment in (0.05, 0.15, 100.05)] == pytest.approx([1.0, -1.0, 1.0], abs=1e-6)
+
+
+def test_an_input_of_nearly_the_same_pace_sees_no_stairs() -> None:
+    """Two crystals 100 ppm apart: what comes is the tone itself, not one that loses a sample now and then."""
+    rate = 51_200.0
+    line = OutputLine(NI_9260)
+    line.play(np.sin(2.0 * np.pi * 7000.0 * np.arange(30_000) / rate), rate, 0.0)
+    moments = np.arange(100, 29_000) / (rate * (1.0 - 1e-4))
+    assert line.voltages(moments) == pytest.approx(np.sin(2.0 * np.pi * 7000.0 * moments), abs=2e-3)
 
 
 def test_is_rounded_to_codes_and_limited_to_the_range() -> None:
@@ -41,7 +50,7 @@ def test_samples_of_one_grid_stay_on_it_after_hours() -> None:
     line = OutputLine(NI_9260)
     played = np.linspace(-1.0, 1.0, 50_000)
     line.play(played, rate, start)
-    moments = (start - 1.0) + np.arange(50_000 + 8533) / rate
+    moments = (start - 8533 / rate) + np.arange(50_000 + 8533) / rate
     found = line.voltages(moments)[-(50_000 - 8533) :]
     first = np.argmin(np.abs(played - found[0]))
     assert found == pytest.approx(played[first : first + found.size], abs=1e-6)

@@ -1,0 +1,93 @@
+"""How much faster the clock that played a sweep was than the clock that recorded it.
+
+Two crystals differ by a constant share, some ten millionths, and a sweep of a minute is then some hundred samples
+shorter or longer than it was asked for. That harms no result: drive and responses are recorded by the same clock.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import next_fast_len, rfft, rfftfreq
+
+from analysis.protocol.drive import drive_signal, passed_at
+from analysis.protocol.likeness import whole_delay
+from analysis.protocol.sweep import SweepSettings
+
+Real = NDArray[np.float64]
+
+CRYSTALS = 3e-4
+"""Largest difference between two crystals: those of cards are within 1e-4 or better, as a share."""
+SEEN = 0.1
+"""A difference that comes to less over a whole record is none, samples."""
+
+
+def clock_difference(
+    recorded: NDArray[np.floating], played: Real, sample_rate: float, sweep: SweepSettings
+) -> float:
+    """Estimate the difference between two clocks from a drive that was recorded several times.
+
+    Played faster by the share e, a sweep of spectrum U(w) has the spectrum U(w/(1 + e)): its phase leads by
+    e w t(w), with the group delay t(w), the moment at which the sweep passes w. Crystals do not change within
+    minutes: the middle of all repeats is taken, and samples lost in one of them are not mistaken for a clock.
+
+    Parameters
+    ----------
+    recorded : (R, M) ndarray
+    played : (M,) ndarray, V
+    sample_rate : float
+        As both cards state it, Hz.
+    sweep : SweepSettings
+        What was played.
+
+    Returns
+    -------
+    float
+        A share, above 0 where the output is the faster one; within +-`CRYSTALS`, and 0 where none is seen.
+    """
+    level = float(np.abs(played).max())
+    size = next_fast_len(played.size, real=True)
+    spectra = [rfft(np.asarray(repeat, dtype=np.float64), size) for repeat in recorded]
+    grid = rfftfreq(size, 1.0 / sample_rate)
+    low, high = sweep.frequency_range
+    inside = (grid >= low) & (grid <= high)
+    omega = 2.0 * np.pi * grid[inside]
+    passing = omega * passed_at(sweep, grid[inside])
+    found = 0.0
+    for by_lag in (True, True, False):
+        reference = rfft(stretched(played, found, sample_rate, sweep, level) if found else played, size)
+        crossed = (_aligned(spectrum * reference.conj(), inside, size) for spectrum in spectra)
+        more = [_fitted(cross, omega, passing, by_lag) for cross in crossed]
+        found = float(np.clip(found + np.median(more), -CRYSTALS, CRYSTALS))
+    return found if abs(found) * played.size > SEEN else 0.0
+
+
+def stretched(played: Real, difference: float, sample_rate: float, sweep: SweepSettings, level: float) -> Real:
+    """Return a drive (M,) as it is recorded where the clock that plays it is faster by a share."""
+    signal = drive_signal(sweep, level, sample_rate / (1.0 + difference))
+    return np.asarray(np.pad(signal, (0, max(0, played.size - signal.size)))[: played.size])
+
+
+def _aligned(cross: NDArray[np.complex128], inside: NDArray[np.bool_], size: int) -> NDArray[np.complex128]:
+    """Return a cross spectrum over the sweep's own lines, whole samples of delay taken out."""
+    within = np.where(inside, cross, 0.0)
+    turn = 2.0 * np.pi * whole_delay(within, size) / size
+    return np.asarray(within[inside] * np.exp(1j * turn * np.flatnonzero(inside)))
+
+
+def _fitted(cross: NDArray[np.complex128], omega: Real, passing: Real, by_lag: bool) -> float:
+    """Fit the cross spectrum's phase by a delay and a difference of clocks; return the latter.
+
+    By lag, from the phase between lines so near to each other that it cannot have gone round; for what is then
+    left, from the phase itself.
+    """
+    if by_lag:
+        steepest = float(np.abs(np.diff(passing)).max(initial=0.0))
+        lag = int(np.clip(1.0 / max(CRYSTALS * steepest, 1e-9), 1, max(1, cross.size // 3)))
+        cross = cross[lag:] * cross[:-lag].conj()
+        omega, passing = omega[lag:] - omega[:-lag], passing[lag:] - passing[:-lag]
+    weight, phase = np.abs(cross), np.angle(cross)
+    scale = np.array([1.0 / np.abs(omega).max(), 1.0 / max(np.abs(passing).max(), 1e-300)])
+    basis = np.stack([omega, passing]) * scale[:, None]
+    normal = (weight * basis) @ basis.T
+    if not weight.sum() > 0.0 or np.linalg.cond(normal) > 1e12:
+        return 0.0
+    return float((np.linalg.solve(normal, (weight * basis) @ phase) * scale)[1])

@@ -1,0 +1,141 @@
+"""``flexura check-instrument``: what a campaign asks of an instrument's driver, and what it has to bear."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+import click
+
+from app.commands.bad_input import bad_input
+from app.commands.output import Output, output_options
+
+if TYPE_CHECKING:
+    from app.files.instruments_toml import Instruments
+    from drivers.checks.trial import Verdict
+
+COLOURS = {"passed": "green", "FAILED": "red", "not checked": "yellow"}
+
+EXAMPLES = """\b
+Examples:
+  flexura check-instrument watlow-f4t
+  flexura check-instrument my-experiment.toml
+  flexura check-instrument my-experiment.toml --really
+"""
+
+
+@click.command(
+    name="check-instrument", epilog=EXAMPLES, short_help="Put an instrument's driver through its faults."
+)
+@click.argument("instrument", metavar="EXPERIMENT.toml|KIND")
+@click.option("--really", is_flag=True, help="At the hardware itself; the oven stays within 2 K of where it is.")
+@output_options("the verdicts")
+@bad_input
+def command(instrument: str, really: bool, output: Output) -> None:
+    """Check the drivers of the cards, oven and thermometer that EXPERIMENT.toml declares, or of a KIND of oven.
+
+    Silence, noise, late and stale answers, refusals, a pulled cable, commands not taken, Ctrl-C: each must end in
+    a right temperature or in an error that says what to do, and the oven must rest after each. Kinds of installed
+    packages are checked like our own. Of the file, only [cards], [oven] and [thermometer] are read.
+
+    No hardware is touched: the driver talks to the simulated counterpart its kind brings. With --really it talks
+    to the instrument itself, over the port declared: faults are made on this computer's side of it, and the oven
+    is told to ramp, by 1 K, and to rest, some twenty times in minutes; cards play a hundredth of output_range.
+    Nothing else may use them meanwhile.
+
+    Exit status 1 where a check failed; 3 where an oven is not known to be at rest.
+    """
+    from app.campaign_ending import NOT_AT_REST, not_at_rest
+    from app.files.instruments_toml import declared_instruments
+
+    declared = declared_instruments(instrument)
+    found: dict[str, list[Verdict]] = {}
+    unsafe: str | None = None
+    for name, run in _trials(declared, really):
+        if really:
+            output.note(f"{name}: the instrument itself is used now")
+        found[name] = _run(run, output, name)
+    if really and declared.oven is not None:
+        unsafe = _rest(declared)
+    rows = [{"instrument": name, **vars(one)} for name, verdicts in found.items() for one in verdicts]
+    failed = [f"{row['name']} ({row['instrument']})" for row in rows if row["result"] == "FAILED"]
+    output.result(lambda: {"passed": not failed, "really": really, "checks": rows, "unsafe": unsafe})
+    if unsafe:
+        output.failure(not_at_rest((unsafe,)).lstrip())
+        raise click.exceptions.Exit(NOT_AT_REST)
+    if failed:
+        output.failure(f"{len(failed)} of {len(rows)} checks failed: {', '.join(failed)}")
+        raise click.exceptions.Exit(1)
+    unchecked = sum(row["result"] == "not checked" for row in rows)
+    rest = f", {unchecked} could not be made" if unchecked else ""
+    output.summary(f"{len(rows) - unchecked} of {len(rows)} checks passed{rest}")
+
+
+def _trials(declared: "Instruments", really: bool) -> "Iterator[tuple[str, Callable[[], Iterator[Verdict]]]]":
+    """Yield what is to be checked, and how."""
+    from drivers.checks.cards import check_cards, check_real_cards
+    from drivers.checks.instruments import check_oven, check_real_oven, check_thermometer
+
+    cards, oven, thermometer = declared.cards, declared.oven, declared.thermometer
+    if cards is not None:
+        yield f"cards {cards.kind}", lambda: check_real_cards(cards) if really else check_cards(cards)
+    if oven is not None:
+        yield f"oven {oven.kind}", lambda: check_real_oven(oven) if really else check_oven(oven)
+    if thermometer is not None:
+        yield f"thermometer {thermometer.kind}", lambda: check_thermometer(thermometer, real=really)
+
+
+def _run(run: "Callable[[], Iterator[Verdict]]", output: Output, name: str) -> "list[Verdict]":
+    """Run the checks of one instrument, each shown when it is over; Ctrl-C is heard between two of them."""
+    from drivers.checks.instruments import NoCounterpart
+    from drivers.checks.trial import Verdict
+    from drivers.ovens.error import OvenError
+    from drivers.rig.end_requests import EndRequests
+
+    shown = not (output.quiet or output.as_json)
+    if shown:
+        click.echo(name)
+    found: list[Verdict] = []
+    with ExitStack() as stack:
+        requests = stack.enter_context(EndRequests())
+        try:
+            for verdict in run():
+                found.append(verdict)
+                if shown:
+                    show([verdict])
+                if requests.arrived:
+                    why = f"stopped by {requests.arrived} before the others"
+                    found.append(Verdict("the other checks", "all of them count", "FAILED", why))
+                    break
+        except NoCounterpart:
+            said = "it brings no simulated counterpart: connect the instrument, and add --really"
+            found.append(Verdict("all checks", "a campaign relies on each", "not checked", said))
+            if shown:
+                show(found)
+        except Exception as error:  # noqa: BLE001 (another's driver may raise anything)
+            said = str(error) if isinstance(error, OvenError) else f"{type(error).__name__}: {error}"
+            found.append(Verdict("answers at all", "nothing can be checked otherwise", "FAILED", said))
+            if shown:
+                show(found[-1:])
+    return found
+
+
+def _rest(declared: "Instruments") -> str | None:
+    """Tell the oven to rest once more, where a rig comes to rest; return what could not be verified."""
+    from drivers.clock import SystemClock
+    from drivers.rig.end_requests import EndRequests
+    from drivers.rig.rest import rest_oven
+
+    oven, clock = declared.oven, SystemClock()
+    if oven is None:
+        return None
+    with EndRequests():  # nothing cuts it short
+        return rest_oven(lambda: oven.open(clock), clock)
+
+
+def show(verdicts: "Sequence[Verdict]") -> None:
+    """Print what came of each check, and why it matters."""
+    for one in verdicts:
+        result = click.style(f"{one.result:<11}", fg=COLOURS[one.result])
+        click.echo(f"  {result} {one.name:<34} {one.why}")
+        if one.said:
+            click.echo(f"              {one.said}")

@@ -1,0 +1,78 @@
+"""What can be said of a campaign before it is begun: the rig looked at, and one short sweep."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from analysis.protocol.shot import DURATION, Heard
+from app.campaign_screen import duration
+from app.doctor import look_at_disk
+from app.files.experiment_toml import AcquiredExperiment, RigKind
+from app.rig import rig_places
+from drivers.interruptions import held_back
+from drivers.ni.errors import DaqError
+from drivers.ni.wiring import Wiring
+from drivers.rig.occupancy import in_use, occupied
+from drivers.rig.rig import Rig
+from drivers.rig.shot import fire
+from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven
+
+CLOSE = 0.5
+"""Share of an input's range that a short sweep may fill: a long one brings resonances up further."""
+LOUD = 0.03
+"""Share of a sensor's level that hum may have."""
+CHECK = "check this cable, its terminal in [cards] and, for a drive, the amplifier's input"
+
+
+def look_before(experiment: AcquiredExperiment, kind: RigKind, folder: Path) -> Iterator[Finding]:
+    """Yield what can be said before anything is played: cards, oven, length of the campaign, disk."""
+    if (holder := in_use(rig_places(experiment, kind))) is not None:
+        yield Finding("rig", State.BAD, holder, "wait for its end; nothing was asked of it")
+    elif kind != "simulated":
+        if isinstance(experiment.cards, Wiring):
+            yield from look_at_cards(experiment.cards, needed=True)
+        yield look_at_oven(experiment.oven, needed=True)
+    seconds = experiment.protocol.seconds(experiment.oven.room_temperature)
+    yield Finding("campaign", State.GOOD, f"{experiment.protocol.count} sweeps, about {duration(seconds)}")
+    yield look_at_disk(experiment, folder)
+
+
+def shoot(experiment: AcquiredExperiment, kind: RigKind, rig: Rig, check: Callable[[], None]) -> Iterator[Finding]:
+    """Yield what one short sweep tells of every input, or the faults it found; the output is at 0 V afterwards."""
+    with occupied(rig_places(experiment, kind), "flexura acquire --test-shot"):
+        try:
+            cards = rig.open_cards()
+            try:
+                shot = fire(cards, experiment.protocol, check)
+            finally:
+                with held_back():
+                    cards.close()
+        except DaqError as error:
+            yield Finding("shot", State.BAD, error.said, error.next_step)
+            return
+    for fault in shot.faults:
+        yield Finding("shot", State.BAD, fault, CHECK)
+    names = ["drive", *(output.id for output in experiment.recorded(experiment.sample_rate).outputs)]
+    for name, one in zip(names, shot.heard, strict=False):
+        yield _channel(name, one, experiment)
+
+
+def _channel(name: str, one: Heard, experiment: AcquiredExperiment) -> Finding:
+    seen = (
+        f"{1e3 * one.level:.3g} mV rms, peak at {100 * one.peak:.0f} % of the range, "
+        f"coherence {one.coherence:.3f}, noise {1e3 * one.noise:.2g} mV rms, "
+        f"of it {1e3 * one.hum:.2g} mV hum of {one.mains:.0f} Hz"
+    )
+    limits, levels = experiment.limits, experiment.sweep.levels
+    lowest = one.level * min(levels) / max(levels)
+    steps = []
+    if one.peak > CLOSE:
+        steps.append("lower the level or widen cards.input_range: longer sweeps bring resonances up further")
+    if name != "drive" and lowest < limits.silence:
+        steps.append(f"at {min(levels):g} V it would count as silent (limits.silence {limits.silence:g} V)")
+    if name != "drive" and one.hum > LOUD * lowest:
+        steps.append("look for a ground loop or an open shield")
+    if one.coherence < limits.coherence:
+        steps.append(
+            f"a sweep of {experiment.sweep.duration:g} s may do better than {DURATION:g} s; else raise the level"
+        )
+    return Finding(f"input of {name}", State.NOTE if steps else State.GOOD, seen, "; ".join(steps))

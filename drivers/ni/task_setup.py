@@ -1,0 +1,113 @@
+"""Tasks of the driver, set up as the wiring says."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from nidaqmx.constants import (
+    AccelSensitivityUnits,
+    AccelUnits,
+    AcquisitionType,
+    Coupling,
+    ExcitationSource,
+    TemperatureUnits,
+    TerminalConfiguration,
+    ThermocoupleType,
+)
+
+from drivers.ni.connection import Device
+from drivers.ni.errors import Action, DaqError
+from drivers.ni.modules import WITH_IEPE, find_module
+from drivers.ni.wiring import Wiring
+
+IEPE_CURRENT = 0.002
+"""What an input feeds a sensor with, A: the least that modules have, and enough for every sensor's cable here."""
+SAME_RATE = 1e-5
+"""Output and inputs may be set to rates that differ by so much, as a share; crystals differ by more."""
+
+
+def set_up_inputs(task: Any, wiring: Wiring, samples: int) -> float:
+    """Set an input task up for so many samples and return its rate as read back, Hz."""
+    for terminal in wiring.inputs:
+        limits = {
+            "terminal_config": TerminalConfiguration[wiring.terminal_configuration],
+            "min_val": -wiring.input_range,
+            "max_val": wiring.input_range,
+        }
+        if terminal in wiring.iepe:  # a sensor of 1 V/g: what is read are volts, whatever the sensor measures
+            task.ai_channels.add_ai_accel_chan(
+                terminal,
+                **limits,
+                units=AccelUnits.G,
+                sensitivity=1000.0,
+                sensitivity_units=AccelSensitivityUnits.MILLIVOLTS_PER_G,
+                current_excit_source=ExcitationSource.INTERNAL,
+                current_excit_val=IEPE_CURRENT,
+            )
+            continue
+        channel = task.ai_channels.add_ai_voltage_chan(terminal, **limits)
+        if wiring.coupling != "DEFAULT":
+            channel.ai_coupling = Coupling[wiring.coupling]
+    task.timing.cfg_samp_clk_timing(wiring.sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=samples)
+    return float(task.timing.samp_clk_rate)
+
+
+def set_up_output(task: Any, wiring: Wiring, sample_rate: float, samples: int, inputs: Any = None) -> None:
+    """Set an output task up for so many samples.
+
+    Parameters
+    ----------
+    task : nidaqmx.Task
+    wiring : Wiring
+    sample_rate : float
+        Of the inputs, Hz.
+    samples : int
+    inputs : nidaqmx.Task, optional
+        Whose timebase is to pace the output; a clock of its own if left out.
+
+    Raises
+    ------
+    DaqError
+        If the output cannot run at the inputs' rate.
+    """
+    set_up_output_channel(task, wiring)
+    timing = task.timing
+    timing.cfg_samp_clk_timing(sample_rate, sample_mode=AcquisitionType.FINITE, samps_per_chan=samples)
+    if inputs is not None:
+        timing.samp_clk_timebase_src = inputs.timing.samp_clk_timebase_src
+        timing.samp_clk_timebase_rate = inputs.timing.samp_clk_timebase_rate
+    rate = float(timing.samp_clk_rate)
+    if not np.isclose(rate, sample_rate, rtol=SAME_RATE):
+        said = f"{wiring.output} would run at {rate:g} Hz, the inputs run at {sample_rate:g} Hz."
+        step = "choose a cards.sample_rate that both modules have"
+        raise DaqError("setting the output up", said, None, Action.STOP, step)
+
+
+def set_up_output_channel(task: Any, wiring: Wiring) -> None:
+    """Put the output into a task."""
+    reach = wiring.output_range
+    task.ao_channels.add_ao_voltage_chan(wiring.output, min_val=-reach, max_val=reach)
+
+
+def require_iepe(wiring: Wiring, devices: Iterable[Device]) -> None:
+    """Raise DaqError where an input that is to feed its sensor is on a module known to be unable to."""
+    products = {device.name: device.product for device in devices}
+    for terminal in wiring.iepe:
+        product = products.get(terminal.split("/")[0], "")
+        module = find_module(product)
+        if module is not None and not module.iepe:
+            said = f"{terminal} is on an {product}, which feeds no IEPE sensor."
+            step = f"wire it to one that does ({', '.join(WITH_IEPE)}), or remove it from cards.iepe"
+            raise DaqError(
+                "switching the IEPE supply on", said, None, Action.STOP, f"{step} and use a conditioner"
+            )
+
+
+def set_up_thermocouples(task: Any, wiring: Wiring) -> None:
+    """Put every thermocouple into a task."""
+    for terminal in wiring.thermocouples:
+        task.ai_channels.add_ai_thrmcpl_chan(
+            terminal,
+            units=TemperatureUnits.DEG_C,
+            thermocouple_type=ThermocoupleType[wiring.thermocouple_type],
+        )

@@ -1,0 +1,104 @@
+"""One process at a time has a rig, in whatever folder: a lock for the oven's line and one for each chassis."""
+
+import hashlib
+import logging
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import BinaryIO
+
+from drivers.exclusive import take
+from drivers.rig.errors import RigStopped
+
+log = logging.getLogger(__name__)
+
+
+class RigInUse(RigStopped):
+    """Another process of this computer has the oven or the cards."""
+
+
+@contextmanager
+def occupied(places: Sequence[str], does: str) -> Iterator[None]:
+    """Have a rig for oneself.
+
+    Parameters
+    ----------
+    places : sequence of str
+        What only one process can use, each in the same words for everybody: ``oven at COM3``.
+    does : str
+        What it is wanted for, for whoever wants it meanwhile.
+
+    Raises
+    ------
+    RigInUse
+        If another process has one of them; nothing of the rig was touched.
+    """
+    with ExitStack() as held:
+        for place in places:
+            path = _path(place)
+            try:
+                file = held.enter_context(_open(path))
+            except OSError as error:
+                log.warning("%s cannot be locked, another process may use it as well: %s", place, error)
+                continue
+            try:
+                take(file)
+            except OSError as error:
+                raise RigInUse(f"the {place} is in use by {_holder(path)}", HOW_TO_STOP) from error
+            _sign(file, does)
+        yield
+
+
+HOW_TO_STOP = (
+    "Stop that one (Ctrl-C there, or flexura view on its campaign), which brings the rig to rest; where it "
+    "does not answer, kill it and run flexura safe"
+)
+
+
+def in_use(places: Sequence[str]) -> str | None:
+    """Return who has the rig, in words; None where nobody has."""
+    try:
+        with occupied(places, "flexura doctor"):
+            return None
+    except RigInUse as error:
+        return error.what
+
+
+def lock_folder() -> Path:
+    """Return where the locks are: a folder of all users of this computer, where the system has one."""
+    return Path(tempfile.gettempdir())
+
+
+def _path(place: str) -> Path:
+    return lock_folder() / f"flexura-rig-{hashlib.sha256(place.encode()).hexdigest()[:16]}.lock"
+
+
+def _open(path: Path) -> BinaryIO:
+    """Open the file for reading, and for writing unless it is somebody else's: either can be locked."""
+    flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+    try:
+        number = os.open(path, os.O_RDWR | os.O_CREAT | flags, 0o666)
+    except PermissionError:
+        return os.fdopen(os.open(path, os.O_RDONLY | flags), "rb")
+    return os.fdopen(number, "r+b")
+
+
+def _sign(file: BinaryIO, does: str) -> None:
+    """Say in the file who has it; for people only, the lock is the system's."""
+    if file.writable():
+        since = datetime.now().astimezone().isoformat(sep=" ", timespec="minutes")
+        file.seek(0)
+        file.write(f"process {os.getpid()} ({does}, since {since})".encode())
+        file.truncate()
+        file.flush()
+
+
+def _holder(path: Path) -> str:
+    try:
+        signed = path.read_bytes()[:1000].decode()
+    except (OSError, UnicodeDecodeError):
+        return "another process"
+    return signed if signed.startswith("process ") and signed.isprintable() else "another process"

@@ -1,0 +1,64 @@
+"""The cards' shot before a campaign: silence, then a short sweep twice, the oven left alone."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from analysis.protocol.acceptance import signal_faults
+from analysis.protocol.drive import drive_signal
+from analysis.protocol.protocol import AcquisitionProtocol
+from analysis.protocol.shot import SILENCE, Heard, heard, shot_of
+from drivers.ni.cards import Cards, Record, go_on
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What a shot came to.
+
+    Attributes
+    ----------
+    faults : tuple of str
+        By the standards of a campaign's sweeps; empty where it can begin.
+    heard : tuple of Heard
+        Of the drive's input, then the responses'; empty where a fault ended it after the first repeat.
+    """
+
+    faults: tuple[str, ...]
+    heard: tuple[Heard, ...] = ()
+
+
+def fire(cards: Cards, protocol: AcquisitionProtocol, check: Callable[[], None] = go_on) -> Shot:
+    """Play silence and a short sweep of the campaign's band, and judge what comes back.
+
+    A cable that is off, an input that clips, an output that plays something else is told after the first repeat.
+    Low coherence is no fault of so short a sweep.
+
+    Raises
+    ------
+    DaqError
+        As `Cards.sweep`.
+    """
+    tolerant = protocol.limits.model_copy(update={"coherence": 0.0})
+    short = replace(protocol, sweep=shot_of(protocol.sweep), limits=tolerant)
+    rate = cards.sample_rate
+    silence = cards.sweep(np.zeros(round(SILENCE * rate)), check)
+    level = short.sweep.levels[0]
+    played = drive_signal(short.sweep, level, rate)
+    records: list[Record] = []
+    for _ in range(short.sweep.repeats):
+        record = cards.sweep(played, check)
+        if record.drive.shape != played.shape:
+            return Shot((f"{record.drive.size} samples came, {played.size} were played",))
+        records.append(record)
+        drive = np.stack([one.drive for one in records]).astype(np.float32)
+        responses = np.stack([one.responses for one in records], axis=1).astype(np.float32)
+        overloaded = np.any([one.overloaded for one in records], axis=0)
+        if found := signal_faults(drive, responses, played, level, overloaded, rate, short):
+            return Shot(found)
+    grid = np.fft.rfftfreq(played.size, 1.0 / rate)
+    inside = (grid >= short.sweep.band[0]) & (grid <= short.sweep.band[1])
+    quiet = np.vstack([silence.drive[None], silence.responses])
+    full = records[0].full_scale
+    signals = (drive, *responses)
+    return Shot((), tuple(heard(q, drive, s, inside, rate, full) for q, s in zip(quiet, signals, strict=True)))

@@ -1,0 +1,180 @@
+"""Output and inputs of a sound card, through the package ``sounddevice``."""
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.protocol.likeness import likeness
+from drivers.clock import Clock, SystemClock
+from drivers.interruptions import held_back
+from drivers.ni.cards import Record, go_on
+from drivers.ni.errors import Action, DaqError
+from drivers.soundcard.settings import SoundCard, channel_number
+
+Real = NDArray[np.float64]
+
+LATENCY = 0.5
+"""The longest way from output to input that is waited for, s."""
+LEAD = 64
+"""Samples kept before the drive arrives."""
+STEP = 0.1
+"""The end of a sweep is looked for so often, s."""
+LOUDNESS = 0.05
+"""Of the loop-back test, share of the output's full scale."""
+AGREES = 0.05
+"""The loop-back may have another gain than the full scales say by so much, as a share."""
+TONES = (200.0, 2000.0)
+"""Band of the loop-back test, Hz."""
+MISSING = "install it: pip install 'flexura[soundcard]' (on Linux PortAudio besides: libportaudio2)"
+
+
+def backend() -> Any:
+    """Return the package; DaqError where it, or PortAudio, is not installed."""
+    try:
+        return import_module("sounddevice")
+    except (ImportError, OSError) as error:  # OSError: PortAudio is not there
+        raise DaqError("loading sounddevice", str(error), None, Action.STOP, MISSING) from error
+
+
+class SoundCards:
+    """A sound card with a loop-back cable from its output to the drive's input.
+
+    Output and inputs have one clock. What the card plays arrives some hundredths of a second late: every record is
+    cut so that the drive begins at the same sample. When the card is opened, a quiet sound shows that the
+    loop-back is there and that the full scales are those declared. An output at rest plays nothing, which is 0 V.
+
+    Parameters
+    ----------
+    settings : SoundCard
+    sound : optional
+        Stands in for the package ``sounddevice``.
+    clock : Clock, optional
+
+    Raises
+    ------
+    DaqError
+        If there is no such device, it cannot do what is declared, or the loop-back is not there.
+    """
+
+    def __init__(self, settings: SoundCard, sound: Any = None, clock: Clock | None = None) -> None:
+        self._settings = settings
+        self._sound = sound if sound is not None else backend()
+        self._clock = clock or SystemClock()
+        self._delay: float | None = None
+        self._proven = False
+        self.zero()
+        self._loop_back()
+        self._proven = True
+
+    @property
+    def sample_rate(self) -> float:
+        """Rate of output and inputs, Hz."""
+        return self._settings.sample_rate
+
+    def sweep(self, drive: ArrayLike, check: Callable[[], None] = go_on) -> Record:
+        """Play a drive (M,), V, and return M samples of what came back; see `drivers.ni.cards.Cards`."""
+        volts = np.ascontiguousarray(drive, dtype=np.float64)
+        if volts.ndim != 1 or volts.size < 2 or not np.all(np.isfinite(volts)):
+            raise ValueError(f"drive of shape {volts.shape}; (M,) finite voltages with M >= 2 allowed")
+        peak = float(np.max(np.abs(volts)))
+        if peak > self._settings.output_range:
+            raise ValueError(f"drive reaches {peak:g} V; output_range allows {self._settings.output_range:g} V")
+        with held_back() as let_through:
+
+            def pausing() -> None:
+                let_through()
+                check()
+
+            recorded = self._played(volts, pausing)
+        recorded = recorded[:, self._first(recorded[0], volts) :][:, : volts.size]
+        return Record(recorded[0], recorded[1:], self.sample_rate, self._settings.input_range)
+
+    def temperatures(self) -> Real:
+        """Return none: a sound card has no thermocouples."""
+        return np.empty(0)
+
+    def zero(self) -> None:
+        """End whatever is played; DaqError where the card does not take silence."""
+        self._sound.stop()
+        self._played(np.zeros(LEAD), go_on, latency=0.0)
+
+    def close(self) -> None:
+        """Bring the output to 0 V."""
+        with held_back():
+            self.zero()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _played(self, volts: Real, pausing: Callable[[], None], latency: float = LATENCY) -> Real:
+        """Play (M,), V, and return everything recorded meanwhile and a little longer, (1 + K, N), V."""
+        settings = self._settings
+        samples = np.append(volts / settings.output_range, np.zeros(LEAD + round(latency * self.sample_rate)))
+        doing = f"the sweep of {volts.size / self.sample_rate:.3g} s"
+        try:
+            recorded = self._sound.playrec(
+                samples.astype(np.float32)[:, None],
+                samplerate=self.sample_rate,
+                dtype="float32",
+                input_mapping=[channel_number(name) for name in settings.inputs],
+                output_mapping=[channel_number(settings.output)],
+                device=settings.device or None,
+                latency="high",
+            )
+            while self._sound.get_stream().active:
+                self._clock.sleep(STEP)
+                pausing()
+            status = self._sound.get_status()
+        except (self._sound.PortAudioError, ValueError) as error:
+            step = "look at the device's name and channels (python -m sounddevice lists them), its rate, its cable"
+            # What was accepted before and is refused now has gone: that is no slip in the settings.
+            action = Action.LOST_DEVICE if self._proven else Action.STOP
+            raise DaqError(doing, str(error), None, action, step) from error
+        finally:
+            self._sound.stop()
+        if status:
+            step = "close other programs, turn off power saving, use a USB port of its own"
+            raise DaqError(doing, f"Samples were lost: {status}", None, Action.RETRY_DISCARD, step)
+        return np.asarray(recorded.T, dtype=np.float64) * settings.input_range
+
+    def _first(self, recorded: Real, volts: Real) -> int:
+        """Return the sample with which a record is to begin: at the same moment of every sweep."""
+        padded = np.pad(volts, (0, recorded.size - volts.size))
+        band = (0.002 * self.sample_rate, 0.45 * self.sample_rate)
+        _, delay, _ = likeness(recorded, padded, self.sample_rate, band)
+        if self._delay is None:
+            self._delay = delay
+        # Its fraction is the converters' own and stays; whole samples differ from stream to stream.
+        first = round(self._delay) - LEAD // 2 + round(delay - self._delay)
+        return min(max(first, 0), recorded.size - volts.size)
+
+    def _loop_back(self) -> None:
+        """Raise DaqError unless the drive's input hears the output, as loud as declared."""
+        settings, rate = self._settings, self.sample_rate
+        rng = np.random.default_rng(0)
+        size = round(0.25 * rate)
+        grid = np.fft.rfftfreq(size, 1.0 / rate)
+        phases = np.where((grid > TONES[0]) & (grid < TONES[1]), np.exp(2j * np.pi * rng.random(grid.size)), 0.0)
+        noise = np.fft.irfft(phases, size)
+        played = LOUDNESS * settings.output_range * noise / np.abs(noise).max()
+        recorded = self._played(played, go_on)[0]
+        gain, delay, alike = likeness(recorded, np.pad(played, (0, recorded.size - size)), rate, TONES)
+        doing = f"the loop-back test from {settings.output} to {settings.drive_input}"
+        if alike < 0.9 or not 0.0 <= delay <= LATENCY * rate:
+            said = f"What comes back is not what was played (correlation {alike:.2f})."
+            step = "connect the output to the drive's input, switch off monitoring and effects of the mixer"
+            raise DaqError(doing, said, None, Action.STOP, step)
+        if abs(gain - 1.0) > AGREES:
+            fitting = settings.input_range / gain
+            said = f"{gain:.3f} times the voltage played comes back."
+            step = (
+                f"if cards.output_range is right, cards.input_range is {fitting:.4g} V instead of "
+                f"{settings.input_range:g} V; else correct the volume controls"
+            )
+            raise DaqError(doing, said, None, Action.STOP, step)

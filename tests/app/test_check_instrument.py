@@ -1,0 +1,121 @@
+"""flexura check-instrument: what it says, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from app.commands import check_instrument
+from app.main import flexura, main
+from drivers.checks.trial import Verdict
+from drivers.ovens.f4t import F4T
+from drivers.ovens.serial_port import SerialPort
+
+DECLARED = """\
+[oven]
+kind = "scpi"
+port = "/dev/there-is-none"
+minimum = 0.0
+maximum = 60.0
+max_rate = 2.0
+room_temperature = 22.0
+temperature = { query = "MEAS:TEMP?" }
+set_point = { query = "SOUR:TEMP?", command = "SOUR:TEMP {value}" }
+rest_at = 22.0
+
+[thermometer]
+kind = "modbus-map"
+port = "/dev/there-is-none"
+sensors = [{ at = 0, scale = 0.1 }]
+"""
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(flexura, ["check-instrument", *(str(word) for word in words)])
+
+
+def refused(capsys: pytest.CaptureFixture[str], named: object) -> str:
+    """Run it as the shell does; return what it says on its way to exit status 2."""
+    with pytest.raises(SystemExit) as ended:
+        main(["check-instrument", str(named)])
+    assert ended.value.code == 2
+    return capsys.readouterr().err
+
+
+@pytest.fixture
+def declared(tmp_path: Path) -> Path:
+    file = tmp_path / "mine.toml"
+    file.write_text(DECLARED, encoding="utf-8")
+    return file
+
+
+def test_a_kind_by_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SerialPort, "__init__", lambda *_: pytest.fail("no hardware is touched"))
+    result = run("watlow-f4t")
+    assert result.exit_code == 0, result.output
+    assert result.stdout.count("passed ") == 17
+    assert "17 of 17 checks passed" in result.stderr
+
+
+def test_what_a_file_declares(declared: Path) -> None:
+    result = run(declared, "--json")
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert told["passed"] is True
+    assert {row["instrument"] for row in told["checks"]} == {"oven scpi", "thermometer modbus-map"}
+    assert all(row["why"] for row in told["checks"])
+
+
+def test_a_driver_that_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(F4T, "safe", lambda self: None)
+    result = run("watlow-f4t")
+    assert result.exit_code == 1
+    assert "checks failed: " in result.stderr
+    assert "rest may be told twice (oven watlow-f4t)" in result.stderr
+    assert "told to rest it did not object, and goes on" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (('kind = "scpi"', 'kind = "scpy"'), "did you mean scpi?"),
+        (("rest_at = 22.0", ""), "neither run nor rest_at"),
+        (("at = 0", "at = -1"), "thermometer.sensors[0].at"),
+        (("at = 0", "register = 0"), "thermometer.sensors[0].register"),
+        (("[oven]", "[plate]"), "unknown key"),
+    ],
+)
+def test_a_bad_declaration(
+    declared: Path, change: tuple[str, str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = declared.read_text(encoding="utf-8").replace(*change)
+    if change[0] == "[oven]":
+        text, told = text.split("[thermometer]")[0], "no [cards], no [oven]"
+    declared.write_text(text, encoding="utf-8")
+    assert told in refused(capsys, declared)
+
+
+@pytest.mark.parametrize(
+    ("named", "told"), [("toaster", "'espec-p300'"), ("modbus-map", "it wants set_point, temperature")]
+)
+def test_a_bad_kind(named: str, told: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert told in refused(capsys, named)
+
+
+def test_really_without_an_instrument_is_not_known_to_be_at_rest(declared: Path) -> None:
+    result = run(declared, "--really", "--json")
+    assert result.exit_code == 3
+    told = json.loads(result.stdout)
+    assert told["really"] is True
+    assert "cannot be opened" in told["unsafe"]
+    assert [row["name"] for row in told["checks"]] == ["answers at all", "answers at all"]
+    assert "NOT AT REST" in result.stderr
+
+
+def test_a_verdict_is_shown_with_why_it_matters(capsys: pytest.CaptureFixture[str]) -> None:
+    check_instrument.show([Verdict("silence", "a dead line must end a campaign", "FAILED", "told 0 °C")])
+    shown = capsys.readouterr().out
+    assert "silence" in shown
+    assert "a dead line must end a campaign" in shown
+    assert "told 0 °C" in shown

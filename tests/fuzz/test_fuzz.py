@@ -1,0 +1,34 @@
+"""A few hundred damaged files; ``python -m tests.fuzz`` reads twenty thousand, each within 10 s and 1 GB."""
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
+
+from tests.fuzz.child import read_mutation, whole_files
+from tests.fuzz.readers import READERS
+from tests.fuzz.whole_files import write_all
+
+COUNT = 500
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("fuzz")
+    write_all(folder)
+    return folder
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("place", range(len(READERS)), ids=[reader.name for reader in READERS])
+def test_damaged_files_are_read_or_refused_in_a_sentence(root: Path, place: int) -> None:
+    reader = READERS[place]
+    whole = whole_files(reader, root)
+    outcomes = [
+        read_mutation(place, root, whole, 1, number) for number in range(max(2, round(COUNT * reader.share)))
+    ]
+    assert not [said for came, said in outcomes if came not in ("read", "refused")]
+    assert not [said for came, said in outcomes if "Traceback" in said]
+    if reader.digest:
+        assert [came for came, _ in outcomes].count("refused") > 0.5 * len(outcomes)
