@@ -45,6 +45,18 @@ def test_sensors_can_be_listed_in_any_order(coarse, twin):
     assert np.allclose(swapped[::-1], twin.frf(LAWS, lines), rtol=1e-10)
 
 
+def test_few_coordinates_answer_like_all(twin):
+    lines = np.linspace(100.0, 700.0, 300)
+    few, all_of_them = (t.frf(LAWS, lines) for t in (twin, replace(twin, reach=np.inf)))
+    assert np.abs(few - all_of_them).max() < 1e-5 * np.abs(all_of_them).max()
+
+
+def test_effects_on_the_plate_are_refused_of_a_plate_as_declared(twin):
+    state = twin.state(LAWS, np.array([200.0]))
+    with pytest.raises(ValueError, match="thickness: this twin holds the plate as declared only"):
+        twin.plate.require(state.with_(thickness=1.1 * state.thickness))
+
+
 @pytest.mark.parametrize("index", [0, 1, 2])
 def test_sensitivities_equal_central_differences(twin, index):
     """Richardson's combination of two steps: fourth order, so that rounding and truncation stay below 1e-6."""
