@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import savgol_filter
 
 SMOOTHING_HALF_WIDTH = 20
 """Lines on either side over which the noise power is averaged; noise spectra are smooth, FRFs are not."""
@@ -95,6 +94,8 @@ def single_repeat_power(h: NDArray[np.complex128]) -> NDArray[np.float64]:
     What a local quartic over eleven lines leaves is noise where modes are many lines wide (local
     polynomial method: Pintelon and Schoukens, System Identification, 2012, ch. 7).
     """
+    from scipy.signal import savgol_filter  # a third of a verb's start, and seldom needed
+
     smooth = savgol_filter(h.real, 11, 4) + 1j * savgol_filter(h.imag, 11, 4)
     kept_share = 1.0 - savgol_filter(np.eye(1, 11, 5)[0], 11, 4)[5]
     power: NDArray[np.float64] = np.abs(h - smooth) ** 2 / kept_share
