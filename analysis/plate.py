@@ -1,5 +1,6 @@
 """A plate as declared: outline, holes, thickness zones, supports and shallow curvature."""
 
+from dataclasses import replace
 from typing import Annotated, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
@@ -7,14 +8,14 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from analysis.curvature import STEEPEST, Curvature
-from analysis.declared import Length, Sparse, Temperature, Thickness
+from analysis.declared import TEMPERATURES, Length, Sparse, Temperature, Thickness
 from analysis.foreign_mesh import ForeignMesh
 from analysis.geometry import shapes
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import TOUCH, just_inside
 from analysis.local_laws import LocalLaws
-from analysis.material import MaterialLaws
+from analysis.material import MaterialBox, MaterialLaws
 from analysis.outline import AnyOutline, AnyZone, RectangleOutline
 from analysis.plate_material import PlateMaterial
 from analysis.plate_parts import check_parts
@@ -107,6 +108,14 @@ class Plate(Sparse):
         if not self.expansion or self.dimensions_at is None:
             return laws
         return laws.grown(self.expansion, self.dimensions_at)
+
+    def ungrown(self, box: MaterialBox) -> MaterialBox:
+        """Materials that stay within `box` at every temperature, however the plate has grown."""
+        if not self.expansion or self.dimensions_at is None:
+            return box
+        growth = 1.0 + self.expansion * (np.array(TEMPERATURES) - self.dimensions_at)
+        low, high = box.youngs_modulus
+        return replace(box, youngs_modulus=(float(low / growth.min()), float(high / growth.max())))
 
     @property
     def bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -4,6 +4,7 @@ import numpy as np
 
 from analysis.experiment import Experiment
 from analysis.frf import Frf
+from analysis.geometry.fault import GeometryError
 from analysis.material_kinds import KINDS
 from analysis.plate_material import material_box
 from analysis.updating.coarse_look import CoarseLook, coarse_look, scanned_box
@@ -28,7 +29,7 @@ def first_look(experiment: Experiment, frf: Frf, report: Report) -> tuple[str, .
     box = material_box(experiment.plate.material)
     try:
         model = CoarsePlate.of(experiment, scanned_box(box))
-    except (RuntimeError, np.linalg.LinAlgError):
+    except (RuntimeError, GeometryError, np.linalg.LinAlgError):
         return ()  # a look that cannot be had stops nothing
     used, middle = ~frf.excluded, middle_sweep(frf)
     report(STAGE, 0.4)

@@ -196,7 +196,7 @@ def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: P
             )
         )
     else:
-        box = material_box(experiment.plate.material)
+        box = experiment.plate.ungrown(material_box(experiment.plate.material))
         values = laws.at(range(math.ceil(wanted[0]), math.floor(wanted[1]) + 1))
         for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
             least, most = float(getattr(values, name).min()), float(getattr(values, name).max())

@@ -78,7 +78,7 @@ class TemperatureGroups:
 
         Temperatures far apart leave the slope between them open, and with it what a lag or a gradient does.
         """
-        if len(self.reference) < 2:
+        if not np.ptp(self.reference):
             return np.zeros_like(values)
         return law_derivatives(self.reference, values)[2]
 
@@ -98,7 +98,7 @@ def law_derivatives(
     Learning, 2006, sections 2.7 and 9.4). One temperature says nothing of a slope: zeros.
     """
     slope, curvature, sigma = (np.zeros_like(values) for _ in range(3))
-    if len(temperature) < 2:
+    if not np.ptp(temperature):
         return slope, curvature, sigma
     design = np.stack([np.ones_like(temperature), temperature - temperature.mean()], axis=1)
     apart = temperature[:, None] - temperature
@@ -109,7 +109,6 @@ def law_derivatives(
     second = -(5.0 / 3.0) / LENGTH**2 * (1.0 + r - r**2) * fall
     for law, value in enumerate(values.T):
         line = np.linalg.lstsq(design, value)[0]
-        bend = float(np.sqrt(np.sum((value - design @ line) ** 2) / max(len(value) - 2, 1)))
         bend = float(np.sqrt(np.sum((value - design @ line) ** 2) / max(len(value) - 2, 1)))
         # few points may lie on a line by chance, two always do
         least = {2: 0.3, 3: 0.1, 4: 0.05}.get(len(value), 0.0)

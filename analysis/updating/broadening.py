@@ -8,7 +8,6 @@ averages out besides. Fits that follow the data from wide to narrow resonances s
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.local_laws import LocalLaws
 from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.sweep_fit import fit_sweep
@@ -34,7 +33,7 @@ def broadened(data: SweepData, loss_factor: float) -> SweepData:
     kernel = half / ((f[None, :] - centers[:, None]) ** 2 + half**2) * np.gradient(f)
     kernel /= kernel.sum(axis=1, keepdims=True)
     variance = (1.0 / data.weight) @ (kernel**2).T
-    return SweepData(centers, data.h @ kernel.T, 1.0 / variance)
+    return SweepData(centers, data.h @ kernel.T, 1.0 / variance, data.temperature)
 
 
 def narrowed(model: TwinModel, data: SweepData, moduli: Real) -> list[Real]:
@@ -67,7 +66,7 @@ def _followed(model: TwinModel, data: SweepData, material: Real, broad: float) -
 
 def _misfit(model: TwinModel, data: SweepData, e: float, nu: float, eta: float) -> float:
     """Share of the data, in power, that the best real gain leaves; half of each power where signs disagree."""
-    transfer = model.frf(LocalLaws.of_material(e, nu, eta), data.frequency)
+    transfer = model.frf(data.laws((e, nu, eta)), data.frequency)
     product = float((transfer.conj() * data.h).real.sum())
     size = float((np.abs(transfer) ** 2).sum() * (np.abs(data.h) ** 2).sum())
     return 1.0 - max(product, 0.0) ** 2 / size

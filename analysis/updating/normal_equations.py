@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
@@ -22,17 +22,29 @@ class SweepData:
         Measured FRF, V/V.
     weight : (K, F) ndarray
         1 / variance.
+    temperature : float
+        Degrees Celsius.
     """
 
     frequency: NDArray[np.float64]
     h: NDArray[np.complex128]
     weight: NDArray[np.float64]
+    temperature: float = 20.0
+
+    def laws(self, material: ArrayLike) -> LocalLaws:
+        """Laws through a material (E, nu, eta) at the sweep's temperature."""
+        return LocalLaws.of_material(*map(float, np.asarray(material)), reference=self.temperature)
 
     @classmethod
     def of(cls, frf: Frf, sweep: int, stride: int = 1) -> "SweepData":
         """Every `stride`-th line of one sweep that is not excluded."""
         lines = np.flatnonzero(~frf.excluded)[::stride]
-        return cls(frf.frequency[lines], frf.h[sweep][:, lines], 1.0 / frf.variance[sweep][:, lines])
+        return cls(
+            frf.frequency[lines],
+            frf.h[sweep][:, lines],
+            1.0 / frf.variance[sweep][:, lines],
+            float(frf.temperature[sweep]),
+        )
 
 
 @dataclass(frozen=True)
@@ -109,8 +121,7 @@ def normal_equations(
     model: TwinModel, data: SweepData, material: NDArray[np.float64], gain: float | None = None
 ) -> NormalEquations:
     """Linearise the fit of `data` at `material` and `gain` (None: the best gain there)."""
-    e, nu, eta = (float(x) for x in material)
-    line = model.linearise(LocalLaws.of_material(e, nu, eta), data.frequency)
+    line = model.linearise(data.laws(material), data.frequency)
     if gain is None:
         gain = best_gain(line.transfer, data)[0]
     predicted = gain * line.transfer

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.local_laws import LocalLaws
 from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.start import in_phase, start_material
@@ -47,7 +46,7 @@ def upright(
     if _explained(model, data, begin):
         return frf, begin
     other = start_material(model, data, lambda share: progress("start grid", share), signed=False)
-    inverted = in_phase(model.frf(_laws(other), data.frequency), data) < 0.0
+    inverted = in_phase(model.frf(data.laws(other), data.frequency), data) < 0.0
     sign = np.where(inverted, -1.0, 1.0)[:, None]
     if inverted.any() and _explained(model, replace(data, h=sign * data.h), other):
         names = [name for name, wrong in zip(frf.channels, inverted, strict=True) if wrong]
@@ -58,8 +57,4 @@ def upright(
 def _explained(model: TwinModel, data: SweepData, begin: NDArray[np.float64]) -> bool:
     """Whether a fit from `begin` agrees with every channel."""
     material = fit_sweep(model, data, begin).point.material
-    return bool((in_phase(model.frf(_laws(material), data.frequency), data) > AGREES).all())
-
-
-def _laws(material: NDArray[np.float64]) -> LocalLaws:
-    return LocalLaws.of_material(*map(float, material))
+    return bool((in_phase(model.frf(data.laws(material), data.frequency), data) > AGREES).all())

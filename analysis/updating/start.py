@@ -8,7 +8,6 @@ from itertools import chain, product
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.local_laws import LocalLaws
 from analysis.twin_model import TwinModel
 from analysis.updating.broadening import narrowed
 from analysis.updating.normal_equations import SweepData, best_gain
@@ -58,7 +57,7 @@ def start_material(
         return 1.0 if signed else np.where(in_phase(transfer, data) < 0.0, -1.0, 1.0)[:, None]
 
     def misfit(e: float, nu: float, eta: float) -> float:
-        transfer = model.frf(LocalLaws.of_material(e, nu, eta), data.frequency)
+        transfer = model.frf(data.laws((e, nu, eta)), data.frequency)
         return best_gain(turned(transfer) * transfer, data)[1]
 
     eta_low, eta_high = max(model.box.loss_factor[0], LEAST_LOSS), 0.8 * model.box.loss_factor[1]
@@ -78,7 +77,7 @@ def start_material(
 
     best, least = np.zeros(3), np.inf
     for start in chain(from_grid(), _narrowed(model, data, moduli) if signed else ()):
-        sign = turned(model.frf(LocalLaws.of_material(*map(float, start)), data.frequency))
+        sign = turned(model.frf(data.laws(start), data.frequency))
         found = fit_sweep(model, replace(data, h=sign * data.h), start).point.misfit
         if found < least:
             best, least = start, found

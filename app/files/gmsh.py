@@ -73,6 +73,14 @@ def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str,
         elif block.type != "vertex":
             allowed = ", ".join((*CORNERS, *LINES, "vertex"))
             raise ValueError(f"cells of type {block.type} make no plate; allowed {allowed}")
+    for name, by_block in raw.cell_sets.items():  # of format 4 all groups of a cell, where its tags hold one
+        dimensions = {int(dimension) for known, (_, dimension) in raw.field_data.items() if known == name}
+        for block, rows in zip(raw.cells, by_block, strict=True):
+            for row in block.data[rows].tolist() if len(rows) else ():
+                if 1 in dimensions and block.type in LINES:
+                    curves.setdefault(name, set()).add((row[0], row[1]))
+                elif 2 in dimensions and block.type in CORNERS:
+                    surfaces.setdefault(name, set()).add(frozenset(row[: CORNERS[block.type]]))
     if not any(cells.values()):
         raise ValueError("no triangles and no quadrilaterals")
     order = {cell: k for k, cell in enumerate([*cells[4], *cells[3]])}

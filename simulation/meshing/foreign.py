@@ -45,10 +45,9 @@ def foreign_mesh(
 
     Raises
     ------
-    ValueError
-        For groups that are unknown or missing, and cells of points that are not there.
     GeometryError
-        For cells that are turned over, and a mesh that does not fit the borders.
+        For groups that are unknown or missing, cells of points that are not there, cells that are turned over, and
+        a mesh that does not fit the borders.
     """
     _check_numbers(declared)
     _check_groups(declared, borders)
@@ -86,7 +85,7 @@ def foreign_mesh(
 
 
 def _check_numbers(declared: ForeignMesh) -> None:
-    """ValueError for points and cells that are not there."""
+    """GeometryError for points and cells that are not there."""
     points, cells = len(declared.points), len(declared.quads) + len(declared.triangles)
     edges = [*declared.midsides, *(pair for pairs in declared.curve.values() for pair in pairs)]
     for what, count, rows in (
@@ -95,9 +94,9 @@ def _check_numbers(declared: ForeignMesh) -> None:
     ):
         largest = max((max(row) for row in rows if row), default=-1)
         if largest >= count:
-            raise ValueError(f"the mesh names {what} {largest}; allowed 0 to {count - 1}")
+            raise GeometryError(f"the mesh names {what} {largest}; allowed 0 to {count - 1}")
     if not cells:
-        raise ValueError("the mesh has neither triangles nor quadrilaterals")
+        raise GeometryError("the mesh has neither triangles nor quadrilaterals")
 
 
 def _check_groups(declared: ForeignMesh, borders: Sequence[Border]) -> None:
@@ -108,11 +107,11 @@ def _check_groups(declared: ForeignMesh, borders: Sequence[Border]) -> None:
     ):
         unknown = sorted(set(groups) - set(known))
         if unknown:
-            raise ValueError(f"physical {what} {unknown[0]!r} is unknown; this plate has {', '.join(known)}")
+            raise GeometryError(f"physical {what} {unknown[0]!r} is unknown; this plate has {', '.join(known)}")
     missing = [name for name in inner if name not in declared.surface]
     if missing:
         has = ", ".join(sorted(declared.surface)) or "none"
-        raise ValueError(f"physical surface {missing[0]!r} is missing; the mesh has {has}")
+        raise GeometryError(f"physical surface {missing[0]!r} is missing; the mesh has {has}")
 
 
 def _turned_alike(declared: ForeignMesh, points: Real) -> tuple[Whole, Whole]:
@@ -167,7 +166,7 @@ def _borders(mesh: PlateMesh, borders: Sequence[Border], tolerance: float) -> di
             continue
         own = np.flatnonzero(sharing[k] == 1)
         far = border.loop.nearest(_along(mesh, own, 0.0)).distance
-        if far.max() > tolerance:
+        if far.max(initial=0.0) > tolerance:
             place = _along(mesh, own, 0.0)[far.argmax()]
             raise GeometryError(
                 f"physical surface {border.name!r} ends at {at(place)}, {1e3 * far.max():.3g} mm away "
@@ -175,6 +174,13 @@ def _borders(mesh: PlateMesh, borders: Sequence[Border], tolerance: float) -> di
                 place,
             )
         found[border.name] = _spans(mesh, own, border)
+    for border in borders:
+        covered = float(np.abs(np.diff(found[border.name].span, axis=1)).sum())
+        if abs(covered - len(border.loop.curves)) > 0.01:
+            raise GeometryError(
+                f"the mesh follows {covered / len(border.loop.curves):.0%} of {border.name!r}; allowed all of it",
+                border.loop.curves[0].at(0.0),
+            )
     return found
 
 

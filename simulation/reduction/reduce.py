@@ -53,7 +53,7 @@ class Training:
     lines : int
         Frequencies at which responses are compared and decomposed.
     rounds : int
-        How often the candidates are enriched before the reduction is given up.
+        How often the error is measured, and what was missed joins the vectors, before the reduction is given up.
     """
 
     tolerance: float = 1e-4
@@ -121,9 +121,8 @@ def reduce(
     places = np.asarray(() if points is None else points, float).reshape(-1, 2)
     probe = model.deflection(places)
     counted = slice(None) if field_certified else slice(0)
-    tail = 0.5 * float(
-        np.sqrt(training.tolerance * training_loss(box))
-    )  # transfers err by its square over the loss
+    # transfers err by the square of what is left out, over the loss
+    tail = 0.5 * float(np.sqrt(training.tolerance * training_loss(box)))
     swung = _damped_answers(model, box, band, training)
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
     vectors = np.hstack([_candidates(model, box, band, lines, training, report), swung])
@@ -144,7 +143,7 @@ def reduce(
         swung = np.hstack([swung, found])
         found = found / np.sqrt(np.einsum("ni,ni->i", found, energy @ found))
         vectors = joined(vectors, found, energy, model.mass, tail)
-        larger, small = small, projected(model, vectors, box, band, columns(model.damping, swung))
+        small = projected(model, vectors, box, band, columns(model.damping, swung))
         small = replace(small, deflection=probe[counted] @ vectors, points=places[counted])
     raise RuntimeError(
         f"the reduced model's error is {error:.2g} after {training.rounds} rounds; allowed {training.tolerance:g}"

@@ -139,26 +139,6 @@ class ReducedModel:
         plate = c1 * self.stiffness_1 + c2 * self.stiffness_2
         return np.asarray((1.0 + 1j * loss_factor) * plate + self.stiffness_patch, complex)
 
-    def stiffness_derivatives(
-        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float
-    ) -> tuple[tuple[Real, Real], Complex]:
-        """Differentiate K with respect to E, nu and eta.
-
-        Returns
-        -------
-        matrices : pair of (r, r) ndarray
-            The plate's real stiffness, and its derivative with respect to nu.
-        weights : (3, 2) ndarray
-            Row p holds the shares of the two in the derivative with respect to parameter p.
-        """
-        e, nu = youngs_modulus, poisson_ratio
-        c1, c2 = plane_stress_moduli(e, nu)
-        slope_1, slope_2 = 2.0 * nu * c1 / (1.0 - nu**2), c1 * (1.0 + nu**2) / (1.0 - nu**2)
-        plate = c1 * self.stiffness_1 + c2 * self.stiffness_2
-        by_nu = slope_1 * self.stiffness_1 + slope_2 * self.stiffness_2
-        damped = 1.0 + 1j * loss_factor
-        return (plate, by_nu), np.array([[damped / e, 0.0], [0.0, damped], [1j, 0.0]])
-
     def restricted(self, basis: Real) -> Self:
         """Galerkin model on the columns of `basis` (r, s), orthonormal in the mass; same ranges and error."""
         return replace(

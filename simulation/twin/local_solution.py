@@ -80,6 +80,7 @@ class LocalSolution:
     plate: LocalPlate
     state: PlateState
     modal: ModalForm | None
+    by_lines: Complex | None = None
 
     @classmethod
     def of(
@@ -87,7 +88,8 @@ class LocalSolution:
     ) -> Self:
         """Choose local coordinates, modes up to `reach` times the band's end (all if infinite), and solve."""
         plate = LocalPlate.of(ops, whole, state, reach)
-        return cls(frequency, plate, state, _modal(plate, state))
+        modal = _modal(plate, state)
+        return cls(frequency, plate, state, modal, None if modal else _by_lines(plate, state, frequency))
 
     @property
     def basis(self) -> Real:
@@ -117,8 +119,8 @@ class LocalSolution:
     @cached_property
     def answers(self) -> Complex:
         """Z**-1 b, (m, P, F)."""
-        if self.modal is None:
-            return _by_lines(self.plate, self.state, self.frequency)
+        if self.modal is None or self.by_lines is not None:
+            return np.asarray(self.by_lines)
         return np.ascontiguousarray(self.modal.solve(self.composite.coupling, self.frequency).transpose(2, 0, 1))
 
     def compliance(self, seen: Sequence[int] | None = None, driving: Sequence[int] | None = None) -> Complex:

@@ -88,8 +88,8 @@ class Twin(Generic[Plate]):
 
     @property
     def box(self) -> MaterialBox:
-        """Materials within which the twin may be asked."""
-        return self.plate.box
+        """Materials within which the twin may be asked, at any temperature."""
+        return self.plate.box if self.experiment is None else self.experiment.plate.ungrown(self.plate.box)
 
     @property
     def band(self) -> tuple[float, float]:

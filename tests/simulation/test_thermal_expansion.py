@@ -65,3 +65,14 @@ def test_a_twin_of_a_plate_that_grows(declare, three_patches, coarse):
 def test_a_plate_grows_from_a_temperature_that_is_declared():
     with pytest.raises(ValueError, match="dimensions_at is missing"):
         Plate(length_x=0.24, length_y=0.19, thickness=0.003, mass=0.13, expansion=ALPHA)
+
+
+def test_a_twin_answers_in_all_of_its_box_however_the_plate_has_grown(declare, three_patches, coarse):
+    still = declare(three_patches, (100.0, 700.0))
+    plate = still.plate.model_copy(update={"expansion": ALPHA, "dimensions_at": AT})
+    twin = Twin.of(still.model_copy(update={"plate": plate}), DeclaredPlate(coarse))
+    low, high = twin.box.youngs_modulus
+    assert coarse.box.youngs_modulus[0] < low < high < coarse.box.youngs_modulus[1]
+    for temperature in (-80.0, 20.0, 200.0):
+        for modulus in (low, high):
+            twin.frf(LocalLaws.of_material(modulus, 0.37, 0.07, reference=temperature), [300.0])

@@ -44,6 +44,7 @@ class Fields:
         cls, panel: Panel, focusing: Focusing, laws: MaterialLaws, report: Callable[[str, float], None]
     ) -> "Fields":
         """Take the panel's twin from the cache, or reduce it; ResultFileError where the laws leave its range."""
+        laws = panel.plate.grown(laws)
         twin = panel_twin(panel, laws, report)
 
         def modes(e: float, nu: float, eta: float, count: int) -> tuple[Complex, Real]:

@@ -44,8 +44,9 @@ class ModeShape(QWidget):
         self._timer.timeout.connect(self._advance)
 
         def fetched(report: Report) -> Shapes:
-            reduced = campaign_reduction(experiment, report)
-            return Shapes(reduced.modes, reduced.deflection, reduced.points, laws)
+            masses = np.array([footprint.mass for footprint in experiment.footprints])
+            reduced = campaign_reduction(experiment, report).loaded(masses)
+            return Shapes(reduced.modes, reduced.deflection, reduced.points, experiment.plate.grown(laws))
 
         self._maker = Maker(fetched, self._told, self)
         self._maker.hand_to(self.show_shapes)

@@ -38,8 +38,9 @@ def test_straight_laws_have_their_slope_from_two_temperatures_on():
         assert curvature == pytest.approx(0.0, abs=1e-9)
 
 
-def test_one_temperature_says_nothing_of_a_slope():
-    slope, curvature, sigma = law_derivatives(np.array([20.0]), np.ones((1, 3)))
+@pytest.mark.parametrize("sweeps", [1, 3])
+def test_one_temperature_says_nothing_of_a_slope(sweeps):
+    slope, curvature, sigma = law_derivatives(np.full(sweeps, 20.0), np.arange(3.0 * sweeps).reshape(sweeps, 3))
     assert not slope.any()
     assert not curvature.any()
     assert not sigma.any()

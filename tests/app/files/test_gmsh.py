@@ -211,3 +211,23 @@ def test_a_support_ends_at_a_point_of_the_mesh(tmp_path):
     foreign_mesh(path, SQUARE, cuts=[corner])
     with pytest.raises(GeometryError, match=r"no point at .*, where a support begins or ends"):
         foreign_mesh(path, SQUARE, cuts=[corner, beside])
+
+
+def test_format_4_keeps_all_groups_of_a_cell(tmp_path):
+    """A patch inside a thickness zone: its cells belong to two physical surfaces."""
+    places = ["0 0 0", "1 0 0", "2 0 0", "0 1 0", "1 1 0", "2 1 0"]
+    parts = [
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat",
+        '$PhysicalNames\n2\n2 1 "zone 1"\n2 2 "patch 1"\n$EndPhysicalNames',
+        "$Entities\n0 0 2 0\n1 0 0 0 1 1 0 1 1 0\n2 1 0 0 2 1 0 2 1 2 0\n$EndEntities",
+        "$Nodes\n1 6 1 6\n2 1 0 6\n1\n2\n3\n4\n5\n6\n" + "\n".join(places) + "\n$EndNodes",
+        "$Elements\n2 2 1 2\n2 1 3 1\n1 1 2 5 4\n2 2 3 1\n2 2 3 6 5\n$EndElements",
+    ]
+    (tmp_path / "a.msh").write_text("\n".join(parts) + "\n")
+    assert mesh_of_file(tmp_path / "a.msh", 1.0, {})["surface"] == {"zone 1": [0, 1], "patch 1": [1]}
+
+
+def test_a_mesh_over_a_declared_hole_is_refused(tmp_path):
+    whole = mesh_plate([SQUARE[0], SQUARE[2]], 0.003)
+    with pytest.raises(GeometryError, match="the mesh follows 0% of 'hole 1'"):
+        foreign_mesh(written(tmp_path / "a.msh", whole), SQUARE)
