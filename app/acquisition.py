@@ -66,7 +66,7 @@ def acquire_campaign(
             recorded = experiment.recorded(session.cards.sample_rate)
             protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, dict(acquired))
             store = open_campaign(folder, protocol, recorded, source, session.check, experiment.sensitivities)
-            if not any(event.get("event") == "oven" for event in store.events()):
+            if not any(event.get("command") in ("ramp", "hold") for event in store.events()):
                 _require_wired(session, experiment)
             watched = WatchedCampaign(folder)
 
