@@ -57,6 +57,7 @@ def command(
     from app.doctor import require_room
     from app.files.acquired_campaign import campaign_log, require_ours
     from app.files.campaign_error import CampaignFileError
+    from app.files.campaign_folder import is_campaign_folder
     from app.files.experiment_toml import read_acquired_experiment
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.errors import RigInterrupted, RigStopped
@@ -68,8 +69,10 @@ def command(
     kind = rig or declared.rig
     declared = declared.on(kind)
     acquired = declared.model_dump(mode="json") | {"rig": kind}
-    require_ours(folder, {"acquired": acquired})  # before a twin is built
-    require_room(declared, folder)
+    if test_shot or kind == "simulated" or not is_campaign_folder(folder):
+        require_ours(folder, {"acquired": acquired})  # before a twin is built
+        require_room(declared, folder)
+    # a campaign killed on a real rig may have left it on: checked once the rig is open, which then comes to rest
     _advise(declared, kind, output)
     if test_shot:
         _shoot(declared, kind, experiment, folder, output)

@@ -19,15 +19,17 @@ import pytest
 from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
+import app.rig
 from app import first_shot
 from app.commands import acquire
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
+from app.files.campaign_folder import frozen_protocol, write_protocol
 from app.files.events import read_events
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.folder_lock import folder_lock
 from app.main import flexura, main
-from app.rig import rig_places
+from app.rig import parts_around, rig_places
 from drivers.ni.simulated.faults import Faults
 from drivers.rig import rest
 from drivers.rig.errors import RigInterrupted, RigStopped
@@ -360,6 +362,32 @@ def test_too_small_a_disk_is_refused_before_a_twin_is_built(
         main(["acquire", str(experiment(tmp_path))])
     assert left.value.code == 2
     assert re.search(r"50 MB free.*allowed: 5\d MB for the 4 sweeps to be made", capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("refused", ["the disk is full", "the experiment was changed"])
+def test_a_rig_left_on_comes_to_rest_also_where_its_campaign_is_not_taken_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], refused: str
+) -> None:
+    """A campaign was killed in its ramp; the same command finds the disk full, or another experiment."""
+    file = experiment(tmp_path)
+    declared = read_acquired_experiment(file)
+    assert declared.simulation is not None
+    parts = parts_around(declared, declared.simulation, lambda drive, *_: np.zeros((2, drive.size)), file)
+    monkeypatch.setattr(app.rig, "_real_rig", lambda _: parts.rig())
+    acquired = declared.model_dump(mode="json") | {"rig": "real"}
+    if refused == "the disk is full":
+        monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=1000))
+    else:
+        acquired["title"] = "another"
+    folder, recorded = tmp_path / "mine-campaign", declared.recorded(parts.rig().open_cards().sample_rate)
+    write_protocol(folder, frozen_protocol(folder.name, recorded, {}, acquired))
+    parts.rig().open_oven().ramp_to(45.0, 1.0)
+    with pytest.raises(SystemExit) as left:
+        main(["acquire", str(file), "--rig", "real"])
+    assert left.value.code == 2
+    assert ("MB free" if refused == "the disk is full" else "different: title") in capsys.readouterr().err
+    assert not parts.body.regulating
+    assert [event["command"] for event in read_events(folder)] == ["safe"]
 
 
 def test_nothing_is_reduced_where_a_shot_cannot_succeed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
