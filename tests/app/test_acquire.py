@@ -9,6 +9,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -30,6 +32,7 @@ from app.files.experiment_toml import read_acquired_experiment
 from app.files.folder_lock import folder_lock
 from app.main import flexura, main
 from app.rig import parts_around, rig_places
+from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import Faults
 from drivers.rig import rest
 from drivers.rig.errors import RigInterrupted, RigStopped
@@ -331,6 +334,51 @@ def test_a_test_shot_tells_what_can_be_said_before_a_campaign(
     assert [name for name in told if name.startswith("input of ")][1:]
     assert "ready for" in result.stderr
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("lost", "status", "found"),
+    [
+        ("in mid-shot", 3, "shot"),
+        ("while it is closed", 3, "input of S1"),
+        ("and back", 0, "input of S1"),
+    ],
+)
+def test_a_test_shot_says_whether_the_drive_is_at_rest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lost: str, status: int, found: str
+) -> None:
+    """A networked chassis that is lost: its error where it is closed may be of any class."""
+    file = experiment(tmp_path)
+    declared = read_acquired_experiment(file)
+    assert declared.simulation is not None
+    parts = parts_around(declared, declared.simulation, lambda drive, *_: 0.3 * drive[None], file)
+    rig = parts.rig()
+    opened: list[Any] = []
+
+    def open_cards() -> Any:
+        if opened and lost != "and back":
+            raise DaqError("opening", "Device lost.", -201003, Action.LOST_DEVICE, "look")
+        opened.append(rig.open_cards())
+        if lost == "in mid-shot":
+            parts.server.inject(Faults(unplugged=(parts.clock.now() + 0.5, 1e9)))
+        elif len(opened) == 1:
+            close = opened[0].close
+
+            def closed() -> None:
+                close()
+                raise ValueError("Cannot invoke RPC on closed channel!")
+
+            opened[0].close = closed
+        return opened[-1]
+
+    monkeypatch.setattr(acquire, "_open", lambda *_: nullcontext(replace(rig, open_cards=open_cards)))
+    result = run("acquire", file, "--test-shot", "--json")
+    assert result.exit_code == status, result.output
+    said = json.loads(result.stdout)
+    assert said["ready"] is (status == 0)
+    assert said["findings"][-1]["what"] == found
+    assert ["turn the amplifier off" in what for what in said["unsafe"]] == [True] * (status == 3)
+    assert ("NOT AT REST: the drive" in result.stderr) is (status == 3)
 
 
 @pytest.mark.parametrize("verb", ["--test-shot", "--again"])
