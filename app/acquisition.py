@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from app.doctor import require_room
 from app.files.acquired_campaign import open_campaign
 from app.files.campaign_folder import frozen_protocol, write_index
 from app.files.experiment_toml import AcquiredExperiment
@@ -55,7 +56,7 @@ def acquire_campaign(
     Raises
     ------
     CampaignFileError
-        If another process runs the campaign, or the folder holds another one.
+        If another process runs the campaign, the folder holds another one, or its disk is too small.
     RigInUse
         If another process uses the rig.
     RigStopped, OSError
@@ -66,7 +67,8 @@ def acquire_campaign(
             recorded = experiment.recorded(session.cards.sample_rate)
             protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, dict(acquired))
             store = open_campaign(folder, protocol, recorded, source, session.check, experiment.sensitivities)
-            if not any(event.get("event") == "oven" for event in store.events()):
+            require_room(experiment, folder)
+            if not any(event.get("command") in ("ramp", "hold") for event in store.events()):
                 _require_wired(session, experiment)
             watched = WatchedCampaign(folder)
 

@@ -11,10 +11,12 @@ from app.rig import rig_places
 from drivers.interruptions import held_back
 from drivers.ni.errors import DaqError
 from drivers.ni.wiring import Wiring
-from drivers.rig.occupancy import in_use, occupied
+from drivers.rig.occupancy import RigInUse, in_use, occupied
+from drivers.rig.rest import rest_drive
 from drivers.rig.rig import Rig
-from drivers.rig.shot import fire
-from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven
+from drivers.rig.shot import Shot, fire
+from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven, look_at_sound
+from drivers.soundcard.settings import SoundCard
 
 CLOSE = 0.5
 """Share of an input's range that a short sweep may fill: a long one brings resonances up further."""
@@ -30,30 +32,41 @@ def look_before(experiment: AcquiredExperiment, kind: RigKind, folder: Path) -> 
     elif kind != "simulated":
         if isinstance(experiment.cards, Wiring):
             yield from look_at_cards(experiment.cards, needed=True)
+        elif isinstance(experiment.cards, SoundCard):
+            yield look_at_sound(experiment.cards, needed=True)
         yield look_at_oven(experiment.oven, needed=True)
     seconds = experiment.protocol.seconds(experiment.oven.room_temperature)
     yield Finding("campaign", State.GOOD, f"{experiment.protocol.count} sweeps, about {duration(seconds)}")
     yield look_at_disk(experiment, folder)
 
 
-def shoot(experiment: AcquiredExperiment, kind: RigKind, rig: Rig, check: Callable[[], None]) -> Iterator[Finding]:
-    """Yield what one short sweep tells of every input, or the faults it found; the output is at 0 V afterwards."""
-    with occupied(rig_places(experiment, kind), "flexura acquire --test-shot"):
-        try:
-            cards = rig.open_cards()
+def shoot(
+    experiment: AcquiredExperiment, kind: RigKind, rig: Rig, check: Callable[[], None]
+) -> tuple[list[Finding], tuple[str, ...]]:
+    """Return what one short sweep tells of every input, or its faults; then what is not known to be at 0 V."""
+    cards, shot, raised = None, Shot(()), None
+    try:
+        with occupied(rig_places(experiment, kind), "flexura acquire --test-shot"):
             try:
+                cards = rig.open_cards()
                 shot = fire(cards, experiment.protocol, check)
-            finally:
-                with held_back():
-                    cards.close()
-        except DaqError as error:
-            yield Finding("shot", State.BAD, error.said, error.next_step)
-            return
-    for fault in shot.faults:
-        yield Finding("shot", State.BAD, fault, CHECK)
-    names = ["drive", *(output.id for output in experiment.recorded(experiment.sample_rate).outputs)]
-    for name, one in zip(names, shot.heard, strict=False):
-        yield _channel(name, one, experiment)
+            except BaseException as error:  # noqa: BLE001 (whatever it is, the drive has to come to rest)
+                raised = error
+            with held_back():
+                unsafe = rest_drive(rig.open_cards, cards)
+    except RigInUse as error:
+        return [Finding("rig", State.BAD, error.what, error.next_step)], ()
+    if isinstance(raised, DaqError):
+        found = [Finding("shot", State.BAD, raised.said, raised.next_step)]
+    elif raised is not None:
+        if unsafe is None:
+            raise raised
+        found = [Finding("shot", State.BAD, f"{type(raised).__name__}: {raised}")]
+    else:
+        names = ["drive", *(output.id for output in experiment.recorded(experiment.sample_rate).outputs)]
+        found = [Finding("shot", State.BAD, fault, CHECK) for fault in shot.faults]
+        found += [_channel(name, one, experiment) for name, one in zip(names, shot.heard, strict=False)]
+    return found, () if unsafe is None else (unsafe,)
 
 
 def _channel(name: str, one: Heard, experiment: AcquiredExperiment) -> Finding:

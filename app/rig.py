@@ -29,6 +29,7 @@ from drivers.ni.simulated.surroundings import Module, Plate
 from drivers.ni.thermocouple_modules import NI_9211, NI_9213
 from drivers.ni.wiring import Wiring
 from drivers.ovens.simulated.thermal import Chamber
+from drivers.rig.occupancy import instrument_places
 from drivers.rig.rig import Rig
 from drivers.rig.simulated import SimulatedParts, simulated_parts
 from drivers.soundcard.settings import SoundCard
@@ -75,18 +76,7 @@ def rig_places(experiment: AcquiredExperiment, kind: RigKind) -> tuple[str, ...]
     """Return what of a rig only one process can use, in the same words for everybody; of a simulated one none."""
     if kind == "simulated":
         return ()
-    lines = [("oven", experiment.oven.place)]
-    if experiment.thermometer is not None:
-        lines.append(("thermometer", experiment.thermometer.place))
-    named = [f"{what} at {_line(place)}" for what, place in lines if place]
-    return (*named, *(f"cards {place}" for place in experiment.cards.places))
-
-
-def _line(place: str) -> str:
-    """Return one name for a port that has several."""
-    if "://" in place:
-        return place.lower()
-    return str(Path(place).resolve()) if Path(place).exists() else place
+    return instrument_places(experiment.oven, experiment.thermometer, experiment.cards)
 
 
 def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:

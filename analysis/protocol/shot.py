@@ -12,6 +12,8 @@ Real = NDArray[np.float64]
 
 DURATION, TAIL, SILENCE, REPEATS = 0.6, 0.2, 0.4, 2
 """Of the shot, s and a count: cables that are off are found within three seconds."""
+FADE = 0.02
+"""Share of the shot's duration that each of its fades takes."""
 MAINS = (50.0, 60.0)
 """Hz."""
 HARMONICS = 3
@@ -46,12 +48,18 @@ class Heard:
 
 
 def shot_of(sweep: SweepSettings) -> SweepSettings:
-    """Return a short sweep of the same band, at the highest level."""
+    """Return a short sweep at the highest level, of the same band as far as it ends no higher, its fade included.
+
+    A shorter sweep climbs further in its fade: where the campaign's ends just below half of the sample rate, the
+    shot's would end beyond.
+    """
+    (low, high), top = sweep.band, sweep.frequency_range[1]
+    climb = FADE / (1.0 - 2.0 * FADE)  # the shot ends at high (high / low)**climb
     return SweepSettings(
         kind="logarithmic",
-        band=sweep.band,
+        band=(low, min(high, low * (top / low) ** (1.0 / (1.0 + climb)))),
         duration=DURATION,
-        taper=0.02 * DURATION,
+        taper=FADE * DURATION,
         tail=TAIL,
         repeats=REPEATS,
         levels=(max(sweep.levels),),

@@ -57,6 +57,7 @@ def command(
     from app.doctor import require_room
     from app.files.acquired_campaign import campaign_log, require_ours
     from app.files.campaign_error import CampaignFileError
+    from app.files.campaign_folder import is_campaign_folder
     from app.files.experiment_toml import read_acquired_experiment
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.errors import RigInterrupted, RigStopped
@@ -68,8 +69,10 @@ def command(
     kind = rig or declared.rig
     declared = declared.on(kind)
     acquired = declared.model_dump(mode="json") | {"rig": kind}
-    require_ours(folder, {"acquired": acquired})  # before a twin is built
-    require_room(declared, folder)
+    if test_shot or kind == "simulated" or not is_campaign_folder(folder):
+        require_ours(folder, {"acquired": acquired})  # before a twin is built
+        require_room(declared, folder)
+    # a campaign killed on a real rig may have left it on: checked once the rig is open, which then comes to rest
     _advise(declared, kind, output)
     if test_shot:
         _shoot(declared, kind, experiment, folder, output)
@@ -118,18 +121,25 @@ def _shoot(
     declared: "AcquiredExperiment", kind: "RigKind", experiment: Path, folder: Path, output: Output
 ) -> None:
     """Tell what is found before a campaign; where that is bad already, no twin is reduced and nothing played."""
+    from app.campaign_ending import NOT_AT_REST, not_at_rest
     from app.commands.doctor import show
     from app.first_shot import look_before, shoot
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.survey import State
 
     findings = list(look_before(declared, kind, folder))
+    unsafe: tuple[str, ...] = ()
     if all(one.state is not State.BAD for one in findings):
         with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
-            findings += shoot(declared, kind, opened, requests.check)
+            heard, unsafe = shoot(declared, kind, opened, requests.check)
+        findings += heard
     bad = [one for one in findings if one.state is State.BAD]
     rows = [{"what": o.what, "state": str(o.state), "seen": o.seen, "next_step": o.next_step} for o in findings]
-    output.result(lambda: {"ready": not bad, "rig": kind, "findings": rows}, lambda: show(findings))
+    record = {"ready": not (bad or unsafe), "rig": kind, "findings": rows, "unsafe": list(unsafe)}
+    output.result(lambda: record, lambda: show(findings))
+    if unsafe:
+        output.failure(not_at_rest(unsafe).lstrip())
+        raise click.exceptions.Exit(NOT_AT_REST)
     if bad:
         output.failure(f"not ready: {', '.join(dict.fromkeys(one.what for one in bad))}")
         raise click.exceptions.Exit(1)

@@ -42,25 +42,32 @@ def command(instrument: str, really: bool, output: Output) -> None:
     is told to ramp, by 1 K, and to rest, some twenty times in minutes; cards play a hundredth of output_range.
     Nothing else may use them meanwhile.
 
-    Exit status 1 where a check failed; 3 where an oven is not known to be at rest.
+    Exit status 1 where a check failed; 3 where oven or drive are not known to be at rest, or another process of
+    this computer uses them: then nothing is asked of them.
     """
     from app.campaign_ending import NOT_AT_REST, not_at_rest
     from app.files.instruments_toml import declared_instruments
+    from drivers.rig.occupancy import RigInUse, occupied
 
     declared = declared_instruments(instrument)
     found: dict[str, list[Verdict]] = {}
-    unsafe: str | None = None
-    for name, run in _trials(declared, really):
-        if really:
-            output.note(f"{name}: the instrument itself is used now")
-        found[name] = _run(run, output, name)
-    if really and declared.oven is not None:
-        unsafe = _rest(declared)
+    unsafe: tuple[str, ...] = ()
+    try:
+        with occupied(declared.places if really else (), "flexura check-instrument"):
+            for name, run in _trials(declared, really):
+                if really:
+                    output.note(f"{name}: the instrument itself is used now")
+                found[name] = _run(run, output, name)
+            if really:
+                unsafe = _rest(declared)
+    except RigInUse as error:
+        unsafe = (str(error),)
     rows = [{"instrument": name, **vars(one)} for name, verdicts in found.items() for one in verdicts]
     failed = [f"{row['name']} ({row['instrument']})" for row in rows if row["result"] == "FAILED"]
-    output.result(lambda: {"passed": not failed, "really": really, "checks": rows, "unsafe": unsafe})
+    passed = not (failed or unsafe)
+    output.result(lambda: {"passed": passed, "really": really, "checks": rows, "unsafe": list(unsafe)})
     if unsafe:
-        output.failure(not_at_rest((unsafe,)).lstrip())
+        output.failure(not_at_rest(unsafe).lstrip())
         raise click.exceptions.Exit(NOT_AT_REST)
     if failed:
         output.failure(f"{len(failed)} of {len(rows)} checks failed: {', '.join(failed)}")
@@ -119,17 +126,19 @@ def _run(run: "Callable[[], Iterator[Verdict]]", output: Output, name: str) -> "
     return found
 
 
-def _rest(declared: "Instruments") -> str | None:
-    """Tell the oven to rest once more, where a rig comes to rest; return what could not be verified."""
+def _rest(declared: "Instruments") -> tuple[str, ...]:
+    """Bring oven and drive to rest once more, where a rig comes to rest; return what could not be verified."""
     from drivers.clock import SystemClock
     from drivers.rig.end_requests import EndRequests
-    from drivers.rig.rest import rest_oven
+    from drivers.rig.rest import rest_drive, rest_oven
 
-    oven, clock = declared.oven, SystemClock()
-    if oven is None:
-        return None
+    oven, cards, clock = declared.oven, declared.cards, SystemClock()
     with EndRequests():  # nothing cuts it short
-        return rest_oven(lambda: oven.open(clock), clock)
+        told = (
+            None if oven is None else rest_oven(lambda: oven.open(clock), clock),
+            None if cards is None else rest_drive(cards.open),
+        )
+    return tuple(what for what in told if what is not None)
 
 
 def show(verdicts: "Sequence[Verdict]") -> None:

@@ -34,6 +34,12 @@ from drivers.ni.cards import Record, go_on
 REJECTED = "rejected"
 SPARE = 50_000_000
 """Bytes of disk left free for the log and for whatever else lives there."""
+LATER = {
+    ".acquired.oven.rest_after": 1800.0,
+    ".acquired.simulation.modules.4": "NI-9215",
+    ".acquired.simulation.modules.5": "NI-9263",
+}
+"""Keys that came after the first campaigns, with their defaults: a campaign begun before is still the same one."""
 
 
 class AcquiredCampaign:
@@ -211,7 +217,7 @@ def _differences(there: dict[str, Any], asked: dict[str, Any]) -> list[str]:
     Those of the experiment's file as they stand there; what is derived from them, the declaration of the
     campaign, is named only where they are the same (other cards run at another rate).
     """
-    one, other = _flat(there), _flat(asked)
+    one, other = LATER | _flat(there), LATER | _flat(asked)
     keys = sorted(key[1:] for key in set(one) | set(other) if one.get(key) != other.get(key))
     of_file = [key for key in keys if key.startswith("acquired.")]
     derived = ("source", "sha256", "acquired.", *(["experiment."] if of_file else []))

@@ -13,6 +13,7 @@ from app.files.settings_toml import checked, read_table
 from drivers.kinds import KindError
 from drivers.ni.cards import CardsSettings
 from drivers.ovens.settings import OVENS, OvenSettings
+from drivers.rig.occupancy import instrument_places
 from drivers.thermometers.settings import ThermometerSettings
 
 USUAL: dict[str, Any] = {"port": "simulated", "minimum": -5.0, "maximum": 65.0, "max_rate": 3.0}
@@ -35,6 +36,11 @@ class Instruments(Declared):
     cards: CardsSettings | None = None
     oven: OvenSettings | None = None
     thermometer: ThermometerSettings | None = None
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """What of them only one process can use."""
+        return instrument_places(self.oven, self.thermometer, self.cards)
 
 
 def declared_instruments(named: str) -> Instruments:

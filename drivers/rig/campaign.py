@@ -128,10 +128,11 @@ def run_campaign(
             station.restore(events)
         if not left:
             return Outcome(len(progress.finished), len(progress.given_up), 0)
-        if not events:
+        begun = any(event.get("event") == "begun" for event in events)  # a start that was refused has events, too
+        if not begun:
             station.require_celsius()
             station.require_reachable()
-        station.note("resumed" if events else "begun", finished=len(progress.finished))
+        station.note("resumed" if begun else "begun", finished=len(progress.finished))
         _run_legs(left, progress, station, protocol, store, observer, paused)
     except (DaqError, OvenError) as error:
         raise RigStopped(str(error), RESUME) from error

@@ -11,7 +11,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 from drivers.exclusive import take
+from drivers.ni.cards import CardsSettings
+from drivers.ovens.settings import OvenSettings
 from drivers.rig.errors import RigStopped
+from drivers.thermometers.settings import ThermometerSettings
 
 log = logging.getLogger(__name__)
 
@@ -65,6 +68,23 @@ def in_use(places: Sequence[str]) -> str | None:
             return None
     except RigInUse as error:
         return error.what
+
+
+def instrument_places(
+    oven: OvenSettings | None, thermometer: ThermometerSettings | None, cards: CardsSettings | None
+) -> tuple[str, ...]:
+    """Return what of instruments only one process can use, in the same words for everybody."""
+    lines = [("oven", oven.place)] if oven is not None else []
+    lines += [("thermometer", thermometer.place)] if thermometer is not None else []
+    named = [f"{what} at {_line(place)}" for what, place in lines if place]
+    return (*named, *(f"cards {place}" for place in (cards.places if cards is not None else ())))
+
+
+def _line(place: str) -> str:
+    """Return one name for a port that has several."""
+    if "://" in place:
+        return place.lower()
+    return str(Path(place).resolve()) if Path(place).exists() else place
 
 
 def lock_folder() -> Path:

@@ -12,7 +12,7 @@ from drivers.ovens.oven import Oven
 from drivers.rig.rig import Rig
 
 ATTEMPTS = 5
-"""A disturbed line is tried so often, a second apart, before the oven counts as out of reach."""
+"""A disturbed line is tried so often, a second apart; the last time, the oven is opened anew."""
 
 
 def bring_to_rest(rig: Rig, oven: Oven | None = None, cards: Cards | None = None) -> tuple[str, ...]:
@@ -34,7 +34,7 @@ def bring_to_rest(rig: Rig, oven: Oven | None = None, cards: Cards | None = None
     tuple of str
         What could not be verified to be at rest, with what to do; empty where both are.
     """
-    told = (rest_oven(rig.open_oven, rig.clock, oven), _rest_drive(rig, cards))
+    told = (rest_oven(rig.open_oven, rig.clock, oven), rest_drive(rig.open_cards, cards))
     return tuple(what for what in told if what is not None)
 
 
@@ -47,19 +47,24 @@ def rest_oven(open_oven: Callable[[], Oven], clock: Clock, oven: Oven | None = N
         oven.safe()
 
     failure = _attempted(rest)
-    for _ in range(ATTEMPTS - 1):
+    for left in reversed(range(ATTEMPTS - 1)):
         if failure is None:
             break
         _attempted(lambda: clock.sleep(1.0))
+        if left == 0 and oven is not None:  # a port that was lost and is back has to be opened anew
+            _attempted(oven.close)
+            oven = None
         failure = _attempted(rest)
     if oven is not None:
         _attempted(oven.close)
     return failure and f"the oven could not be told to rest and may go on with its ramp: {failure}"
 
 
-def _rest_drive(rig: Rig, cards: Cards | None) -> str | None:
+def rest_drive(open_cards: Callable[[], Cards], cards: Cards | None = None) -> str | None:
+    """Bring a drive to 0 V, and let go of the cards; return what could not be verified, None where it is at 0."""
+
     def open_and_close() -> None:
-        rig.open_cards().close()  # both bring the output to 0 V
+        open_cards().close()  # both bring the output to 0 V
 
     failure = _attempted(cards.close if cards is not None else open_and_close)
     if failure is not None:

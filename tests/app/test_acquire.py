@@ -9,6 +9,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,15 +21,18 @@ import pytest
 from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
+import app.rig
 from app import first_shot
 from app.commands import acquire
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
+from app.files.campaign_folder import frozen_protocol, write_protocol
 from app.files.events import read_events
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.folder_lock import folder_lock
 from app.main import flexura, main
-from app.rig import rig_places
+from app.rig import parts_around, rig_places
+from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import Faults
 from drivers.rig import rest
 from drivers.rig.errors import RigInterrupted, RigStopped
@@ -331,6 +336,51 @@ def test_a_test_shot_tells_what_can_be_said_before_a_campaign(
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.parametrize(
+    ("lost", "status", "found"),
+    [
+        ("in mid-shot", 3, "shot"),
+        ("while it is closed", 3, "input of S1"),
+        ("and back", 0, "input of S1"),
+    ],
+)
+def test_a_test_shot_says_whether_the_drive_is_at_rest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lost: str, status: int, found: str
+) -> None:
+    """A networked chassis that is lost: its error where it is closed may be of any class."""
+    file = experiment(tmp_path)
+    declared = read_acquired_experiment(file)
+    assert declared.simulation is not None
+    parts = parts_around(declared, declared.simulation, lambda drive, *_: 0.3 * drive[None], file)
+    rig = parts.rig()
+    opened: list[Any] = []
+
+    def open_cards() -> Any:
+        if opened and lost != "and back":
+            raise DaqError("opening", "Device lost.", -201003, Action.LOST_DEVICE, "look")
+        opened.append(rig.open_cards())
+        if lost == "in mid-shot":
+            parts.server.inject(Faults(unplugged=(parts.clock.now() + 0.5, 1e9)))
+        elif len(opened) == 1:
+            close = opened[0].close
+
+            def closed() -> None:
+                close()
+                raise ValueError("Cannot invoke RPC on closed channel!")
+
+            opened[0].close = closed
+        return opened[-1]
+
+    monkeypatch.setattr(acquire, "_open", lambda *_: nullcontext(replace(rig, open_cards=open_cards)))
+    result = run("acquire", file, "--test-shot", "--json")
+    assert result.exit_code == status, result.output
+    said = json.loads(result.stdout)
+    assert said["ready"] is (status == 0)
+    assert said["findings"][-1]["what"] == found
+    assert ["turn the amplifier off" in what for what in said["unsafe"]] == [True] * (status == 3)
+    assert ("NOT AT REST: the drive" in result.stderr) is (status == 3)
+
+
 @pytest.mark.parametrize("verb", ["--test-shot", "--again"])
 def test_a_cable_that_is_off_is_told_before_the_oven_moves(
     acquired: tuple[Path, Path, Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str
@@ -342,13 +392,13 @@ def test_a_cable_that_is_off_is_told_before_the_oven_moves(
         return inner(parts)
 
     monkeypatch.setattr(SimulatedParts, "_open_cards", broken)
-    result = run("acquire", acquired[0], verb, "--out", tmp_path / "new", "--json")
-    assert result.exit_code == 1
-    assert "the drive recorded is not the one played" in result.stdout
-    if verb == "--again":
-        assert [event["command"] for event in read_events(tmp_path / "new") if event["event"] == "oven"] == [
-            "safe"
-        ]
+    for runs in (1, 2):  # nor does the same command, run again
+        result = run("acquire", acquired[0], verb, "--out", tmp_path / "new", "--json")
+        assert result.exit_code == 1
+        assert "the drive recorded is not the one played" in result.stdout
+        if verb == "--again":
+            told = [event["command"] for event in read_events(tmp_path / "new") if event["event"] == "oven"]
+            assert told == ["safe"] * runs
 
 
 def test_too_small_a_disk_is_refused_before_a_twin_is_built(
@@ -360,6 +410,32 @@ def test_too_small_a_disk_is_refused_before_a_twin_is_built(
         main(["acquire", str(experiment(tmp_path))])
     assert left.value.code == 2
     assert re.search(r"50 MB free.*allowed: 5\d MB for the 4 sweeps to be made", capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("refused", ["the disk is full", "the experiment was changed"])
+def test_a_rig_left_on_comes_to_rest_also_where_its_campaign_is_not_taken_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], refused: str
+) -> None:
+    """A campaign was killed in its ramp; the same command finds the disk full, or another experiment."""
+    file = experiment(tmp_path)
+    declared = read_acquired_experiment(file)
+    assert declared.simulation is not None
+    parts = parts_around(declared, declared.simulation, lambda drive, *_: np.zeros((2, drive.size)), file)
+    monkeypatch.setattr(app.rig, "_real_rig", lambda _: parts.rig())
+    acquired = declared.model_dump(mode="json") | {"rig": "real"}
+    if refused == "the disk is full":
+        monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=1000))
+    else:
+        acquired["title"] = "another"
+    folder, recorded = tmp_path / "mine-campaign", declared.recorded(parts.rig().open_cards().sample_rate)
+    write_protocol(folder, frozen_protocol(folder.name, recorded, {}, acquired))
+    parts.rig().open_oven().ramp_to(45.0, 1.0)
+    with pytest.raises(SystemExit) as left:
+        main(["acquire", str(file), "--rig", "real"])
+    assert left.value.code == 2
+    assert ("MB free" if refused == "the disk is full" else "different: title") in capsys.readouterr().err
+    assert not parts.body.regulating
+    assert [event["command"] for event in read_events(folder)] == ["safe"]
 
 
 def test_nothing_is_reduced_where_a_shot_cannot_succeed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,10 @@ from click.testing import CliRunner
 from threadpoolctl import threadpool_limits
 
 from app.files.experiment_toml import read_acquired_experiment
+from app.first_shot import look_before
 from app.main import flexura
+from drivers.ni.errors import Action, DaqError
+from drivers.rig import survey
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "sound-card.toml"
 BEHIND = 0.25
@@ -36,3 +39,17 @@ def test_a_campaign_on_a_sound_card_gives_the_laws_put_in(tmp_path: Path, monkey
         assert found["poisson_ratio"] == pytest.approx(float(true.poisson_ratio[0]), rel=1e-3)
         assert found["loss_factor"] == pytest.approx(float(true.loss_factor[0]), rel=5e-3)
         assert found["misfit"] < 1.5 * found["noise_floor"]
+
+
+def test_a_sound_card_that_is_not_there_is_told_before_a_shot(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing() -> None:
+        raise DaqError("loading sounddevice", "No module named 'sounddevice'", None, Action.STOP, "install it")
+
+    monkeypatch.setattr(survey, "backend", missing)
+    experiment = read_acquired_experiment(EXAMPLE)
+    told = {one.what: one for one in look_before(experiment, "real", tmp_path)}
+    found = told[f"sound card {experiment.cards.device}".rstrip()]
+    assert (found.state, found.next_step) == (survey.State.BAD, "install it")
+    assert not [what for what in told if what.startswith("NI ")]

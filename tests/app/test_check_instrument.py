@@ -11,6 +11,7 @@ from app.main import flexura, main
 from drivers.checks.trial import Verdict
 from drivers.ovens.f4t import F4T
 from drivers.ovens.serial_port import SerialPort
+from drivers.rig.occupancy import occupied
 
 DECLARED = """\
 [oven]
@@ -28,6 +29,14 @@ rest_at = 22.0
 kind = "modbus-map"
 port = "/dev/there-is-none"
 sensors = [{ at = 0, scale = 0.1 }]
+"""
+
+CARDS = """\
+[cards]
+output = "cDAQ1Mod2/ao0"
+drive_input = "cDAQ1Mod1/ai0"
+responses = ["cDAQ1Mod1/ai1"]
+sample_rate = 8500.0
 """
 
 
@@ -108,9 +117,31 @@ def test_really_without_an_instrument_is_not_known_to_be_at_rest(declared: Path)
     assert result.exit_code == 3
     told = json.loads(result.stdout)
     assert told["really"] is True
-    assert "cannot be opened" in told["unsafe"]
+    assert "cannot be opened" in told["unsafe"][0]
     assert [row["name"] for row in told["checks"]] == ["answers at all", "answers at all"]
     assert "NOT AT REST" in result.stderr
+
+
+def test_a_drive_that_cannot_be_brought_to_0_v_is_told(tmp_path: Path) -> None:
+    """Without the NI driver nobody knows what the output plays."""
+    file = tmp_path / "mine.toml"
+    file.write_text(CARDS, encoding="utf-8")
+    result = run(file, "--really", "--json")
+    assert result.exit_code == 3
+    assert "turn the amplifier off" in json.loads(result.stdout)["unsafe"][0]
+    assert "NOT AT REST: the drive" in result.stderr
+
+
+def test_instruments_in_use_are_left_alone(declared: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A campaign has the oven: the checks would ramp it, and rest it."""
+    monkeypatch.setattr(SerialPort, "__init__", lambda *_: pytest.fail("the instrument was asked"))
+    with occupied(["oven at /dev/there-is-none"], "flexura acquire, campaign mine"):
+        result = run(declared, "--really", "--json")
+        assert run(declared).exit_code == 0  # the simulated counterparts are nobody's
+    assert result.exit_code == 3
+    told = json.loads(result.stdout)
+    assert (told["passed"], told["checks"]) == (False, [])
+    assert "flexura acquire, campaign mine" in told["unsafe"][0]
 
 
 def test_a_verdict_is_shown_with_why_it_matters(capsys: pytest.CaptureFixture[str]) -> None:

@@ -124,6 +124,27 @@ def test_another_experiment_is_refused_with_what_differs(opened: Opened) -> None
         pass
 
 
+def test_a_campaign_begun_before_a_key_was_there_goes_on(opened: Opened) -> None:
+    """Absent is as by default; another value is another experiment."""
+    now = read_acquired_experiment(EXAMPLE).model_dump(mode="json")
+    oven = now["oven"] | {"kind": "watlow-f4t", "rest_after": 1800.0, "program": None}
+    slots = {"1": "NI-9234", "2": "NI-9260", "3": "NI-9211"}
+    then = {
+        "oven": {key: value for key, value in oven.items() if key not in ("rest_after", "program")},
+        "simulation": now["simulation"] | {"modules": slots},
+    }
+    assert set(now["simulation"]["modules"]) > set(slots)
+    with opened(**then):
+        pass
+    with opened(oven=oven):
+        pass
+    with pytest.raises(CampaignFileError, match="rest_after"), opened(oven=oven | {"rest_after": 600.0}):
+        pass
+    moved = now["simulation"] | {"modules": slots | {"4": "NI-9263"}}
+    with pytest.raises(CampaignFileError, match=r"modules\] 4"), opened(oven=oven, simulation=moved):
+        pass
+
+
 def test_a_folder_of_somebody_elses_is_left_alone(opened: Opened, tmp_path: Path) -> None:
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("mine", encoding="utf-8")

@@ -202,6 +202,22 @@ def test_a_rig_left_hot_is_brought_to_rest_without_a_campaign(
     assert "turn the amplifier off" in " ".join(unsafe) or cards_there
 
 
+def test_an_oven_that_answers_no_more_is_opened_anew(short: Callable[[], World]) -> None:
+    """Its adapter was unplugged and is back: the port that was open stays dead, another one is not."""
+    world = short()
+    oven = world.rig.open_oven()
+    oven.ramp_to(45.0, 1.0)
+    closed: list[bool] = []
+
+    def dead() -> Any:
+        raise OvenError(Fault.PORT, "the port is gone", "look")
+
+    oven.safe, oven.close = dead, lambda: closed.append(True)
+    rig = replace(world.rig, open_oven=lambda: world.parts.rig().open_oven() if closed else dead())
+    assert bring_to_rest(rig, oven) == ()
+    assert not world.parts.body.regulating
+
+
 def test_an_oven_left_ramping_is_told_to_rest_where_the_chassis_is_gone(short: Callable[[], World]) -> None:
     """As after a power cut: the oven has come back with its ramp, the chassis has not."""
     world = short()
