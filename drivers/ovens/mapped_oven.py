@@ -34,11 +34,6 @@ class MappedOven:
         Carries the steps.
     step : float
         Of a ramp in steps, K: many controllers keep their set-point in a memory that wears out.
-
-    Raises
-    ------
-    OvenError
-        If a point cannot be read, or the temperature is none: of kind refused then. Nothing has been written.
     """
 
     poll_within = math.inf
@@ -49,20 +44,16 @@ class MappedOven:
         self._points = points
         self._clock = clock
         self._step = step
-        self._commanded = False
+        self._usable = self._commanded = False
         self._ramp: tuple[float, float, float, float] | None = None
         self._failed: OvenError | None = None
         self._stop_stepping: Stop = lambda: None
-        with line.reserved():
-            for point in (points.set_point, points.working, points.rate):
-                if point is not None:
-                    point.read()
-            if points.run is not None:
-                points.run.on()
-            self._require_plausible(self.temperature())
 
     def temperature(self) -> float:
-        """Air temperature, degrees Celsius; OvenError for trouble that it tells or that a step met."""
+        """Air temperature, degrees Celsius; OvenError for trouble that it tells or that a step met.
+
+        The first time, of kind refused where it is none, or another point cannot be read.
+        """
         points = self._points
         with self._line.reserved():
             if self._failed is not None:
@@ -81,6 +72,9 @@ class MappedOven:
                 f"the controller has no valid temperature ({value})",
                 "Check the sensor and its wiring.",
             )
+        if not self._usable:
+            self._require_declared(value)
+            self._usable = True
         return value
 
     def ramp_to(self, target: float, rate: float) -> SetPoint:
@@ -92,6 +86,7 @@ class MappedOven:
             For a rate that is less than the controller's smallest.
         """
         wanted = self.limits.clamp(target, rate)
+        self._require_usable()
         points = self._points
         with self._line.reserved():
             self._end_steps()
@@ -108,6 +103,7 @@ class MappedOven:
 
     def hold(self) -> float:
         """Make the set-point where the ramp is; the temperature measured where nothing tells that."""
+        self._require_usable()
         points = self._points
         with self._line.reserved():
             stepped = self._working()
@@ -189,8 +185,19 @@ class MappedOven:
         self._stop_stepping()
         self._ramp = self._failed = None
 
-    def _require_plausible(self, value: float) -> None:
-        low, high = PLAUSIBLE
+    def _require_usable(self) -> None:
+        """Before the first command, not on opening: an oven in alarm has to open to be told to rest."""
+        if not self._usable:
+            self.temperature()
+
+    def _require_declared(self, value: float) -> None:
+        points, (low, high) = self._points, PLAUSIBLE
+        with self._line.reserved():
+            for point in (points.set_point, points.working, points.rate):
+                if point is not None:
+                    point.read()
+            if points.run is not None:
+                points.run.on()
         if not low <= value <= high:
             raise OvenError(
                 Fault.REFUSED,

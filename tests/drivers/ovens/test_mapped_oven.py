@@ -92,13 +92,13 @@ def test_words_by_hand(scripted, monkeypatch):
     settings = oven_settings({**WORDS, "terminator": "\r\n", "set_point": {**WORDS["set_point"], "unit": "K"}})
     line = scripted(
         [
+            (b"TEMP?\r\n", b"+2.0500E+01\r\n"),
             (b"SET?\r\n", b"293.15\r\n"),
             (b"STATE?\r\n", b"0\r\n"),
-            (b"TEMP?\r\n", b"+2.0500E+01\r\n"),
         ]
     )
     monkeypatch.setattr(type(settings), "line", lambda self, clock, transport: line)
-    settings.open(VirtualClock())
+    assert settings.open(VirtualClock()).temperature() == 20.5
 
 
 @pytest.mark.parametrize(
@@ -249,8 +249,10 @@ def test_late_answers_over_tcp_are_never_taken_for_others(rig_of):
 def test_a_wrong_scale_is_refused_before_anything_is_written(rig_of):
     rig = rig_of("modbus-map", **plain(REGISTERS))
     settings = oven_settings({**REGISTERS, "temperature": {"at": 1, "scale": 10.0}})
-    with pytest.raises(OvenError, match="can be true") as caught:
-        settings.open(rig.clock, MemoryTransport(rig.controller, rig.clock))
+    oven = settings.open(rig.clock, MemoryTransport(rig.controller, rig.clock))
+    for verb in (oven.hold, lambda: oven.ramp_to(30.0, 1.0), oven.temperature):
+        with pytest.raises(OvenError, match="can be true") as caught:
+            verb()
     assert caught.value.fault is Fault.REFUSED
     assert not rig.body.regulating
 
@@ -258,8 +260,9 @@ def test_a_wrong_scale_is_refused_before_anything_is_written(rig_of):
 def test_a_register_that_is_not_there_is_told_by_its_key(rig_of):
     rig = rig_of("modbus-map", **plain(REGISTERS))
     settings = oven_settings({**REGISTERS, "working_set_point": {"at": 99}})
+    oven = settings.open(rig.clock, MemoryTransport(rig.controller, rig.clock))
     with pytest.raises(OvenError, match="working_set_point") as caught:
-        settings.open(rig.clock, MemoryTransport(rig.controller, rig.clock))
+        oven.temperature()
     assert "at, table and type" in caught.value.advice
 
 
