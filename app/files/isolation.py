@@ -32,8 +32,9 @@ def require_readable(path: Path) -> None:
             words, env=environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=limit, check=False
         )
     except subprocess.TimeoutExpired as error:
-        told = f"not read within {limit:.0f} s: damaged, or on a slow disk; try again with a local copy"
-        raise ValueError(told) from error
+        raise ValueError(
+            f"not read within {limit:.0f} s: damaged, or on a slow disk; try again with a local copy"
+        ) from error
     if child.returncode:
         told = child.stderr.decode(errors="replace").strip().splitlines()
         raise ValueError(f"damaged: {told[-1] if told else f'HDF5 crashed on it ({child.returncode})'}")
