@@ -257,6 +257,45 @@ def test_a_wrong_scale_is_refused_before_anything_is_written(rig_of):
     assert not rig.body.regulating
 
 
+@pytest.fixture
+def rounding(rig_of):
+    """Return an oven that keeps floats, rounded to the digit it displays."""
+    floats = {"set_point": {"at": 10, "type": "float32"}, "rate": {"at": 12, "type": "float32"}}
+    rig = rig_of("modbus-map", **plain(REGISTERS, **floats))
+    inner = rig.controller.write_words
+
+    def write(register, words):
+        inner(register, words)
+        rig.controller._target = round(rig.controller._target, 1)
+        rig.controller._rate = round(rig.controller._rate, 1)
+        rig.controller._drive()
+
+    rig.controller.write_words = write
+    return rig
+
+
+def test_a_float_that_the_controller_rounds_to_a_digit_is_taken(rounding):
+    taken = rounding.oven.ramp_to(25.033, 0.44)
+    assert (taken.target, taken.rate) == (25.0, 0.4)
+    assert rounding.body.target == pytest.approx(25.0)
+    assert rounding.oven.ramp_to(25.08, 0.36).target == 25.1  # written, though what it held was near
+
+
+@pytest.mark.parametrize(("target", "rate"), [(30.0, 0.04), (30.0, 0.17)])
+def test_a_rate_that_is_rounded_away_is_not_taken(rounding, target, rate):
+    rounding.controller._rate = 0.0
+    inner = rounding.controller.write_words
+
+    def coarser(register, words):
+        inner(register, words)
+        rounding.controller._rate = float(round(rounding.controller._rate))
+
+    rounding.controller.write_words = coarser
+    with pytest.raises(OvenError, match="rate .*reads back 0") as caught:
+        rounding.oven.ramp_to(target, rate)
+    assert caught.value.fault is Fault.NOT_TAKEN
+
+
 def test_a_register_that_is_not_there_is_told_by_its_key(rig_of):
     rig = rig_of("modbus-map", **plain(REGISTERS))
     settings = oven_settings({**REGISTERS, "working_set_point": {"at": 99}})
