@@ -7,10 +7,13 @@ from drivers.clock import Clock, Stop
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import PASSING, Line
 from drivers.ovens.oven import OvenLimits, SetPoint
-from drivers.ovens.points import PLAUSIBLE, Points, Setting
+from drivers.ovens.points import PLAUSIBLE, Points
 
 PERIOD = 1.0
 """Between two looks at whether a ramp in steps is due for its next, s."""
+
+LAG = 5.0
+"""The air may be so far from the set-point of an oven that follows its ramp, K."""
 
 COARSEST = 1.0
 """A set-point in coarser steps is of no use here, K."""
@@ -143,10 +146,12 @@ class MappedOven:
         return self._commanded if self._points.run is None else self._points.run.on()
 
     def _begin_steps(self, wanted: SetPoint) -> SetPoint:
-        """Start where the oven is: at its set-point while it regulates, else at the temperature it has."""
+        """Start where the oven is: at its temperature, or, while it regulates, at a set-point near that."""
         points = self._points
-        source: Setting | None = points.set_point if self._running() else None
-        start = self.limits.clamp_target((source or points.temperature).read())
+        start = air = points.temperature.read()
+        if self._running():
+            start = min(max(points.set_point.read(), air - LAG), air + LAG)
+        start = self.limits.clamp_target(start)
         points.set_point.put(start)
         self._switch_on()
         self._ramp = (self._clock.now(), start, wanted.target, wanted.rate / 60.0)

@@ -145,6 +145,18 @@ def test_a_ramp_in_steps(stepped):
     assert stepped.oven.hold() == pytest.approx(26.0, abs=0.1)
 
 
+def test_a_ramp_in_steps_begins_near_the_air_whatever_the_set_point_was(stepped):
+    points = stepped.oven._points
+    points.set_point.put(60.0)
+    points.run.put(True)
+    air = stepped.body.measured
+    assert stepped.body.target == pytest.approx(60.0)
+    stepped.oven.ramp_to(40.0, 1.0)
+    assert air + 4.0 < stepped.body.target < air + 6.0
+    stepped.clock.sleep(120.0)
+    assert air + 5.0 < stepped.body.target < air + 8.0
+
+
 def test_a_held_ramp_steps_no_more(stepped):
     stepped.oven.ramp_to(40.0, 1.0)
     stepped.clock.sleep(300.0)
@@ -291,7 +303,7 @@ def test_a_rate_that_is_rounded_away_is_not_taken(rounding, target, rate):
         rounding.controller._rate = float(round(rounding.controller._rate))
 
     rounding.controller.write_words = coarser
-    with pytest.raises(OvenError, match="rate .*reads back 0") as caught:
+    with pytest.raises(OvenError, match=r"rate .*reads back 0") as caught:
         rounding.oven.ramp_to(target, rate)
     assert caught.value.fault is Fault.NOT_TAKEN
 
