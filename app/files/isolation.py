@@ -12,23 +12,29 @@ import h5py
 
 from app.files.hdf5_contents import require_plain
 
-PATIENCE = 8.0
-"""Seconds that starting Python and reading a small file may take."""
+PATIENCE = 30.0
+"""Seconds that starting Python and reading a small file may take, from a slow network share too."""
 SLOWEST = 10e6
 """Bytes per second that any disk gives."""
+PROGRAM = Path(__file__).resolve().parents[2]
+"""Where our packages lie."""
 
 
 def require_readable(path: Path) -> None:
     """Raise ValueError where a file cannot be read to its end, in a time that fits its size."""
     limit = PATIENCE + path.stat().st_size / SLOWEST
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)}
-    words = [sys.executable, "-m", __name__, str(path.resolve())]
+    # not from the current folder, which may be anybody's: a package there would be run in the place of ours
+    others = [entry for entry in sys.path if Path(entry).resolve() != Path.cwd().resolve()]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(PROGRAM), *others])}
+    words = [sys.executable, "-P", "-m", __name__, str(path.resolve())]
     try:
         child = subprocess.run(  # noqa: S603 (this module itself, and a file's name)
             words, env=environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=limit, check=False
         )
     except subprocess.TimeoutExpired as error:
-        raise ValueError(f"damaged: not read after {limit:.0f} s") from error
+        raise ValueError(
+            f"not read within {limit:.0f} s: damaged, or on a slow disk; try again with a local copy"
+        ) from error
     if child.returncode:
         told = child.stderr.decode(errors="replace").strip().splitlines()
         raise ValueError(f"damaged: {told[-1] if told else f'HDF5 crashed on it ({child.returncode})'}")

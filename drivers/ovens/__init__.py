@@ -1,26 +1,5 @@
 """Ovens and climatic chambers: one `Oven`, four makers' controllers and whatever packages bring behind it.
 
-``oven``               what every oven can do, and the limits set-points are clamped to
-``settings``           the declared oven, and ``open_oven``
-``error``              what can go wrong, and what to do next
-``expiry``             commands that end by themselves where nobody renews them
-``expiry``             commands that end by themselves where nobody renews them
-``line``               lock, gaps between commands, time-outs, bounded retries
-``serial_port``        serial ports, pseudo-terminals, TCP sockets
-``modbus``             Modbus RTU registers, read back after each write
-``eurotherm``          Eurotherm 2400 and 3500
-``eurotherm_program``  a program of limited time in a 2400
-``eurotherm_program``  a program of limited time in a 2400
-``f4t``                Watlow F4T
-``f4t_profile``        a profile of limited time in an F4T
-``f4t_profile``        a profile of limited time in an F4T
-``ascii2``             the protocol of Vötsch and Weiss, bytes to values
-``votsch``             Vötsch and Weiss chambers
-``p300``               the command language of Espec, bytes to values
-``espec``              Espec P-300 and SCP-220
-``simulated``          the same controllers, simulated around one thermal model
-=====================  ============================================================================
-=====================  ============================================================================
 =====================  ============================================================================
 ``oven``               what every oven can do, and the limits set-points are clamped to
 ``settings``           the declared oven, where its kinds are found, and ``open_oven``

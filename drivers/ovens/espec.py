@@ -2,6 +2,7 @@
 
 import logging
 import math
+import operator
 from collections.abc import Callable
 from typing import TypeVar
 
@@ -100,8 +101,7 @@ class Espec:
             self._set_timer()
             program = p300.Program(round(start, 1), end, minutes)
             self._tell(program.encode())
-            taken = self._ask("RUN PRGM?", p300.decode_program)
-            self._check("program", program, taken)
+            taken = self._check("program", program, lambda: self._ask("RUN PRGM?", p300.decode_program))
             self._check_mode("RUN")
             self._commanded = True
             ramp = SetPoint(taken.end, abs(taken.end - taken.start) / taken.minutes)
@@ -140,8 +140,11 @@ class Espec:
         self._tell(p300.set_temperature(temperature))
         self._tell(p300.command("MODE, CONSTANT"))
         self._check_mode("CONSTANT")
-        taken = self._ask("TEMP?", p300.decode_temperatures).set_point
-        self._check("set-point in °C", round(temperature, 1), taken)
+        taken = self._check(
+            "set-point in °C",
+            round(temperature, 1),
+            lambda: self._ask("TEMP?", p300.decode_temperatures).set_point,
+        )
         self._commanded = True
         return taken
 
@@ -153,20 +156,17 @@ class Espec:
             try:
                 self._tell(wanted.encode())
                 self._tell(p300.command("TIMER, ON, 0"))
-                taken = self._ask("TIMER LIST?, 0", p300.decode_quick_timer)
-                running = 0 in self._ask("TIMER ON?", p300.decode_timers_on)
+                self._check("it, and whether it runs,", (wanted, True), self._timer, same=_same_timer)
             except OvenError as error:
-                if error.fault is not Fault.REFUSED:
+                if error.fault not in (Fault.REFUSED, Fault.NOT_TAKEN):
                     raise
                 what, advice = f"quick timer: {error.what}", f"{error.advice} {GO_WITHOUT}"
                 raise OvenError(error.fault, what, advice, error.code) from error
             self._expiry.begin(self._line.now)
-        if not running or taken.mode != wanted.mode or not wanted.minutes - 1 <= taken.minutes <= wanted.minutes:
-            raise OvenError(
-                Fault.NOT_TAKEN,
-                f"the quick timer was set to {wanted} and started, and reads back {taken}, running: {running}",
-                GO_WITHOUT,
-            )
+
+    def _timer(self) -> tuple[p300.QuickTimer, bool]:
+        taken = self._ask("TIMER LIST?, 0", p300.decode_quick_timer)
+        return taken, 0 in self._ask("TIMER ON?", p300.decode_timers_on)
 
     def _stop_timer(self) -> None:
         """Keep the timer from putting somebody else's chamber to rest; it does no other harm."""
@@ -176,18 +176,27 @@ class Espec:
             log.warning("the chamber is at rest; its quick timer could not be stopped: %s", error)
 
     def _check_mode(self, wanted: str) -> None:
-        self._check("mode", wanted, self._ask("MODE?", p300.decode), same=str.startswith)
+        self._check("mode", wanted, lambda: self._ask("MODE?", p300.decode), same=str.startswith)
 
-    def _check(self, name: str, wanted: T, held: T, same: Callable[[T, T], bool] | None = None) -> None:
-        if not (same(held, wanted) if same is not None else held == wanted):
-            raise OvenError(
-                Fault.NOT_TAKEN,
-                f"{name} was set to {wanted} and reads back {held}",
-                "Check the chamber's own limits, its panel's lock, and whether somebody uses the panel.",
-            )
+    def _check(self, name: str, wanted: T, ask: Callable[[], T], same: Callable[[T, T], bool] = operator.eq) -> T:
+        """Return what reads back as it was set; asked twice, for no checksum guards a digit of the answer."""
+        for _ in range(2):
+            if same(held := ask(), wanted):
+                return held
+        raise OvenError(
+            Fault.NOT_TAKEN,
+            f"{name} was set to {wanted} and reads back {held}",
+            "Check the chamber's own limits, its panel's lock, and whether somebody uses the panel.",
+        )
 
     def _ask(self, question: str, decode: Callable[[bytes], T]) -> T:
         return self._line.attempt(lambda: decode(self._line.exchange(p300.command(question), up_to(p300.CRLF))))
 
     def _tell(self, request: bytes) -> None:
         self._line.attempt(lambda: p300.decode_done(self._line.exchange(request, up_to(p300.CRLF))), writes=True)
+
+
+def _same_timer(held: tuple[p300.QuickTimer, bool], wanted: tuple[p300.QuickTimer, bool]) -> bool:
+    """Whether it runs, and has not counted down by more than the minute it was asked in."""
+    minutes = wanted[0].minutes
+    return held[1] and held[0].mode == wanted[0].mode and minutes - 1 <= held[0].minutes <= minutes

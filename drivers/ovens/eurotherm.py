@@ -57,11 +57,6 @@ class Eurotherm:
         Of the temperatures, as configured in the instrument.
     program : EurothermProgram, optional
         To be overwritten with every ramp.
-
-    Raises
-    ------
-    OvenError
-        Of kind refused, if the instrument's own float shows that `decimals` is wrong, or its unit is another.
     """
 
     poll_within = math.inf
@@ -79,11 +74,14 @@ class Eurotherm:
         self._at = registers
         self._decimals = decimals
         self._program = program
-        self._check_unit()
-        self._check_decimals()
+        self._usable = False
 
     def temperature(self) -> float:
-        """Air temperature, degrees Celsius; alarm if the sensor is broken or an alarm stands."""
+        """Air temperature, degrees Celsius; alarm if the sensor is broken or an alarm stands.
+
+        This, or the first command, refuses where the instrument's own float shows that `decimals` is wrong, or its
+        unit is another.
+        """
         with self._unit.line.reserved():
             if self._at.sensor_break is not None and self._unit.read(self._at.sensor_break):
                 raise OvenError(
@@ -96,11 +94,13 @@ class Eurotherm:
                     "Read them on its front panel, remove their cause and acknowledge them there.",
                     f"{alarms:#06x}",
                 )
+            self._require_usable()
             return self._unit.read(self._at.temperature, self._decimals)
 
     def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Set rate, then target, then automatic: the working set-point never sees a target without its rate."""
         wanted = self.limits.clamp(target, rate)
+        self._require_usable()
         if self._program is not None:
             return self._run(self._program, wanted)
         with self._unit.line.reserved():
@@ -113,6 +113,7 @@ class Eurotherm:
 
     def hold(self) -> float:
         """Make the working set-point, where the ramp is now, the target."""
+        self._require_usable()
         with self._unit.line.reserved():
             # in manual, not every model's working set-point follows the temperature
             here = self._unit.read(
@@ -172,6 +173,13 @@ class Eurotherm:
     def _resting(self) -> bool:
         """Whether it is in manual, in which not every model's working set-point follows the temperature."""
         return self._unit.read(self._at.mode) != AUTOMATIC
+
+    def _require_usable(self) -> None:
+        """Before the first use, not on opening: an oven in trouble has to open so that it can be told to rest."""
+        if not self._usable:
+            self._check_unit()
+            self._check_decimals()
+            self._usable = True
 
     def _check_unit(self) -> None:
         if self._at.unit is not None and (other := UNITS.get(int(self._unit.read(self._at.unit)))):

@@ -33,12 +33,6 @@ class F4T:
     limits : OvenLimits
     profile : F4TProfile, optional
         To be overwritten with every ramp.
-
-    Raises
-    ------
-    OvenError
-        Of kind refused, if the controller's own set-point limits leave nothing of `limits`, or it speaks in
-        degrees Fahrenheit.
     """
 
     poll_within = math.inf
@@ -47,23 +41,15 @@ class F4T:
         self.limits = limits
         self._unit = unit
         self._profile = profile
-        if unit.read(UNIT) == FAHRENHEIT:
-            raise OvenError(
-                Fault.REFUSED,
-                "the controller's communication units are degrees Fahrenheit",
-                "Set them to degrees Celsius: all limits and set-points here are.",
-            )
-        low, high = self.bounds()
-        if not (low < limits.maximum and limits.minimum < high):
-            raise OvenError(
-                Fault.REFUSED,
-                f"the controller's set-points end at {low:g} and {high:g} °C, "
-                f"the limits asked for at {limits.minimum:g} and {limits.maximum:g} °C",
-                "Correct minimum and maximum, or the controller's.",
-            )
+        self._usable = False
 
     def temperature(self) -> float:
-        """Air temperature, degrees Celsius; alarm if the controller has no valid one."""
+        """Air temperature, degrees Celsius; alarm if the controller has no valid one.
+
+        This, or the first command, refuses where the controller's own set-point limits leave nothing of `limits`,
+        or it speaks in degrees Fahrenheit.
+        """
+        self._require_usable()
         value = self._unit.read_float(TEMPERATURE)
         if not math.isfinite(value):
             raise OvenError(
@@ -80,6 +66,7 @@ class F4T:
     def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Set how to ramp, then the set-point, then automatic control."""
         wanted = self.limits.clamp(target, rate)
+        self._require_usable()
         if self._profile is not None:
             return self._run(self._profile, wanted)
         with self._unit.line.reserved():
@@ -90,6 +77,7 @@ class F4T:
 
     def hold(self) -> float:
         """Make the working set-point, where the ramp is now, the set-point."""
+        self._require_usable()
         with self._unit.line.reserved():
             here = self._set_point()
             if self._profile is not None:
@@ -115,6 +103,26 @@ class F4T:
         with self._unit.line.reserved():
             if self._unit.read(MODE) == AUTO and (self._profile.expiry.starting or self._profile.running):
                 self._start(self._profile, self._set_point(), step=2, ramp=0.0)
+
+    def _require_usable(self) -> None:
+        """Before the first use, not on opening: an oven in trouble has to open so that it can be told to rest."""
+        if self._usable:
+            return
+        if self._unit.read(UNIT) == FAHRENHEIT:
+            raise OvenError(
+                Fault.REFUSED,
+                "the controller's communication units are degrees Fahrenheit",
+                "Set them to degrees Celsius: all limits and set-points here are.",
+            )
+        limits, (low, high) = self.limits, self.bounds()
+        if not (low < limits.maximum and limits.minimum < high):
+            raise OvenError(
+                Fault.REFUSED,
+                f"the controller's set-points end at {low:g} and {high:g} °C, "
+                f"the limits asked for at {limits.minimum:g} and {limits.maximum:g} °C",
+                "Correct minimum and maximum, or the controller's.",
+            )
+        self._usable = True
 
     def _run(self, profile: F4TProfile, wanted: SetPoint) -> SetPoint:
         with self._unit.line.reserved():

@@ -7,10 +7,13 @@ from drivers.clock import Clock, Stop
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import PASSING, Line
 from drivers.ovens.oven import OvenLimits, SetPoint
-from drivers.ovens.points import PLAUSIBLE, Points, Setting
+from drivers.ovens.points import PLAUSIBLE, Points
 
 PERIOD = 1.0
 """Between two looks at whether a ramp in steps is due for its next, s."""
+
+LAG = 5.0
+"""The air may be so far from the set-point of an oven that follows its ramp, K."""
 
 COARSEST = 1.0
 """A set-point in coarser steps is of no use here, K."""
@@ -34,11 +37,6 @@ class MappedOven:
         Carries the steps.
     step : float
         Of a ramp in steps, K: many controllers keep their set-point in a memory that wears out.
-
-    Raises
-    ------
-    OvenError
-        If a point cannot be read, or the temperature is none: of kind refused then. Nothing has been written.
     """
 
     poll_within = math.inf
@@ -49,20 +47,16 @@ class MappedOven:
         self._points = points
         self._clock = clock
         self._step = step
-        self._commanded = False
+        self._usable = self._commanded = False
         self._ramp: tuple[float, float, float, float] | None = None
         self._failed: OvenError | None = None
         self._stop_stepping: Stop = lambda: None
-        with line.reserved():
-            for point in (points.set_point, points.working, points.rate):
-                if point is not None:
-                    point.read()
-            if points.run is not None:
-                points.run.on()
-            self._require_plausible(self.temperature())
 
     def temperature(self) -> float:
-        """Air temperature, degrees Celsius; OvenError for trouble that it tells or that a step met."""
+        """Air temperature, degrees Celsius; OvenError for trouble that it tells or that a step met.
+
+        The first time, of kind refused where it is none, or another point cannot be read.
+        """
         points = self._points
         with self._line.reserved():
             if self._failed is not None:
@@ -81,6 +75,9 @@ class MappedOven:
                 f"the controller has no valid temperature ({value})",
                 "Check the sensor and its wiring.",
             )
+        if not self._usable:
+            self._require_declared(value)
+            self._usable = True
         return value
 
     def ramp_to(self, target: float, rate: float) -> SetPoint:
@@ -92,6 +89,7 @@ class MappedOven:
             For a rate that is less than the controller's smallest.
         """
         wanted = self.limits.clamp(target, rate)
+        self._require_usable()
         points = self._points
         with self._line.reserved():
             self._end_steps()
@@ -108,6 +106,7 @@ class MappedOven:
 
     def hold(self) -> float:
         """Make the set-point where the ramp is; the temperature measured where nothing tells that."""
+        self._require_usable()
         points = self._points
         with self._line.reserved():
             stepped = self._working()
@@ -147,10 +146,12 @@ class MappedOven:
         return self._commanded if self._points.run is None else self._points.run.on()
 
     def _begin_steps(self, wanted: SetPoint) -> SetPoint:
-        """Start where the oven is: at its set-point while it regulates, else at the temperature it has."""
+        """Start where the oven is: at its temperature, or, while it regulates, at a set-point near that."""
         points = self._points
-        source: Setting | None = points.set_point if self._running() else None
-        start = self.limits.clamp_target((source or points.temperature).read())
+        start = air = points.temperature.read()
+        if self._running():
+            start = min(max(points.set_point.read(), air - LAG), air + LAG)
+        start = self.limits.clamp_target(start)
         points.set_point.put(start)
         self._switch_on()
         self._ramp = (self._clock.now(), start, wanted.target, wanted.rate / 60.0)
@@ -189,8 +190,19 @@ class MappedOven:
         self._stop_stepping()
         self._ramp = self._failed = None
 
-    def _require_plausible(self, value: float) -> None:
-        low, high = PLAUSIBLE
+    def _require_usable(self) -> None:
+        """Before the first command, not on opening: an oven in alarm has to open to be told to rest."""
+        if not self._usable:
+            self.temperature()
+
+    def _require_declared(self, value: float) -> None:
+        points, (low, high) = self._points, PLAUSIBLE
+        with self._line.reserved():
+            for point in (points.set_point, points.working, points.rate):
+                if point is not None:
+                    point.read()
+            if points.run is not None:
+                points.run.on()
         if not low <= value <= high:
             raise OvenError(
                 Fault.REFUSED,

@@ -75,7 +75,7 @@ class ModbusMapOven(ModbusLine, OvenSettings):
         return self
 
     def open(self, clock: Clock, transport: Transport | None = None) -> Oven:
-        """Open the line, and read every register once."""
+        """Open the line."""
         unit = self.unit(clock, transport)
         try:
             order, working = self.word_order, self.working_set_point

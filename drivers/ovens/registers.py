@@ -26,6 +26,8 @@ TYPES = {"int16": "h", "uint16": "H", "int32": "i", "uint32": "I", "float32": "f
 FUNCTIONS = {"coil": 1, "discrete": 2, "holding": 3, "input": 4}
 FLOAT_RESOLUTION = 1e-3
 """Of a 32-bit float, in the register's unit: beyond what a controller keeps of one."""
+ROUNDED = 0.051
+"""By so much a float may read back different, K or K/min: controllers round to the digit they display."""
 
 
 class Number(Declared):
@@ -150,13 +152,16 @@ class Register:
     def put(self, value: float) -> float:
         """Make it hold `value`: written where it does not yet, and read back."""
         tolerance = 0.5001 * self.resolution + 1e-6 * abs(value)
+        rounded = ROUNDED if self.declared.type == "float32" else 0.0
+        if isinstance(self.declared, RateRegister):
+            rounded = min(rounded, 0.25 * abs(value))  # a rate of 0 may mean no ramp at all
         words = self.declared.encoded(value, self.order)
         with self.unit.line.reserved():
             held = self.read()
             if not abs(held - value) <= tolerance:
                 _named(self.name, lambda: self.unit.write_words(self.declared.at, words))
                 held = self.read()
-        if not abs(held - value) <= tolerance:
+        if not abs(held - value) <= max(tolerance, rounded):
             raise not_taken(f"{self.name} (register {self.declared.at})", f"{value:g}", f"{held:g}")
         return held
 

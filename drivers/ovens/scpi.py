@@ -50,7 +50,7 @@ class ScpiOven(TextLine, OvenSettings):
         return self
 
     def open(self, clock: Clock, transport: Transport | None = None) -> Oven:
-        """Open the line, and ask everything once."""
+        """Open the line."""
         speaker = self.speaker(clock, transport)
         try:
             working = self.working_set_point

@@ -81,6 +81,7 @@ class Session:
         try:
             self.oven = SupervisedOven(self.rig.open_oven(), self._limits, self.rig.clock, self._asked_to_end)
             self.oven.begin()
+            self.oven.temperature()  # the first reading refuses an oven in alarm, or not as declared
             self.cards = self.rig.open_cards()
             if self.rig.open_thermometer is not None:
                 self.thermometer = self.rig.open_thermometer()

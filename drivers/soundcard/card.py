@@ -20,6 +20,8 @@ LATENCY = 0.5
 """The longest way from output to input that is waited for, s."""
 LEAD = 64
 """Samples kept before the drive arrives."""
+LATE = 5.0
+"""A stream may end so long after its last sample, s."""
 STEP = 0.1
 """The end of a sweep is looked for so often, s."""
 LOUDNESS = 0.05
@@ -43,7 +45,7 @@ class SoundCards:
     """A sound card with a loop-back cable from its output to the drive's input.
 
     Output and inputs have one clock. What the card plays arrives some hundredths of a second late: every record is
-    cut so that the drive begins at the same sample. When the card is opened, a quiet sound shows that the
+    cut so that the drive begins at the same sample. Before the first sweep, a quiet sound shows that the
     loop-back is there and that the full scales are those declared. An output at rest plays nothing, which is 0 V.
 
     Parameters
@@ -56,7 +58,7 @@ class SoundCards:
     Raises
     ------
     DaqError
-        If there is no such device, it cannot do what is declared, or the loop-back is not there.
+        If there is no such device, or it cannot do what is declared.
     """
 
     def __init__(self, settings: SoundCard, sound: Any = None, clock: Clock | None = None) -> None:
@@ -66,7 +68,6 @@ class SoundCards:
         self._delay: float | None = None
         self._proven = False
         self.zero()
-        self._loop_back()
         self._proven = True
 
     @property
@@ -75,7 +76,10 @@ class SoundCards:
         return self._settings.sample_rate
 
     def sweep(self, drive: ArrayLike, check: Callable[[], None] = go_on) -> Record:
-        """Play a drive (M,), V, and return M samples of what came back; see `drivers.ni.cards.Cards`."""
+        """Play a drive (M,), V, and return M samples of what came back; see `drivers.ni.cards.Cards`.
+
+        The first raises DaqError where the loop-back is not there, or not as loud as declared.
+        """
         volts = np.ascontiguousarray(drive, dtype=np.float64)
         if volts.ndim != 1 or volts.size < 2 or not np.all(np.isfinite(volts)):
             raise ValueError(f"drive of shape {volts.shape}; (M,) finite voltages with M >= 2 allowed")
@@ -88,8 +92,10 @@ class SoundCards:
                 let_through()
                 check()
 
+            if self._delay is None:
+                self._delay = self._loop_back()
             recorded = self._played(volts, pausing)
-        recorded = recorded[:, self._first(recorded[0], volts) :][:, : volts.size]
+        recorded = recorded[:, self._first(recorded[0], volts, self._delay) :][:, : volts.size]
         return Record(recorded[0], recorded[1:], self.sample_rate, self._settings.input_range)
 
     def temperatures(self) -> Real:
@@ -117,6 +123,7 @@ class SoundCards:
         settings = self._settings
         samples = np.append(volts / settings.output_range, np.zeros(LEAD + round(latency * self.sample_rate)))
         doing = f"the sweep of {volts.size / self.sample_rate:.3g} s"
+        deadline = self._clock.now() + samples.size / self.sample_rate + LATE
         try:
             recorded = self._sound.playrec(
                 samples.astype(np.float32)[:, None],
@@ -128,6 +135,9 @@ class SoundCards:
                 latency="high",
             )
             while self._sound.get_stream().active:
+                if self._clock.now() > deadline:
+                    step = "pull the device's cable and plug it in again"
+                    raise DaqError(doing, "The device's stream does not end.", None, Action.LOST_DEVICE, step)
                 self._clock.sleep(STEP)
                 pausing()
             status = self._sound.get_status()
@@ -143,19 +153,21 @@ class SoundCards:
             raise DaqError(doing, f"Samples were lost: {status}", None, Action.RETRY_DISCARD, step)
         return np.asarray(recorded.T, dtype=np.float64) * settings.input_range
 
-    def _first(self, recorded: Real, volts: Real) -> int:
-        """Return the sample with which a record is to begin: at the same moment of every sweep."""
-        padded = np.pad(volts, (0, recorded.size - volts.size))
-        band = (0.002 * self.sample_rate, 0.45 * self.sample_rate)
-        _, delay, _ = likeness(recorded, padded, self.sample_rate, band)
-        if self._delay is None:
-            self._delay = delay
-        # Its fraction is the converters' own and stays; whole samples differ from stream to stream.
-        first = round(self._delay) - LEAD // 2 + round(delay - self._delay)
+    def _first(self, recorded: Real, volts: Real, usual: float) -> int:
+        """Return the sample with which a record is to begin: at the same moment of every sweep.
+
+        `usual` is the delay of the loop-back test, in samples. Its fraction is the converters' own and stays;
+        whole samples differ from stream to stream. Silence shows no delay.
+        """
+        first = round(usual) - LEAD // 2
+        if volts.any():
+            padded = np.pad(volts, (0, recorded.size - volts.size))
+            band = (0.002 * self.sample_rate, 0.45 * self.sample_rate)
+            first += round(likeness(recorded, padded, self.sample_rate, band)[1] - usual)
         return min(max(first, 0), recorded.size - volts.size)
 
-    def _loop_back(self) -> None:
-        """Raise DaqError unless the drive's input hears the output, as loud as declared."""
+    def _loop_back(self) -> float:
+        """Return the delay of what the drive's input hears, samples; DaqError unless it is as loud as declared."""
         settings, rate = self._settings, self.sample_rate
         rng = np.random.default_rng(0)
         size = round(0.25 * rate)
@@ -178,3 +190,4 @@ class SoundCards:
                 f"{settings.input_range:g} V; else correct the volume controls"
             )
             raise DaqError(doing, said, None, Action.STOP, step)
+        return delay

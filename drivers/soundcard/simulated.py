@@ -39,7 +39,7 @@ class SimulatedSound:
         Of the noise.
     noise : float
         Of an input, V rms.
-    latency : int
+    latency : float
         Samples from output to input; some more in every other stream, as buffers happen to lie.
     xruns : list of int
         Numbers of the streams, from 1, in which samples are lost.
@@ -56,7 +56,7 @@ class SimulatedSound:
     temperature: Temperature = room
     seed: int = 0
     noise: float = 2e-5
-    latency: int = 1234
+    latency: float = 1234.0
     xruns: list[int] = field(default_factory=list)
     gone: bool = False
     streams: int = 0
@@ -95,7 +95,10 @@ class SimulatedSound:
         if drive.any():
             answer = self.plate(drive, samplerate, self.temperature(moments))
             heard = np.stack([self.drive_scale * drive if row < 0 else answer[row] for row in rows])
-        late = self.latency + 17 * (self.streams % 2)
+        late, part = divmod(self.latency, 1.0)
+        turned = np.fft.rfft(heard) * np.exp(-2j * np.pi * part * np.fft.rfftfreq(drive.size))
+        heard = np.fft.irfft(turned, drive.size)
+        late = int(late) + 17 * (self.streams % 2)
         arrived = np.pad(heard, ((0, 0), (late, 0)))[:, : drive.size]
         rng = np.random.default_rng([self.seed, round(now * 1e6)])
         arrived = arrived + self.noise * rng.standard_normal(arrived.shape)

@@ -160,5 +160,20 @@ def test_a_file_without_a_digest_is_read_in_a_process_of_its_own_first(
     with pytest.raises(Hdf5FileError, match=r"damaged: .*truncated"), opened_hdf5(path, unsealed=require_readable):
         pass
     monkeypatch.setattr("app.files.isolation.PATIENCE", 0.01)
-    with pytest.raises(Hdf5FileError, match="not read after 0 s"), opened_hdf5(path, unsealed=require_readable):
+    with pytest.raises(Hdf5FileError, match="not read within 0 s"), opened_hdf5(path, unsealed=require_readable):
         pass
+
+
+@pytest.mark.parametrize("entry", ["", ".", "here"])
+def test_no_code_of_the_current_folder_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, entry: str) -> None:
+    """Files lie where somebody else could put folders beside them that are named as ours."""
+    path, ran = tmp_path / "a.h5", tmp_path / "ran"
+    for package in ("app", "h5py"):
+        (tmp_path / package).mkdir()
+        (tmp_path / package / "__init__.py").write_text(f"open({str(ran)!r}, 'w').close()")
+    with h5py.File(path, "w") as file:
+        file.create_dataset("values", data=np.arange(3.0))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path) if entry == "here" else entry)
+    require_readable(path)
+    assert not ran.exists()

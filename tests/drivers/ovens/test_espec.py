@@ -5,6 +5,7 @@ import pytest
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.espec import Espec
 from drivers.ovens.oven import OvenLimits, SetPoint
+from drivers.ovens.simulated.controller import Delivery
 
 AT_20 = (b"TEMP?\r\n", b"20.0,25.0,150.0,-40.0\r\n")
 PROGRAM = (b"RUN PRGM, TEMP20.0 GOTEMP60.0 TIME1:40\r\n", b"OK:RUN PRGM, TEMP20.0 GOTEMP60.0 TIME1:40\r\n")
@@ -75,7 +76,7 @@ def test_safe_is_standby(scripted):
 def test_program_that_reads_back_different_is_not_taken(scripted):
     read = (b"RUN PRGM?\r\n", b"TEMP20.0 GOTEMP55.0 TIME1:40 REF9\r\n")
     with pytest.raises(OvenError, match=r"end=60\.0.*reads back.*end=55\.0") as caught:
-        espec(scripted, AT_20, PROGRAM, read).ramp_to(60.0, 0.4)
+        espec(scripted, AT_20, PROGRAM, read, read).ramp_to(60.0, 0.4)
     assert caught.value.fault is Fault.NOT_TAKEN
 
 
@@ -125,10 +126,52 @@ def test_a_timer_that_reads_back_different_starts_nothing(scripted, listed, on):
         scripted,
         AT_20,
         *TIMER[:2],
-        (TIMER[2][0], listed + b"\r\n"),
-        (TIMER[3][0], on + b"\r\n"),
+        *2 * ((TIMER[2][0], listed + b"\r\n"), (TIMER[3][0], on + b"\r\n")),
         rest_after=3900.0,
     )
     with pytest.raises(OvenError, match="quick timer") as caught:
         oven.ramp_to(60.0, 0.4)
     assert caught.value.fault is Fault.NOT_TAKEN
+
+
+def damaged(rig, start, wrong, times):
+    """Let the next answers that begin with `start` arrive as `wrong`."""
+    left = [wrong] * times
+
+    def disturb(answer):
+        return [Delivery(answer.delay, left.pop())] if left and answer.data.startswith(start) else [answer]
+
+    rig.disturbed.always = disturb
+    return left
+
+
+@pytest.mark.parametrize(
+    ("start", "wrong"),
+    [
+        (b"TEMP2", b"TEMP20.0 GOTEMP55.0 TIME1:40 REF9\r\n"),
+        (b"RUN", b"CONSTANT\r\n"),
+        (b"STANDBY,0", b"STANDBY,0:80\r\n"),
+        (b"1,0", b"1,1\r\n"),
+    ],
+)
+def test_one_wrong_digit_read_back_ends_no_ramp(rig_of, start, wrong):
+    rig = rig_of("espec-p300", rest_after=1800)
+    left = damaged(rig, start, wrong, 1)
+    assert rig.oven.ramp_to(60.0, 0.4).target == 60.0
+    assert not left
+
+
+def test_a_timer_not_known_to_run_anew_is_set_again_at_the_next_look(rig_of):
+    rig = rig_of("espec-p300", rest_after=1800)
+    rig.oven.ramp_to(60.0, 0.4)
+    for _ in range(45):
+        rig.clock.sleep(20.0)
+        rig.oven.temperature()
+    left = damaged(rig, b"1,0", b"0\r\n", 2)
+    with pytest.raises(OvenError, match="quick timer") as caught:
+        rig.oven.renew()
+    assert caught.value.fault is Fault.NOT_TAKEN
+    assert not left
+    left = damaged(rig, b"1,0", b"1,0\r\n", 1)
+    rig.oven.renew()
+    assert not left, "it was not asked"

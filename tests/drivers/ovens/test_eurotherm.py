@@ -50,8 +50,8 @@ def test_temperature_is_signed(scripted):
     oven = eurotherm_2400(
         scripted,
         [
-            *OPEN_2400,
             ("01 03 01 02 00 01 24 36", "01 03 02 00 00 b8 44"),
+            *OPEN_2400,
             ("01 03 00 01 00 01 d5 ca", "01 03 02 ff cc f9 e1"),
         ],
     )
@@ -60,7 +60,7 @@ def test_temperature_is_signed(scripted):
 
 
 def test_broken_sensor_is_an_alarm(scripted):
-    oven = eurotherm_2400(scripted, [*OPEN_2400, ("01 03 01 02 00 01 24 36", "01 03 02 00 01 79 84")])
+    oven = eurotherm_2400(scripted, [("01 03 01 02 00 01 24 36", "01 03 02 00 01 79 84")])
     with pytest.raises(OvenError, match="broken sensor") as caught:
         oven.temperature()
     assert caught.value.fault is Fault.ALARM
@@ -110,7 +110,6 @@ def test_safe_is_manual_without_output(scripted):
     oven = eurotherm_2400(
         scripted,
         [
-            *OPEN_2400,
             ("01 03 01 11 00 01 d5 f3", "01 03 02 00 00 b8 44"),
             ("01 06 01 11 00 01 19 f3", "01 06 01 11 00 01 19 f3"),
             ("01 03 01 11 00 01 d5 f3", "01 03 02 00 01 79 84"),
@@ -137,9 +136,9 @@ def test_rate_that_reads_back_zero_is_not_taken(scripted):
     assert caught.value.fault is Fault.NOT_TAKEN
 
 
-def test_wrong_decimals_are_found_when_opened(scripted):
+def test_wrong_decimals_are_found_before_anything_is_written(scripted):
     with pytest.raises(OvenError, match=r"integer temperature is -0\.52 °C.*float says -5\.2") as caught:
-        eurotherm_2400(scripted, OPEN_2400, decimals=2)
+        eurotherm_2400(scripted, OPEN_2400, decimals=2).ramp_to(60.0, 0.4)
     assert "decimals" in caught.value.advice
 
 
@@ -147,8 +146,8 @@ def test_3500_enables_its_rate_and_reports_alarms(scripted):
     line = scripted(
         frames(
             [
-                *OPEN_3500,
                 ("05 03 27 e5 00 01 9e cd", "05 03 02 00 00 49 84"),
+                *OPEN_3500,
                 ("05 03 01 21 00 01 d4 78", "05 03 02 00 d5 88 1b"),
                 ("05 03 80 46 00 02 0d 9a", "05 03 04 3e cc cc cd e6 b1"),
                 ("05 03 00 4e 00 01 e5 99", "05 03 02 00 01 88 44"),
@@ -174,5 +173,5 @@ def test_3500_enables_its_rate_and_reports_alarms(scripted):
 def test_another_unit_is_refused(scripted, answer, unit):
     asked = [(OPEN_2400[0][0], answer)]
     with pytest.raises(OvenError, match=f"is set to {unit}") as caught:
-        Eurotherm(ModbusUnit(scripted(frames(asked)), 1), LIMITS)
+        Eurotherm(ModbusUnit(scripted(frames(asked)), 1), LIMITS).hold()
     assert caught.value.fault is Fault.REFUSED

@@ -99,6 +99,29 @@ def test_safe_neither_heats_nor_cools(rig):
     assert rig.oven.temperature() == pytest.approx(25.0, abs=0.2)
 
 
+@pytest.mark.parametrize(
+    ("kind", "trouble"),
+    [
+        ("eurotherm-2400", {"sensor_broken": True}),
+        ("eurotherm-2400", {"unit": 1}),
+        ("eurotherm-3500", {"alarms": 4}),
+        ("espec-p300", {"alarms": (1,)}),
+        ("watlow-f4t", {"sensor_broken": True}),
+        ("modbus-map", {"alarm": True}),
+        ("scpi", {"alarm": True}),
+    ],
+)
+def test_left_ramping_and_in_trouble_it_is_opened_and_told_to_rest(rig_of, kind, trouble):
+    rig = rig_of(kind)
+    rig.oven.ramp_to(40.0, 1.0)
+    vars(rig.controller).update(trouble)
+    rig.open()
+    with pytest.raises(OvenError):
+        rig.oven.temperature()
+    rig.oven.safe()
+    assert not rig.body.regulating
+
+
 @pytest.mark.parametrize("verb", ["ramp_to", "safe", "hold"])
 def test_a_controller_that_takes_nothing_is_found_out(rig, verb):
     rig.oven.ramp_to(40.0, 1.0)

@@ -97,16 +97,16 @@ def test_hold_of_a_loop_that_is_off_is_at_its_temperature(scripted):
 
 
 def test_safe_is_off(scripted):
-    f4t(scripted, [*OPEN, AUTO, ("01 06 0a aa 00 3e 2b e2", "01 06 0a aa 00 3e 2b e2"), OFF]).safe()
+    f4t(scripted, [AUTO, ("01 06 0a aa 00 3e 2b e2", "01 06 0a aa 00 3e 2b e2"), OFF]).safe()
 
 
 def test_limits_beyond_the_controllers_own_are_refused(scripted):
     with pytest.raises(OvenError, match="end at -40 and 180") as caught:
-        f4t(scripted, OPEN, OvenLimits(212.0, 356.0, 2.0))
+        f4t(scripted, OPEN, OvenLimits(212.0, 356.0, 2.0)).ramp_to(250.0, 1.0)
     assert caught.value.fault is Fault.REFUSED
 
 
 def test_degrees_fahrenheit_are_refused(scripted):
     with pytest.raises(OvenError, match="degrees Fahrenheit") as caught:
-        f4t(scripted, [(OPEN[0][0], "01 03 02 00 1e 38 4c")])
+        f4t(scripted, [(OPEN[0][0], "01 03 02 00 1e 38 4c")]).temperature()
     assert caught.value.fault is Fault.REFUSED

@@ -92,13 +92,13 @@ def test_words_by_hand(scripted, monkeypatch):
     settings = oven_settings({**WORDS, "terminator": "\r\n", "set_point": {**WORDS["set_point"], "unit": "K"}})
     line = scripted(
         [
+            (b"TEMP?\r\n", b"+2.0500E+01\r\n"),
             (b"SET?\r\n", b"293.15\r\n"),
             (b"STATE?\r\n", b"0\r\n"),
-            (b"TEMP?\r\n", b"+2.0500E+01\r\n"),
         ]
     )
     monkeypatch.setattr(type(settings), "line", lambda self, clock, transport: line)
-    settings.open(VirtualClock())
+    assert settings.open(VirtualClock()).temperature() == 20.5
 
 
 @pytest.mark.parametrize(
@@ -143,6 +143,18 @@ def test_a_ramp_in_steps(stepped):
         held.add(round(stepped.body.target, 3))
     assert len(held) == pytest.approx(6.0 / 0.2, abs=2)
     assert stepped.oven.hold() == pytest.approx(26.0, abs=0.1)
+
+
+def test_a_ramp_in_steps_begins_near_the_air_whatever_the_set_point_was(stepped):
+    points = stepped.oven._points
+    points.set_point.put(60.0)
+    points.run.put(True)
+    air = stepped.body.measured
+    assert stepped.body.target == pytest.approx(60.0)
+    stepped.oven.ramp_to(40.0, 1.0)
+    assert air + 4.0 < stepped.body.target < air + 6.0
+    stepped.clock.sleep(120.0)
+    assert air + 5.0 < stepped.body.target < air + 8.0
 
 
 def test_a_held_ramp_steps_no_more(stepped):
@@ -249,17 +261,59 @@ def test_late_answers_over_tcp_are_never_taken_for_others(rig_of):
 def test_a_wrong_scale_is_refused_before_anything_is_written(rig_of):
     rig = rig_of("modbus-map", **plain(REGISTERS))
     settings = oven_settings({**REGISTERS, "temperature": {"at": 1, "scale": 10.0}})
-    with pytest.raises(OvenError, match="can be true") as caught:
-        settings.open(rig.clock, MemoryTransport(rig.controller, rig.clock))
+    oven = settings.open(rig.clock, MemoryTransport(rig.controller, rig.clock))
+    for verb in (oven.hold, lambda: oven.ramp_to(30.0, 1.0), oven.temperature):
+        with pytest.raises(OvenError, match="can be true") as caught:
+            verb()
     assert caught.value.fault is Fault.REFUSED
     assert not rig.body.regulating
+
+
+@pytest.fixture
+def rounding(rig_of):
+    """Return an oven that keeps floats, rounded to the digit it displays."""
+    floats = {"set_point": {"at": 10, "type": "float32"}, "rate": {"at": 12, "type": "float32"}}
+    rig = rig_of("modbus-map", **plain(REGISTERS, **floats))
+    inner = rig.controller.write_words
+
+    def write(register, words):
+        inner(register, words)
+        rig.controller._target = round(rig.controller._target, 1)
+        rig.controller._rate = round(rig.controller._rate, 1)
+        rig.controller._drive()
+
+    rig.controller.write_words = write
+    return rig
+
+
+def test_a_float_that_the_controller_rounds_to_a_digit_is_taken(rounding):
+    taken = rounding.oven.ramp_to(25.033, 0.44)
+    assert (taken.target, taken.rate) == (25.0, 0.4)
+    assert rounding.body.target == pytest.approx(25.0)
+    assert rounding.oven.ramp_to(25.08, 0.36).target == 25.1  # written, though what it held was near
+
+
+@pytest.mark.parametrize(("target", "rate"), [(30.0, 0.04), (30.0, 0.17)])
+def test_a_rate_that_is_rounded_away_is_not_taken(rounding, target, rate):
+    rounding.controller._rate = 0.0
+    inner = rounding.controller.write_words
+
+    def coarser(register, words):
+        inner(register, words)
+        rounding.controller._rate = float(round(rounding.controller._rate))
+
+    rounding.controller.write_words = coarser
+    with pytest.raises(OvenError, match=r"rate .*reads back 0") as caught:
+        rounding.oven.ramp_to(target, rate)
+    assert caught.value.fault is Fault.NOT_TAKEN
 
 
 def test_a_register_that_is_not_there_is_told_by_its_key(rig_of):
     rig = rig_of("modbus-map", **plain(REGISTERS))
     settings = oven_settings({**REGISTERS, "working_set_point": {"at": 99}})
+    oven = settings.open(rig.clock, MemoryTransport(rig.controller, rig.clock))
     with pytest.raises(OvenError, match="working_set_point") as caught:
-        settings.open(rig.clock, MemoryTransport(rig.controller, rig.clock))
+        oven.temperature()
     assert "at, table and type" in caught.value.advice
 
 

@@ -112,6 +112,7 @@ def test_a_slow_line_is_a_sound_line(kind):
     _, settings, far = simulated(kind)
     with PtyPort(far) as port:
         oven = opened(settings, port, timeout=2.0, retries=0)
+        oven.temperature()  # the first asks for more
         far.always = in_pieces(0.001)  # 9600 baud
         before = far.requests
         assert oven.temperature() == pytest.approx(20.0, abs=0.2)

@@ -89,7 +89,7 @@ def test_an_oven_that_does_not_answer_leaves_its_port_free(rig):
     far.always = silenced
     transport = MemoryTransport(far, clock)
     with pytest.raises(OvenError) as caught:
-        open_oven(oven_settings(GIVEN), clock, transport)
+        open_oven(oven_settings({**GIVEN, "kind": "votsch-ascii2"}), clock, transport)
     assert caught.value.fault is Fault.SILENT
     with pytest.raises(OvenError, match="closed"):
         transport.write(b"x")

@@ -230,6 +230,17 @@ def test_an_oven_left_ramping_is_told_to_rest_where_the_chassis_is_gone(short: C
     assert world.store.told("oven")[-1]["unsafe"] == list(world.unsafe)
 
 
+def test_an_oven_left_ramping_and_in_trouble_is_told_to_rest_before_the_cards_are_opened(
+    short: Callable[[], World],
+) -> None:
+    world = short()
+    world.rig.open_oven().ramp_to(45.0, 1.0)
+    world.parts.controller._controller.sensor_broken = True
+    with pytest.raises(RigStopped, match=r"the rig cannot be opened.*no valid temperature"):
+        world.run()
+    assert world.at_rest()
+
+
 def test_a_campaign_killed_in_its_last_soak_is_complete_and_leaves_the_oven_at_rest(
     world_of: Callable[..., World],
 ) -> None:

@@ -27,7 +27,7 @@ def world(world_of: Callable[..., Any]) -> Any:
 
 
 def test_lost_samples_cost_one_repetition(world: Any) -> None:
-    world.parts.sound.xruns.append(4)  # two streams open the card
+    world.parts.sound.xruns.append(4)  # one opens the card, one tests its loop-back
     outcome = world.run()
     assert (outcome.finished, outcome.missing) == (3, 0)
     rejected = [event["faults"] for event in world.store.told("rejected")]

@@ -69,6 +69,18 @@ def test_every_sweep_begins_at_the_same_sample_though_streams_do_not(cards: Soun
     assert np.abs(first - second).max() < 3e-4  # noise alone
 
 
+def test_silence_before_the_first_sweep_leaves_all_others_aligned(
+    cards: SoundCards, sound: SimulatedSound, drive: Array
+) -> None:
+    """Of a delay that ends on half a sample, noise would decide which sample is the first."""
+    sound.latency = 1234.5
+    sound.noise = 1e-3
+    assert cards.sweep(np.zeros(drive.size)).drive.shape == drive.shape
+    first, *others = (cards.sweep(drive).drive for _ in range(12))
+    for other in others:
+        assert np.abs(first - other).max() < 0.01  # noise alone; a sample is worth 0.2 V
+
+
 def test_lost_samples_call_for_another_sweep(cards: SoundCards, sound: SimulatedSound, drive: Array) -> None:
     sound.xruns.append(sound.streams + 1)
     with pytest.raises(DaqError, match="Samples were lost: input overflow") as caught:
@@ -104,18 +116,46 @@ def test_a_device_that_is_gone_is_said(cards: SoundCards, sound: SimulatedSound,
         cards.close()
 
 
-def test_a_missing_loop_back_is_found_when_the_card_is_opened(settings: SoundCard, sound: SimulatedSound) -> None:
+def test_a_missing_loop_back_is_found_at_the_first_sweep_and_hinders_no_rest(
+    settings: SoundCard, sound: SimulatedSound, drive: Array
+) -> None:
     sound.drive_scale = 0.0
-    with pytest.raises(DaqError, match="the loop-back test from out1 to in1") as caught:
-        SoundCards(settings, sound, sound.clock)
-    assert caught.value.action is Action.STOP
+    sound.plate = lambda volts, rate, temperature: pytest.fail("a sound is played on the way to rest")
+    cards = SoundCards(settings, sound, sound.clock)
+    cards.close()
+    sound.plate = plate
+    for _ in range(2):
+        with pytest.raises(DaqError, match="the loop-back test from out1 to in1") as caught:
+            cards.sweep(drive)
+        assert caught.value.action is Action.STOP
+
+
+def test_a_stream_that_does_not_end_is_a_lost_device(
+    cards: SoundCards, sound: SimulatedSound, drive: Array, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cards.sweep(drive)
+    asked = 0
+
+    def still_active(self: SimulatedSound) -> bool:
+        nonlocal asked
+        asked += 1
+        assert asked < 1000, "it is waited for without end"
+        return True
+
+    monkeypatch.setattr(SimulatedSound, "active", property(still_active))
+    for play in (lambda: cards.sweep(drive), cards.close):
+        begun = sound.clock.now()
+        with pytest.raises(DaqError, match="does not end") as caught:
+            play()
+        assert caught.value.action is Action.LOST_DEVICE
+        assert sound.clock.now() - begun < drive.size / RATE + 6.0
 
 
 def test_the_loop_back_calibrates_the_inputs(settings: SoundCard, sound: SimulatedSound, drive: Array) -> None:
     """Inputs of 3 V declared as of 2.5 V show too little; the message says what fits, and with that it opens."""
     sound.input_range = 3.0
     with pytest.raises(DaqError, match=r"cards.input_range is 3 V instead of 2.5 V"):
-        SoundCards(settings, sound, sound.clock)
+        SoundCards(settings, sound, sound.clock).sweep(drive)
     fitting = settings.model_copy(update={"input_range": 3.0})
     record = SoundCards(fitting, sound, sound.clock).sweep(drive)
     assert np.abs(record.drive).max() == pytest.approx(1.0, abs=1e-3)
