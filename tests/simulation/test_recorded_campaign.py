@@ -7,6 +7,7 @@ import pytest
 from nptdms import TdmsFile
 from scipy.interpolate import CubicSpline
 
+from analysis.local_laws import LocalLaws
 from simulation.shell.electric_load import ElectricLoad
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.instruments import Instruments
@@ -44,7 +45,8 @@ def test_twin_meets_the_recording_at_its_noise(nominal, step):
     oven, frequency, measured, variance = recorded(sorted((FOLDER / "sweeps").glob("*.tdms"))[step])
 
     def predicted(temperature):
-        return GAIN * twin.frf(*(float(law(temperature)) for law in laws), frequency)[0]
+        material = (float(law(temperature)) for law in laws)
+        return GAIN * twin.frf(LocalLaws.of_material(*material, reference=float(temperature)), frequency)[0]
 
     temperature = oven
     for _ in range(4):
