@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from drivers.ni.simulated.faults import FailingCall, Faults
 from drivers.ovens import f4t
 from drivers.ovens.simulated.disturbance import flipped, halved, instead, late, noisy, silenced, untouched
+from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.rig.errors import RigStopped
 from drivers.rig.rig import Rig
 
@@ -89,11 +90,28 @@ def oven_answers(*plan: Any, always: Any = None, seconds: float = float("inf")) 
     return inject
 
 
+class OneCable(list[MemoryTransport]):
+    """Lines that all go through one cable, those that are opened anew as well."""
+
+    plugged = False
+
+    def append(self, line: MemoryTransport) -> None:
+        line.plugged = self.plugged
+        super().append(line)
+
+    def plug(self) -> None:
+        self.plugged = True
+        for line in self:
+            line.plugged = True
+
+
 def cable_pulled_for(seconds: float) -> Inject:
     def inject(world: World) -> None:
-        line = world.parts.lines[-1]
-        line.plugged = False
-        world.at(world.parts.clock.now() + seconds, lambda: setattr(line, "plugged", True))
+        cable = OneCable(world.parts.lines)
+        object.__setattr__(world.parts, "lines", cable)
+        for line in cable:
+            line.plugged = False
+        world.at(world.parts.clock.now() + seconds, cable.plug)
 
     return inject
 
