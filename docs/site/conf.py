@@ -33,6 +33,7 @@ CONTENTS = {
         "docs/guide/closing-a-gap",
         "docs/gap",
         "docs/guide/adding-hardware-and-effects",
+        "docs/guide/bring-your-own-instrument",
         "docs/adding-an-effect",
         "docs/view",
         "docs/guide/command-line",
