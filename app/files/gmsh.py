@@ -1,6 +1,6 @@
 """Meshes of Gmsh named in a declaration, turned into the numbers they hold."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -49,38 +49,26 @@ def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str,
     height = raw.points[:, 2:]
     if height.size and np.ptp(height) > 1e-6 * np.ptp(raw.points):
         raise ValueError("points differ in z; the mesh of a plate is plane, its curvature is declared")
-    groups = {(int(dimension), int(tag)): name for name, (tag, dimension) in raw.field_data.items()}
-    tags = raw.cell_data.get("gmsh:physical", [np.zeros(len(block.data), int) for block in raw.cells])
     cells: dict[int, dict[frozenset[int], list[int]]] = {4: {}, 3: {}}
     midsides: dict[tuple[int, int], int] = {}
-    surfaces: dict[str, set[frozenset[int]]] = {}
-    curves: dict[str, set[tuple[int, int]]] = {}
-    for block, tag in zip(raw.cells, tags, strict=True):
-        if block.type in LINES:
-            for row, which in zip(block.data.tolist(), tag, strict=True):
-                if (1, int(which)) in groups:
-                    curves.setdefault(groups[1, int(which)], set()).add((row[0], row[1]))
-        elif block.type in CORNERS:
+    for block in raw.cells:
+        if block.type in CORNERS:
             count = CORNERS[block.type]
-            for row, which in zip(block.data.tolist(), tag, strict=True):
-                cell = frozenset(row[:count])
-                cells[count][cell] = row[:count]
+            for row in block.data.tolist():
+                cells[count][frozenset(row[:count])] = row[:count]
                 for k in range(count if len(row) > count else 0):
                     a, b = row[k], row[(k + 1) % count]
                     midsides[min(a, b), max(a, b)] = row[count + k]
-                if (2, int(which)) in groups:
-                    surfaces.setdefault(groups[2, int(which)], set()).add(cell)
-        elif block.type != "vertex":
+        elif block.type not in (*LINES, "vertex"):
             allowed = ", ".join((*CORNERS, *LINES, "vertex"))
             raise ValueError(f"cells of type {block.type} make no plate; allowed {allowed}")
-    for name, by_block in raw.cell_sets.items():  # of format 4 all groups of a cell, where its tags hold one
-        dimensions = {int(dimension) for known, (_, dimension) in raw.field_data.items() if known == name}
-        for block, rows in zip(raw.cells, by_block, strict=True):
-            for row in block.data[rows].tolist() if len(rows) else ():
-                if 1 in dimensions and block.type in LINES:
-                    curves.setdefault(name, set()).add((row[0], row[1]))
-                elif 2 in dimensions and block.type in CORNERS:
-                    surfaces.setdefault(name, set()).add(frozenset(row[: CORNERS[block.type]]))
+    surfaces: dict[str, set[frozenset[int]]] = {}
+    curves: dict[str, set[tuple[int, int]]] = {}
+    for name, kind, row in _grouped(raw):
+        if kind in CORNERS:
+            surfaces.setdefault(names.get(name, name), set()).add(frozenset(row[: CORNERS[kind]]))
+        else:
+            curves.setdefault(names.get(name, name), set()).add((row[0], row[1]))
     if not any(cells.values()):
         raise ValueError("no triangles and no quadrilaterals")
     order = {cell: k for k, cell in enumerate([*cells[4], *cells[3]])}
@@ -89,9 +77,24 @@ def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str,
         "quads": list(cells[4].values()),
         "triangles": list(cells[3].values()),
         "midsides": [[*ends, middle] for ends, middle in sorted(midsides.items())],
-        "surface": {names.get(name, name): sorted(order[one] for one in own) for name, own in surfaces.items()},
-        "curve": {names.get(name, name): sorted(own) for name, own in curves.items()},
+        "surface": {name: sorted(order[one] for one in own) for name, own in surfaces.items()},
+        "curve": {name: sorted(own) for name, own in curves.items()},
     }
+
+
+def _grouped(raw: Any) -> Iterator[tuple[str, str, list[int]]]:
+    """Name of a physical surface or curve, and type and points of one of its cells.
+
+    Format 4.1 tells all groups of a cell (`cell_sets`), others one tag a cell.
+    """
+    tags = raw.cell_data.get("gmsh:physical", [])
+    for name, (tag, dimension) in raw.field_data.items():
+        rows = raw.cell_sets.get(name) or [np.flatnonzero(one == tag) for one in tags]
+        kinds = {1: LINES, 2: tuple(CORNERS)}.get(int(dimension), ())
+        for block, chosen in zip(raw.cells, rows, strict=False):  # none where no cell is tagged
+            if block.type in kinds:
+                for row in block.data[chosen].tolist():
+                    yield name, block.type, row
 
 
 def _read(path: Path) -> Any:

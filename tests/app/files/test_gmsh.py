@@ -213,13 +213,18 @@ def test_a_support_ends_at_a_point_of_the_mesh(tmp_path):
         foreign_mesh(path, SQUARE, cuts=[corner, beside])
 
 
-def test_format_4_keeps_all_groups_of_a_cell(tmp_path):
+@pytest.mark.parametrize(
+    "surfaces",
+    ["1 0 0 0 1 1 0 1 1 0\n2 1 0 0 2 1 0 2 1 2 0", "1 0 0 0 1 1 0 1 1 2 7 -8\n2 1 0 0 2 1 0 2 1 2 1 9"],
+    ids=["alone", "with the curves around them, as Gmsh writes them"],
+)
+def test_format_4_keeps_all_groups_of_a_cell(tmp_path, surfaces):
     """A patch inside a thickness zone: its cells belong to two physical surfaces."""
     places = ["0 0 0", "1 0 0", "2 0 0", "0 1 0", "1 1 0", "2 1 0"]
     parts = [
         "$MeshFormat\n4.1 0 8\n$EndMeshFormat",
         '$PhysicalNames\n2\n2 1 "zone 1"\n2 2 "patch 1"\n$EndPhysicalNames',
-        "$Entities\n0 0 2 0\n1 0 0 0 1 1 0 1 1 0\n2 1 0 0 2 1 0 2 1 2 0\n$EndEntities",
+        f"$Entities\n0 0 2 0\n{surfaces}\n$EndEntities",
         "$Nodes\n1 6 1 6\n2 1 0 6\n1\n2\n3\n4\n5\n6\n" + "\n".join(places) + "\n$EndNodes",
         "$Elements\n2 2 1 2\n2 1 3 1\n1 1 2 5 4\n2 2 3 1\n2 2 3 6 5\n$EndElements",
     ]
