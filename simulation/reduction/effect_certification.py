@@ -19,8 +19,8 @@ from simulation.twin.local_solution import LocalSolution
 
 Real = NDArray[np.float64]
 
-MATERIALS = ((0.25, 0.79), (0.82, 0.26))
-"""Shares of the box's ranges of E and nu: a soft plate and a stiff one."""
+STATES = (((0.25, 0.79), 0.0), ((0.82, 0.26), -0.5))
+"""Shares of the box's ranges of E and nu, and size of the effects: soft as declared, stiff with all of them."""
 GRID = 200
 """Even lines along the band."""
 
@@ -36,17 +36,18 @@ def measured_error(full: FullPlate, ops: EffectOperators, footprints: Sequence[F
     """
     rng = np.random.default_rng(0)
     basis = field_basis(BENDING_DEGREE)
-    drawn = [int(line) for line in rng.integers(GRID, size=len(MATERIALS))]
+    drawn = [int(line) for line in rng.integers(GRID, size=len(STATES))]
 
     def at(place: int) -> float:
-        laws, size = laws_within(ops.box, MATERIALS[place], 0.04), (0.0, -0.5)[place]
+        shares, size = STATES[place]
+        laws = laws_within(ops.box, shares, 0.04)
         reduced = combined_state(basis.xi, basis.zeta, laws, ops.offset_range, size)
         there = full.moved_by(reduced.offset_x, reduced.offset_y) if ops.offset_range else full
         exact = combined_state(*there.sampling, laws, ops.offset_range, size)
         return state_error(full, ops, reduced, exact, drawn[place], footprints)
 
-    with ThreadPoolExecutor(len(MATERIALS)) as executor:
-        return max(executor.map(at, range(len(MATERIALS))))
+    with ThreadPoolExecutor(len(STATES)) as executor:
+        return max(executor.map(at, range(len(STATES))))
 
 
 def state_error(

@@ -1,11 +1,11 @@
 """A simulated controller with the registers that an experiment's file declares."""
 
-import math
 import struct
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from drivers.ovens.simulated.controller import Controller
+from drivers.ovens.simulated.declared_oven import DeclaredOven
 from drivers.ovens.simulated.modbus_server import READ_COIL, ModbusServer, ModbusTcp
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
@@ -76,13 +76,9 @@ class SimulatedModbusMap(ModbusServer):
         super().__init__(declared.address)
         self._declared = declared
         self._oven = oven
-        self._target = oven.working
-        self._rate = 0.0
-        self._on = declared.run is None
+        self._held = DeclaredOven(declared, oven)
         self.locked = False
         self.alarm = False
-        if self._on:
-            self._drive()
 
     def read_word(self, register: int) -> int:
         """Return a holding register."""
@@ -103,13 +99,13 @@ class SimulatedModbusMap(ModbusServer):
     def write_words(self, register: int, words: tuple[int, ...]) -> None:
         """Store set-point or rate, or switch."""
         declared = self._declared
-        for name, number in (("_target", declared.set_point), ("_rate", declared.rate)):
+        for name, number in (("target", declared.set_point), ("rate", declared.rate)):
             if number is not None and register == number.at:
                 if len(words) != len(number.places):
                     raise ValueError(f"{len(words)} registers for a {number.type}")
                 if not self.locked:
-                    setattr(self, name, _meaning(number, words, declared.word_order))
-                    self._drive()
+                    setattr(self._held, name, _meaning(number, words, declared.word_order))
+                    self._held.drive()
                 return
         self._switch("holding", register, words[0])
 
@@ -117,9 +113,9 @@ class SimulatedModbusMap(ModbusServer):
         declared, oven = self._declared, self._oven
         for number, value in (
             (declared.temperature, oven.measured),
-            (declared.set_point, self._target),
+            (declared.set_point, self._held.target),
             (declared.working_set_point, oven.working),
-            (declared.rate, self._rate),
+            (declared.rate, self._held.rate),
         ):
             if number is not None and number.table == table and register in number.places:
                 return _words(number, value, declared.word_order)[register - number.at]
@@ -128,7 +124,7 @@ class SimulatedModbusMap(ModbusServer):
     def _single(self, table: str, register: int) -> int:
         run, status = self._declared.run, self._declared.status
         if run is not None and (run.table, run.at) == (table, register):
-            return run.on if self._on and self._oven.regulating else run.off
+            return run.on if self._held.running else run.off
         if status is not None and (status.table, status.at) == (table, register):
             bad = next(one for one in range(0x10000) if one & status.mask not in status.good)
             return bad if self.alarm else status.good[0]
@@ -141,14 +137,8 @@ class SimulatedModbusMap(ModbusServer):
         if content not in (run.on, run.off):
             raise ValueError(content)
         if not self.locked:
-            self._on = content == run.on
-            self._drive()
-
-    def _drive(self) -> None:
-        if self._on:
-            self._oven.go(self._target, math.inf if self._declared.rate is None else self._rate or math.inf)
-        else:
-            self._oven.stop()
+            self._held.on = content == run.on
+            self._held.drive()
 
 
 def _per_unit(number: "Number") -> tuple[float, float]:

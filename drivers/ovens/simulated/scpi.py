@@ -1,10 +1,10 @@
 """A simulated controller that knows the words an experiment's file declares."""
 
-import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from drivers.ovens.simulated.controller import LineController
+from drivers.ovens.simulated.declared_oven import DeclaredOven
 from drivers.ovens.simulated.modbus_map import CELSIUS, PER_MINUTE
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 
@@ -33,35 +33,31 @@ class SimulatedScpi(LineController):
         super().__init__(declared.terminator.encode("ascii"))
         self._declared = declared
         self._oven = oven
-        self._target = oven.working
-        self._rate = 0.0
-        self._on = declared.run is None
+        self._held = DeclaredOven(declared, oven)
         self.locked = False
         self.alarm = False
-        if self._on:
-            self._drive()
 
     def answer(self, command: str) -> str:
         """Answer a query, or take a command."""
         declared, oven, words = self._declared, self._oven, command.strip()
         for query, value in (
             (declared.temperature, oven.measured),
-            (declared.set_point, self._target),
+            (declared.set_point, self._held.target),
             (declared.working_set_point, oven.working),
-            (declared.rate, self._rate),
+            (declared.rate, self._held.rate),
         ):
             if query is not None and words == query.query:
                 return _told(query, value)
         if declared.run is not None and words == declared.run.query:
-            return declared.run.is_on[0] if self._on and oven.regulating else declared.run.is_off[0]
+            return declared.run.is_on[0] if self._held.running else declared.run.is_off[0]
         if declared.status is not None and words == declared.status.query:
             return "TROUBLE" if self.alarm else declared.status.good[0]
         return declared.acknowledge if self._take(words) else ""
 
     def _take(self, words: str) -> bool:
         """Whether these words are a command; obeyed unless it is locked."""
-        declared = self._declared
-        target, rate, on = self._target, self._rate, self._on
+        declared, held = self._declared, self._held
+        target, rate, on = held.target, held.rate, held.on
         if declared.run is not None and words in (declared.run.on, declared.run.off):
             on = words == declared.run.on
         elif (value := _number(declared.set_point, words)) is not None:
@@ -71,15 +67,9 @@ class SimulatedScpi(LineController):
         else:
             return False
         if not self.locked:
-            self._target, self._rate, self._on = target, rate, on
-            self._drive()
+            held.target, held.rate, held.on = target, rate, on
+            held.drive()
         return True
-
-    def _drive(self) -> None:
-        if self._on:
-            self._oven.go(self._target, math.inf if self._declared.rate is None else self._rate or math.inf)
-        else:
-            self._oven.stop()
 
 
 class SimulatedQueries(LineController):

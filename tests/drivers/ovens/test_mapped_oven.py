@@ -278,9 +278,9 @@ def rounding(rig_of):
 
     def write(register, words):
         inner(register, words)
-        rig.controller._target = round(rig.controller._target, 1)
-        rig.controller._rate = round(rig.controller._rate, 1)
-        rig.controller._drive()
+        rig.controller._held.target = round(rig.controller._held.target, 1)
+        rig.controller._held.rate = round(rig.controller._held.rate, 1)
+        rig.controller._held.drive()
 
     rig.controller.write_words = write
     return rig
@@ -295,12 +295,12 @@ def test_a_float_that_the_controller_rounds_to_a_digit_is_taken(rounding):
 
 @pytest.mark.parametrize(("target", "rate"), [(30.0, 0.04), (30.0, 0.17)])
 def test_a_rate_that_is_rounded_away_is_not_taken(rounding, target, rate):
-    rounding.controller._rate = 0.0
+    rounding.controller._held.rate = 0.0
     inner = rounding.controller.write_words
 
     def coarser(register, words):
         inner(register, words)
-        rounding.controller._rate = float(round(rounding.controller._rate))
+        rounding.controller._held.rate = float(round(rounding.controller._held.rate))
 
     rounding.controller.write_words = coarser
     with pytest.raises(OvenError, match=r"rate .*reads back 0") as caught:

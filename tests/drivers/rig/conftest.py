@@ -157,6 +157,18 @@ class World:
         self.chamber = LIGHT
         self.renew()
 
+    def heard(self) -> list[float]:
+        """Return the times at which the controller hears anything, filled as they come."""
+        times: list[float] = []
+        receive = self.disturbed.receive
+
+        def noticed(data: bytes) -> Any:
+            times.append(self.parts.clock.now())
+            return receive(data)
+
+        self.disturbed.receive = noticed
+        return times
+
     def renew(self) -> None:
         """Set up a sound rig, as a new process would."""
         self.plate = SofteningPlate()

@@ -36,19 +36,6 @@ def abandoned(request: pytest.FixtureRequest, world_of: Callable[..., World]) ->
     return make
 
 
-def exchanges(world: World) -> list[float]:
-    """Return when the controller hears something, filled as it does."""
-    heard: list[float] = []
-    receive = world.disturbed.receive
-
-    def noticed(data: bytes) -> Any:
-        heard.append(world.parts.clock.now())
-        return receive(data)
-
-    world.disturbed.receive = noticed
-    return heard
-
-
 def at_exchange(world: World, number: int, die: Callable[[], None]) -> None:
     """Die when the controller has heard so many requests, before the answer comes."""
     receive, left = world.disturbed.receive, [number]
@@ -97,7 +84,7 @@ def test_killed_twenty_times_at_random_moments_it_comes_to_rest(
 ) -> None:
     """Killed half of the time by the clock, half in the middle of some exchange with the controller."""
     undisturbed = abandoned()
-    heard = exchanges(undisturbed)
+    heard = undisturbed.heard()
     undisturbed.run()
     began = undisturbed.store.told("oven")[0]["time"]
     first = sum(time < began for time in heard)

@@ -17,19 +17,6 @@ from drivers.rig.supervision import SupervisedOven
 World = Any
 
 
-def asked(world: World) -> list[float]:
-    """Return the times at which the controller hears anything, filled as they come."""
-    times: list[float] = []
-    receive = world.disturbed.receive
-
-    def noticed(data: bytes) -> Any:
-        times.append(world.parts.clock.now())
-        return receive(data)
-
-    world.disturbed.receive = noticed
-    return times
-
-
 def blocked(world: World, method: str, seconds: float) -> None:
     """Let one call to the store hang for so long, as on a network share, once the oven ramps."""
     inner, pending = getattr(world.store, method), [seconds]
@@ -45,7 +32,7 @@ def blocked(world: World, method: str, seconds: float) -> None:
 @pytest.mark.parametrize("method", ["log", "keep"])
 def test_a_folder_that_hangs_does_not_stop_the_polling(world_of: Callable[..., World], method: str) -> None:
     world = world_of(limits={"lost_after": 120.0})
-    times = asked(world)
+    times = world.heard()
     blocked(world, method, 60.0)
     world.run()
     assert max(b - a for a, b in pairwise(times)) < 10.0
