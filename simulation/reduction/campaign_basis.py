@@ -20,6 +20,12 @@ Real = NDArray[np.float64]
 
 LINES = 60
 TAIL = 1.5e-3
+AROUND = 1e-5
+"""What may be left out of the motions around the sensor, as a share of their size.
+
+Where the mesh moves under a field, nearly all that its energies change by cancels: what the sensor's offset does to
+a transfer is the small rest.
+"""
 
 
 def for_materials(ops: EffectOperators, materials: Sequence[LocalLaws], tail: float = TAIL) -> EffectOperators:
@@ -46,7 +52,7 @@ def for_materials(ops: EffectOperators, materials: Sequence[LocalLaws], tail: fl
     strength, vectors = leading(gram, tail * np.sqrt(np.trace(gram)))
     directions = scipy.linalg.solve_triangular(root.T, vectors, lower=False)
     around = ops.zone @ (directions * np.sqrt(strength))
-    return ops.restricted(directions, leading(around @ around.T, tail * float(np.linalg.norm(around)))[1])
+    return ops.restricted(directions, leading(around @ around.T, AROUND * float(np.linalg.norm(around)))[1])
 
 
 def _answers(ops: EffectOperators, state: PlateState) -> Real:

@@ -83,7 +83,8 @@ class FullPlate:
     ) -> StateMatrices:
         """Assemble `state`; discs and point loads are not in it. Without `loss`, K_loss is left at zero.
 
-        Its fields stand at the points of `sampling`, those of the moved plate if the state has an offset.
+        Its fields stand at the points of `sampling`, those of the moved plate if the state has an offset. Footprints
+        stay on the cells that they were declared on: beside a sensor off its place they move along, by a share.
         """
         here = self
         if state.offset_x or state.offset_y:
@@ -93,7 +94,7 @@ class FullPlate:
         lossy = state.laws.loss_factor(state.temperature)
         plate = here._plate(state, np.ones_like(lossy), thickness)
         columns = [over.vector(coupling) for coupling in shell.couplings(thickness, state.bond)]
-        columns += list(over.rows(footprint_rows(shell.space, footprints), W).toarray()) if footprints else []
+        columns += list(over.rows(footprint_rows(self.shell.space, footprints), W).toarray()) if footprints else []
         return StateMatrices(
             plate=plate,
             plate_loss=here._plate(state, lossy, thickness) if loss else csr_matrix(plate.shape),
