@@ -23,8 +23,8 @@ TAIL = 1.5e-3
 AROUND = 1e-5
 """What may be left out of the motions around the sensor, as a share of their size.
 
-Where the mesh moves under a field, nearly all that its energies change by cancels: what the sensor's offset does to
-a transfer is the small rest.
+Where the mesh moves under a field, nearly all that its energies change by cancels: what the sensor's offset
+does to a transfer is the small rest.
 """
 
 

@@ -83,8 +83,9 @@ class FullPlate:
     ) -> StateMatrices:
         """Assemble `state`; discs and point loads are not in it. Without `loss`, K_loss is left at zero.
 
-        Its fields stand at the points of `sampling`, those of the moved plate if the state has an offset. Footprints
-        stay on the cells that they were declared on: beside a sensor off its place they move along, by a share.
+        Its fields stand at the points of `sampling`, those of the moved plate if the state has an offset.
+        Footprints stay on the cells that they were declared on: beside a sensor that is
+        off its place they move along by a share.
         """
         here = self
         if state.offset_x or state.offset_y:
