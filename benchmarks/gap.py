@@ -22,19 +22,19 @@ from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Experiment, Patch
 from analysis.frf import Frf
-from analysis.gap.fit import fit_gap
+from analysis.gap.data.sweeps import GapSweeps, prepare
+from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.state import GapState, starting_state
 from analysis.gap.gap import find_gap
-from analysis.gap.refit import Bench, absent
-from analysis.gap.state import GapState, starting_state
-from analysis.gap.sweeps import GapSweeps, prepare
+from analysis.gap.search.refit import Bench, absent
 from analysis.local_laws import LocalLaws
 from analysis.sweep_point import SweepPoint
+from analysis.updated import Updated
 from analysis.updating.update import update
-from analysis.updating.updated import Updated
-from app.campaign_model import WORKERS, made_for
 from app.files.campaign import load_campaign
-from app.progress import progress
-from app.twin import campaign_twin, effect_twin
+from app.terminal.progress import progress
+from app.twins.campaign_model import WORKERS, made_for
+from app.twins.campaign_twin import campaign_twin, effect_twin
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 

@@ -2,7 +2,7 @@
 
 Foresee and Hagan (1997): minimise β E_D + α E_W by Levenberg–Marquardt; after every step re-estimate
 γ = P - α tr(β JᵀJ + α I)⁻¹ (the parameters the data determine), α = γ/(2 E_W), β = (n M - γ)/(2 E_D).
-Nothing is approximated beyond that: see `analysis.compensation.arrow` for why it is quick all the same.
+Nothing is approximated beyond that: see `analysis.compensation.schur_complement` for why it is quick all the same.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from analysis.compensation.arrow import (
+from analysis.compensation.schur_complement import (
     Linearised,
     Weights,
     errors,

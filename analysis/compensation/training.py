@@ -7,10 +7,10 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from analysis.compensation.arrow import Weights, predict
 from analysis.compensation.bayesian import Fit, Problem, train
 from analysis.compensation.network import InputMap, NetworkBank
 from analysis.compensation.relative_error import relative_error
+from analysis.compensation.schur_complement import Weights, predict
 from analysis.compensation.settings import Training
 from analysis.focusing.fir import FirBank
 

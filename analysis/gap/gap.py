@@ -8,25 +8,25 @@ import numpy as np
 
 from analysis.experiment import Protocol
 from analysis.frf import Frf
-from analysis.gap.confidence import against, equivalents, probability
-from analysis.gap.gap_fit import GapFit
-from analysis.gap.held_out import HeldOut, held_out, splits
-from analysis.gap.look_alikes import cosines, mimicry
-from analysis.gap.misfit import relative_misfit
-from analysis.gap.numerical_floor import NumericalFloor
-from analysis.gap.refit import Bench, Progress, explained
+from analysis.gap.data.numerical_floor import NumericalFloor
+from analysis.gap.data.sweeps import GapSweeps, prepare, sharpest
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.misfit import relative_misfit
+from analysis.gap.fitting.residual_map import residual_map
+from analysis.gap.fitting.state import starting_state
+from analysis.gap.fitting.whiteness import whiteness
 from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
-from analysis.gap.search import Found, search
-from analysis.gap.signatures import Signature, signatures
-from analysis.gap.state import starting_state
-from analysis.gap.sweeps import GapSweeps, prepare, sharpest
+from analysis.gap.search.confidence import against, equivalents, probability
+from analysis.gap.search.confounding import cosines, mimicry
+from analysis.gap.search.held_out import HeldOut, held_out, splits
+from analysis.gap.search.refit import Bench, Progress, explained
+from analysis.gap.search.signatures import Signature, signatures
+from analysis.gap.search.stepwise import Found, search
+from analysis.gap.search.unknown import unknown_evidence
 from analysis.gap.thresholds import Z_FLOOR
-from analysis.gap.unknown import unknown_evidence
 from analysis.gap.verdict import Judgement, judge
-from analysis.gap.where import residual_map
-from analysis.gap.whiteness import whiteness
 from analysis.twin_model import TwinModel
-from analysis.updating.updated import Updated
+from analysis.updated import Updated
 
 
 def find_gap(

@@ -7,13 +7,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.held_out import HeldOut
-from analysis.gap.noise import NoiseCheck
-from analysis.gap.observability import Observability
-from analysis.gap.search import Step
-from analysis.gap.signatures import Signature
-from analysis.gap.state import GapState
-from analysis.gap.where import ResidualMap
+from analysis.gap.data.noise import NoiseCheck
+from analysis.gap.fitting.residual_map import ResidualMap
+from analysis.gap.fitting.state import GapState
+from analysis.gap.search.held_out import HeldOut
+from analysis.gap.search.observability import Observability
+from analysis.gap.search.signatures import Signature
+from analysis.gap.search.stepwise import Step
 
 Verdict = Literal["none", "explained", "partly_explained", "unknown"]
 

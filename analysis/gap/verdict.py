@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from analysis.gap.gap_fit import GapFit
-from analysis.gap.held_out import HeldOut
-from analysis.gap.refit import Bench, explained
+from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.report import Verdict
-from analysis.gap.search import Found
+from analysis.gap.search.held_out import HeldOut
+from analysis.gap.search.refit import Bench, explained
+from analysis.gap.search.stepwise import Found
+from analysis.gap.search.unknown import unknown_evidence
 from analysis.gap.thresholds import EXPLAINED, LEAST_REST
-from analysis.gap.unknown import unknown_evidence
 
 
 @dataclass(frozen=True)

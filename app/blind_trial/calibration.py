@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.confidence import probability
+from analysis.gap.search.confidence import probability
 from app.blind_trial.outcome import Named, Outcome
 
 BINS = 5

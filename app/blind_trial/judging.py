@@ -4,13 +4,13 @@ import time
 from collections.abc import Collection
 from pathlib import Path
 
-from app.blind_trial.yardstick import MAINS
+from app.blind_trial.effect_size import MAINS
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
-from app.gap import campaign_gap
-from app.gap_result import GAP, made_from, save_comparison
+from app.stages.gap import campaign_gap
+from app.stages.gap_result import GAP, made_from, save_comparison
 
 REFUSED = "refused.json"
 

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from app.acquisition import acquire_campaign
 from app.blind_trial.assignments import Assignment
+from app.blind_trial.draw_effects import Hidden, hide, partners, wanted, ways
+from app.blind_trial.effect_size import Yardstick
 from app.blind_trial.experiments import draw_experiment
-from app.blind_trial.hiding import Hidden, hide, partners, wanted, ways
 from app.blind_trial.plates import OTHER_MESH, PlateKind
 from app.blind_trial.specimen import Specimen
-from app.blind_trial.yardstick import Yardstick
 from app.files.atomic import write_json
 from app.files.provenance import sha256
 from app.files.sweep_file import Source
+from app.stages.acquire import acquire_campaign
 from drivers.rig.campaign import unobserved
 from drivers.rig.session import Session
 from simulation.effects.library import LIBRARY

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.blind_trial.calibration import claims, reliability
-from app.blind_trial.hiding import ALIKE
+from app.blind_trial.draw_effects import ALIKE
 from app.blind_trial.outcome import Outcome
 from app.blind_trial.parameter_errors import coverage, errors
-from app.blind_trial.wilson import wilson
+from app.blind_trial.proportion_interval import wilson
 
 FAINT = (5.0, 8.0)
 """Sigma between which an effect counts as one of 6."""

@@ -10,7 +10,7 @@ from app.blind_trial.assignments import KINDS
 from app.blind_trial.calibration import claims, reliability
 from app.blind_trial.outcome import Outcome
 from app.blind_trial.proof import closures
-from app.blind_trial.wilson import wilson
+from app.blind_trial.proportion_interval import wilson
 from app.report.style import BAND, MODEL, panels
 
 ENDS = ("none", "unknown", "several", "refused")

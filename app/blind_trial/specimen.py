@@ -11,14 +11,14 @@ from analysis.experiment import Attachment, Experiment
 from analysis.material import MaterialLaws
 from analysis.plate_material import material_box
 from app.blind_trial.plates import OTHER_MESH, PlateKind
-from app.blind_trial.strangers import RESONATOR, STRANGERS, ResonatorTransfer
+from app.blind_trial.unlisted_effects import RESONATOR, STRANGERS, ResonatorTransfer
 from app.files.effect_cache import cached_operators
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.simulation_section import Simulation
-from app.plate_transfer import Followed, Transfer, TwinTransfer
-from app.progress import Report
-from app.rig import REFERENCE, parts_around
-from app.simulated_plate import TwinPlate
+from app.rig.assembly import REFERENCE, parts_around
+from app.rig.plate_transfer import Followed, Transfer, TwinTransfer
+from app.rig.simulated_plate import TwinPlate
+from app.terminal.progress import Report
 from drivers.rig.rig import Rig
 from simulation.effects.library import library
 from simulation.reduction.campaign_basis import for_materials

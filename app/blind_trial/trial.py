@@ -32,8 +32,8 @@ from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.parsed_text import parse_json, read_text
 from app.files.provenance import provenance, sha256
-from app.progress import Report
-from app.twin import campaign_twin, effect_twin
+from app.terminal.progress import Report
+from app.twins.campaign_twin import campaign_twin, effect_twin
 
 SCHEMA = "flexura-blind-trial/1"
 TRIAL = "trial.json"

@@ -45,8 +45,8 @@ def command(instrument: str, really: bool, output: Output) -> None:
     Exit status 1 where a check failed; 3 where oven or drive are not known to be at rest, or another process of
     this computer uses them: then nothing is asked of them.
     """
-    from app.campaign_ending import NOT_AT_REST, not_at_rest
     from app.files.instruments_toml import declared_instruments
+    from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest
     from drivers.rig.occupancy import RigInUse, occupied
 
     declared = declared_instruments(instrument)

@@ -34,8 +34,8 @@ def command(experiment: Path | None, out: Path | None, output: Output) -> None:
     Nothing is set or switched: cards are listed, and the oven is asked for its temperature. Exit status 1 where
     something that is needed is not there.
     """
-    from app.doctor import examine
     from app.files.experiment_toml import read_acquired_experiment
+    from app.rig.doctor import examine
     from drivers.rig.survey import State
 
     declared = read_acquired_experiment(experiment) if experiment is not None else None

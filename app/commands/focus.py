@@ -71,9 +71,9 @@ def command(
     from app.files.filter_files import save_focusing
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
-    from app.panel_run import effects_left_out, laws_for, panel_of, range_of, within
-    from app.panel_twin import panel_twin
-    from app.uncorrected_filters import uncorrected_aim, uncorrected_laws
+    from app.stages.panel_inputs import effects_left_out, laws_for, panel_of, range_of, within
+    from app.stages.uncorrected_filters import uncorrected_aim, uncorrected_laws
+    from app.twins.panel_twin import panel_twin
 
     started = time.perf_counter()
     declared, panel_path = panel_of(panel, {"regularisation": regularisation, "tolerance": tolerance})

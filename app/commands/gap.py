@@ -39,13 +39,13 @@ def command(
     report), twin.toml (the twin with what was found) and laws-corrected.h5 (its laws) into the run folder. Exit
     status 0: no gap, or explained; 1: partly explained or unknown; 2: input that cannot be judged.
     """
-    from app.campaign_model import start_of
     from app.files.campaign import load_campaign
     from app.files.provenance import sha256
     from app.files.run_folder import run_folder
-    from app.gap import campaign_gap
-    from app.gap_result import made_from, save_comparison
-    from app.gap_words import show, summary
+    from app.stages.gap import campaign_gap
+    from app.stages.gap_result import made_from, save_comparison
+    from app.terminal.gap import show, summary
+    from app.twins.campaign_model import start_of
 
     loaded = load_campaign(campaign)
     start = start_of(twin, loaded.experiment, effects)

@@ -12,7 +12,7 @@ from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.identification.reading import Damping
-    from app.identification import Wanted
+    from app.stages.identify import Wanted
 
 
 EXAMPLES = """\b
@@ -64,7 +64,7 @@ def command(
     and the reason for its status. A campaign's result goes into the run folder (frf.h5, modes.h5, modes.csv).
     """
     from analysis.identification.automatic import Settings
-    from app.identification import Wanted
+    from app.stages.identify import Wanted
 
     if band is not None and not band[0] < band[1]:
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
@@ -94,7 +94,7 @@ def identify_campaign(
     from app.files.modes_file import save_modes, write_table
     from app.files.provenance import provenance
     from app.files.run_folder import run_folder
-    from app.mode_records import campaign_record, show
+    from app.terminal.modes import campaign_record, show
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
@@ -128,8 +128,8 @@ def identify_campaign(
 def identify_uff(path: Path, wanted: "Wanted", shared_poles: bool, output: Output) -> None:
     """Identify the FRFs of a universal file and print their modes; exit status 1 where none is found."""
     from app.files.uff58 import read_frfs
-    from app.identification import shared_records, uff_records
-    from app.mode_records import show_modes
+    from app.stages.identify import shared_records, uff_records
+    from app.terminal.modes import show_modes
 
     started = time.perf_counter()
     frfs = read_frfs(path)

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import click
 
-from app.progress import Report, progress
+from app.terminal.progress import Report, progress
 
 Result = TypeVar("Result")
 

@@ -12,7 +12,7 @@ from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.material import MaterialLaws
-    from analysis.updating.updated import Updated
+    from analysis.updated import Updated
 
 
 EXAMPLES = """\b
@@ -40,11 +40,11 @@ def command(
     laws are those of the plate under them. Writes frf.h5 and laws.h5 into the run folder. Exit status 1 where a
     temperature's fit did not settle inside the twin's certified range.
     """
-    from app.campaign_model import start_of
     from app.files.campaign import load_campaign
     from app.files.provenance import sha256
     from app.files.run_folder import run_folder
-    from app.updating import save_updating, updated_twin, updated_under_effects
+    from app.stages.update import save_updating, updated_twin, updated_under_effects
+    from app.twins.campaign_model import start_of
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
@@ -91,7 +91,7 @@ def other_effects(laws: Path, effects: dict[str, Any]) -> str | None:
 
 def record(updated: "Updated", seconds: float) -> dict[str, Any]:
     """Return what ``--json`` prints: SI units, one entry per sweep in the order recorded."""
-    from app.updating import constants
+    from app.stages.update import constants
 
     rows = []
     for t, (e, nu, eta) in enumerate(constants(updated)):
@@ -127,7 +127,7 @@ def show(updated: "Updated") -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from app.updating import constants
+    from app.stages.update import constants
 
     caption = "σ: what a sweep's own noise leaves open; scatter between sweeps is in the laws' σ (report, laws.h5)"
     table = Table(
@@ -162,7 +162,7 @@ def summary(updated: "Updated", run: Path, seconds: float, unit: str) -> str:
 
 def notes(updated: "Updated", laws: "MaterialLaws | None") -> list[str]:
     """Say what has to be known before the estimates are trusted."""
-    from app.updating import GOOD_MISFIT
+    from app.stages.update import GOOD_MISFIT
 
     said = []
     unsettled = int((~updated.settled).sum())

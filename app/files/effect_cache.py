@@ -20,7 +20,7 @@ from analysis.material import MaterialBox
 from app.files.atomic import atomic_hdf5
 from app.files.basis_cache import cache_folder, reducing
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
-from app.progress import Report
+from app.terminal.progress import Report
 
 if TYPE_CHECKING:
     from simulation.reduction.effect_operators import EffectOperators

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from analysis.gap.groups import TemperatureGroups
+from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.report import FittedLaws
 from analysis.gap.thresholds import LEAST_GAIN
 from app.files.gap_file import GapFigures

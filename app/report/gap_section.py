@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from app.files.gap_file import load_gap
-from app.gap_words import estimate, held_out_parts, named, verdict_words
 from app.report import gap
 from app.report.page import Item, Paragraph, Picture, Table, Verdict
+from app.terminal.gap import estimate, held_out_parts, named, verdict_words
 
 Record = Mapping[str, Any]
 SETTLED = ("none", "explained")

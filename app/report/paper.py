@@ -9,8 +9,8 @@ from analysis.focusing.methods import Comparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
-from app.gap_words import with_sigma
 from app.report.page import Table
+from app.terminal.gap import with_sigma
 
 
 @dataclass(frozen=True)

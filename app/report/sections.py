@@ -15,15 +15,15 @@ from app.files.frf_file import load_frf
 from app.files.laws_file import load_laws, load_updated
 from app.files.modes_file import load_modes
 from app.files.run_folder import MADE_BY, run_file
-from app.gap_words import with_sigma
-from app.progress import Report
 from app.report import focusing, identified, measured, paper, updated
 from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
 from app.report.gap_section import gap_section
 from app.report.origin import origin, outdated, stamps
 from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, Table, Verdict
 from app.report.summary import summary
-from app.updating import GOOD_MISFIT
+from app.stages.update import GOOD_MISFIT
+from app.terminal.gap import with_sigma
+from app.terminal.progress import Report
 
 OPTIONAL = ("gap.h5",)
 """Stages that a run is complete without."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QApplication
 
-from app.progress import Report
+from app.terminal.progress import Report
 from app.view.export import picture
 from app.view.live.watched import AT_A_TIME, KEPT
 from app.view.live.window import LiveWindow

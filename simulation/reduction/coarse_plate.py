@@ -37,7 +37,7 @@ FORCES = 4
 
 @dataclass(frozen=True)
 class CoarsePlate:
-    """Transfer from the input to the outputs of a plate known roughly; see `analysis.updating.coarse_look`.
+    """Transfer from the input to the outputs of a plate known roughly; see `analysis.updating.modulus_scan`.
 
     Attributes
     ----------

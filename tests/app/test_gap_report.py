@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.gap.held_out import HeldOut
-from analysis.gap.noise import NoiseCheck
-from analysis.gap.observability import Observability
+from analysis.gap.data.noise import NoiseCheck
+from analysis.gap.fitting.residual_map import Region, ResidualMap
+from analysis.gap.fitting.state import GapState
 from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
-from analysis.gap.state import GapState
-from analysis.gap.where import Region, ResidualMap
+from analysis.gap.search.held_out import HeldOut
+from analysis.gap.search.observability import Observability
 from app.files.bad_file import ResultFileError
 from app.files.gap_file import GapFigures, load_gap, save_gap
 from app.files.gap_json import gap_record
-from app.gap_words import estimate, summary
 from app.report.gap_section import gap_section, verdict
 from app.report.page import Picture, Table, Verdict
 from app.report.style import drawing
 from app.report.summary import summary as of_run
+from app.terminal.gap import estimate, summary
 
 TEMPERATURE = np.array([10.0, 30.0, 30.05, 10.02])
 CHANNELS = ("S1", "S2")

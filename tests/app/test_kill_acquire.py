@@ -14,11 +14,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
-from app.acquisition import acquire_campaign
 from app.files.acquired_campaign import campaign_log
 from app.files.campaign import load_campaign
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
 from app.files.sweep_file import Source, digest
+from app.stages.acquire import acquire_campaign
 from drivers.ni.modules import NI_9234
 from drivers.ni.output_modules import NI_9260
 from drivers.ni.thermocouple_modules import NI_9211

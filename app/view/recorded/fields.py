@@ -12,7 +12,7 @@ from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp
-from app.panel_twin import PanelTwin, panel_twin
+from app.twins.panel_twin import PanelTwin, panel_twin
 from app.view.recorded.shapes import Shapes
 
 Real = NDArray[np.float64]

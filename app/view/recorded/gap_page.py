@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
 from app.files.gap_file import GapFigures, Signatures
-from app.gap_words import estimate, named, verdict_words
+from app.terminal.gap import estimate, named, verdict_words
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
 from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from PySide6.QtCore import QThread, Signal
 from PySide6.QtWidgets import QLabel, QWidget
 
-from app.progress import Report
+from app.terminal.progress import Report
 
 
 class Maker(QThread):

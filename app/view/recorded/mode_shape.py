@@ -6,8 +6,8 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
-from app.progress import Report
-from app.twin import campaign_reduction
+from app.terminal.progress import Report
+from app.twins.campaign_twin import campaign_reduction
 from app.view.lattice import edges_of
 from app.view.recorded.maker import Maker
 from app.view.recorded.shapes import Shapes

@@ -12,7 +12,7 @@ from analysis.focusing.panel import Panel
 from analysis.frf import Frf, campaign_frf
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
-from analysis.updating.updated import Updated
+from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import torch
 
-from analysis.compensation.arrow import Weights, linearise
 from analysis.compensation.bayesian import Problem, determined, judge, parameter_count, reestimate, train
+from analysis.compensation.schur_complement import Weights, linearise
 
 
 def tensor(array):

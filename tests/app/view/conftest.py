@@ -14,13 +14,13 @@ from analysis.identification.modes import Modes
 from analysis.identification.residual_terms import NONE
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import Material
+from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
-from analysis.updating.updated import Updated
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.modes_file import save_modes
 from app.files.provenance import provenance
-from app.twin import shape_points
+from app.twins.campaign_twin import shape_points
 from app.view.recorded import mode_shape
 
 TEMPERATURE = np.array([0.0, 10.0, 20.0, 30.0, 40.0])

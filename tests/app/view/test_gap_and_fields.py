@@ -20,12 +20,12 @@ from analysis.focusing.methods import Modes, compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
 from analysis.gap.report import FittedLaws
-from analysis.gap.signatures import Signature
+from analysis.gap.search.signatures import Signature
 from app.files.filter_files import save_focusing
 from app.files.gap_file import GapFigures, GapMap, save_gap
 from app.files.laws_file import load_laws
 from app.files.provenance import provenance
-from app.twin import shape_points
+from app.twins.campaign_twin import shape_points
 from app.view.application import application
 from app.view.chart import Chart, Map
 from app.view.folder import viewed

@@ -1,0 +1,149 @@
+"""Model updating of a campaign, with or without effects, and what it leaves in the run folder."""
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.campaign import Campaign
+from analysis.frf import Frf, campaign_frf
+from analysis.held_effects import HeldEffects
+from analysis.local_laws import LocalLaws
+from analysis.material import Material, MaterialLaws
+from analysis.protocol.advice import unresolved
+from analysis.updated import Updated
+from analysis.updating.corrected_twin import corrected_twin, fit_twin, reached
+from analysis.updating.laws import fit_laws
+from analysis.updating.outlier_sweeps import stray_sweeps
+from analysis.updating.polarity import upright
+from analysis.updating.update import update
+from app.files.frf_file import save_frf
+from app.files.laws_file import TwinFrf, save_laws
+from app.files.provenance import provenance
+from app.stages.declaration_check import first_look
+from app.terminal.progress import Report
+from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
+from app.twins.campaign_twin import campaign_twin, twin_is_built
+from simulation.twin.declared_plate import DeclaredPlate
+from simulation.twin.twin import Twin
+
+GOOD_MISFIT = 1.3
+"""A twin that misses no more than this many times the noise explains the data."""
+
+
+@dataclass(frozen=True)
+class Updating:
+    """A campaign's twin, updated.
+
+    Attributes
+    ----------
+    frf : Frf
+        As they were fitted: with the sign of inverted channels turned.
+    updated : Updated
+        Estimates per sweep.
+    laws : MaterialLaws or None
+        Through them; None for too few temperatures.
+    twin : TwinFrf
+        What the twin answers.
+    """
+
+    frf: Frf
+    updated: Updated
+    laws: MaterialLaws | None
+    twin: TwinFrf
+
+
+def updated_twin(campaign: Campaign, mains: float, report: Report) -> Updating:
+    """Build the campaign's twin, fit it, and draw laws through the estimates where there are enough.
+
+    ResultFileError where the campaign cannot be judged.
+    """
+    frf, twin, updated = _fitted(campaign, mains, report)
+    rows = zip(constants(updated), updated.temperature, strict=True)
+    laws = [LocalLaws.of_material(*row, reference=float(temperature)) for row, temperature in rows]
+    with ThreadPoolExecutor(WORKERS) as executor:
+        answers = list(executor.map(lambda law: updated.gain * twin.frf(law, frf.frequency), laws))
+    density = campaign.experiment.plate.density
+    seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
+    return Updating(frf, updated, plain_laws(campaign, updated), seen)
+
+
+def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin[DeclaredPlate], Updated]:
+    """Measured FRFs, inverted channels turned; the twin, and its material in every sweep."""
+    with judging(campaign):
+        frf = campaign_frf(campaign, mains=mains)
+        frf.require_noise()  # before a twin is built for nothing
+        if not twin_is_built(campaign.experiment):
+            frf = replace(frf, notes=(*frf.notes, *first_look(campaign.experiment, frf, report)))
+        twin = campaign_twin(campaign.experiment, report)
+        frf, begin = upright(frf, twin, report)
+        updated = update(frf, twin, begin=begin, progress=report)
+        strays = stray_sweeps(frf, updated)
+        if strays:
+            frf = frf.without(
+                strays, "no plate explains it as it does its neighbours: clipped, knocked, or mixed up"
+            )
+            updated = update(frf, twin, progress=report)
+        lines = frf.frequency
+        told = unresolved(
+            (float(lines[0]), float(lines[-1])),
+            float(lines[1] - lines[0]),
+            float(np.median(updated.material.loss_factor)),
+        )
+        return replace(frf, notes=(*frf.notes, *told)), twin, updated
+
+
+def updated_under_effects(
+    campaign: Campaign, mains: float, start: Start, folder: Path | None, report: Report
+) -> Updating:
+    """Do the same with the effects of a twin file held at their values.
+
+    Sweeps at one temperature share E, nu and eta. ResultFileError where the campaign cannot be judged.
+    """
+    protocol = campaign.experiment.protocol
+    frf, _, plain = _fitted(campaign, mains, report)
+    twin, given = campaign_model(campaign.experiment, plain, report, start, folder)
+    model = HeldEffects(twin, start.twin.effects)
+    report("laws under effects", 0.0)
+    with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
+        fitted = fit_twin(frf, plain, model, protocol, executor, given)
+    found = corrected_twin(frf, plain, model, protocol, fitted)
+    report("laws under effects", 1.0)
+    density = campaign.experiment.plate.density
+    seen = TwinFrf(frf.frequency, found.answers, twin.error, density)
+    return Updating(frf, found.updated, found.laws, seen)
+
+
+def plain_laws(campaign: Campaign, updated: Updated) -> MaterialLaws | None:
+    """Draw laws through the estimates that settled; None where they cover fewer than three temperatures."""
+    good = updated.settled
+    temperature = updated.temperature[good]
+    if temperature.size < 3 or (temperature.max() - temperature.min()) < 1.0:
+        return None
+    span = reached(campaign.experiment.protocol, temperature)
+    return fit_laws(temperature, _rows(updated.material, good), _rows(updated.sigma, good), temperature_range=span)
+
+
+def save_updating(run: Path, campaign: Campaign, found: Updating, settings: Mapping[str, Any]) -> None:
+    """Write the measured FRFs, the estimates, the laws and the twin's FRFs."""
+    made_from = provenance(campaign.hashes, {**settings, "campaign": campaign.name})
+    save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
+    save_laws(run / "laws.h5", found.updated, found.laws, found.twin, made_from)
+
+
+def constants(updated: Updated) -> list[tuple[float, float, float]]:
+    """E, nu and eta of every sweep."""
+    m = updated.material
+    return [
+        (float(e), float(nu), float(eta))
+        for e, nu, eta in zip(m.youngs_modulus, m.poisson_ratio, m.loss_factor, strict=True)
+    ]
+
+
+def _rows(material: Material, chosen: NDArray[np.bool_]) -> Material:
+    """Return the chosen rows of estimates or of their standard deviations."""
+    return Material(material.youngs_modulus[chosen], material.poisson_ratio[chosen], material.loss_factor[chosen])
