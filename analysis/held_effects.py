@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.effect_card import EffectCard
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent, TwinModel
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from finite_element_plate import solve_plate
 from numpy.typing import NDArray
 from verification_pictures import draw_mesh, draw_modes
 
+from analysis.arrays import Real
 from simulation.verification.case import Case
 from simulation.verification.cases import CASES
 from simulation.verification.markdown import left_out, section, summary
@@ -25,7 +26,6 @@ PICTURED = ("disc", "annulus", "rectangle", "fv", "triangle", "l-shape", "ellips
 """One case of each of these families is pictured, the first that is covered."""
 REFINEMENTS = (0, 1, 2)
 
-Real = NDArray[np.float64]
 
 HEAD = """# Verification
 

@@ -7,14 +7,13 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.compensation.bayesian import Fit, Problem, train
 from analysis.compensation.network import InputMap, NetworkBank
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.schur_complement import Weights, predict
 from analysis.compensation.settings import Training
 from analysis.focusing.fir import FirBank
-
-Real = NDArray[np.float64]
 
 
 class EvidenceCollapseError(RuntimeError):

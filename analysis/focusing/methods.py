@@ -7,14 +7,13 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast, spot_error
 from analysis.focusing.rivals import modal_control, nearest_actuator, time_reversal
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Constants = tuple[float, float, float]
 Method = Literal["stif", "time-reversal", "modal-control", "none"]
 METHODS: tuple[Method, ...] = ("stif", "time-reversal", "modal-control", "none")

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
 from analysis.gap.data.sweeps import prepare
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import GapState, starting_state
-from analysis.gap.report import Estimate, FittedLaws
 from analysis.material import Material, MaterialLaws
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import TwinModel

@@ -11,9 +11,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.material import MaterialBox
-
-Real = NDArray[np.float64]
 
 WINDOW = 0.05
 """Width of the smoothing, as a share of the frequency."""
@@ -41,7 +40,7 @@ class CoarseModel(Protocol):
 
 
 @dataclass(frozen=True)
-class CoarseLook:
+class ModulusScan:
     """What one sweep says of the modulus.
 
     Attributes
@@ -76,7 +75,7 @@ def scanned_box(box: MaterialBox) -> MaterialBox:
     return MaterialBox((lowest, highest), box.poisson_ratio, box.loss_factor)
 
 
-def coarse_look(model: CoarseModel, frequency: Real, h: NDArray[np.complex128], box: MaterialBox) -> CoarseLook:
+def scan_modulus(model: CoarseModel, frequency: Real, h: NDArray[np.complex128], box: MaterialBox) -> ModulusScan:
     """Scan the modulus for the best agreement of one sweep's levels.
 
     Parameters
@@ -107,7 +106,7 @@ def coarse_look(model: CoarseModel, frequency: Real, h: NDArray[np.complex128], 
             others = (nu_low + share * (nu_high - nu_low) for share in (0.15, 0.85))
             found[k] = max(found[k], *(agreement(float(moduli[k]), nu) for nu in others))
     best, best_inside = int(found.argmax()), int(np.where(declared, found, -np.inf).argmax())
-    return CoarseLook(
+    return ModulusScan(
         float(moduli[best]), float(found[best]), float(moduli[best_inside]), float(found[best_inside])
     )
 

@@ -12,7 +12,7 @@ FAR_WORSE = 10.0
 """A chi2 so many times that of every neighbour is no physical effect: those follow the temperature."""
 
 
-def stray_sweeps(frf: Frf, updated: Updated) -> list[int]:
+def outlier_sweeps(frf: Frf, updated: Updated) -> list[int]:
     """Return the sweeps that the twin, with a material of their own, misses far worse than all their neighbours.
 
     Neighbours are sweeps at one level within `NEAR`; of those with fewer than two nothing can be said.

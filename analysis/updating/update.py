@@ -20,13 +20,12 @@ from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.misfit import sweep_powers
 from analysis.gap.fitting.state import GapState
 from analysis.material import Material, MaterialBox
+from analysis.progress import Progress
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
 from analysis.updating.normal_equations import NormalEquations, SweepData, moved
 from analysis.updating.start import start_material
 from analysis.updating.sweep_fit import SweepFit, fit_sweep
-
-Progress = Callable[[str, float], None]
 
 LINES_OF_THE_WALK = 500
 """Lines that take part while sweeps are fitted on their own, where modes are many lines wide; the end uses all."""

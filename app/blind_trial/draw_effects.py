@@ -4,15 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex
 from analysis.effect_card import EffectCard, Values
 from app.blind_trial.assignments import KINDS, Assignment, shuffled
-from app.blind_trial.effect_size import Yardstick
-from app.blind_trial.unlisted_effects import STRANGERS
+from app.blind_trial.effect_size import EffectSize
+from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
 from simulation.effects.library import LIBRARY
-
-Complex = NDArray[np.complex128]
 
 SIZES = (6.0, 15.0, 30.0)
 """Sigma of single effects, in turn; the last is the least of a range of its own."""
@@ -25,11 +23,11 @@ SHRUNK = 0.7
 SETTLED = 0.03
 ALIKE = 0.8
 """Cosine from which two effects are called alike."""
-STRANGE = ("resonator", *STRANGERS)
+STRANGE = ("resonator", *UNLISTED_EFFECTS)
 
 
 @dataclass(frozen=True)
-class Hidden:
+class DrawnEffects:
     """What a campaign hides.
 
     Attributes
@@ -77,12 +75,12 @@ def partners(legs: Sequence[str], levels: Sequence[float]) -> tuple[str, ...]:
     return tuple(name for name in LIBRARY if name not in blind)
 
 
-def hide(
-    assignment: Assignment, first: Sequence[str], others: Sequence[str], yard: Yardstick, rng: np.random.Generator
-) -> Hidden:
+def draw_effects(
+    assignment: Assignment, first: Sequence[str], others: Sequence[str], yard: EffectSize, rng: np.random.Generator
+) -> DrawnEffects:
     """Draw the effects' parameters and bring them to size."""
     if not first:
-        return Hidden({}, {}, None, {})
+        return DrawnEffects({}, {}, None, {})
     size = wanted_size(assignment, first[0], rng)
     effects = {first[0]: of_size(yard, first[0], size, rng)}
     cosine = None
@@ -92,7 +90,7 @@ def hide(
         effects[name] = values
     sizes = {name: yard.left(yard.signal({name: values})) for name, values in effects.items()}
     alone = assignment.kind == "single"
-    return Hidden(effects, sizes, cosine, {} if alone else yard.imitations(yard.signal(effects)))
+    return DrawnEffects(effects, sizes, cosine, {} if alone else yard.imitations(yard.signal(effects)))
 
 
 def wanted_size(assignment: Assignment, name: str, rng: np.random.Generator) -> float:
@@ -105,7 +103,7 @@ def wanted_size(assignment: Assignment, name: str, rng: np.random.Generator) -> 
     return float(least * LARGEST ** rng.random())
 
 
-def of_size(yard: Yardstick, name: str, size: float, rng: np.random.Generator) -> dict[str, float]:
+def of_size(yard: EffectSize, name: str, size: float, rng: np.random.Generator) -> dict[str, float]:
     """Parameters in a random direction, so large that the effect has `size` sigma, or as large as it may be."""
     card = yard.specimen.cards[name]
     direction, shapes = _direction(card, rng)
@@ -127,7 +125,7 @@ def of_size(yard: Yardstick, name: str, size: float, rng: np.random.Generator) -
     return _values(direction, shapes, amount)
 
 
-def answered(yard: Yardstick, effects: Mapping[str, Values]) -> Complex | None:
+def answered(yard: EffectSize, effects: Mapping[str, Values]) -> Complex | None:
     """Signal of `effects`; None where they lead beyond what the plate's operators are certified for."""
     try:
         return yard.signal(effects)
@@ -152,7 +150,7 @@ def _direction(card: EffectCard, rng: np.random.Generator) -> tuple[dict[str, fl
 
 
 def _partner(
-    yard: Yardstick,
+    yard: EffectSize,
     first: Mapping[str, Values],
     known: Sequence[str],
     size: float,

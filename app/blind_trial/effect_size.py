@@ -8,17 +8,17 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex
 from analysis.effect_card import Values
 from analysis.frf import Frf
 from analysis.gap.data.sweeps import GapSweeps, prepare
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import linearise_all
-from analysis.gap.fitting.schur_complement import arrow
+from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.fitting.state import GapState, starting_state
-from analysis.gap.search.score_test import screen
+from analysis.gap.search.score_test import score_test
 from analysis.mains import mains_lines
 from analysis.material import Material
 from analysis.protocol.drive import drive_signal
@@ -28,13 +28,11 @@ from app.blind_trial.specimen import Specimen
 from app.rig.plate_transfer import Transfer
 from simulation.effects.library import LIBRARY
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 MAINS = 50.0
 
 
 @dataclass(frozen=True)
-class Yardstick:
+class EffectSize:
     """A campaign as it would be recorded from the plain specimen, linearised there.
 
     Attributes
@@ -61,7 +59,7 @@ class Yardstick:
         share: float,
         rng: np.random.Generator,
         executor: Executor,
-    ) -> "Yardstick":
+    ) -> "EffectSize":
         """Choose the noise so that it is a `share` of the response in the FRF of a mean sweep."""
         frf, noise = _expected_frf(specimen, share, rng)
         updated = _as_updated(specimen, frf)
@@ -84,8 +82,12 @@ class Yardstick:
         """Of a signal, in sigma, once laws, readings and gain have taken what they can of it, to first order."""
         seen = self._with(signal)
         equations = linearise_all(self.specimen.twin, seen, self.state, (), self.executor)
-        head = arrow(seen, equations, self.state)
-        chi2 = sum(e.chi2 for e in equations) - head.promised - float(head.gradient[0] ** 2 / head.matrix[0, 0])
+        head = schur_complement(seen, equations, self.state)
+        chi2 = (
+            sum(e.chi2 for e in equations)
+            - head.predicted_decrease
+            - float(head.gradient[0] ** 2 / head.matrix[0, 0])
+        )
         return float(np.sqrt(max(chi2, 0.0))) / self.sigma
 
     def left(self, signal: Complex) -> float:
@@ -105,7 +107,7 @@ class Yardstick:
         seen = self._with(signal)
         fit = self._fitted(seen)
         known = [name for name in self.specimen.twin.library if name in LIBRARY]
-        screening = screen(self.specimen.twin, seen, fit, self.executor, effects=known)
+        screening = score_test(self.specimen.twin, seen, fit, self.executor, effects=known)
         found: dict[str, float] = {}
         for name in screening.inactive:
             for site in screening.sites(name):

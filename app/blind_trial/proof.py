@@ -11,7 +11,7 @@ from app.blind_trial.calibration import claims, reliability
 from app.blind_trial.draw_effects import ALIKE
 from app.blind_trial.outcome import Outcome
 from app.blind_trial.parameter_errors import coverage, errors
-from app.blind_trial.proportion_interval import wilson
+from app.blind_trial.proportion_interval import proportion_interval
 
 FAINT = (5.0, 8.0)
 """Sigma between which an effect counts as one of 6."""
@@ -71,7 +71,7 @@ def figures(outcomes: Sequence[Outcome]) -> tuple[Figure, ...]:
 def share(name: str, among: Sequence[Outcome], test: Test, least: float = 0.0, most: float = 1.0) -> Figure:
     """Share of campaigns that pass a test."""
     hits = sum(test(o) for o in among)
-    low, high = wilson(hits, len(among))
+    low, high = proportion_interval(hits, len(among))
     return Figure(name, hits / len(among) if among else None, low, high, len(among), (least, most))
 
 
@@ -140,7 +140,7 @@ def _parameters(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
     value = float(np.median(off)) if off.size else None
     yield Figure("parameter error from 30 sigma, median", value, None, None, off.size, (0.0, 0.03))
     hits, count = coverage(found)
-    low, high = wilson(hits, count)
+    low, high = proportion_interval(hits, count)
     held = hits / count if count else None
     yield Figure("true parameters within their 90 % intervals", held, low, high, count, (0.85, 0.95))
 

@@ -10,7 +10,7 @@ from app.blind_trial.assignments import KINDS
 from app.blind_trial.calibration import claims, reliability
 from app.blind_trial.outcome import Outcome
 from app.blind_trial.proof import closures
-from app.blind_trial.proportion_interval import wilson
+from app.blind_trial.proportion_interval import proportion_interval
 from app.report.style import BAND, MODEL, panels
 
 ENDS = ("none", "unknown", "several", "refused")
@@ -72,7 +72,7 @@ def _reliability(axes: Axes, outcomes: Sequence[Outcome]) -> None:
     if found:
         stated = np.array([named.probability for named, _ in found])
         seen = reliability(stated, np.array([true for _, true in found], dtype=bool))
-        ends = [wilson(round(t * n), int(n)) for t, n in zip(seen.true, seen.count, strict=True)]
+        ends = [proportion_interval(round(t * n), int(n)) for t, n in zip(seen.true, seen.count, strict=True)]
         low, high = np.array(ends).T
         axes.errorbar(
             seen.stated, seen.true, [seen.true - low, high - seen.true], fmt="o", color=MODEL, capsize=3, ms=5

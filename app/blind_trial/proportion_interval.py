@@ -6,7 +6,7 @@ NINETY_FIVE = 1.959963984540054
 """Standard deviations that hold 95 % of a normal distribution."""
 
 
-def wilson(hits: int, count: int, z: float = NINETY_FIVE) -> tuple[float, float]:
+def proportion_interval(hits: int, count: int, z: float = NINETY_FIVE) -> tuple[float, float]:
     """Return the ends of the interval for a proportion of `hits` in `count`; 0 to 1 where nothing was counted.
 
     ValueError for more hits than were counted, or less than none.

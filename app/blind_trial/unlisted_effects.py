@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
 from analysis.sweep_point import SweepPoint
@@ -18,8 +18,6 @@ from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, Disc, PlateState, PointLoad
 
 Values = Mapping[str, Any]
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 STIFFENER_RADIUS = 0.015
 """m."""
@@ -113,7 +111,7 @@ def _filtered(state: PlateState, circumstances: Circumstances, values: Values) -
 
 
 SPRING = Effect(_spring_card, _sprung)
-STRANGERS: Mapping[str, Effect] = {
+UNLISTED_EFFECTS: Mapping[str, Effect] = {
     "stiffener": Effect(_stiffener_card, _stiffened),
     "hidden_spring": SPRING,
     "cavity": Effect(_cavity_card, _above_cavity),

@@ -6,7 +6,7 @@ layout is made again, never trusted.
 
 import hashlib
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.geometry.fault import GeometryError
 from analysis.material import MaterialBox
+from analysis.progress import Progress
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from simulation.reduction.reduced_model import ReducedModel
     from simulation.shell.fineness import Fineness
 
-Progress = Callable[[str, float], None]
 
 FORMAT = "flexura-basis/4"
 ARRAYS = (

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.estimates import FittedLaws
 from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.fitting.residual_map import ResidualMap
-from analysis.gap.report import FittedLaws, GapReport
+from analysis.gap.report import GapReport
 from analysis.gap.search.signatures import Signature
 from app.files.atomic import atomic_hdf5
 from app.files.hdf5_file import result_file

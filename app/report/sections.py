@@ -9,6 +9,7 @@ import numpy as np
 from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
+from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.filter_files import load_compensation, load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
@@ -23,7 +24,6 @@ from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, 
 from app.report.summary import summary
 from app.stages.update import GOOD_MISFIT
 from app.terminal.gap import with_sigma
-from app.terminal.progress import Report
 
 OPTIONAL = ("gap.h5",)
 """Stages that a run is complete without."""
@@ -39,7 +39,7 @@ class Found:
     amiss: Sequence[str]
 
 
-def sections(run: Path, report: Report) -> Found:
+def sections(run: Path, report: Progress) -> Found:
     """Read what `run` holds; ResultFileError where it is no run folder at all."""
     experiment, frf = load_frf(run_file(run, "frf.h5", "report"))
     rows: list[paper.Row] = []

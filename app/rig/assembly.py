@@ -8,10 +8,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.material import MaterialLaws
 from analysis.plate_material import material_box
+from analysis.progress import Progress
 from analysis.sweep_point import SweepPoint
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredExperiment, RigKind
@@ -19,7 +19,6 @@ from app.files.hidden_effects import with_shapes
 from app.files.simulation_section import Simulation
 from app.rig.plate_transfer import Transfer, TwinTransfer
 from app.rig.simulated_plate import TwinPlate
-from app.terminal.progress import Report
 from app.twins.campaign_twin import campaign_twin, effect_twin
 from drivers.clock import SystemClock
 from drivers.ni.modules import KNOWN, InputModule
@@ -36,14 +35,12 @@ from drivers.soundcard.settings import SoundCard
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
-Real = NDArray[np.float64]
-
 REFERENCE = 25.0
 """Degrees Celsius at which `Twin.referred` counts strain energies."""
 
 
 @contextmanager
-def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Report) -> Iterator[Rig]:
+def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Progress) -> Iterator[Rig]:
     """Yield the rig that runs an experiment.
 
     Parameters
@@ -111,7 +108,7 @@ def _simulation(experiment: AcquiredExperiment, file: Path) -> Simulation:
     return experiment.simulation
 
 
-def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Report) -> SimulatedParts:
+def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Progress) -> SimulatedParts:
     """Build the simulated rig around the twin; CampaignFileError for what ``[simulation]`` lacks."""
     simulation = _simulation(experiment, file)
     laws = simulation.laws.laws()

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
 from analysis.sweep_point import SweepPoint
@@ -13,8 +13,6 @@ from analysis.twin_model import Effects
 from simulation.twin.reduced_plate import ReducedPlate
 from simulation.twin.twin import Twin
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Followed = frozenset[Literal["rate", "level"]]
 
 

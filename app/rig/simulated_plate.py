@@ -3,14 +3,11 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
+from analysis.arrays import Complex, Real
 from analysis.sweep_point import SweepPoint
 from app.rig.plate_transfer import Transfer
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 SPACING = 0.1
 """Temperatures at which the twin is asked, K: a resonance moves by a hundredth of its width in between."""

@@ -7,16 +7,16 @@ from analysis.frf import Frf
 from analysis.geometry.fault import GeometryError
 from analysis.material_kinds import KINDS
 from analysis.plate_material import material_box
-from analysis.updating.modulus_scan import CoarseLook, coarse_look, scanned_box
+from analysis.progress import Progress
+from analysis.updating.modulus_scan import ModulusScan, scan_modulus, scanned_box
 from analysis.updating.update import middle_sweep
 from app.files.bad_file import ResultFileError
-from app.terminal.progress import Report
 from simulation.reduction.coarse_plate import CoarsePlate
 
 STAGE = "first look"
 
 
-def first_look(experiment: Experiment, frf: Frf, report: Report) -> tuple[str, ...]:
+def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tuple[str, ...]:
     """Compare the resonances of one sweep with those of the declared plate; return what is doubtful.
 
     Raises
@@ -33,9 +33,9 @@ def first_look(experiment: Experiment, frf: Frf, report: Report) -> tuple[str, .
         return ()  # a look that cannot be had stops nothing
     used, middle = ~frf.excluded, middle_sweep(frf)
     report(STAGE, 0.4)
-    looks: dict[int, CoarseLook] = {}
+    looks: dict[int, ModulusScan] = {}
     for sweep in dict.fromkeys((middle, int(frf.temperature.argmin()), int(frf.temperature.argmax()))):
-        looks[sweep] = coarse_look(model, frf.frequency[used], frf.h[sweep][:, used], box)
+        looks[sweep] = scan_modulus(model, frf.frequency[used], frf.h[sweep][:, used], box)
         if not looks[sweep].outside or len(looks) == 2:
             break
     report(STAGE, 1.0)
@@ -46,7 +46,7 @@ def first_look(experiment: Experiment, frf: Frf, report: Report) -> tuple[str, .
     return ()
 
 
-def sentence(experiment: Experiment, temperature: float, look: CoarseLook) -> str:
+def sentence(experiment: Experiment, temperature: float, look: ModulusScan) -> str:
     """Say what was declared, what the resonances say, and what to change."""
     plate = experiment.plate
     low, high = material_box(plate.material).youngs_modulus

@@ -9,15 +9,16 @@ import numpy as np
 
 from analysis.campaign import Campaign
 from analysis.effect_card import EffectCard
+from analysis.estimates import Estimate
 from analysis.frf import Frf
 from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.gap import find_gap
-from analysis.gap.report import Estimate, GapReport
+from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
+from analysis.progress import Progress
 from analysis.protocol.advice import smeared
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from app.stages.update import Updating, updated_twin
-from app.terminal.progress import Report
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from simulation.effects.library import untried
 from simulation.twin.effect_plate import EffectPlate
@@ -30,7 +31,7 @@ ROUGH = 2e-3
 
 
 @dataclass(frozen=True)
-class Comparison:
+class GapComparison:
     """A campaign's gap and all that led to it.
 
     Attributes
@@ -58,12 +59,12 @@ class Comparison:
 def campaign_gap(
     campaign: Campaign,
     mains: float,
-    report: Report,
+    report: Progress,
     *,
     start: Start | None = None,
     folder: Path | None = None,
     without: Collection[str] = (),
-) -> Comparison:
+) -> GapComparison:
     """Compare a campaign with its twin.
 
     Parameters
@@ -106,7 +107,9 @@ def campaign_gap(
             fitted = fit_twin(frf, plain.updated, model, protocol, executor, given)
         else:
             fitted = FittedTwin(found.state, found.laws_after, found.sigma_gain, {**given, **claimed})
-    return Comparison(frf, plain, twin, given, found, corrected_twin(frf, plain.updated, model, protocol, fitted))
+    return GapComparison(
+        frf, plain, twin, given, found, corrected_twin(frf, plain.updated, model, protocol, fitted)
+    )
 
 
 def missing_words(not_tried: Mapping[str, EffectCard]) -> tuple[str, ...]:

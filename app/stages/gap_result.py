@@ -20,7 +20,7 @@ from app.files.gap_json import gap_record
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance, sha256
 from app.files.twin_file import Basis, Estimated, Origin, TwinEffect, TwinFile, TwinLaws, write_twin
-from app.stages.gap import Comparison
+from app.stages.gap import GapComparison
 
 GAP, FIGURES, TWIN, LAWS = "gap.json", "gap.h5", "twin.toml", "laws-corrected.h5"
 
@@ -36,7 +36,12 @@ def made_from(campaign: Campaign, mains: float, start: Path | None, folder: Path
 
 
 def save_comparison(
-    run: Path, campaign: Campaign, found: Comparison, origin: dict[str, Any], based_on: str | None, seconds: float
+    run: Path,
+    campaign: Campaign,
+    found: GapComparison,
+    origin: dict[str, Any],
+    based_on: str | None,
+    seconds: float,
 ) -> dict[str, Any]:
     """Write gap.json, gap.h5, twin.toml and laws, and return what gap.json holds.
 
@@ -71,7 +76,7 @@ def save_corrected_laws(
     )
 
 
-def twin_file(campaign: Campaign, found: Comparison, based_on: str | None) -> TwinFile:
+def twin_file(campaign: Campaign, found: GapComparison, based_on: str | None) -> TwinFile:
     """Describe the twin that was issued; numbers to nine digits, standard deviations to four."""
     corrected, experiment = found.corrected, campaign.experiment
     laws = corrected.laws

@@ -13,10 +13,10 @@ from analysis.identification.modes import Modes
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.reading import Damping
 from analysis.identification.residual_terms import EVERY_CHOICE, choices_for
+from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.uff58 import UffFrf
 from app.terminal.modes import modes_record
-from app.terminal.progress import Report
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Wanted:
         return (self.one_by_one() or identify)(measured, settings)
 
 
-def uff_records(frfs: Sequence[UffFrf], wanted: Wanted, report: Report) -> list[dict[str, Any]]:
+def uff_records(frfs: Sequence[UffFrf], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:
     """Identify FRFs one by one; an FRF with nothing in it gets a note instead of modes."""
     records = []
     for done, frf in enumerate(frfs):
@@ -95,7 +95,7 @@ def uff_records(frfs: Sequence[UffFrf], wanted: Wanted, report: Report) -> list[
     return records
 
 
-def shared_records(path: Path, frfs: Sequence[UffFrf], wanted: Wanted, report: Report) -> list[dict[str, Any]]:
+def shared_records(path: Path, frfs: Sequence[UffFrf], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:
     """Identify all FRFs with one set of poles; the same modes for each.
 
     Raises ResultFileError where the FRFs differ in their lines or hold nothing to be found.

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.focusing.over_temperature import covered
 from analysis.focusing.panel import Panel
 from analysis.material import Material, MaterialLaws
@@ -18,8 +18,6 @@ from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
 from app.files.run_folder import run_file
 from app.files.twin_file import TwinFile, read_twin
-
-Real = NDArray[np.float64]
 
 
 def laws_of(run: Path, verb: str) -> tuple[Path, MaterialLaws]:

@@ -14,18 +14,18 @@ from analysis.frf import Frf, campaign_frf
 from analysis.held_effects import HeldEffects
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialLaws
+from analysis.progress import Progress
 from analysis.protocol.advice import unresolved
 from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin, reached
 from analysis.updating.laws import fit_laws
-from analysis.updating.outlier_sweeps import stray_sweeps
-from analysis.updating.polarity import upright
+from analysis.updating.outlier_sweeps import outlier_sweeps
+from analysis.updating.polarity import polarity_corrected
 from analysis.updating.update import update
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance
-from app.stages.declaration_check import first_look
-from app.terminal.progress import Report
+from app.stages.declaration_check import check_declaration
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from app.twins.campaign_twin import campaign_twin, twin_is_built
 from simulation.twin.declared_plate import DeclaredPlate
@@ -57,7 +57,7 @@ class Updating:
     twin: TwinFrf
 
 
-def updated_twin(campaign: Campaign, mains: float, report: Report) -> Updating:
+def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating:
     """Build the campaign's twin, fit it, and draw laws through the estimates where there are enough.
 
     ResultFileError where the campaign cannot be judged.
@@ -72,17 +72,17 @@ def updated_twin(campaign: Campaign, mains: float, report: Report) -> Updating:
     return Updating(frf, updated, plain_laws(campaign, updated), seen)
 
 
-def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin[DeclaredPlate], Updated]:
+def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[DeclaredPlate], Updated]:
     """Measured FRFs, inverted channels turned; the twin, and its material in every sweep."""
     with judging(campaign):
         frf = campaign_frf(campaign, mains=mains)
         frf.require_noise()  # before a twin is built for nothing
         if not twin_is_built(campaign.experiment):
-            frf = replace(frf, notes=(*frf.notes, *first_look(campaign.experiment, frf, report)))
+            frf = replace(frf, notes=(*frf.notes, *check_declaration(campaign.experiment, frf, report)))
         twin = campaign_twin(campaign.experiment, report)
-        frf, begin = upright(frf, twin, report)
+        frf, begin = polarity_corrected(frf, twin, report)
         updated = update(frf, twin, begin=begin, progress=report)
-        strays = stray_sweeps(frf, updated)
+        strays = outlier_sweeps(frf, updated)
         if strays:
             frf = frf.without(
                 strays, "no plate explains it as it does its neighbours: clipped, knocked, or mixed up"
@@ -98,7 +98,7 @@ def _fitted(campaign: Campaign, mains: float, report: Report) -> tuple[Frf, Twin
 
 
 def updated_under_effects(
-    campaign: Campaign, mains: float, start: Start, folder: Path | None, report: Report
+    campaign: Campaign, mains: float, start: Start, folder: Path | None, report: Progress
 ) -> Updating:
     """Do the same with the effects of a twin file held at their values.
 

@@ -1,24 +1,25 @@
 """Progress on the error stream: the output stream belongs to results."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
+
+from analysis.progress import Progress
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
-Report = Callable[[str, float], None]
-
 
 @contextmanager
-def progress(*, shown: bool = True) -> Iterator[Report]:
+def progress(*, shown: bool = True) -> Iterator[Progress]:
     """Yield a callable (stage, share done) that draws one bar a stage, with the time left, on a terminal."""
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bars
 
     console = Console(stderr=True)
     columns = (TextColumn("{task.description:<24}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, disable=not (shown and console.is_terminal)) as bars:
+    with Bars(*columns, console=console, disable=not (shown and console.is_terminal)) as bars:
         tasks: dict[str, TaskID] = {}
 
         def report(stage: str, share: float) -> None:

@@ -9,14 +9,14 @@ import numpy as np
 
 from analysis.campaign import Campaign
 from analysis.effect_card import EffectCard
+from analysis.estimates import Estimate
 from analysis.experiment import Experiment
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
-from analysis.gap.report import Estimate
 from analysis.local_laws import LocalLaws
+from analysis.progress import Progress
 from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
 from app.files.twin_file import TwinFile, read_twin, require_known_effects, require_same_plate
-from app.terminal.progress import Report
 from app.twins.campaign_twin import effect_twin
 from simulation.effects.library import library
 from simulation.reduction.campaign_basis import for_materials
@@ -44,7 +44,7 @@ class Start:
 def campaign_model(
     experiment: Experiment,
     plain: Updated,
-    report: Report,
+    report: Progress,
     start: Start | None,
     folder: Path | None,
 ) -> tuple[Twin[EffectPlate], dict[str, tuple[Estimate, ...]]]:

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from analysis.experiment import Experiment, Plate
 from analysis.plate_material import material_box
+from analysis.progress import Progress
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.files.effect_cache import cached_operators
-from app.terminal.progress import Report
 from simulation.effects.effect import Effect
 from simulation.effects.library import library
 from simulation.reduction.plate_basis import PlateBasis
@@ -25,17 +25,17 @@ SHAPE_POINTS = 32
 """Points along the longer side of the box around a plate on which its mode shapes are known."""
 
 
-def campaign_twin(experiment: Experiment, report: Report) -> Twin[DeclaredPlate]:
+def campaign_twin(experiment: Experiment, report: Progress) -> Twin[DeclaredPlate]:
     """Twin of a campaign's plate over its band, certified over its material's box; its shapes known on a grid."""
     return Twin.of(experiment, DeclaredPlate(campaign_reduction(experiment, report)))
 
 
-def campaign_reduction(experiment: Experiment, report: Report) -> ReducedModel:
+def campaign_reduction(experiment: Experiment, report: Progress) -> ReducedModel:
     """Reduced model of that twin."""
     return cached_reduction(**_asked(experiment), progress=report)
 
 
-def effect_twin(experiment: Experiment, report: Report, folder: Path | None = None) -> Twin[EffectPlate]:
+def effect_twin(experiment: Experiment, report: Progress, folder: Path | None = None) -> Twin[EffectPlate]:
     """Twin of a campaign's plate over its band, with the project's effects and those of a user's `folder`."""
     known: Mapping[str, Effect] = library(experiment, folder)
     box = material_box(experiment.plate.material)
@@ -45,7 +45,7 @@ def effect_twin(experiment: Experiment, report: Report, folder: Path | None = No
     return Twin.of(experiment, EffectPlate(operators), known)
 
 
-def plate_basis(experiment: Experiment, report: Report) -> PlateBasis | None:
+def plate_basis(experiment: Experiment, report: Progress) -> PlateBasis | None:
     """Functions and vectors behind the twin of `campaign_twin`, which is made where it is not in the cache."""
     asked = _asked(experiment)
     file = basis_file(**asked)

@@ -5,23 +5,20 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
 from analysis.focusing.methods import Constants, Modes
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
+from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
-from app.terminal.progress import Report
 from simulation.reduction.reduce import Training
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.fineness import Fineness
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -61,7 +58,7 @@ class PanelTwin:
         return Modes(values, shapes, -shapes.T @ (self.reduced.ports * self.signs))
 
 
-def panel_twin(panel: Panel, laws: MaterialLaws, report: Report) -> PanelTwin:
+def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
     """Assemble and reduce the twin of a panel, or find it in the cache.
 
     `laws` say which materials it will be asked about.

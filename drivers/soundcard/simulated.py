@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from drivers.clock import Clock
 from drivers.ni.simulated.surroundings import Plate, Temperature, room
-
-Real = NDArray[np.float64]
 
 CODES = 2.0**23
 

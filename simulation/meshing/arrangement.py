@@ -9,14 +9,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.geometry.curves import Curve
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from simulation.meshing.crossings import SAME, cuts_of, inside, polyline
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

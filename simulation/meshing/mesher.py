@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from analysis.arrays import Real, Whole
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from simulation.meshing.arrangement import Arrangement, Face
@@ -23,9 +24,6 @@ from simulation.meshing.quality import jacobian_ratio
 from simulation.meshing.recipe import MeshRecipe
 from simulation.meshing.sides import Cap, Cutter, Repairs, Sizes, Stretch
 from simulation.meshing.strips import Cells, strips
-
-Real = NDArray[np.float64]
-Whole = NDArray[np.int_]
 
 ROUNDS = 24
 MOST_CUTS = 250

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
 from analysis.experiment import Experiment, Patch, Plate
 from analysis.material import MaterialBox
@@ -21,9 +21,6 @@ from simulation.shell.assembly import assemble
 from simulation.shell.factors import factorize
 from simulation.twin.instruments import Instruments
 from simulation.twin.transfer import Transfer
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 DEGREE, CELLS = 4, 5
 """Of the mesh, and cells along the shorter side: frequencies to a few per mille."""

@@ -11,11 +11,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.channel import Footprint
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
+from analysis.progress import Progress
 from simulation.reduction.effect_certification import measured_error
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_projection import CHUNK, Projector, plate_energies, strains
@@ -32,9 +33,6 @@ from simulation.state.extreme_states import SLIP, SOFT, STIFF, extreme_states, l
 from simulation.state.plate_state import PlateState
 from simulation.state.sensor_offset import OFFSET_RANGE, can_move, offset_energies
 from simulation.state.state_matrices import FullPlate
-
-Real = NDArray[np.float64]
-Progress = Callable[[str, float], None]
 
 STAGE = "reducing the plate with its effects"
 WORKERS = 2

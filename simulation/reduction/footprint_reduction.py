@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from analysis.arrays import Real
 from analysis.channel import Footprint
 from analysis.material import MaterialBox
 from simulation.reduction.reduce import Training, reduce
@@ -13,8 +14,6 @@ from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import FEW
 from simulation.shell.footprints import footprint_points
 from simulation.shell.shell_model import ShellModel
-
-Real = NDArray[np.float64]
 
 
 def reduce_with_footprints(

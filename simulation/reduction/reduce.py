@@ -5,15 +5,16 @@ proper orthogonal decomposition of responses computed within those candidates, a
 keeps about half of them; the full model is solved only to measure the error that is left.
 """
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 
+from analysis.arrays import Real
 from analysis.material import MaterialBox
+from analysis.progress import Progress
 from simulation.reduction.certification import measured_error
 from simulation.reduction.dashpots import columns
 from simulation.reduction.energy_decomposition import (
@@ -27,9 +28,6 @@ from simulation.reduction.missing_answers import joined
 from simulation.reduction.rational_krylov import material_space
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.shell_model import ShellModel
-
-Real = NDArray[np.float64]
-Progress = Callable[[str, float], None]
 
 STAGE = "reducing the plate"
 WORKERS = 2

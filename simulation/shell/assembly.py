@@ -5,9 +5,9 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import count
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from analysis.arrays import Mask
 from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
@@ -21,8 +21,6 @@ from simulation.shell.shell_model import ShellModel, plane_stress_moduli
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.unknowns import Unknowns
 
-Real = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Parts = tuple[list[Block], list[Block], list[Block], list[Block]]
 """Blocks of K1, K2, Kp and M."""
 

@@ -10,14 +10,12 @@ from functools import cache
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legval
-from numpy.typing import NDArray
 from scipy.special import roots_jacobi
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
+from analysis.arrays import Real
 from simulation.shell.lobatto import kernels, lobatto
-
-Real = NDArray[np.float64]
 
 QUAD_EDGES = ((0, 1), (1, 2), (3, 2), (0, 3))
 """Edges of a quadrilateral as they run in the reference cell, by their corners."""

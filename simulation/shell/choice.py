@@ -10,18 +10,14 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 
+from analysis.arrays import Mask, Real, Whole
 from simulation.shell.edges import LineBlock
 from simulation.shell.factors import factorize
 from simulation.shell.rigidity import Block
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns, elimination_order
-
-Real = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Whole = NDArray[np.int_]
 
 CHUNK = 16
 """Cells eliminated at a time."""

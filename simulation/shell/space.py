@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 
+from analysis.arrays import Mask, Real, Whole
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.shell.cells import (
     QUAD_EDGES,
@@ -21,9 +22,6 @@ from simulation.shell.cells import (
 )
 from simulation.shell.mapping import boxes_of, inverse_of, map_cells, map_places
 
-Real = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Whole = NDArray[np.int_]
 Value = TypeVar("Value", bound=np.generic)
 
 CURVED_ORDER = 4

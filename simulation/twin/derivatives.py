@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from simulation.reduction.composition import STEP
 from simulation.reduction.modal_slopes import ModalSlopes
 from simulation.twin.local_solution import LocalSolution
@@ -13,9 +13,6 @@ from simulation.twin.reading import Reading
 from simulation.twin.reduced_plate import CompositeSlopes, ReducedPlate
 from simulation.twin.sensitivity import ModalSensitivity, Sensitivity
 from simulation.twin.strain_energy import SPECTRA, EnergySlopes, StateOf
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

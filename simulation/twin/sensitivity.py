@@ -10,14 +10,12 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from simulation.reduction.composition import STEP, Composite
 from simulation.reduction.modal_slopes import ModalSlopes
 from simulation.state.plate_state import PlateState, PointLoad
 from simulation.twin.local_solution import LocalSolution, deflection_at
 from simulation.twin.transfer import Transfer
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -13,15 +13,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real, Whole
 from simulation.reduction.composition import STEP, Composite
 from simulation.state.plate_state import PlateState
 from simulation.twin.line_solver import LineSolver
 from simulation.twin.local_solution import LocalPlate, LocalSolution
 from simulation.twin.sensitivity import Sensitivity
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int_]
 StateOf = Callable[[NDArray[Any]], PlateState]
 """The plate's state when its relative strain energies are (F,); of them, only spectra may follow."""
 
@@ -74,7 +72,7 @@ class StrainEnergy:
         metric = solver.shapes.conj().T @ (plate.composite.plate @ solver.shapes)
         return cls(solver, solver.into(plate.composite.coupling[:, actuator]), metric, state_of, scale, density)
 
-    def at(self, energy: Real, lines: Index | None = None) -> Real:
+    def at(self, energy: Real, lines: Whole | None = None) -> Real:
         """Return g at some lines (n,), all if None, when the energies of all lines are `energy` (F,)."""
         lines = np.arange(energy.size) if lines is None else lines
         state = self.state_of(energy)

@@ -8,6 +8,7 @@ from typing import Any, Generic, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.channel import Channel
 from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
@@ -28,8 +29,6 @@ from simulation.twin.states import StateEffects, States
 from simulation.twin.strain_energy import StateOf, StrainEnergy
 from simulation.twin.vicinity import Vicinity
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Plate = TypeVar("Plate", bound=ReducedPlate, covariant=True)
 
 REFERENCE = 25.0

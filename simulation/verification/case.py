@@ -5,12 +5,10 @@ from functools import cached_property
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.geometry.loop import Loop
 from simulation.verification.supports import CONDITIONS, Support
-
-Real = NDArray[np.float64]
 
 
 class ExactPlate(Protocol):

@@ -4,11 +4,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from simulation.verification.case import Case
 
-Real = NDArray[np.float64]
 Frequencies = Callable[[Case, int], Real]
 """Natural frequencies of bending of a case at one refinement, Hz, ascending, rigid motions included.
 

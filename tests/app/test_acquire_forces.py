@@ -9,9 +9,9 @@ import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from analysis.arrays import Real
 from analysis.frf import Frf, campaign_frf
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
@@ -26,7 +26,6 @@ from simulation.shell.assembly import assemble
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.twin import Twin
 
-Real = NDArray[np.float64]
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "exciter.toml"
 BOX = MaterialBox((1.3e9, 2.7e9), (0.355, 0.415), (0.055, 0.08))
 

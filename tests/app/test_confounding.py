@@ -11,8 +11,8 @@ from analysis.gap.data.sweeps import prepare
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import GapState
 from analysis.gap.search.confidence import equivalents
-from analysis.gap.search.confounding import mimicry
-from analysis.gap.search.score_test import screen
+from analysis.gap.search.confounding import signal_cosine
+from analysis.gap.search.score_test import score_test
 from analysis.local_laws import LocalLaws
 from analysis.material import Material
 from analysis.sweep_point import SweepPoint
@@ -85,7 +85,7 @@ def test_look_alikes_are_one_class(
     start = GapState(truth, np.zeros((count, 3)), zeros, float(np.log(GAIN)), {effect: values})
     with ThreadPoolExecutor(2) as executor:
         fit = fit_gap(twin, sweeps, start, (effect,), executor)
-        seen = screen(twin, sweeps, fit, executor, effects=(alike, "orthotropy"))
-    likeness = {other: mimicry(seen, effect, other) for other in (alike, "orthotropy")}
+        seen = score_test(twin, sweeps, fit, executor, effects=(alike, "orthotropy"))
+    likeness = {other: signal_cosine(seen, effect, other) for other in (alike, "orthotropy")}
     assert equivalents(dict.fromkeys(likeness, -1000.0), likeness) == (alike,)
     assert separated_by in twin.cards[effect].separated_by

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.fitting.residual_map import Region, ResidualMap
 from analysis.gap.fitting.state import GapState
-from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
+from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
 from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.observability import Observability
 from app.files.bad_file import ResultFileError

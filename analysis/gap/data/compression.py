@@ -14,15 +14,12 @@ is banded, and so is the Cholesky factor that turns c - H into independent numbe
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded, solve_banded
 from scipy.sparse import csr_array
 
+from analysis.arrays import Complex, Real
 from analysis.gap.thresholds import LINES_PER_NODE, NODES_PER_HALF_WIDTH
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 DEGREE = 5
 """A cubic needs twice the nodes of a quintic for the same error at a resonance."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,12 +75,12 @@ class GapSweeps:
         white = np.array([s.whitened(s.coefficients) for s in self.compressed])
         return float((np.abs(white[self.rows]) ** 2).sum())
 
-    @cached_property
+    @property
     def allowed(self) -> float:
         """Chi2 that the twin's own error may leave."""
         return self.twin_error**2 * self.power
 
-    @cached_property
+    @property
     def overstated(self) -> float:
         """How many times evidence overstates itself, the twin's own error being common to all lines.
 

@@ -1,4 +1,4 @@
-"""Laws, readings, gain and effects fitted together: Levenberg-Marquardt on arrow-shaped normal equations."""
+"""Laws, readings, gain and effects fitted together: Levenberg-Marquardt with a Schur complement."""
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import GLOBAL, SweepEquations, linearise_all
-from analysis.gap.fitting.schur_complement import Arrow, LocalStep, arrow
+from analysis.gap.fitting.schur_complement import LocalStep, SchurComplement, schur_complement
 from analysis.gap.fitting.state import FreeParameters, GapState, clipped_laws
-from analysis.gap.thresholds import HOPE, MOST_STEPS, SETTLED
+from analysis.gap.thresholds import MOST_STEPS, PREDICTION_MARGIN, SETTLED
 from analysis.twin_model import Tangent, TwinModel
-
-Real = NDArray[np.float64]
 
 LARGEST_STEP = np.array([0.3, 0.05, 0.7])
 """Of log E, nu and log eta in one iteration: beyond, resonances pass each other."""
@@ -66,7 +65,7 @@ def fit_gap(
     gain_free, laws_free : bool
         Held-out trials keep what was learnt elsewhere.
     target : float
-        Promised fall of chi2 at which to stop, for a fit that reaches the noise.
+        Predicted decrease of chi2 at which to stop, for a fit that reaches the noise.
     most_steps : int
         Linearisations at most.
     enough : float
@@ -102,13 +101,13 @@ def _descend(
     """Step down from `best`: where it ended, whether it settled there, and linearisations made."""
     damping, share, passes, done = 0.0, 1.0, 1, False
     while passes < most_steps:
-        step, local, promised = _step(sweeps, best, free, damping, gain_free, laws_free)
-        # where the twin misses by many sigma, nats are not worth their passes
+        step, local, predicted_decrease = _step(sweeps, best, free, damping, gain_free, laws_free)
+        # where the residual is many sigma, a decrease by fractions of a nat is not worth another linearisation
         settled = target * max(1.0, best.objective / sweeps.numbers)
-        if promised < settled:
+        if predicted_decrease < settled:
             done = True
             break
-        if damping == 0.0 and best.objective - HOPE * promised > enough:
+        if damping == 0.0 and best.objective - PREDICTION_MARGIN * predicted_decrease > enough:
             break
         passes += 1
         trial = _try(
@@ -117,15 +116,15 @@ def _descend(
         if trial is not None and trial.objective <= best.objective:
             fallen = best.objective - trial.objective
             best, damping, share = trial, (0.0 if damping < 1e-3 else damping / 10.0), 1.0
-            # on the wall of a range, or where the laws' slopes still turn with their values, promises are not kept
+            # at the end of a range, or while the laws' slopes change with their values, predictions do not hold
             if fallen < 0.3 * settled:
                 done = True
                 break
-        elif promised < 10.0 * settled:
+        elif predicted_decrease < 10.0 * settled:
             done = True
             break
         elif share == 1.0 and damping == 0.0:
-            # back along the same way first: where unknowns imitate each other, damping leaves the valley
+            # shorten the step first: where unknowns are nearly collinear, damping turns it off the valley
             share = BACKTRACKED
         else:
             damping, share = max(10.0 * damping, 1e-2), 1.0
@@ -160,8 +159,8 @@ def _try(
 def _step(
     sweeps: GapSweeps, at: _Trial, free: FreeParameters, damping: float, gain_free: bool, laws_free: bool
 ) -> tuple[Real, LocalStep, float]:
-    """Return steps of (gain and parameters) and of what was eliminated, and the promised fall of the objective."""
-    head = arrow(sweeps, at.equations, at.state, damping=damping, frozen=not laws_free)
+    """Return steps of gain and parameters, steps of the eliminated unknowns, and the predicted decrease."""
+    head = schur_complement(sweeps, at.equations, at.state, damping=damping, frozen=not laws_free)
     values = free.read(at.state.effects)
     precision = np.concatenate([[0.0], free.sigma**-2.0])
     matrix = head.matrix + np.diag(precision)
@@ -175,8 +174,8 @@ def _step(
     if standing.any():
         moving = np.concatenate([[gain_free], ~free.shapes | standing])
         step = _boxed(matrix, gradient, moving, low, high, damping)
-    promised = head.promised + float(2.0 * gradient @ step - step @ matrix @ step)
-    return step, head.follow(step, sweeps.count), promised
+    predicted_decrease = head.predicted_decrease + float(2.0 * gradient @ step - step @ matrix @ step)
+    return step, head.follow(step, sweeps.count), predicted_decrease
 
 
 def _boxed(matrix: Real, gradient: Real, moving: NDArray[np.bool_], low: Real, high: Real, damping: float) -> Real:
@@ -221,7 +220,7 @@ def _result(
     settled: bool,
     passes: int,
 ) -> GapFit:
-    head = arrow(sweeps, at.equations, at.state, frozen=not laws_free)
+    head = schur_complement(sweeps, at.equations, at.state, frozen=not laws_free)
     information, sigma_log_gain = without_gain(head.matrix, gain_free)
     covariance: Real = np.linalg.inv(information + np.diag(free.sigma**-2.0)).astype(np.float64)
     values = free.read(at.state.effects)
@@ -258,7 +257,9 @@ def without_gain(matrix: Real, gain_free: bool = True) -> tuple[Real, float]:
     return 0.5 * (left + left.T), float(matrix[0, 0] ** -0.5)
 
 
-def _law_sigma(sweeps: GapSweeps, at: _Trial, head: Arrow, covariance: Real, sigma_log_gain: float) -> Real:
+def _law_sigma(
+    sweeps: GapSweeps, at: _Trial, head: SchurComplement, covariance: Real, sigma_log_gain: float
+) -> Real:
     """Return standard deviations of the groups' laws: their own, and what gain and effects hand on."""
     joint = np.zeros((len(covariance) + 1,) * 2)
     joint[1:, 1:] = covariance

@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.gap.fitting.state import FreeParameters, GapState
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

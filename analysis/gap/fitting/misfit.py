@@ -1,12 +1,10 @@
 """Relative misfit of a fit over the measured lines."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
-
-Real = NDArray[np.float64]
 
 
 def relative_misfit(sweeps: GapSweeps, fit: GapFit) -> float:

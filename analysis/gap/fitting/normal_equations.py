@@ -12,13 +12,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.state import GapState
 from analysis.local_laws import LocalLaws
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import Tangent, TwinModel
 
-Real = NDArray[np.float64]
 Made = TypeVar("Made")
 
 LAWS, SLOPES, TEMPERATURE, GLOBAL = slice(0, 3), slice(3, 6), 6, 7

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects, label
 
+from analysis.arrays import Real
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
-
-Real = NDArray[np.float64]
 
 BINS = 24
 """Stretches of the band, each as many half widths of a resonance."""

@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, helmert
 
+from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.normal_equations import GLOBAL, LAWS, SLOPES, TEMPERATURE, SweepEquations
 from analysis.gap.fitting.state import GapState
-
-Real = NDArray[np.float64]
 
 OWN = 6
 """Unknowns of every group: three laws and their slopes; contrasts of its readings follow."""
@@ -64,7 +63,7 @@ class LocalStep:
 
 
 @dataclass(frozen=True)
-class Arrow:
+class SchurComplement:
     """All sweeps together, laws and temperatures eliminated.
 
     Attributes
@@ -74,7 +73,7 @@ class Arrow:
     gradient : (1 + P,) ndarray
     raw : (1 + P, 1 + P) ndarray
         `matrix` before the elimination: the size of each column.
-    promised : float
+    predicted_decrease : float
         Fall of chi2 that the eliminated unknowns promise by themselves.
     blocks : tuple of Block
     """
@@ -82,7 +81,7 @@ class Arrow:
     matrix: Real
     gradient: Real
     raw: Real
-    promised: float
+    predicted_decrease: float
     blocks: tuple[Block, ...] = field(repr=False)
 
     def follow(self, step: Real, sweeps: int) -> LocalStep:
@@ -101,7 +100,7 @@ class Arrow:
         return sigma
 
 
-def arrow(
+def schur_complement(
     sweeps: GapSweeps,
     equations: Sequence[SweepEquations],
     state: GapState,
@@ -109,7 +108,7 @@ def arrow(
     damping: float = 0.0,
     frozen: bool = False,
     readings: bool = True,
-) -> Arrow:
+) -> SchurComplement:
     """Eliminate laws, slopes and readings of every group.
 
     Parameters
@@ -126,7 +125,7 @@ def arrow(
     size = len(equations[0].gradient) - GLOBAL
     matrix = sum((e.matrix[GLOBAL:, GLOBAL:] for e in equations), np.zeros((size, size)))
     gradient = sum((e.gradient[GLOBAL:] for e in equations), np.zeros(size))
-    raw, promised, blocks = matrix, 0.0, []
+    raw, predicted_decrease, blocks = matrix, 0.0, []
     for group, tilt in enumerate(state.tilt):
         members = np.flatnonzero(sweeps.groups.of_sweep == group)
         mine = [equations[int(s)] for s in members]
@@ -146,10 +145,10 @@ def arrow(
         lever, own = solved[:, :-1], solved[:, -1]
         matrix = matrix - coupling.T @ lever
         gradient = gradient - coupling.T @ own
-        promised += float(pull @ own)
+        predicted_decrease += float(pull @ own)
         variance = scale**2 * np.diag(cho_solve(factor, np.eye(len(local))))
         blocks.append(Block(members, contrasts, lever, own, variance))
-    return Arrow(0.5 * (matrix + matrix.T), gradient, raw, promised, tuple(blocks))
+    return SchurComplement(0.5 * (matrix + matrix.T), gradient, raw, predicted_decrease, tuple(blocks))
 
 
 def _group(

@@ -4,6 +4,7 @@
 ``score_test``       all candidates to first order, singles and pairs
 ``observability``    effects that this campaign cannot show
 ``confounding``      effects that this campaign cannot tell apart
+``context``          what every step works with, and the fits made so far
 ``refit``            candidates fitted in full, first on a few temperatures
 ``drop_and_swap``    each effect removed, and replaced by each other one
 ``stepwise``         effects added one by one, or as a pair

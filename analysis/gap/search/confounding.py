@@ -3,14 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from analysis.gap.search.score_test import Screening
-
-Real = NDArray[np.float64]
+from analysis.arrays import Real
+from analysis.gap.search.score_test import ScoreTest
 
 
-def cosines(screening: Screening, effects: Sequence[tuple[str, int]]) -> Real:
+def tangent_cosines(screening: ScoreTest, effects: Sequence[tuple[str, int]]) -> Real:
     """Largest canonical correlation between the tangents of each two of `effects` (name, site): (C, C) ndarray."""
     matrix, _ = screening.given([name for name in screening.active if name not in {e for e, _ in effects}])
     bases = []
@@ -29,7 +27,7 @@ def cosines(screening: Screening, effects: Sequence[tuple[str, int]]) -> Real:
     return table
 
 
-def mimicry(screening: Screening, effect: str, other: str) -> float:
+def signal_cosine(screening: ScoreTest, effect: str, other: str) -> float:
     """Cosine between the signal of `effect`, which is on, and the nearest that `other` can make, at its best site.
 
     Unlike a canonical correlation it looks at the direction that was found, not at the most alike directions of

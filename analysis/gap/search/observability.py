@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from analysis.effect_card import EffectCard
-from analysis.gap.search.score_test import Screening
+from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import LEAST_KEPT, LEAST_SIZE
 
 
@@ -39,7 +39,7 @@ class Observability:
         return self.kept >= LEAST_KEPT and self.size >= LEAST_SIZE
 
 
-def observability(screening: Screening, cards: Mapping[str, EffectCard]) -> tuple[Observability, ...]:
+def observability(screening: ScoreTest, cards: Mapping[str, EffectCard]) -> tuple[Observability, ...]:
     """Look at every effect that is off."""
     matrix, read = screening.given(screening.active)[0], screening.kept(screening.active)
     seen = []

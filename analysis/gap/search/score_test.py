@@ -10,17 +10,15 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.effect_card import Parameter, Values
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import without_gain
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import linearise_all
-from analysis.gap.fitting.schur_complement import arrow
+from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.twin_model import Tangent, TwinModel
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Screening:
+class ScoreTest:
     """Normal equations of every candidate at one fit, laws, readings and gain eliminated.
 
     Attributes
@@ -126,7 +124,7 @@ class Screening:
         left = matrix - cross.T @ solved[:, :-1]
         return 0.5 * (left + left.T), gradient - cross.T @ solved[:, -1]
 
-    def without(self, effect: str) -> "Screening":
+    def without(self, effect: str) -> "ScoreTest":
         """Put the signal of an active effect back into the residual, and the effect among the candidates.
 
         To first order only: its shapes stay where they are.
@@ -135,7 +133,7 @@ class Screening:
         left = [i for i, c in enumerate(self.columns) if c.effect != effect or not c.card.shape]
         block = np.ix_(left, left)
         gradient = self.gradient + self.matrix[:, mine] @ np.array([self.columns[i].at for i in mine])
-        return Screening(
+        return ScoreTest(
             columns=tuple(replace(self.columns[i], at=0.0) if i in mine else self.columns[i] for i in left),
             active=tuple(name for name in self.active if name != effect),
             matrix=self.matrix[block],
@@ -206,9 +204,9 @@ def solve_inside(matrix: Real, pull: Real, low: Real, high: Real) -> Real:
     return x
 
 
-def screen(
+def score_test(
     model: TwinModel, sweeps: GapSweeps, fit: GapFit, executor: Executor, *, effects: Sequence[str] | None = None
-) -> Screening:
+) -> ScoreTest:
     """Linearise the fit with every candidate's tangents (or those of `effects` only) and eliminate."""
     on = fit.state.effects
     columns = [
@@ -231,13 +229,13 @@ def screen(
         (c.effect, c.card.name, on.get(c.effect, model.cards[c.effect].zero(c.shapes))) for c in columns
     ]
     equations = linearise_all(model, sweeps, fit.state, tangents, executor)
-    head = arrow(sweeps, equations, fit.state)
+    head = schur_complement(sweeps, equations, fit.state)
     lever = head.matrix[0, 1:] / head.matrix[0, 0]
-    return Screening(
+    return ScoreTest(
         columns=tuple(columns),
         active=tuple(on),
         matrix=without_gain(head.matrix)[0],
-        read=without_gain(arrow(sweeps, equations, fit.state, readings=False).matrix)[0],
+        read=without_gain(schur_complement(sweeps, equations, fit.state, readings=False).matrix)[0],
         raw=head.raw[1:, 1:],
         gradient=head.gradient[1:] - lever * head.gradient[0],
     )

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from analysis.gap.fitting.normal_equations import LAWS, SLOPES, TEMPERATURE, whiten_all
 from analysis.gap.fitting.residual_map import cell_sigma
-from analysis.gap.fitting.schur_complement import arrow
-from analysis.gap.search.refit import Bench
+from analysis.gap.fitting.schur_complement import schur_complement
+from analysis.gap.search.context import SearchContext
 from analysis.gap.search.score_test import Candidate
-from analysis.gap.search.stepwise import Found
+from analysis.gap.search.stepwise import SearchResult
 from analysis.twin_model import Tangent
 
 
@@ -33,29 +33,31 @@ class Signature:
     fitted: bool
 
 
-def signatures(bench: Bench, found: Found) -> tuple[Signature, ...]:
+def signatures(context: SearchContext, found: SearchResult) -> tuple[Signature, ...]:
     """Map what each effect alone leaves of the baseline's residual, the most promising to first order first."""
-    bench.report("signatures", 0.0)
+    context.report("signatures", 0.0)
     fits = {r.effects[0]: r.fit for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
     candidates = found.first.candidates()
     screened = [c for c in candidates if fits.get(c.effects[0]) is None]
-    left = dict(zip((c.effects[0] for c in screened), _first_order(bench, found, screened), strict=True))
+    left = dict(zip((c.effects[0] for c in screened), _first_order(context, found, screened), strict=True))
     left |= {name: fit.residual for name, fit in fits.items() if fit is not None}
     return tuple(
-        Signature(name, cell_sigma(bench.sweeps, bench.noise, left[name]), fits.get(name) is not None)
+        Signature(name, cell_sigma(context.sweeps, context.noise, left[name]), fits.get(name) is not None)
         for name in (c.effects[0] for c in candidates)
     )
 
 
-def _first_order(bench: Bench, found: Found, candidates: Sequence[Candidate]) -> list[NDArray[np.complex128]]:
+def _first_order(
+    context: SearchContext, found: SearchResult, candidates: Sequence[Candidate]
+) -> list[NDArray[np.complex128]]:
     """Return the residual (T, K, n) that the step of each candidate leaves, laws, readings and gain following."""
-    sweeps, state = bench.sweeps, found.baseline.state
+    sweeps, state = context.sweeps, found.baseline.state
     columns = [found.first.columns[place] for c in candidates for place in c.columns]
     tangents: list[Tangent] = [
-        (c.effect, c.card.name, bench.model.cards[c.effect].zero(c.shapes)) for c in columns
+        (c.effect, c.card.name, context.model.cards[c.effect].zero(c.shapes)) for c in columns
     ]
-    white = whiten_all(bench.model, sweeps, state, tangents, bench.executor)
-    head = arrow(sweeps, [w.equations() for w in white], state)
+    white = whiten_all(context.model, sweeps, state, tangents, context.executor)
+    head = schur_complement(sweeps, [w.equations() for w in white], state)
     left, begin = [], 1
     for candidate in candidates:
         step = np.zeros(1 + len(columns))

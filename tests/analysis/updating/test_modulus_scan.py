@@ -7,7 +7,7 @@ import pytest
 
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from analysis.updating.modulus_scan import coarse_look, scanned_box
+from analysis.updating.modulus_scan import scan_modulus, scanned_box
 
 BOX = MaterialBox((1.0e9, 4.0e9), (0.3, 0.48), (0.005, 0.12))
 
@@ -24,7 +24,7 @@ class Damped:
 
 def look(twin, modulus: float, loss: float = 0.05, box: MaterialBox = BOX, noise: float = 0.01):
     frf = twin.measured(np.array([20.0]), [(modulus, 0.4, loss)], 12.0, np.random.default_rng(1), noise)
-    return coarse_look(Damped(twin), frf.frequency, frf.h[0], box)
+    return scan_modulus(Damped(twin), frf.frequency, frf.h[0], box)
 
 
 @pytest.mark.parametrize("modulus", [1.2e9, 2.0e9, 3.7e9])
@@ -47,14 +47,14 @@ def test_noise_without_a_plate_stops_nothing(twin) -> None:
     lines = np.arange(100.0, 1500.0)
     for _ in range(5):
         h = rng.standard_normal((1, lines.size)) + 1j * rng.standard_normal((1, lines.size))
-        assert not coarse_look(Damped(twin), lines, h, BOX).outside
+        assert not scan_modulus(Damped(twin), lines, h, BOX).outside
 
 
 def test_sign_and_size_of_channels_do_not_matter(affine_modes) -> None:
     twin = affine_modes(np.random.default_rng(7), sensors=2)
     frf = twin.measured(np.array([20.0]), [(2e9, 0.4, 0.05)], 12.0, np.random.default_rng(3))
     turned = replace(frf, h=frf.h * np.array([-1.0, 30.0])[:, None])
-    one, other = (coarse_look(Damped(twin), f.frequency, f.h[0], BOX) for f in (frf, turned))
+    one, other = (scan_modulus(Damped(twin), f.frequency, f.h[0], BOX) for f in (frf, turned))
     assert other.agreement == pytest.approx(one.agreement)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
 from analysis.material import Material, MaterialBox
 from analysis.material_table import laws_through
@@ -30,7 +31,6 @@ from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
-Array = NDArray[np.float64]
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "hidden-effect.toml"
 TABLE = np.linspace(-10.0, 70.0, 9)
 RATE = 51_200.0 / 24.0
@@ -84,12 +84,12 @@ def of(twin: Twin[EffectPlate], effects: Effects) -> TwinTransfer:
     return TwinTransfer(twin.referred(LAWS.local(25.0)), LAWS, effects)
 
 
-def lines_of(drive: Array) -> Array:
+def lines_of(drive: Real) -> Real:
     grid = np.arange(drive.size // 2 + 1) * (RATE / drive.size)
     return np.asarray(grid[(grid > BAND[0]) & (grid < BAND[1])])
 
 
-def ratio(plate: TwinPlate, drive: Array, temperature: Array) -> NDArray[np.complex128]:
+def ratio(plate: TwinPlate, drive: Real, temperature: Real) -> NDArray[np.complex128]:
     """Spectrum of the answer over the drive's, in the band."""
     grid = np.arange(drive.size // 2 + 1) * (RATE / drive.size)
     inside = (grid > BAND[0]) & (grid < BAND[1])

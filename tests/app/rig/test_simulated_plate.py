@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.material import Material
 from analysis.material_table import laws_through
 from analysis.protocol.drive import drive_signal
@@ -14,7 +15,6 @@ from analysis.sweep_point import SweepPoint
 from app.rig.plate_transfer import Followed
 from app.rig.simulated_plate import TwinPlate
 
-Array = NDArray[np.float64]
 RATE = 51_200.0 / 6.0
 DAMPING = 0.03
 SWEEP = SweepSettings(
@@ -38,7 +38,7 @@ class Oscillator:
     outputs: int = 1
     asked: list[SweepPoint] = field(default_factory=list)
 
-    def __call__(self, point: SweepPoint, frequency: Array) -> NDArray[np.complex128]:
+    def __call__(self, point: SweepPoint, frequency: Real) -> NDArray[np.complex128]:
         self.asked.append(point)
         own = natural(float(LAWS.at(point.temperature).youngs_modulus[0]))
         omega = 2.0 * np.pi * frequency
@@ -51,14 +51,14 @@ def plate() -> TwinPlate:
     return TwinPlate(Oscillator(), 2.0)
 
 
-def integrated(temperature: Array) -> Array:
+def integrated(temperature: Real) -> Real:
     """Solve y'' + 2 z w(T) y' + w(T)**2 y = w(T)**2 u by the classical Runge-Kutta method, four steps a sample."""
     fine = 8  # two evaluations of the drive for each step
     drive = 2.0 * drive_signal(SWEEP, 1.0, fine * RATE)
     own = np.interp(np.arange(drive.size) / fine, np.arange(temperature.size), _natural_over(temperature))
     step, state, answer = 2.0 / (fine * RATE), np.zeros(2), np.empty(temperature.size)
 
-    def slope(at: int, y: Array) -> Array:
+    def slope(at: int, y: Real) -> Real:
         at = min(at, drive.size - 1)
         w = own[at]
         return np.array([y[1], w * w * (drive[at] - y[0]) - 2.0 * DAMPING * w * y[1]])
@@ -74,13 +74,13 @@ def integrated(temperature: Array) -> Array:
     return answer
 
 
-def _natural_over(temperature: Array) -> Array:
+def _natural_over(temperature: Real) -> Real:
     nodes = np.linspace(temperature.min(), temperature.max() + 1e-9, 50)
     values = [natural(float(LAWS.at(node).youngs_modulus[0])) for node in nodes]
     return np.interp(temperature, nodes, values)
 
 
-def in_band(signal: Array) -> NDArray[np.complex128]:
+def in_band(signal: Real) -> NDArray[np.complex128]:
     grid = np.fft.rfftfreq(signal.size, 1.0 / RATE)
     return np.fft.rfft(signal)[(grid > 110.0) & (grid < 1400.0)]
 

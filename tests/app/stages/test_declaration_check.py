@@ -13,7 +13,7 @@ from analysis.plate_material import PlateMaterial
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
 from app.files.campaign import load_campaign
-from app.stages.declaration_check import first_look
+from app.stages.declaration_check import check_declaration
 
 RECORDED = Path(__file__).parents[4] / "shared" / "data" / "campaigns"
 
@@ -40,19 +40,19 @@ def declared(experiment: Experiment, **changes: object) -> Experiment:
 
 
 def test_a_good_declaration_goes_on_without_a_word(measured: tuple[Experiment, Frf]) -> None:
-    assert first_look(*measured, silent) == ()
+    assert check_declaration(*measured, silent) == ()
 
 
 def test_half_the_thickness_is_told_in_millimetres_and_gigapascals(measured: tuple[Experiment, Frf]) -> None:
     experiment, frf = measured
     with pytest.raises(ResultFileError, match=r"thickness 1\.5 mm declared; the resonances at 20 °C say 3\.[0-9]"):
-        first_look(declared(experiment, thickness=0.0015), frf, silent)
+        check_declaration(declared(experiment, thickness=0.0015), frf, silent)
 
 
 def test_a_wrong_material_is_told_with_what_to_declare(measured: tuple[Experiment, Frf]) -> None:
     experiment, frf = measured
     with pytest.raises(ResultFileError, match=r'declare in \[plate\.material\] kind = "polypropylene"'):
-        first_look(declared(experiment, material=PlateMaterial(kind="aluminium")), frf, silent)
+        check_declaration(declared(experiment, material=PlateMaterial(kind="aluminium")), frf, silent)
 
 
 @pytest.mark.parametrize("verb", ["update", "gap"])
@@ -96,4 +96,4 @@ def test_a_basis_that_does_not_converge_is_a_sentence(tmp_path: Path, measured, 
 def test_recordings_with_and_without_effects_go_on(name: str) -> None:
     campaign = load_campaign(RECORDED / name)
     some = replace(campaign, sweeps=campaign.sweeps[:: max(1, len(campaign.sweeps) // 3)])
-    assert first_look(campaign.experiment, campaign_frf(some), silent) == ()
+    assert check_declaration(campaign.experiment, campaign_frf(some), silent) == ()

@@ -7,19 +7,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+
+from analysis.arrays import Complex, Real
 
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
 from PySide6.QtCore import QPointF, Qt
 
+from analysis.estimates import FittedLaws
 from analysis.experiment import Plate
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
 from analysis.focusing.methods import Modes, compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
-from analysis.gap.report import FittedLaws
 from analysis.gap.search.signatures import Signature
 from app.files.filter_files import save_focusing
 from app.files.gap_file import GapFigures, GapMap, save_gap
@@ -39,8 +40,6 @@ from app.view.recorded.window import RecordedWindow
 from app.view.surface import SurfaceChart
 from app.view.theme import LIGHT, one_sided
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 ORDERS = [(m, n) for m in range(1, 5) for n in range(1, 5)]
 PANEL = Panel.model_validate(
     {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.fitting.normal_equations import GLOBAL, TEMPERATURE, linearise_all
-from analysis.gap.fitting.schur_complement import OWN, arrow
+from analysis.gap.fitting.schur_complement import OWN, schur_complement
 
 
 @pytest.fixture(scope="module", params=[(10.0, 26.0), tuple(np.arange(0.0, 13.0, 2.0))], ids=["sparse", "dense"])
@@ -40,7 +40,7 @@ def whole(sweeps, equations):
 
 def test_elimination_equals_the_dense_solution(problem):
     sweeps, state, equations = problem
-    head = arrow(sweeps, equations, state)
+    head = schur_complement(sweeps, equations, state)
     step = np.linalg.solve(head.matrix, head.gradient)
     local = head.follow(step, sweeps.count)
     matrix, gradient = whole(sweeps, equations)
@@ -52,12 +52,12 @@ def test_elimination_equals_the_dense_solution(problem):
     assert local.laws == pytest.approx(own[:, :3], rel=1e-4, abs=1e-9)
     assert local.tilt == pytest.approx(own[:, 3:], rel=1e-3, abs=1e-6)
     assert local.away == pytest.approx(dense[OWN * groups : -len(step)], rel=1e-4, abs=1e-8)
-    assert head.promised + head.gradient @ step == pytest.approx(gradient @ dense, rel=1e-6)
+    assert head.predicted_decrease + head.gradient @ step == pytest.approx(gradient @ dense, rel=1e-6)
 
 
 def test_readings_of_a_group_move_against_each_other_only(problem):
     sweeps, state, equations = problem
-    head = arrow(sweeps, equations, state)
+    head = schur_complement(sweeps, equations, state)
     away = head.follow(np.zeros(len(head.gradient)), sweeps.count).away
     assert np.abs(away).max() > 0.0
     assert np.bincount(sweeps.groups.of_sweep, away) == pytest.approx(0.0, abs=1e-12)
@@ -65,7 +65,7 @@ def test_readings_of_a_group_move_against_each_other_only(problem):
 
 def test_frozen_laws_stay(problem):
     sweeps, state, equations = problem
-    head = arrow(sweeps, equations, state, frozen=True)
+    head = schur_complement(sweeps, equations, state, frozen=True)
     local = head.follow(np.ones(len(head.gradient)), sweeps.count)
     assert not local.laws.any()
     assert not local.away.any()
@@ -74,6 +74,9 @@ def test_frozen_laws_stay(problem):
 
 def test_known_temperatures_leave_a_lag_more_to_say(problem):
     sweeps, state, equations = problem
-    unread, read = arrow(sweeps, equations, state), arrow(sweeps, equations, state, readings=False)
+    unread, read = (
+        schur_complement(sweeps, equations, state),
+        schur_complement(sweeps, equations, state, readings=False),
+    )
     assert read.matrix[2, 2] > 100.0 * unread.matrix[2, 2]
     assert read.matrix[2, 2] < 1.0001 * read.raw[2, 2]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from analysis.gap.fitting.fit import fit_gap
-from analysis.gap.search.confounding import cosines, mimicry
+from analysis.gap.search.confounding import signal_cosine, tangent_cosines
 from analysis.gap.search.observability import observability
-from analysis.gap.search.score_test import screen, solve_inside
+from analysis.gap.search.score_test import score_test, solve_inside
 
 TEMPERATURES = (10.0, 14.0, 18.0, 22.0, 26.0)
 
@@ -17,7 +17,7 @@ def screened(toy, pool, **kwargs):
     sweeps, _ = toy.prepared(temperatures=kwargs.pop("temperatures", TEMPERATURES), **kwargs)
     plate = toy.Plate()
     fit = fit_gap(plate, sweeps, toy.start(sweeps.groups), (), pool)
-    return plate, sweeps, fit, screen(plate, sweeps, fit, pool)
+    return plate, sweeps, fit, score_test(plate, sweeps, fit, pool)
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_noise_makes_no_candidate(toy, pool):
 def test_an_active_effect_put_back_shows_with_its_evidence(toy, pool):
     plate, sweeps, base, _ = screened(toy, pool, effects={"mass": {"grams": 0.05}})
     fit = fit_gap(plate, sweeps, base.state.with_effects({"mass": {"grams": 0.0}}), ("mass",), pool)
-    screening = screen(plate, sweeps, fit, pool)
+    screening = score_test(plate, sweeps, fit, pool)
     assert screening.active == ("mass",)
     back = {c.effects[0]: c for c in screening.without("mass").candidates()}["mass"]
     assert back.gain == pytest.approx(fit.log_evidence - base.log_evidence, rel=0.02)
@@ -101,10 +101,10 @@ def test_a_drift_of_the_gain_is_not_seen_at_one_temperature(toy, pool):
 
 def test_look_alikes_are_told_from_strangers(toy, pool):
     plate, sweeps, base, screening = screened(toy, pool, effects={"taper": {"tx": 0.001}})
-    table = cosines(screening, [("taper", 0), ("draught", 0), ("feedthrough", 0)])
+    table = tangent_cosines(screening, [("taper", 0), ("draught", 0), ("feedthrough", 0)])
     assert table[0, 1] > 0.95
     assert table[0, 2] < 0.3
     fit = fit_gap(plate, sweeps, base.state.with_effects({"taper": {"tx": 0.0}}), ("taper",), pool)
-    at = screen(plate, sweeps, fit, pool)
-    assert mimicry(at, "taper", "draught") == pytest.approx(table[0, 1], abs=0.02)
-    assert mimicry(at, "taper", "feedthrough") < 0.3
+    at = score_test(plate, sweeps, fit, pool)
+    assert signal_cosine(at, "taper", "draught") == pytest.approx(table[0, 1], abs=0.02)
+    assert signal_cosine(at, "taper", "feedthrough") < 0.3
