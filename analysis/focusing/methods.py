@@ -20,7 +20,7 @@ METHODS: tuple[Method, ...] = ("stif", "time-reversal", "modal-control", "none")
 
 
 @dataclass(frozen=True)
-class Modes:
+class PanelModes:
     """Natural modes of a panel, mass-normalised, in the twin's generalised coordinates.
 
     Attributes
@@ -49,7 +49,7 @@ class PanelModel(Protocol):
     ) -> Complex:
         """Generalised coordinates (N, F, r) per volt or newton of every actuator; ValueError outside the box."""
 
-    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> Modes:
+    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
         """Return the lowest `count` modes."""
 
 
@@ -96,7 +96,7 @@ def _loud(
 
 
 @dataclass(frozen=True)
-class Comparison:
+class MethodComparison:
     """All methods on one plate, with complex filters (paper Fig. 4).
 
     Attributes
@@ -116,7 +116,7 @@ class Comparison:
     spot_error: Real
 
 
-def compare(model: PanelModel, panel: Panel, constants: Constants) -> Comparison:
+def compare(model: PanelModel, panel: Panel, constants: Constants) -> MethodComparison:
     """Contrast and spot error of every method on a plate of `constants` E, nu, eta."""
     lines = panel.filters.frequency
     band = panel.filters.in_band(lines)
@@ -127,4 +127,4 @@ def compare(model: PanelModel, panel: Panel, constants: Constants) -> Comparison
         filters = designer(method, model, panel, lines)(constants, amplitude, forms)
         contrasts.append(contrast(forms, filters)[0, band])
         spots.append(spot_error(model.space, amplitude[:, band], filters[band]))
-    return Comparison(METHODS, constants, lines[band], np.array(contrasts), np.array(spots))
+    return MethodComparison(METHODS, constants, lines[band], np.array(contrasts), np.array(spots))

@@ -25,7 +25,7 @@ from analysis.protocol.drive import drive_signal
 from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
 from app.blind_trial.specimen import Specimen
-from app.rig.plate_transfer import Transfer
+from app.rig.plate_transfer import PlateTransfer
 from simulation.effects.library import LIBRARY
 
 MAINS = 50.0
@@ -143,7 +143,7 @@ def _expected_frf(specimen: Specimen, share: float, rng: np.random.Generator) ->
         for t in (programme.temperatures if leg == "up" else programme.temperatures[::-1])
         for level in sweep.levels
     ]
-    plain: Transfer = specimen.transfer({})
+    plain: PlateTransfer = specimen.transfer({})
     answers = {t: gain * plain(SweepPoint(t, 0.0, 1.0), lines) for t in programme.temperatures}
     middle = answers[programme.temperatures[len(answers) // 2]]
     noise = float(share * np.sqrt(np.mean(np.abs(middle) ** 2) / np.mean(1.0 / power)))

@@ -17,7 +17,7 @@ from app.files.effect_cache import cached_operators
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.simulation_section import Simulation
 from app.rig.assembly import REFERENCE, parts_around
-from app.rig.plate_transfer import Followed, Transfer, TwinTransfer
+from app.rig.plate_transfer import Followed, PlateTransfer, TwinTransfer
 from app.rig.simulated_plate import TwinPlate
 from drivers.rig.rig import Rig
 from simulation.effects.library import library
@@ -99,7 +99,7 @@ class Specimen:
         """Of everything that can be hidden in it."""
         return {**self.twin.cards, "resonator": RESONATOR.card(self.declared)}
 
-    def transfer(self, effects: Mapping[str, Values]) -> Transfer:
+    def transfer(self, effects: Mapping[str, Values]) -> PlateTransfer:
         """Return what it answers with `effects` in it."""
         plain = {name: values for name, values in effects.items() if name != "resonator"}
         transfer = KnownTransfer(self.twin, self.laws, plain)

@@ -125,15 +125,15 @@ def _shoot(
     from app.rig.first_shot import look_before, shoot
     from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest
     from drivers.rig.end_requests import EndRequests
-    from drivers.rig.survey import State
+    from drivers.rig.survey import FindingState
 
     findings = list(look_before(declared, kind, folder))
     unsafe: tuple[str, ...] = ()
-    if all(one.state is not State.BAD for one in findings):
+    if all(one.state is not FindingState.BAD for one in findings):
         with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
             heard, unsafe = shoot(declared, kind, opened, requests.check)
         findings += heard
-    bad = [one for one in findings if one.state is State.BAD]
+    bad = [one for one in findings if one.state is FindingState.BAD]
     rows = [{"what": o.what, "state": str(o.state), "seen": o.seen, "next_step": o.next_step} for o in findings]
     record = {"ready": not (bad or unsafe), "rig": kind, "findings": rows, "unsafe": list(unsafe)}
     output.result(lambda: record, lambda: show(findings))

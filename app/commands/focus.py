@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from analysis.focusing.methods import Comparison
+    from analysis.focusing.methods import MethodComparison
     from analysis.focusing.over_temperature import Aim, Focusing
     from analysis.focusing.panel import Panel
 
@@ -104,7 +104,7 @@ def command(
     output.summary(summary(focusing, folder / "filters.h5", seconds))
 
 
-def record(focusing: "Focusing", comparison: "Comparison", seconds: float) -> dict[str, Any]:
+def record(focusing: "Focusing", comparison: "MethodComparison", seconds: float) -> dict[str, Any]:
     """Return what ``--json`` prints: means over the band at every temperature."""
     energy = focusing.energy
     return {

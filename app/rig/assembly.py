@@ -17,14 +17,14 @@ from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredExperiment, RigKind
 from app.files.hidden_effects import with_shapes
 from app.files.simulation_section import Simulation
-from app.rig.plate_transfer import Transfer, TwinTransfer
+from app.rig.plate_transfer import PlateTransfer, TwinTransfer
 from app.rig.simulated_plate import TwinPlate
 from app.twins.campaign_twin import campaign_twin, effect_twin
 from drivers.clock import SystemClock
 from drivers.ni.modules import KNOWN, InputModule
 from drivers.ni.output_modules import KNOWN_OUTPUTS
 from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.surroundings import Module, Plate
+from drivers.ni.simulated.surroundings import DrivenPlate, Module
 from drivers.ni.thermocouple_modules import NI_9211, NI_9213
 from drivers.ni.wiring import Wiring
 from drivers.ovens.simulated.thermal import Chamber
@@ -117,7 +117,7 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Progress) 
         experiment, simulation, _silent(experiment), file
     )  # wiring and modules are refused before a twin is built
     recorded = experiment.recorded(experiment.sample_rate)
-    transfer: Transfer
+    transfer: PlateTransfer
     if simulation.effects:
         transfer = _with_effects(effect_twin(recorded, report), simulation, laws, file)
         _require_answerable(experiment, transfer, file)
@@ -129,7 +129,7 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Progress) 
 
 
 def parts_around(
-    experiment: AcquiredExperiment, simulation: Simulation, plate: Plate, file: Path
+    experiment: AcquiredExperiment, simulation: Simulation, plate: DrivenPlate, file: Path
 ) -> SimulatedParts:
     """Build the simulated cards and oven of an experiment around a plate; CampaignFileError for modules."""
     wiring = experiment.cards
@@ -161,7 +161,7 @@ def _gain(experiment: AcquiredExperiment, simulation: Simulation) -> float:
     return experiment.drive_gain if simulation.gain is None else simulation.gain
 
 
-def _silent(experiment: AcquiredExperiment) -> Plate:
+def _silent(experiment: AcquiredExperiment) -> DrivenPlate:
     """Return a plate that does not answer: cards read their inputs when they are opened, whoever opens them."""
     return lambda drive, rate, temperature: np.zeros((len(experiment.cards.responses), drive.size))
 

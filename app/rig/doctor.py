@@ -16,7 +16,7 @@ from app.rig.assembly import rig_places
 from app.terminal.campaign_progress import duration
 from drivers.ni.wiring import Wiring
 from drivers.rig.occupancy import in_use
-from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven, look_at_ports, look_at_sound
+from drivers.rig.survey import Finding, FindingState, look_at_cards, look_at_oven, look_at_ports, look_at_sound
 from drivers.soundcard.settings import SoundCard
 
 EARLIEST = datetime(2025, 1, 1, tzinfo=UTC)
@@ -47,11 +47,13 @@ def examine(experiment: AcquiredExperiment | None, folder: Path) -> Iterator[Fin
     if experiment is not None:
         holder = in_use(rig_places(experiment, experiment.rig))
         if holder is not None:
-            yield Finding("rig", State.BAD, holder, "wait for its end; nothing was asked of the oven")
+            yield Finding("rig", FindingState.BAD, holder, "wait for its end; nothing was asked of the oven")
         else:
             yield look_at_oven(experiment.oven, needed=real)
         seconds = experiment.protocol.seconds(experiment.oven.room_temperature)
-        yield Finding("campaign", State.GOOD, f"{experiment.protocol.count} sweeps, about {duration(seconds)}")
+        yield Finding(
+            "campaign", FindingState.GOOD, f"{experiment.protocol.count} sweeps, about {duration(seconds)}"
+        )
     yield look_at_disk(experiment, folder)
     yield _clock(folder)
 
@@ -85,10 +87,10 @@ def look_at_disk(experiment: AcquiredExperiment | None, folder: Path) -> Finding
     needed = PLENTY if experiment is None else 1e8 + campaign_bytes(experiment)
     seen = f"{free / 1e9:.1f} GB free at {there}, {needed / 1e9:.2f} GB wanted"
     if not os.access(there, os.W_OK):
-        return Finding("disk", State.BAD, f"{there} cannot be written", "choose another folder with --out")
+        return Finding("disk", FindingState.BAD, f"{there} cannot be written", "choose another folder with --out")
     if free < needed:
-        return Finding("disk", State.BAD, seen, "make room, or choose another disk with --out")
-    return Finding("disk", State.GOOD, seen)
+        return Finding("disk", FindingState.BAD, seen, "make room, or choose another disk with --out")
+    return Finding("disk", FindingState.GOOD, seen)
 
 
 def _clock(folder: Path) -> Finding:
@@ -96,7 +98,7 @@ def _clock(folder: Path) -> Finding:
     now = datetime.now(UTC)
     local = now.astimezone().isoformat(timespec="seconds")
     if now < EARLIEST:
-        return Finding("clock", State.BAD, f"shows {local}", "set it, and let it be kept by a time server")
+        return Finding("clock", FindingState.BAD, f"shows {local}", "set it, and let it be kept by a time server")
     there = next(parent for parent in (folder, *folder.parents) if parent.exists())
     try:
         with tempfile.NamedTemporaryFile(dir=there) as probe:
@@ -105,5 +107,7 @@ def _clock(folder: Path) -> Finding:
         apart = 0.0
     if apart > APART:
         step = "let both be kept by the same time server"
-        return Finding("clock", State.NOTE, f"{local}, {apart:.0f} s from that of the disk at {there}", step)
-    return Finding("clock", State.GOOD, local)
+        return Finding(
+            "clock", FindingState.NOTE, f"{local}, {apart:.0f} s from that of the disk at {there}", step
+        )
+    return Finding("clock", FindingState.GOOD, local)

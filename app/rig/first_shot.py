@@ -15,7 +15,7 @@ from drivers.rig.occupancy import RigInUse, in_use, occupied
 from drivers.rig.rest import rest_drive
 from drivers.rig.rig import Rig
 from drivers.rig.shot import Shot, fire
-from drivers.rig.survey import Finding, State, look_at_cards, look_at_oven, look_at_sound
+from drivers.rig.survey import Finding, FindingState, look_at_cards, look_at_oven, look_at_sound
 from drivers.soundcard.settings import SoundCard
 
 CLOSE = 0.5
@@ -28,7 +28,7 @@ CHECK = "check this cable, its terminal in [cards] and, for a drive, the amplifi
 def look_before(experiment: AcquiredExperiment, kind: RigKind, folder: Path) -> Iterator[Finding]:
     """Yield what can be said before anything is played: cards, oven, length of the campaign, disk."""
     if (holder := in_use(rig_places(experiment, kind))) is not None:
-        yield Finding("rig", State.BAD, holder, "wait for its end; nothing was asked of it")
+        yield Finding("rig", FindingState.BAD, holder, "wait for its end; nothing was asked of it")
     elif kind != "simulated":
         if isinstance(experiment.cards, Wiring):
             yield from look_at_cards(experiment.cards, needed=True)
@@ -36,7 +36,7 @@ def look_before(experiment: AcquiredExperiment, kind: RigKind, folder: Path) -> 
             yield look_at_sound(experiment.cards, needed=True)
         yield look_at_oven(experiment.oven, needed=True)
     seconds = experiment.protocol.seconds(experiment.oven.room_temperature)
-    yield Finding("campaign", State.GOOD, f"{experiment.protocol.count} sweeps, about {duration(seconds)}")
+    yield Finding("campaign", FindingState.GOOD, f"{experiment.protocol.count} sweeps, about {duration(seconds)}")
     yield look_at_disk(experiment, folder)
 
 
@@ -55,16 +55,16 @@ def shoot(
             with held_back():
                 unsafe = rest_drive(rig.open_cards, cards)
     except RigInUse as error:
-        return [Finding("rig", State.BAD, error.what, error.next_step)], ()
+        return [Finding("rig", FindingState.BAD, error.what, error.next_step)], ()
     if isinstance(raised, DaqError):
-        found = [Finding("shot", State.BAD, raised.said, raised.next_step)]
+        found = [Finding("shot", FindingState.BAD, raised.said, raised.next_step)]
     elif raised is not None:
         if unsafe is None:
             raise raised
-        found = [Finding("shot", State.BAD, f"{type(raised).__name__}: {raised}")]
+        found = [Finding("shot", FindingState.BAD, f"{type(raised).__name__}: {raised}")]
     else:
         names = ["drive", *(output.id for output in experiment.recorded(experiment.sample_rate).outputs)]
-        found = [Finding("shot", State.BAD, fault, CHECK) for fault in shot.faults]
+        found = [Finding("shot", FindingState.BAD, fault, CHECK) for fault in shot.faults]
         found += [_channel(name, one, experiment) for name, one in zip(names, shot.heard, strict=False)]
     return found, () if unsafe is None else (unsafe,)
 
@@ -88,4 +88,4 @@ def _channel(name: str, one: Heard, experiment: AcquiredExperiment) -> Finding:
         steps.append(
             f"a sweep of {experiment.sweep.duration:g} s may do better than {DURATION:g} s; else raise the level"
         )
-    return Finding(f"input of {name}", State.NOTE if steps else State.GOOD, seen, "; ".join(steps))
+    return Finding(f"input of {name}", FindingState.NOTE if steps else FindingState.GOOD, seen, "; ".join(steps))

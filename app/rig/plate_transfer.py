@@ -16,7 +16,7 @@ from simulation.twin.twin import Twin
 Followed = frozenset[Literal["rate", "level"]]
 
 
-class Transfer(Protocol):
+class PlateTransfer(Protocol):
     """Outputs per unit of the input: sensor volts per volt on the actuator patch, in most campaigns."""
 
     @property

@@ -7,7 +7,7 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from analysis.arrays import Complex, Real
 from analysis.sweep_point import SweepPoint
-from app.rig.plate_transfer import Transfer
+from app.rig.plate_transfer import PlateTransfer
 
 SPACING = 0.1
 """Temperatures at which the twin is asked, K: a resonance moves by a hundredth of its width in between."""
@@ -33,7 +33,7 @@ class TwinPlate:
 
     Parameters
     ----------
-    transfer : Transfer
+    transfer : PlateTransfer
         Outputs per volt on the patch, or per newton.
     gain : float
         Of the amplifier, V/V, or of the exciter, N/V.
@@ -43,7 +43,7 @@ class TwinPlate:
         Volts at the cards per unit of each output.
     """
 
-    transfer: Transfer
+    transfer: PlateTransfer
     gain: float
     memory: float = 1.0
     sensitivity: Real | float = 1.0

@@ -19,7 +19,7 @@ from app.files.gap_file import GapFigures, save_gap
 from app.files.gap_json import gap_record
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance, sha256
-from app.files.twin_file import Basis, Estimated, Origin, TwinEffect, TwinFile, TwinLaws, write_twin
+from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
 from app.stages.gap import GapComparison
 
 GAP, FIGURES, TWIN, LAWS = "gap.json", "gap.h5", "twin.toml", "laws-corrected.h5"
@@ -112,7 +112,7 @@ def twin_file(campaign: Campaign, found: GapComparison, based_on: str | None) ->
             operators=operators_key(experiment, material_box(experiment.plate.material)),
             error=_rounded(found.twin.error, 4),
         ),
-        origin=Origin(
+        origin=TwinOrigin(
             flexura=analysis.__version__,
             campaign=campaign.name,
             inputs=hashlib.sha256(json.dumps(sorted(campaign.hashes.items())).encode()).hexdigest(),

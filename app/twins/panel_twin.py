@@ -10,13 +10,13 @@ from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
-from analysis.focusing.methods import Constants, Modes
+from analysis.focusing.methods import Constants, PanelModes
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
-from simulation.reduction.reduce import Training
+from simulation.reduction.reduce import BasisTraining
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.fineness import Fineness
 
@@ -52,10 +52,10 @@ class PanelTwin:
         found = self.reduced.amplitudes(youngs_modulus, poisson_ratio, loss_factor, frequency)
         return self.signs[:, None, None] * found
 
-    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> Modes:
+    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
         """Lowest `count` undamped modes, each with the damping the plate gives it (patches add none)."""
         values, shapes = self.reduced.modes(youngs_modulus, poisson_ratio, loss_factor, count)
-        return Modes(values, shapes, -shapes.T @ (self.reduced.ports * self.signs))
+        return PanelModes(values, shapes, -shapes.T @ (self.reduced.ports * self.signs))
 
 
 def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
@@ -90,7 +90,7 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
         driven=range(len(forces)),
         points=grid.points,
         fineness=Fineness(tolerance=panel.twin.function_tolerance),
-        training=Training(tolerance=panel.twin.basis_tolerance),
+        training=BasisTraining(tolerance=panel.twin.basis_tolerance),
         progress=report,
     )
     return PanelTwin.of(reduced, grid, forces)

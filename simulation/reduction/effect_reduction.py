@@ -24,7 +24,7 @@ from simulation.reduction.energy_decomposition import energy_shift, middle
 from simulation.reduction.missing_answers import joined, missed
 from simulation.reduction.patch_projection import patch_energies
 from simulation.reduction.plate_basis import PlateBasis, plain_reduction
-from simulation.reduction.reduce import Training
+from simulation.reduction.reduce import BasisTraining
 from simulation.shell.assembly import FEW, assemble_chosen
 from simulation.shell.fineness import Fineness
 from simulation.shell.footprints import attached_disc
@@ -47,7 +47,7 @@ def reduce_with_effects(
     *,
     basis: PlateBasis | None = None,
     fineness: Fineness | None = None,
-    training: Training | None = None,
+    training: BasisTraining | None = None,
     progress: Progress | None = None,
 ) -> tuple[EffectOperators, FullPlate, Real]:
     """Operators of an experiment's plate, the full plate behind them, and their vectors (n, r).

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from analysis.arrays import Real
 from analysis.channel import Footprint
 from analysis.material import MaterialBox
-from simulation.reduction.reduce import Training, reduce
+from simulation.reduction.reduce import BasisTraining, reduce
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import FEW
 from simulation.shell.footprints import footprint_points
@@ -25,7 +25,7 @@ def reduce_with_footprints(
     *,
     points: ArrayLike | None = None,
     field_certified: bool = True,
-    training: Training | None = None,
+    training: BasisTraining | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> tuple[ReducedModel, Real]:
     """As `simulation.reduction.reduce.reduce`, with the footprints of transducers.

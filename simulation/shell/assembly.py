@@ -12,7 +12,7 @@ from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.choice import Problem, chosen, diagonal
+from simulation.shell.choice import ResponseProblem, chosen, diagonal
 from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.points import footprint_rows
@@ -104,13 +104,13 @@ def assemble_for(
     lines = list(shell.springs())
     diagonals = [diagonal(shell.space, blocks) for blocks in parts]
 
-    def problem(youngs_modulus: float, poisson_ratio: float, frequency: float) -> Problem:
+    def problem(youngs_modulus: float, poisson_ratio: float, frequency: float) -> ResponseProblem:
         c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
         omega2 = (2 * np.pi * frequency) ** 2
         factors = (c1, c2, 1.0, omega2)
         energy = sum((factor * one for factor, one in zip(factors, diagonals, strict=True)), np.zeros(()))
         terms = list(zip((c1, c2, 1.0, -omega2), parts, strict=True))
-        return Problem(terms, lines, loads, np.asarray(energy))
+        return ResponseProblem(terms, lines, loads, np.asarray(energy))
 
     answered = count(1)
 

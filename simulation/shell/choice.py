@@ -43,7 +43,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Problem:
+class ResponseProblem:
     """One dynamic stiffness Z = K - w**2 M for which answers are wanted.
 
     Attributes
@@ -66,7 +66,7 @@ class Problem:
 def chosen(
     space: ShapeSpace,
     held: Mask,
-    problems: Sequence[Problem],
+    problems: Sequence[ResponseProblem],
     tolerance: float,
     executor: Executor | None = None,
     step: Callable[[], None] | None = None,
@@ -142,7 +142,7 @@ class _Condensed:
     lost: Real
 
 
-def _shares(space: ShapeSpace, held: Mask, problem: Problem, order: Whole) -> Real:
+def _shares(space: ShapeSpace, held: Mask, problem: ResponseProblem, order: Whole) -> Real:
     """Share of every function in the energy of every answer, (5, N, L)."""
     size = space.size
     free = ~held
@@ -172,7 +172,7 @@ def _shares(space: ShapeSpace, held: Mask, problem: Problem, order: Whole) -> Re
     return np.asarray((energy / total).reshape(5, size, -1))
 
 
-def _condensed(space: ShapeSpace, problem: Problem, number: Whole) -> Iterator[_Condensed]:
+def _condensed(space: ShapeSpace, problem: ResponseProblem, number: Whole) -> Iterator[_Condensed]:
     """Eliminate the insides of all cells, `CHUNK` cells at a time; `number` (5, N) is that of `Unknowns`."""
     size, first = space.size, _first_inside(space)
     loads = problem.loads.reshape(5 * size, -1)
@@ -206,7 +206,7 @@ def _first_inside(space: ShapeSpace) -> int:
     return len(space.mesh.points) + len(space.mesh.edges) * (space.degree - 1)
 
 
-def _dense(problem: Problem, group: int, cells: slice, size: int, count: int) -> Real:
+def _dense(problem: ResponseProblem, group: int, cells: slice, size: int, count: int) -> Real:
     """Z of some cells of a group as whole matrices, (C, 5 N, 5 N)."""
     z = np.zeros((size, 5 * count, 5 * count))
     for factor, blocks in problem.terms:

@@ -14,7 +14,7 @@ from simulation.meshing.plate_mesh import PlateMesh
 from simulation.shell.cells import (
     QUAD_EDGES,
     TRIANGLE_EDGES,
-    Table,
+    ShapeTable,
     quad_functions,
     quad_rule,
     triangle_functions,
@@ -40,7 +40,7 @@ class CellGroup:
         Functions of the space on every cell.
     sign : (C, N) ndarray
         -1 where a function of odd degree runs along its edge against the reference cell.
-    table : Table
+    table : ShapeTable
         Of the reference cell, at the Q points of quadrature.
     places : (C, Q, 2) ndarray
         Points of quadrature, m.
@@ -52,7 +52,7 @@ class CellGroup:
 
     functions: Whole
     sign: Real
-    table: Table
+    table: ShapeTable
     places: Real
     dx: Real
     inverse: Real

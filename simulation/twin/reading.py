@@ -15,7 +15,7 @@ from simulation.twin.transfer import Transfer
 
 
 @dataclass(frozen=True)
-class Reading:
+class SignalReading:
     """Instruments connected to a plate, and the factor and constant that effects put on their signals.
 
     Attributes

@@ -19,7 +19,7 @@ from simulation.twin.transfer import Transfer
 
 
 @dataclass(frozen=True)
-class Sensitivity:
+class TransferSensitivity:
     """Change of sense' G drive, at every frequency.
 
     Attributes
@@ -88,7 +88,7 @@ class ModalSensitivity:
     slopes: ModalSlopes
 
     def by(self, local: Composite, stepped: PlateState) -> Complex:
-        """Differentiate as `Sensitivity.by`."""
+        """Differentiate as `TransferSensitivity.by`."""
         seen, driving = list(self.transfer.instruments.seen), list(self.transfer.instruments.driving)
         changes = impedance_change(self.solved, self.state, local, stepped)
         if not changes and not local.coupling.any():

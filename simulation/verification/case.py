@@ -20,7 +20,7 @@ class ExactPlate(Protocol):
 
 
 @dataclass(frozen=True)
-class Material:
+class CaseMaterial:
     """An isotropic material.
 
     Attributes
@@ -50,7 +50,7 @@ class Case:
         m.
     thickness : float
         m.
-    material : Material
+    material : CaseMaterial
     supports : tuple of Support
         Of every curve of the outline, in its order.
     known : tuple of float or ExactPlate
@@ -76,7 +76,7 @@ class Case:
     title: str
     outline: Loop
     thickness: float
-    material: Material
+    material: CaseMaterial
     supports: tuple[Support, ...]
     known: tuple[float, ...] | ExactPlate
     length: float | None

@@ -20,7 +20,7 @@ from simulation.verification.waves import PlateWaves
 
 
 @dataclass(frozen=True)
-class Disc:
+class ExactDisc:
     """A disc, or an annulus, in units of its outer radius a.
 
     Attributes

@@ -38,7 +38,7 @@ from drivers.rig import rest
 from drivers.rig.errors import RigInterrupted, RigStopped
 from drivers.rig.occupancy import occupied
 from drivers.rig.simulated import SimulatedParts
-from drivers.rig.survey import Finding, State
+from drivers.rig.survey import Finding, FindingState
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "simulated-rig.toml"
@@ -440,7 +440,7 @@ def test_a_rig_left_on_comes_to_rest_also_where_its_campaign_is_not_taken_up(
 
 def test_nothing_is_reduced_where_a_shot_cannot_succeed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acquire, "_open", None)
-    full = Finding("disk", State.BAD, "0.0 GB free", "make room")
+    full = Finding("disk", FindingState.BAD, "0.0 GB free", "make room")
     monkeypatch.setattr(first_shot, "look_at_disk", lambda *_: full)
     result = run("acquire", experiment(tmp_path), "--test-shot")
     assert result.exit_code == 1

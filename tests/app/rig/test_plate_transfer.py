@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
+from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.material import Material, MaterialBox
 from analysis.material_table import laws_through
 from analysis.protocol.drive import drive_signal
@@ -69,7 +69,7 @@ def experiment() -> Experiment:
             directions=("up",),
             levels=(1.0,),
         ),
-        oven=Oven(room_temperature=22.0),
+        oven=OvenDeclaration(room_temperature=22.0),
     )
 
 

@@ -74,7 +74,7 @@ def test_verbs_stop_with_status_2(
 
 def test_a_basis_that_does_not_converge_is_a_sentence(tmp_path: Path, measured, monkeypatch) -> None:
     from simulation.meshing.recipe import MeshRecipe
-    from simulation.reduction.reduce import Training
+    from simulation.reduction.reduce import BasisTraining
     from simulation.shell.fineness import Fineness
 
     monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path))
@@ -86,7 +86,7 @@ def test_a_basis_that_does_not_converge_is_a_sentence(tmp_path: Path, measured, 
             PlateMaterial(youngs_modulus=(2e9, 2.1e9), poisson_ratio=(0.37, 0.38), loss_factor=(0.05, 0.06)).box,
             (100.0, 300.0),
             fineness=Fineness(MeshRecipe(spacing=0.08, grading=0.0, pieces=1), degree=3, tolerance=1e-5),
-            training=Training(tolerance=1e-18),
+            training=BasisTraining(tolerance=1e-18),
         )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.experiment import Acquisition, Experiment, Oven, Patch, Plate, Protocol
+from analysis.experiment import Acquisition, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.frf import Frf
 from analysis.identification.modes import Modes
 from analysis.identification.residual_terms import NONE
@@ -74,7 +74,7 @@ def experiment() -> Experiment:
             directions=("up",),
             levels=(1.0,),
         ),
-        oven=Oven(room_temperature=22.0),
+        oven=OvenDeclaration(room_temperature=22.0),
     )
 
 

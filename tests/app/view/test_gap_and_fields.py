@@ -18,7 +18,7 @@ from analysis.estimates import FittedLaws
 from analysis.experiment import Plate
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
-from analysis.focusing.methods import Modes, compare
+from analysis.focusing.methods import PanelModes, compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
 from analysis.gap.search.signatures import Signature
@@ -90,10 +90,10 @@ class SinePanel:
         w = 2.0 * np.pi * frequency
         return np.asarray(self._driven[:, None, :] / (self.squared(e, nu, eta) - w[None, :, None] ** 2))
 
-    def modes(self, e: float, nu: float, eta: float, count: int) -> Modes:
+    def modes(self, e: float, nu: float, eta: float, count: int) -> PanelModes:
         values = self.squared(e, nu, eta)
         order = np.argsort(values.real)[:count]
-        return Modes(values[order], np.eye(len(values))[:, order], self._driven.T[order])
+        return PanelModes(values[order], np.eye(len(values))[:, order], self._driven.T[order])
 
 
 @pytest.fixture

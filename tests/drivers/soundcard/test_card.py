@@ -11,7 +11,7 @@ from analysis.arrays import Real
 from drivers.clock import VirtualClock
 from drivers.ni.cards import CARDS
 from drivers.ni.errors import Action, DaqError
-from drivers.rig.survey import State, look_at_sound
+from drivers.rig.survey import FindingState, look_at_sound
 from drivers.soundcard.card import SoundCards
 from drivers.soundcard.settings import SoundCard
 from drivers.soundcard.simulated import SimulatedSound, simulated_sound
@@ -191,12 +191,14 @@ class Listing:
 @pytest.mark.parametrize(
     ("changes", "state", "told"),
     [
-        ({}, State.GOOD, "Box, 2 inputs, 2 outputs"),
-        ({"responses": ("in4",)}, State.BAD, "in4"),
-        ({"device": "no such"}, State.BAD, "python -m sounddevice"),
+        ({}, FindingState.GOOD, "Box, 2 inputs, 2 outputs"),
+        ({"responses": ("in4",)}, FindingState.BAD, "in4"),
+        ({"device": "no such"}, FindingState.BAD, "python -m sounddevice"),
     ],
 )
-def test_doctor_counts_its_channels(settings: SoundCard, changes: dict[str, Any], state: State, told: str) -> None:
+def test_doctor_counts_its_channels(
+    settings: SoundCard, changes: dict[str, Any], state: FindingState, told: str
+) -> None:
     found = look_at_sound(settings.model_copy(update=changes), needed=True, sound=Listing())
     assert found.state is state
     assert told in f"{found.seen} {found.next_step}"
