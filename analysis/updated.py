@@ -1,4 +1,4 @@
-"""What model updating found."""
+"""Result of model updating."""
 
 from dataclasses import dataclass
 
@@ -6,6 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.material import Material
+
+GOOD_MISFIT = 1.3
+"""Misfit over the noise floor up to which a twin explains the data."""
 
 
 @dataclass(frozen=True)
@@ -43,3 +46,12 @@ class Updated:
     noise_floor: NDArray[np.float64]
     chi2_per_dof: NDArray[np.float64]
     settled: NDArray[np.bool_]
+
+    @property
+    def constants(self) -> list[tuple[float, float, float]]:
+        """E [Pa], nu and eta of every sweep."""
+        m = self.material
+        return [
+            (float(e), float(nu), float(eta))
+            for e, nu, eta in zip(m.youngs_modulus, m.poisson_ratio, m.loss_factor, strict=True)
+        ]

@@ -10,7 +10,7 @@ from analysis.gap.thresholds import CLASS_COSINE
 from app.blind_trial.assignments import Kind
 from app.blind_trial.judging import REFUSED
 from app.files.parsed_text import parse_json, read_text
-from app.stages.gap_result import GAP
+from app.stages.gap import GAP
 
 Record = Mapping[str, Any]
 CLAIMED = ("explained", "partly_explained")

@@ -86,37 +86,21 @@ def identify_campaign(
     campaign: Path, out: Path | None, export: Path | None, wanted: "Wanted", output: Output
 ) -> None:
     """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs for others where asked."""
-    from analysis.frf import campaign_frf
-    from analysis.identification.tracking import track
-    from app.files.bad_file import ResultFileError
     from app.files.campaign import load_campaign
-    from app.files.frf_file import save_frf
-    from app.files.modes_file import save_modes, write_table
-    from app.files.provenance import provenance
     from app.files.run_folder import run_folder
+    from app.stages import identify
     from app.terminal.modes import campaign_record, show
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
     run = run_folder(campaign, out)
     with output.progress() as report:
-        try:
-            frf = campaign_frf(loaded, mains=wanted.settings.mains or 50.0)
-            tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one())
-        except ValueError as error:  # a silent sensor, a band with no lines
-            raise ResultFileError(f"{campaign}: {error}") from error
-    made_from = provenance(loaded.hashes, {"campaign": loaded.name} | wanted.record())
-    save_frf(run / "frf.h5", loaded.experiment, frf, made_from)
-    if export is not None:
-        from app.files.uff58 import write_frfs
-        from app.files.uff_campaign import campaign_frfs
-
-        write_frfs(export, campaign_frfs(loaded.experiment, frf))
-    save_modes(run / "modes.h5", tracked, made_from)
-    write_table(run / "modes.csv", tracked, wanted.damping)
+        found = identify.compute(loaded, wanted, report)
+    identify.save(run, loaded, found, wanted, export)
+    tracked = found.tracked
     seconds = time.perf_counter() - started
     output.result(lambda: campaign_record(tracked, wanted.damping, seconds), lambda: show(tracked, wanted.damping))
-    for note in (*frf.notes, *tracked.notes):
+    for note in (*found.frf.notes, *tracked.notes):
         output.note(note)
     counts = [int(modes.real.sum()) for modes in tracked.modes]
     output.summary(

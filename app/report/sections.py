@@ -10,6 +10,7 @@ from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
+from analysis.updated import GOOD_MISFIT
 from app.files.bad_file import ResultFileError
 from app.files.filter_files import load_compensation, load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
@@ -22,7 +23,6 @@ from app.report.gap_section import gap_section
 from app.report.origin import origin, outdated, stamps
 from app.report.page import Absent, Item, Listing, PageTable, Paragraph, Picture, Section, VerdictBox
 from app.report.summary import summary
-from app.stages.update import GOOD_MISFIT
 from app.terminal.gap import with_sigma
 
 OPTIONAL = ("gap.h5",)

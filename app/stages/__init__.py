@@ -6,7 +6,7 @@
 ``declaration_check``      declared plate compared with one sweep, before its twin is built
 ``update``                 E, nu, eta and gain of a campaign, and laws through them
 ``gap``                    a campaign compared with its twin
-``gap_result``             what the gap stage writes
+``issued_twin``            twin file that the gap stage writes
 ``panel_inputs``           laws and panel for `focus` and `compensate`
 ``uncorrected_filters``    loss of filters that were designed without a named effect
 =========================  ================================================================

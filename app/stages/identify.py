@@ -1,4 +1,4 @@
-"""What the identify verb was asked for, and FRFs of universal files identified accordingly."""
+"""Identify stage: modes of a campaign, computed and saved; modes of single FRFs of universal files."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -7,21 +7,28 @@ from typing import Any
 
 import numpy as np
 
-from analysis.frf import Frf
+from analysis.campaign import Campaign
+from analysis.frf import Frf, campaign_frf
 from analysis.identification.automatic import Measured, Settings, identify
 from analysis.identification.modes import Modes
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.reading import Damping
 from analysis.identification.residual_terms import EVERY_CHOICE, choices_for
+from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.tracking import track
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
-from app.files.uff58 import UffFrf
+from app.files.frf_file import save_frf
+from app.files.modes_file import save_modes, write_table
+from app.files.provenance import provenance
+from app.files.uff58 import UffFrf, write_frfs
+from app.files.uff_campaign import campaign_frfs
 from app.terminal.modes import modes_record
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """Options of the verb.
+    """Options of the identification.
 
     Attributes
     ----------
@@ -79,6 +86,72 @@ class Wanted:
         measured = Measured(frequency[inside], np.array([frf.h[inside] for frf in frfs]))
         settings = replace(self.settings, terms=terms)
         return (self.one_by_one() or identify)(measured, settings)
+
+
+@dataclass(frozen=True)
+class Identified:
+    """Result of the identify stage.
+
+    Attributes
+    ----------
+    frf : Frf
+        All lines, inside the band and outside.
+    tracked : TrackedModes
+        Of the lines inside the band.
+    """
+
+    frf: Frf
+    tracked: TrackedModes
+
+
+def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> Identified:
+    """Identify every sweep of a campaign, and follow its modes over temperature.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    wanted : Wanted
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Raises
+    ------
+    ResultFileError
+        For a sensor without signal, or a band without lines.
+    """
+    try:
+        frf = campaign_frf(campaign, mains=wanted.settings.mains or 50.0)
+        tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one())
+    except ValueError as error:
+        raise ResultFileError(f"{campaign.name}: {error}") from error
+    return Identified(frf, tracked)
+
+
+def save(run: Path, campaign: Campaign, found: Identified, wanted: Wanted, export: Path | None = None) -> None:
+    """Write frf.h5, modes.h5 and modes.csv, and the FRFs as a universal file where asked for.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder.
+    campaign : Campaign
+    found : Identified
+    wanted : Wanted
+        Goes into the provenance.
+    export : Path, optional
+        Universal file for the FRFs.
+
+    Raises
+    ------
+    OSError
+        Where a file cannot be written.
+    """
+    made_from = provenance(campaign.hashes, {"campaign": campaign.name} | wanted.record())
+    save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
+    if export is not None:
+        write_frfs(export, campaign_frfs(campaign.experiment, found.frf))
+    save_modes(run / "modes.h5", found.tracked, made_from)
+    write_table(run / "modes.csv", found.tracked, wanted.damping)
 
 
 def uff_records(frfs: Sequence[UffFrf], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:

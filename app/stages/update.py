@@ -1,6 +1,5 @@
-"""Model updating of a campaign, with or without effects, and what it leaves in the run folder."""
+"""Update stage: model updating of a campaign, with or without effects, computed and saved."""
 
-from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,31 +23,28 @@ from analysis.updating.polarity import polarity_corrected
 from analysis.updating.update import update
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
-from app.files.provenance import provenance
+from app.files.provenance import provenance, sha256
 from app.stages.declaration_check import check_declaration
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from app.twins.campaign_twin import campaign_twin, twin_is_built
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.twin import Twin
 
-GOOD_MISFIT = 1.3
-"""A twin that misses no more than this many times the noise explains the data."""
-
 
 @dataclass(frozen=True)
 class Updating:
-    """A campaign's twin, updated.
+    """Result of the update stage.
 
     Attributes
     ----------
     frf : Frf
-        As they were fitted: with the sign of inverted channels turned.
+        As fitted: the sign of inverted channels corrected, outlier sweeps left out.
     updated : Updated
         Estimates per sweep.
     laws : MaterialLaws or None
-        Through them; None for too few temperatures.
+        Through the estimates; None for fewer than three temperatures.
     twin : TwinFrf
-        What the twin answers.
+        FRFs of the updated twin.
     """
 
     frf: Frf
@@ -57,13 +53,64 @@ class Updating:
     twin: TwinFrf
 
 
-def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating:
-    """Build the campaign's twin, fit it, and draw laws through the estimates where there are enough.
+def compute(
+    campaign: Campaign, mains: float, report: Progress, *, start: Start | None = None, folder: Path | None = None
+) -> Updating:
+    """Fit the material of a campaign's twin to its FRFs, and laws through the estimates.
 
-    ResultFileError where the campaign cannot be judged.
+    Parameters
+    ----------
+    campaign : Campaign
+    mains : float
+        Frequency of the mains, Hz.
+    report : callable
+        Called with a stage's name and the share of it done.
+    start : Start, optional
+        Twin file whose effects are held at their values.
+    folder : Path, optional
+        A user's own effects.
+
+    Raises
+    ------
+    ResultFileError
+        For a campaign that cannot be judged, with the reason.
     """
+    if start is None:
+        return updated_twin(campaign, mains, report)
+    return _updated_under_effects(campaign, mains, start, folder, report)
+
+
+def save(run: Path, campaign: Campaign, found: Updating, mains: float, start: Start | None = None) -> None:
+    """Write frf.h5 and laws.h5: FRFs, estimates, laws and the twin's FRFs.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder.
+    campaign : Campaign
+    found : Updating
+    mains : float
+        Hz.
+    start : Start, optional
+        Twin file whose effects were held.
+
+    Raises
+    ------
+    OSError
+        Where a file cannot be written.
+    """
+    settings: dict[str, Any] = {"mains": mains}
+    if start is not None:
+        settings |= {"twin": sha256(start.path), "effects": start.twin.effects}
+    made_from = provenance(campaign.hashes, {**settings, "campaign": campaign.name})
+    save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
+    save_laws(run / "laws.h5", found.updated, found.laws, found.twin, made_from)
+
+
+def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating:
+    """Fit the twin without effects, as `compute` does; ResultFileError where the campaign cannot be judged."""
     frf, twin, updated = _fitted(campaign, mains, report)
-    rows = zip(constants(updated), updated.temperature, strict=True)
+    rows = zip(updated.constants, updated.temperature, strict=True)
     laws = [LocalLaws.of_material(*row, reference=float(temperature)) for row, temperature in rows]
     with ThreadPoolExecutor(WORKERS) as executor:
         answers = list(executor.map(lambda law: updated.gain * twin.frf(law, frf.frequency), laws))
@@ -97,13 +144,10 @@ def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Tw
         return replace(frf, notes=(*frf.notes, *told)), twin, updated
 
 
-def updated_under_effects(
+def _updated_under_effects(
     campaign: Campaign, mains: float, start: Start, folder: Path | None, report: Progress
 ) -> Updating:
-    """Do the same with the effects of a twin file held at their values.
-
-    Sweeps at one temperature share E, nu and eta. ResultFileError where the campaign cannot be judged.
-    """
+    """Fit with the effects of a twin file held at their values; sweeps at one temperature share E, nu and eta."""
     protocol = campaign.experiment.protocol
     frf, _, plain = _fitted(campaign, mains, report)
     twin, given = campaign_model(campaign.experiment, plain, report, start, folder)
@@ -126,22 +170,6 @@ def plain_laws(campaign: Campaign, updated: Updated) -> MaterialLaws | None:
         return None
     span = reached(campaign.experiment.protocol, temperature)
     return fit_laws(temperature, _rows(updated.material, good), _rows(updated.sigma, good), temperature_range=span)
-
-
-def save_updating(run: Path, campaign: Campaign, found: Updating, settings: Mapping[str, Any]) -> None:
-    """Write the measured FRFs, the estimates, the laws and the twin's FRFs."""
-    made_from = provenance(campaign.hashes, {**settings, "campaign": campaign.name})
-    save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
-    save_laws(run / "laws.h5", found.updated, found.laws, found.twin, made_from)
-
-
-def constants(updated: Updated) -> list[tuple[float, float, float]]:
-    """E, nu and eta of every sweep."""
-    m = updated.material
-    return [
-        (float(e), float(nu), float(eta))
-        for e, nu, eta in zip(m.youngs_modulus, m.poisson_ratio, m.loss_factor, strict=True)
-    ]
 
 
 def _rows(material: Material, chosen: NDArray[np.bool_]) -> Material:
