@@ -1,26 +1,40 @@
 """Arrays in, values out: what a measurement means, with no hardware, no mesh and no screen.
 
-=====================  =====================================================================
-``experiment``         the plate, its patches, the electronics and the protocol, as declared
-``plate``, ``patch``   each of these by itself: ``outline``, ``support``, ``curvature``, ``layout``
-``foreign_mesh``       a mesh made elsewhere
-``geometry``           curves and closed loops
-``transducers``        drives and sensors that are no patches
-``channel``            inputs and outputs, their names and units
-``campaign``           recorded sweeps of one experiment over temperature
-``h1``                 H1 of synchronous repeats
-``frf``                FRFs of a campaign, coherence and variance per line
-``mains``              lines that mains hum takes
-``material``           E(T), nu(T), eta(T) with their bands
-``local_laws``         the same near one temperature
-``sweep_point``        temperature, its rate and the drive's level of one sweep
-``effect_card``        a physical effect without any physics: parameters, ranges, priors
-``twin_model``         what a twin must offer to be fitted to data
-``identification``     poles and residues of FRFs, tracked over temperature
-``updating``           material parameters of a twin fitted to measured FRFs
-``focusing``           STIF filters, contrast and spot error
-``compensation``       filters at any temperature: Bayesian-regularised networks and their rivals
-=====================  =====================================================================
+====================  ============================================================================
+``experiment``        the plate, its patches, the electronics and the protocol, as declared
+``declared``          what every declared value has in common
+``plate``, ``patch``  each of these by itself: ``outline``, ``support``, ``curvature``, ``layout``
+``plate_parts``       whether parts of a plate fit together
+``plate_material``    material of a plate, isotropic or orthotropic, and its range
+``material_kinds``    ranges of E, nu and eta of common materials, by name
+``sheet_orthotropy``  orthotropic sheets
+``foreign_mesh``      a mesh made elsewhere
+``geometry``          curves and closed loops
+``transducers``       drives and sensors that are no patches
+``channel``           inputs and outputs, their names and units
+``sensitivity``       volts per unit of each channel
+``campaign``          recorded sweeps of one experiment over temperature
+``h1``                H1 of synchronous repeats
+``frf``               FRFs of a campaign, coherence and variance per line
+``mains``             lines that mains hum takes
+``material``          E(T), nu(T), eta(T) with their bands
+``material_table``    laws through a table of values
+``estimates``         a parameter or laws with standard deviations
+``updated``           result of model updating
+``local_laws``        the same near one temperature
+``sweep_point``       temperature, its rate and the drive's level of one sweep
+``effect_card``       a physical effect without any physics: parameters, ranges, priors
+``twin_model``        what a twin must offer to be fitted to data
+``held_effects``      a twin with some effects switched on for good
+``protocol``          what is to be measured, and what a good measurement is
+``identification``    poles and residues of FRFs, tracked over temperature
+``updating``          material parameters of a twin fitted to measured FRFs
+``gap``               which effect the twin lacks
+``focusing``          STIF filters, contrast and spot error
+``compensation``      filters at any temperature: Bayesian-regularised networks and their rivals
+``arrays``            types of arrays
+``progress``          type of a progress callable
+====================  ============================================================================
 """
 
 __version__ = "0.1.0"

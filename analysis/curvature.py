@@ -4,12 +4,11 @@ from typing import Annotated, Self
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from analysis.arrays import Real
 from analysis.declared import Sparse
 
-Real = NDArray[np.float64]
 Bend = Annotated[float, Field(ge=-1e4, le=1e4, description="m, positive: centre of curvature above the plate")]
 Heights = Annotated[tuple[float, ...], Field(min_length=1, max_length=9)]
 STEEPEST = 0.3

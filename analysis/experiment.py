@@ -22,7 +22,7 @@ __all__ = [
     "Declared",
     "Drive",
     "Experiment",
-    "Oven",
+    "OvenDeclaration",
     "Patch",
     "Plate",
     "Point",
@@ -78,7 +78,7 @@ class Protocol(Declared):
         return self
 
 
-class Oven(Declared):
+class OvenDeclaration(Declared):
     """The oven and the room it stands in."""
 
     room_temperature: Temperature
@@ -99,7 +99,7 @@ class Experiment(Sparse):
     cable: tuple[Attachment, ...] = ()
     acquisition: Acquisition
     protocol: Protocol
-    oven: Oven
+    oven: OvenDeclaration
 
     @property
     def actuator(self) -> Patch | Drive:

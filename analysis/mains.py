@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
+from analysis.arrays import Real
 
 FUNDAMENTALS = np.arange(45.0, 65.0, 0.01)
 """Hz: 50 and 60 Hz grids, and generators."""

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from analysis.arrays import Real
 from analysis.curvature import STEEPEST, Curvature
 from analysis.declared import TEMPERATURES, Length, Sparse, Temperature, Thickness
 from analysis.foreign_mesh import ForeignMesh
@@ -20,8 +21,6 @@ from analysis.outline import AnyOutline, AnyZone, RectangleOutline
 from analysis.plate_material import PlateMaterial
 from analysis.plate_parts import check_parts
 from analysis.support import Piece, Support, SupportedEdge, without
-
-Real = NDArray[np.float64]
 
 UNSET = float("nan")
 Laws = TypeVar("Laws", LocalLaws, MaterialLaws)

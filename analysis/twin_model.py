@@ -5,16 +5,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Protocol, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
+from analysis.arrays import Complex, Real
 from analysis.effect_card import EffectCard, Values
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from analysis.sweep_point import SweepPoint
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 Effects = Mapping[str, Values]
 """Values of the effects that are switched on, by effect; the others are absent."""

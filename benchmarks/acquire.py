@@ -22,14 +22,14 @@ from threadpoolctl import threadpool_limits
 
 from analysis.frf import campaign_frf
 from analysis.updating.update import update
-from app.acquisition import acquire_campaign
 from app.files.acquired_campaign import campaign_log
 from app.files.campaign import load_campaign
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
 from app.files.sweep_file import Source, digest
-from app.progress import progress
-from app.rig import rig_of
-from app.twin import campaign_twin
+from app.rig.assembly import rig_of
+from app.stages.acquire import acquire_campaign
+from app.terminal.progress import progress
+from app.twins.campaign_twin import campaign_twin
 from drivers.rig.campaign import Moment
 from drivers.rig.session import Session
 

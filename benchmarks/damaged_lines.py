@@ -21,7 +21,7 @@ from drivers.ovens.settings import open_oven, oven_settings
 from drivers.ovens.simulated.controller import Controller, Delivery
 from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
-from drivers.rig.plausibility import Sensor
+from drivers.rig.plausibility import CheckedSensor
 
 GIVEN = {"port": "none", "minimum": -5.0, "maximum": 65.0, "max_rate": 2.0, "timeout": 0.5, "lost_after": 3600.0}
 KINDS: dict[str, dict[str, object]] = {
@@ -115,7 +115,7 @@ def measure(kind: str, exchanges: int) -> tuple[int, int, int, float, int, int]:
         plain += abs(value - body.measured) > WRONG
         return value
 
-    sensor = Sensor(ask, clock.now, settings.max_rate)
+    sensor = CheckedSensor(ask, clock.now, settings.max_rate)
     while line.damaged < exchanges:
         line.answers, line.questions = 0.5, 0.05
         clock.sleep(2.0)

@@ -8,10 +8,9 @@ against on the paper's, 5652 parameters; it knows nothing of arrows and rotation
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-Real = NDArray[np.float64]
+from analysis.arrays import Real
 
 
 @dataclass(frozen=True)

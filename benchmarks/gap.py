@@ -22,19 +22,20 @@ from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Experiment, Patch
 from analysis.frf import Frf
-from analysis.gap.fit import fit_gap
+from analysis.gap.data.sweeps import GapSweeps, prepare
+from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.state import GapState, starting_state
 from analysis.gap.gap import find_gap
-from analysis.gap.refit import Bench, absent
-from analysis.gap.state import GapState, starting_state
-from analysis.gap.sweeps import GapSweeps, prepare
+from analysis.gap.search.context import SearchContext
+from analysis.gap.search.refit import absent
 from analysis.local_laws import LocalLaws
 from analysis.sweep_point import SweepPoint
+from analysis.updated import Updated
 from analysis.updating.update import update
-from analysis.updating.updated import Updated
-from app.campaign_model import WORKERS, made_for
 from app.files.campaign import load_campaign
-from app.progress import progress
-from app.twin import campaign_twin, effect_twin
+from app.terminal.progress import progress
+from app.twins.campaign_model import WORKERS, made_for
+from app.twins.campaign_twin import campaign_twin, effect_twin
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
@@ -100,18 +101,18 @@ def workflow(frf: Frf, updated: Updated, twin: Twin[EffectPlate], executor: Exec
     }
 
 
-def rankings(bench: Bench, sweeps: GapSweeps, start: GapState) -> dict[str, Any]:
+def rankings(context: SearchContext, sweeps: GapSweeps, start: GapState) -> dict[str, Any]:
     """Screen every effect and fit every effect, on the same sweeps."""
-    baseline = bench.fit(start, ())
+    baseline = context.fit(start, ())
     started = time.process_time()
-    screening = bench.screen(baseline)
+    screening = context.score_test(baseline)
     candidates = screening.candidates()
     screened = time.process_time() - started
     started = time.process_time()
     gains = {}
     for candidate in candidates:
-        without = replace(baseline.state, effects=absent(bench, screening, candidate))
-        fit = fit_gap(bench.model, sweeps, without, candidate.effects, bench.executor)
+        without = replace(baseline.state, effects=absent(context, screening, candidate))
+        fit = fit_gap(context.model, sweeps, without, candidate.effects, context.executor)
         gains[candidate.effects[0]] = fit.log_evidence - baseline.log_evidence
     refitted = time.process_time() - started
     by_screen = [c.effects[0] for c in candidates]
@@ -150,10 +151,10 @@ def main() -> int:
         result = workflow(frf, updated, smaller, executor)
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
         sweeps, noise = prepare(frf, experiment.protocol, updated)
-        groups = Bench(smaller, sweeps, noise, executor).coarse_groups
+        groups = SearchContext(smaller, sweeps, noise, executor).coarse_groups
         few = sweeps.only_groups(groups)
         start = starting_state(updated, sweeps.groups).restricted(groups, few.original_places(sweeps))
-        compared = rankings(Bench(smaller, few, noise, executor), few, start)
+        compared = rankings(SearchContext(smaller, few, noise, executor), few, start)
     result |= {
         "sweeps": len(frf.temperature),
         "channels": len(frf.channels),

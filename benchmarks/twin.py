@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
+from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.reduction.reduce import Training, reduce
+from simulation.reduction.reduce import BasisTraining, reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.fineness import Fineness
@@ -77,7 +77,7 @@ def seconds(work: Callable[[], object], repeats: int) -> float:
 
 def first_model(plate: Plate, patches: tuple[Patch, ...], band: tuple[float, float], **how: Any) -> dict[str, Any]:
     """Assemble and reduce a plate, and compare its transfers with direct solutions."""
-    training = Training(tolerance=how.get("basis_tolerance", 1e-4))
+    training = BasisTraining(tolerance=how.get("basis_tolerance", 1e-4))
     start = time.perf_counter()
     model = assemble_for(plate, patches, BOX, band, fineness=how.get("fineness"))
     assembly = time.perf_counter() - start
@@ -133,7 +133,7 @@ def with_effects() -> dict[str, Any]:
             directions=("up", "down"),
             levels=(1.0, 2.0),
         ),
-        oven=Oven(room_temperature=22.0),
+        oven=OvenDeclaration(room_temperature=22.0),
     )
     start = time.perf_counter()
     operators, full, vectors = reduce_with_effects(experiment, BOX)

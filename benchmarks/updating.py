@@ -18,13 +18,13 @@ from threadpoolctl import threadpool_limits
 
 from analysis.frf import Frf, campaign_frf
 from analysis.local_laws import LocalLaws
+from analysis.updated import Updated
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.start import start_material
 from analysis.updating.update import update
-from analysis.updating.updated import Updated
 from app.files.campaign import load_campaign
-from app.progress import progress
-from app.twin import campaign_twin
+from app.terminal.progress import progress
+from app.twins.campaign_twin import campaign_twin
 from simulation.twin.twin import Twin
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 from scipy.spatial import cKDTree
 
+from analysis.arrays import Real, Whole
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.meshing.recipe import MeshRecipe
@@ -16,9 +17,6 @@ from simulation.shell.rigidity import SHEAR_FACTOR, THX, THY, CellMatrices, Rigi
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns
 from simulation.verification.case import Case
-
-Real = NDArray[np.float64]
-Whole = NDArray[np.int_]
 
 DEGREE = 6
 COARSEST = 0.45

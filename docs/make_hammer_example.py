@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
@@ -24,7 +24,6 @@ from simulation.shell.fineness import Fineness
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.twin import Twin
 
-Real = NDArray[np.float64]
 Laws = Callable[[float], tuple[float, float, float]]
 
 EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "hammer-plate"

@@ -13,10 +13,11 @@ from finite_element_plate import solve_plate
 from numpy.typing import NDArray
 from verification_pictures import draw_mesh, draw_modes
 
+from analysis.arrays import Real
 from simulation.verification.case import Case
 from simulation.verification.cases import CASES
 from simulation.verification.markdown import left_out, section, summary
-from simulation.verification.report import Comparison, compare_all
+from simulation.verification.report import CaseComparison, compare_all
 
 DOCS = Path(__file__).resolve().parent
 PAGE = DOCS / "verification.md"
@@ -25,7 +26,6 @@ PICTURED = ("disc", "annulus", "rectangle", "fv", "triangle", "l-shape", "ellips
 """One case of each of these families is pictured, the first that is covered."""
 REFINEMENTS = (0, 1, 2)
 
-Real = NDArray[np.float64]
 
 HEAD = """# Verification
 
@@ -79,7 +79,7 @@ def frequencies(case: Case, refinement: int) -> Real:
     return solve_with_the_finite_element_plate(case, refinement).frequency
 
 
-def pictures(comparison: Comparison) -> dict[str, str]:
+def pictures(comparison: CaseComparison) -> dict[str, str]:
     """Draw mesh and modes of a case; their captions and paths from the page."""
     case = comparison.case
     coarsest, solved = (solve_with_the_finite_element_plate(case, REFINEMENTS[k]) for k in (0, -1))

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
+from analysis.arrays import Real
+
 INK = "#33415c"
 PAPER = "white"
 mpl.use("Agg")

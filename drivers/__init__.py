@@ -1,13 +1,15 @@
 """The real plate: what the cards and the oven of the rig are, and how they are spoken to.
 
-================  ===============================================================
-``checks``        what every driver of an instrument has to bear
-``clock``         the machine's time, or a virtual one
-``exclusive``     a lock that a killed process cannot leave behind
-``kinds``         kinds of instruments, our own and those of installed packages
-``ni``            National Instruments cards, real and simulated
-``ovens``         ovens and climatic chambers, real and simulated
-``thermometers``  thermometers on the plate besides the cards' thermocouples
-``rig``           all together: campaigns of sweeps at measured temperatures
-================  ===============================================================
+=================  ===================================================================
+``checks``         what every driver of an instrument has to bear
+``clock``          the machine's time, or a virtual one
+``exclusive``      a lock that a killed process cannot leave behind
+``interruptions``  signals that ask a program to end, held back while a voltage is out
+``kinds``          kinds of instruments, our own and those of installed packages
+``ni``             National Instruments cards, real and simulated
+``soundcard``      a sound card as output and inputs
+``ovens``          ovens and climatic chambers, real and simulated
+``thermometers``   thermometers on the plate besides the cards' thermocouples
+``rig``            all together: campaigns of sweeps at measured temperatures
+=================  ===================================================================
 """

@@ -2,7 +2,7 @@
 
 Foresee and Hagan (1997): minimise β E_D + α E_W by Levenberg–Marquardt; after every step re-estimate
 γ = P - α tr(β JᵀJ + α I)⁻¹ (the parameters the data determine), α = γ/(2 E_W), β = (n M - γ)/(2 E_D).
-Nothing is approximated beyond that: see `analysis.compensation.arrow` for why it is quick all the same.
+Nothing is approximated beyond that: see `analysis.compensation.schur_complement` for why it is quick all the same.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from analysis.compensation.arrow import (
+from analysis.compensation.schur_complement import (
     Linearised,
     Weights,
     errors,
@@ -25,7 +25,7 @@ LARGEST_DAMPING = 1e10
 
 
 @dataclass(frozen=True)
-class Problem:
+class TrainingProblem:
     """What B networks have to learn, outputs rotated.
 
     Attributes
@@ -70,7 +70,7 @@ class Evidence:
 
 
 @dataclass(frozen=True)
-class Fit:
+class BayesianFit:
     """Trained networks and how the training ended.
 
     Attributes
@@ -87,12 +87,12 @@ class Fit:
 
 
 def train(
-    problem: Problem,
+    problem: TrainingProblem,
     start: Weights,
     epochs: int = 1000,
     tolerance: float = 1e-6,
     progress: Callable[[int], None] | None = None,
-) -> Fit:
+) -> BayesianFit:
     """Train B networks from `start` until each stands still or has had `epochs` steps.
 
     A network stands still when in 20 steps on end neither its objective nor α moved by more than
@@ -126,10 +126,10 @@ def train(
             alpha, beta = torch.where(better, new_alpha, alpha), torch.where(better, new_beta, beta)
         if progress is not None:
             progress(epoch)
-    return Fit(weights, judge(problem, weights, at, alpha, beta), tried)
+    return BayesianFit(weights, judge(problem, weights, at, alpha, beta), tried)
 
 
-def first_estimate(problem: Problem, weights: Weights, at: Linearised) -> tuple[Tensor, Tensor]:
+def first_estimate(problem: TrainingProblem, weights: Weights, at: Linearised) -> tuple[Tensor, Tensor]:
     """Estimate α, β as though the data determined every parameter; β = 1 where they are too few for that."""
     count = float(parameter_count(weights, problem.outputs))
     spare = problem.error_count - count
@@ -138,7 +138,7 @@ def first_estimate(problem: Problem, weights: Weights, at: Linearised) -> tuple[
 
 
 def reestimate(
-    problem: Problem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor
+    problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor
 ) -> tuple[Tensor, Tensor]:
     """One round of MacKay's α and β."""
     gamma = determined(problem, weights, at, alpha, beta)
@@ -147,13 +147,13 @@ def reestimate(
     return gamma / (2.0 * weights.squares()), (problem.error_count - gamma).clamp(min=1e-3) / (2.0 * squares)
 
 
-def determined(problem: Problem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor) -> Tensor:
+def determined(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor) -> Tensor:
     """Count the parameters the data determine: γ (B,)."""
     count = parameter_count(weights, problem.outputs)
     return count - alpha * inverse_trace(weights, at, alpha, beta, problem.outputs)
 
 
-def judge(problem: Problem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor) -> Evidence:
+def judge(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor) -> Evidence:
     """Evidence of networks at their weights, by Laplace's approximation about them.
 
     ln p(D) = -β E_D - α E_W - ½ ln|β JᵀJ + α I| + P/2 ln α + nM/2 ln(β/π).

@@ -1,13 +1,10 @@
 """Filters between the training temperatures by interpolation: what a network has to beat."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from analysis.arrays import Complex, Real
 from analysis.focusing.fir import FirBank
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 def linear(filters: FirBank, temperature: Real) -> Real:

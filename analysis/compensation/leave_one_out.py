@@ -4,15 +4,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.compensation.bayesian import train
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
 from analysis.compensation.training import Trained, outputs_at, prepare
 from analysis.focusing.fir import FirBank
-
-Real = NDArray[np.float64]
 
 
 def leave_one_out(filters: FirBank, method: Callable[[FirBank, Real], Real]) -> Real:

@@ -5,8 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.compensation.interpolation import cubic_spline, linear, log_root_rigidity, reduced_frequency
 from analysis.compensation.leave_one_out import leave_one_out, leave_one_out_networks
 from analysis.compensation.network import InputMap
@@ -21,10 +21,8 @@ from analysis.focusing.over_temperature import Aim, aim, covered, responses, spa
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast
 from analysis.material import MaterialLaws
+from analysis.progress import Progress
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Report = Callable[[str, float], None]
 Predictor = Callable[[FirBank, Real], Real]
 
 NETWORK, LINEAR, SPLINE, RIGIDITY_SPLINE, REDUCED_FREQUENCY = METHODS = (
@@ -101,7 +99,7 @@ def compensate(
     clock: Callable[[], float],
     step: float = 0.25,
     device: str = "cpu",
-    report: Report = lambda _stage, _share: None,
+    report: Progress = lambda _stage, _share: None,
 ) -> Compensation:
     """Train on filters every `spacing` °C, judge every `step` °C of the range laws and panel share.
 
@@ -219,7 +217,7 @@ def _direct(
     panel: Panel,
     laws: MaterialLaws,
     temperature: Real,
-    report: Report,
+    report: Progress,
     stage: str = "Filters everywhere",
 ) -> tuple[FirBank, EnergyForms]:
     """FIR filters computed at every temperature, and the energy forms of the band there."""

@@ -7,14 +7,13 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from analysis.compensation.arrow import Weights, predict
-from analysis.compensation.bayesian import Fit, Problem, train
+from analysis.arrays import Real
+from analysis.compensation.bayesian import BayesianFit, TrainingProblem, train
 from analysis.compensation.network import InputMap, NetworkBank
 from analysis.compensation.relative_error import relative_error
+from analysis.compensation.schur_complement import Weights, predict
 from analysis.compensation.settings import Training
 from analysis.focusing.fir import FirBank
-
-Real = NDArray[np.float64]
 
 
 class EvidenceCollapseError(RuntimeError):
@@ -62,7 +61,7 @@ class Batch:
 
     Attributes
     ----------
-    problem : Problem
+    problem : TrainingProblem
     start : Weights
     axes : (B, k, M) ndarray
         Orthonormal rows: the directions of tap space that matter.
@@ -70,7 +69,7 @@ class Batch:
         Taps are scale · output + offset.
     """
 
-    problem: Problem
+    problem: TrainingProblem
     start: Weights
     axes: Real
     scale: Real
@@ -150,7 +149,7 @@ def prepare(
     def tensor(array: Real) -> torch.Tensor:
         return torch.as_tensor(np.ascontiguousarray(array), dtype=torch.float64, device=device)
 
-    problem = Problem(tensor(inputs), tensor(rotated), tensor(used), targets.shape[-1])
+    problem = TrainingProblem(tensor(inputs), tensor(rotated), tensor(used), targets.shape[-1])
     return Batch(problem, Weights(tensor(slope), tensor(bias), tensor(output)), axes, scale, offset)
 
 
@@ -180,7 +179,7 @@ def _ridge(inputs: Real, targets: Real, used: Real, slope: Real, bias: Real) -> 
     return np.asarray(weights, dtype=np.float64)
 
 
-def _best(fit: Fit, worst: Real, settings: Training, actuators: int) -> NDArray[np.int64]:
+def _best(fit: BayesianFit, worst: Real, settings: Training, actuators: int) -> NDArray[np.int64]:
     evidence = fit.evidence.log_evidence.cpu().numpy().reshape(actuators, settings.restarts)
     error = worst.reshape(actuators, settings.restarts)
     good = (error <= settings.largest_error) & np.isfinite(evidence)
@@ -197,7 +196,7 @@ def _best(fit: Fit, worst: Real, settings: Training, actuators: int) -> NDArray[
 
 
 def _report(
-    fit: Fit, bank: NetworkBank, chosen: NDArray[np.int64], worst: Real, used: Real, settings: Training
+    fit: BayesianFit, bank: NetworkBank, chosen: NDArray[np.int64], worst: Real, used: Real, settings: Training
 ) -> Trained:
     def kept(values: torch.Tensor) -> Real:
         array: Real = values.cpu().numpy()[chosen]

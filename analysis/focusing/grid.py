@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from analysis.arrays import Real
 from analysis.experiment import Plate
 from analysis.focusing.panel import Panel
-
-Real = NDArray[np.float64]
 
 FINE = 8
 """Points along each side of a cell by which the part of it that lies on the plate is found."""

@@ -7,21 +7,20 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast, spot_error
 from analysis.focusing.rivals import modal_control, nearest_actuator, time_reversal
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Constants = tuple[float, float, float]
 Method = Literal["stif", "time-reversal", "modal-control", "none"]
 METHODS: tuple[Method, ...] = ("stif", "time-reversal", "modal-control", "none")
 
 
 @dataclass(frozen=True)
-class Modes:
+class PanelModes:
     """Natural modes of a panel, mass-normalised, in the twin's generalised coordinates.
 
     Attributes
@@ -50,7 +49,7 @@ class PanelModel(Protocol):
     ) -> Complex:
         """Generalised coordinates (N, F, r) per volt or newton of every actuator; ValueError outside the box."""
 
-    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> Modes:
+    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
         """Return the lowest `count` modes."""
 
 
@@ -97,7 +96,7 @@ def _loud(
 
 
 @dataclass(frozen=True)
-class Comparison:
+class MethodComparison:
     """All methods on one plate, with complex filters (paper Fig. 4).
 
     Attributes
@@ -117,7 +116,7 @@ class Comparison:
     spot_error: Real
 
 
-def compare(model: PanelModel, panel: Panel, constants: Constants) -> Comparison:
+def compare(model: PanelModel, panel: Panel, constants: Constants) -> MethodComparison:
     """Contrast and spot error of every method on a plate of `constants` E, nu, eta."""
     lines = panel.filters.frequency
     band = panel.filters.in_band(lines)
@@ -128,4 +127,4 @@ def compare(model: PanelModel, panel: Panel, constants: Constants) -> Comparison
         filters = designer(method, model, panel, lines)(constants, amplitude, forms)
         contrasts.append(contrast(forms, filters)[0, band])
         spots.append(spot_error(model.space, amplitude[:, band], filters[band]))
-    return Comparison(METHODS, constants, lines[band], np.array(contrasts), np.array(spots))
+    return MethodComparison(METHODS, constants, lines[band], np.array(contrasts), np.array(spots))

@@ -1,11 +1,12 @@
 """Filters over temperature: what they reach, and what one of them reaches everywhere (paper 5.1)."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.fir import FirBank, FirEnergy, design, energy
 from analysis.focusing.inversion import invert
@@ -13,10 +14,7 @@ from analysis.focusing.methods import Constants, Method, PanelModel, designer
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast, spot_error
 from analysis.material import MaterialLaws
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Report = Callable[[str, float], None]
+from analysis.progress import Progress
 
 
 @dataclass(frozen=True)
@@ -103,7 +101,7 @@ def focus(
     laws: MaterialLaws,
     temperature: Real,
     method: Method = "stif",
-    report: Report = lambda _stage, _share: None,
+    report: Progress = lambda _stage, _share: None,
 ) -> Focusing:
     """Design filters at `temperature` (T,), °C, and try those of the reference temperature at each of them."""
     settings, lines = panel.filters, panel.filters.frequency

@@ -1,12 +1,9 @@
 """How well a field is focused: contrast (paper eq. 9) and spot error."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms, FieldSpace
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 def contrast(forms: EnergyForms, filters: Complex, target_share: float | None = None) -> Real:

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.inversion import invert
 from analysis.focusing.performance import contrast
 
-Real = NDArray[np.float64]
 Index = NDArray[np.int64]
 Score = Callable[[Index], Real]
 

@@ -1,10 +1,8 @@
 """What STIF is held against in the paper's Fig. 4: time reversal, modal control, no control."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from analysis.arrays import Complex, Real
 
 
 def time_reversal(response: Complex) -> Complex:

@@ -6,27 +6,29 @@ from concurrent.futures import Executor
 
 import numpy as np
 
+from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
-from analysis.gap.confidence import against, equivalents, probability
-from analysis.gap.gap_fit import GapFit
-from analysis.gap.held_out import HeldOut, held_out, splits
-from analysis.gap.look_alikes import cosines, mimicry
-from analysis.gap.misfit import relative_misfit
-from analysis.gap.numerical_floor import NumericalFloor
-from analysis.gap.refit import Bench, Progress, explained
-from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
-from analysis.gap.search import Found, search
-from analysis.gap.signatures import Signature, signatures
-from analysis.gap.state import starting_state
-from analysis.gap.sweeps import GapSweeps, prepare, sharpest
+from analysis.gap.data.numerical_floor import NumericalFloor
+from analysis.gap.data.sweeps import GapSweeps, prepare, sharpest
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.misfit import relative_misfit
+from analysis.gap.fitting.residual_map import residual_map
+from analysis.gap.fitting.state import starting_state
+from analysis.gap.fitting.whiteness import whiteness
+from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
+from analysis.gap.search.confidence import against, equivalents, probability
+from analysis.gap.search.confounding import signal_cosine, tangent_cosines
+from analysis.gap.search.context import SearchContext, explained
+from analysis.gap.search.held_out import HeldOut, held_out, splits
+from analysis.gap.search.signatures import Signature, signatures
+from analysis.gap.search.stepwise import SearchResult, stepwise_search
+from analysis.gap.search.unknown import unknown_evidence
 from analysis.gap.thresholds import Z_FLOOR
-from analysis.gap.unknown import unknown_evidence
 from analysis.gap.verdict import Judgement, judge
-from analysis.gap.where import residual_map
-from analysis.gap.whiteness import whiteness
+from analysis.progress import Progress
 from analysis.twin_model import TwinModel
-from analysis.updating.updated import Updated
+from analysis.updated import Updated
 
 
 def find_gap(
@@ -68,9 +70,9 @@ def find_gap(
     report: Progress = progress or (lambda stage, share: None)
     report("baseline", 0.0)
     sweeps, noise = prepare(frf, protocol, updated, floor=floor)
-    bench = Bench(model, sweeps, noise, executor, report)
-    baseline = bench.fit(starting_state(updated, sweeps.groups), ())
-    found = search(bench, baseline)
+    context = SearchContext(model, sweeps, noise, executor, report)
+    baseline = context.fit(starting_state(updated, sweeps.groups), ())
+    found = stepwise_search(context, baseline)
     tried: list[HeldOut] = []
     if found.effects:
         significant = Z_FLOOR * float(np.sqrt(2.0 * baseline.dof))
@@ -78,37 +80,37 @@ def find_gap(
         for done, split in enumerate(ways):
             report("held-out data", done / len(ways))
             tried.append(held_out(model, sweeps, split, baseline, found.fit, executor, significant))
-    judgement = judge(bench, found, tried[0] if tried else None)
+    judgement = judge(context, found, tried[0] if tried else None)
     notes = [*noise.notes, *(floor.notes if floor is not None else ()), judgement.reason]
     if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest(updated.material):
         notes.append("some resonances came out sharper than the nodes were laid for; the residual may show it")
     notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]
-    alone = () if judgement.verdict == "none" else signatures(bench, found)
+    alone = () if judgement.verdict == "none" else signatures(context, found)
     report("done", 1.0)
-    return _report(bench, found, tried, judgement, alone, tuple(notes), clock() - begun)
+    return _report(context, found, tried, judgement, alone, tuple(notes), clock() - begun)
 
 
 def _report(
-    bench: Bench,
-    found: Found,
+    context: SearchContext,
+    found: SearchResult,
     tried: Sequence[HeldOut],
     judgement: Judgement,
     alone: tuple[Signature, ...],
     notes: tuple[str, ...],
     seconds: float,
 ) -> GapReport:
-    sweeps, noise, baseline = bench.sweeps, bench.noise, found.baseline
+    sweeps, noise, baseline = context.sweeps, context.noise, found.baseline
     final = baseline if judgement.verdict == "none" else found.fit
-    effects = [] if final is baseline else [_named(bench, found, name) for name in found.effects]
-    gap = bench.z(baseline) > Z_FLOOR
-    left = float(np.clip(bench.excess(final) / bench.excess(baseline), 0.0, 1.0)) if gap else None
+    effects = [] if final is baseline else [_named(context, found, name) for name in found.effects]
+    gap = context.z(baseline) > Z_FLOOR
+    left = float(np.clip(context.excess(final) / context.excess(baseline), 0.0, 1.0)) if gap else None
     return GapReport(
         verdict=judgement.verdict,
         effects=tuple(sorted(effects, key=lambda e: -e.log_evidence_gain)),
         not_observable=tuple(o for o in found.seen if not o.observable),
         seen=found.seen,
-        baseline=_agreement(bench, baseline),
-        final=_agreement(bench, final),
+        baseline=_agreement(context, baseline),
+        final=_agreement(context, final),
         held_out=tuple(tried) if final is not baseline else (),
         unexplained=left,
         before=residual_map(sweeps, noise, baseline),
@@ -117,7 +119,7 @@ def _report(
         laws_after=_laws(sweeps, final),
         state=final.state,
         sigma_gain=float(np.exp(final.state.log_gain)) * final.sigma_log_gain * _inflation(final),
-        candidates=_candidates(bench, found),
+        candidates=_candidates(context, found),
         signatures=alone,
         steps=found.steps,
         noise=noise,
@@ -130,13 +132,13 @@ def _inflation(fit: GapFit) -> float:
     return float(np.sqrt(max(fit.total / fit.dof, 1.0)))
 
 
-def _agreement(bench: Bench, fit: GapFit) -> Agreement:
-    chi2, dof = bench.sweeps.between
+def _agreement(context: SearchContext, fit: GapFit) -> Agreement:
+    chi2, dof = context.sweeps.between
     return Agreement(
         chi2_per_dof=(fit.total + chi2) / (fit.dof + dof),
-        relative_misfit=relative_misfit(bench.sweeps, fit),
-        z=bench.z(fit),
-        whiteness=whiteness(bench.sweeps, fit.residual),
+        relative_misfit=relative_misfit(context.sweeps, fit),
+        z=context.z(fit),
+        whiteness=whiteness(context.sweeps, fit.residual),
     )
 
 
@@ -144,14 +146,14 @@ def _laws(sweeps: GapSweeps, fit: GapFit) -> FittedLaws:
     return FittedLaws(sweeps.groups.reference, fit.state.laws, fit.law_sigma * _inflation(fit))
 
 
-def _named(bench: Bench, found: Found, name: str) -> NamedEffect:
-    card, fit, without = bench.model.cards[name], found.fit, found.without[name]
-    rivals = {other: gain / bench.sweeps.overstated for other, gain in found.rivals[name].items()}
-    alike = equivalents(rivals, {other: mimicry(found.last, name, other) for other in rivals})
-    gain = (fit.log_evidence - without.log_evidence) / bench.sweeps.overstated
-    unknown = unknown_evidence(bench.sweeps, without.residual, without.state) / bench.sweeps.overstated
+def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffect:
+    card, fit, without = context.model.cards[name], found.fit, found.without[name]
+    rivals = {other: gain / context.sweeps.overstated for other, gain in found.rivals[name].items()}
+    alike = equivalents(rivals, {other: signal_cosine(found.last, name, other) for other in rivals})
+    gain = (fit.log_evidence - without.log_evidence) / context.sweeps.overstated
+    unknown = unknown_evidence(context.sweeps, without.residual, without.state) / context.sweeps.overstated
     others = against(gain, rivals, unknown, fit.total / fit.dof)
-    spread = _inflation(fit) * float(np.sqrt(bench.sweeps.overstated))
+    spread = _inflation(fit) * float(np.sqrt(context.sweeps.overstated))
     estimates = [
         Estimate(parameter, fit.state.effects[name][parameter], float(sigma) * spread, p.unit)
         for (effect, parameter), p, sigma in zip(fit.free.names, fit.free.cards, fit.sigma, strict=True)
@@ -169,13 +171,13 @@ def _named(bench: Bench, found: Found, name: str) -> NamedEffect:
     )
 
 
-def _candidates(bench: Bench, found: Found) -> tuple[CandidateRow, ...]:
+def _candidates(context: SearchContext, found: SearchResult) -> tuple[CandidateRow, ...]:
     """Return the table of single effects at the baseline, the most promising first."""
     candidates = found.first.candidates()
     fitted = {r.effects[0]: r for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
     kept = {o.effect: o.kept for o in found.seen}
     places = [(c.effects[0], found.first.columns[c.columns[0]].site) for c in candidates]
-    table = cosines(found.first, places)
+    table = tangent_cosines(found.first, places)
     names = [name for name, _ in places]
     winner = names.index(found.effects[0]) if found.effects else None
     rows = []
@@ -185,9 +187,9 @@ def _candidates(bench: Bench, found: Found) -> tuple[CandidateRow, ...]:
         rows.append(
             CandidateRow(
                 effect=c.effects[0],
-                screened=c.gain / bench.sweeps.overstated,
-                fitted=trial.gain / bench.sweeps.overstated if trial else None,
-                share=explained(bench, found.baseline, full) if full else None,
+                screened=c.gain / context.sweeps.overstated,
+                fitted=trial.gain / context.sweeps.overstated if trial else None,
+                share=explained(context, found.baseline, full) if full else None,
                 kept=kept[c.effects[0]],
                 cosine=float(table[place, winner]) if winner is not None else 0.0,
             )

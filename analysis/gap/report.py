@@ -4,28 +4,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
-from analysis.gap.held_out import HeldOut
-from analysis.gap.noise import NoiseCheck
-from analysis.gap.observability import Observability
-from analysis.gap.search import Step
-from analysis.gap.signatures import Signature
-from analysis.gap.state import GapState
-from analysis.gap.where import ResidualMap
+from analysis.estimates import Estimate, FittedLaws
+from analysis.gap.data.noise import NoiseCheck
+from analysis.gap.fitting.residual_map import ResidualMap
+from analysis.gap.fitting.state import GapState
+from analysis.gap.search.held_out import HeldOut
+from analysis.gap.search.observability import Observability
+from analysis.gap.search.signatures import Signature
+from analysis.gap.search.stepwise import Step
 
 Verdict = Literal["none", "explained", "partly_explained", "unknown"]
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A parameter's value and one standard deviation, inflated where more than noise is left, SI."""
-
-    name: str
-    value: float
-    sigma: float
-    unit: str
 
 
 @dataclass(frozen=True)
@@ -107,23 +95,6 @@ class CandidateRow:
     share: float | None
     kept: float
     cosine: float
-
-
-@dataclass(frozen=True)
-class FittedLaws:
-    """Laws at the groups' temperatures.
-
-    Attributes
-    ----------
-    temperature : (G,) ndarray
-        Degrees Celsius.
-    value, sigma : (G, 3) ndarray
-        log E [log Pa], nu and log eta, with standard deviations inflated where more than noise is left.
-    """
-
-    temperature: NDArray[np.float64]
-    value: NDArray[np.float64]
-    sigma: NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -65,9 +65,9 @@ REFIT_SHARE = 0.9
 """A candidate that on a few temperatures gains less than this share of the best is not fitted to all: look-alikes
 (cosine 0.95) gain more."""
 
-HOPE = 4.0
-"""A fit that would have to gain this many times what it promises to first order, to come within `REFIT_SHARE` of
-the best, is given up: where shapes move, first order errs by a factor of two."""
+PREDICTION_MARGIN = 4.0
+"""A fit that would have to gain this many times the decrease predicted to first order, to come within
+`REFIT_SHARE` of the best, is given up: where shapes move, first order errs by a factor of two."""
 
 PAIRS_REFITTED = 3
 """Pairs that are fitted in full where no single effect explains enough."""
@@ -117,7 +117,7 @@ MOST_STEPS = 15
 """Linearisations of one fit; a fit that needs more does not converge."""
 
 SETTLED = 0.1
-"""Promised fall of chi2 at which a fit has settled: 0.05 nats."""
+"""Predicted decrease of chi2 at which a fit has settled: 0.05 nats."""
 
 SHARPEST = 0.9
 """Nodes are laid for resonances this much sharper than the sharpest of the model updating: effects that the twin

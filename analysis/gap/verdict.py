@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from analysis.gap.gap_fit import GapFit
-from analysis.gap.held_out import HeldOut
-from analysis.gap.refit import Bench, explained
+from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.report import Verdict
-from analysis.gap.search import Found
+from analysis.gap.search.context import SearchContext, explained
+from analysis.gap.search.held_out import HeldOut
+from analysis.gap.search.stepwise import SearchResult
+from analysis.gap.search.unknown import unknown_evidence
 from analysis.gap.thresholds import EXPLAINED, LEAST_REST
-from analysis.gap.unknown import unknown_evidence
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,12 @@ class Judgement:
     reason: str
 
 
-def judge(bench: Bench, found: Found, tried: HeldOut | None) -> Judgement:
+def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) -> Judgement:
     """Weigh residual, share explained, held-out data and the nameless competitor.
 
     A name is accepted on the residual: evidence alone grows with every bystander that happens to fit a little.
     """
-    silent = bench.agrees(found.baseline)
+    silent = context.agrees(found.baseline)
     if not found.effects or tried is None:
         if silent:
             return Judgement("none", False, "the twin agrees with the data to the noise, no effect adds to it")
@@ -33,15 +33,15 @@ def judge(bench: Bench, found: Found, tried: HeldOut | None) -> Judgement:
     if not tried.holds:
         verdict: Verdict = "none" if silent else "unknown"
         return Judgement(verdict, False, f"what was found does not hold on data left out ({tried.what})")
-    if bench.agrees(found.fit) and not _leaves_a_shape(bench, found.fit):
+    if context.agrees(found.fit) and not _leaves_a_shape(context, found.fit):
         return Judgement("explained", True, "with the effects named, twin and data agree to the noise")
-    share = explained(bench, found.baseline, found.fit)
+    share = explained(context, found.baseline, found.fit)
     if share < EXPLAINED:
         return Judgement("unknown", False, f"the best effects explain {100 * share:.0f} % of the gap only")
     if len(found.effects) > 1:
         return Judgement("unknown", False, "it takes several effects to explain most of it, and a rest remains")
     named = found.fit.log_evidence - found.baseline.log_evidence
-    nameless = unknown_evidence(bench.sweeps, found.baseline.residual, found.baseline.state)
+    nameless = unknown_evidence(context.sweeps, found.baseline.residual, found.baseline.state)
     if nameless > named:
         return Judgement("unknown", False, "a smooth discrepancy without a name explains the gap better")
     return Judgement(
@@ -49,8 +49,8 @@ def judge(bench: Bench, found: Found, tried: HeldOut | None) -> Judgement:
     )
 
 
-def _leaves_a_shape(bench: Bench, fit: GapFit) -> bool:
+def _leaves_a_shape(context: SearchContext, fit: GapFit) -> bool:
     """Whether there is evidence for a nameless discrepancy in what a fit leaves beyond the twin's own error."""
-    if bench.excess(fit) <= bench.sweeps.allowed:
+    if context.excess(fit) <= context.sweeps.allowed:
         return False
-    return unknown_evidence(bench.sweeps, fit.residual, fit.state) >= LEAST_REST * bench.sweeps.overstated
+    return unknown_evidence(context.sweeps, fit.residual, fit.state) >= LEAST_REST * context.sweeps.overstated

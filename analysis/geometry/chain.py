@@ -3,14 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from analysis.arrays import Real
 from analysis.geometry.curves import Curve, Segment, moved
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
-
-Real = NDArray[np.float64]
 
 
 def closed_loops(curves: Sequence[Curve], tolerance: float) -> tuple[Loop, ...]:

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Real = NDArray[np.float64]
+from analysis.arrays import Real
+
 Point = tuple[float, float]
 
 

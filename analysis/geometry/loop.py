@@ -9,10 +9,9 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from analysis.arrays import Real
 from analysis.geometry.curves import Curve, Point, Segment, moved, turning
 from analysis.geometry.fault import GeometryError
-
-Real = NDArray[np.float64]
 
 CLOSES_WITHIN = 1e-9
 """Largest gap between the end of a curve and the start of the next, m."""

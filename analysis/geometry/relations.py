@@ -1,11 +1,9 @@
 """How closed loops lie to themselves and to each other: crossings, overlaps and gaps, each with its place."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.geometry.loop import CHUNK, Loop
-
-Real = NDArray[np.float64]
 
 TOUCH = 1e-6
 """What lies no farther apart than this touches, m."""

@@ -12,7 +12,7 @@ from analysis.identification.missing import add_missing, residual
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.noise import deviation_from_residual
 from analysis.identification.order import choose_terms, covariance, drop_unsupported, eliminate
-from analysis.identification.pole_search import Fit, fit
+from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
 from analysis.identification.status import judge
 from analysis.identification.vector_fitting import start_poles
@@ -90,7 +90,7 @@ class Measured:
             return Lines(self.frequency, self.h, np.sqrt(self.variance))
         return Lines(self.frequency, self.h, roughness(self.h))
 
-    def reweighted(self, lines: Lines, fitted: Fit) -> Lines:
+    def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
         """Lines weighted by what a fit leaves over, unless the variance is known."""
         if self.known:
             return lines
@@ -140,7 +140,7 @@ def _spoilt(frequency: NDArray[np.float64], mains: float) -> tuple[Rejected, ...
 
 def _search(
     measured: Measured, lines: Lines, count: int, settings: Settings
-) -> tuple[Fit, NDArray[np.complex128]]:
+) -> tuple[PoleFit, NDArray[np.complex128]]:
     """Find the order on averaged lines; also the start poles it came from."""
     richest = max(settings.terms, key=lambda terms: terms.parameters)
     blocks = averaged(lines)
@@ -153,10 +153,10 @@ def _search(
 def settle(
     measured: Measured,
     lines: Lines,
-    found: Fit,
+    found: PoleFit,
     settings: Settings,
     proposals: NDArray[np.complex128] | None = None,
-) -> Fit:
+) -> PoleFit:
     """Bring an order that is about right to the one BIC prefers: births, residual terms, deaths.
 
     `proposals` are poles to be tried besides those that the residual itself proposes.
@@ -172,7 +172,7 @@ def settle(
 def finish(
     measured: Measured,
     lines: Lines,
-    found: Fit,
+    found: PoleFit,
     settings: Settings,
 ) -> Modes:
     """Fit on all lines and judge every pole."""

@@ -6,11 +6,11 @@ from numpy.typing import NDArray
 from analysis.identification.lines import Lines
 from analysis.identification.order import attempt, bic
 from analysis.identification.pole_residue import pole_columns, synthesis
-from analysis.identification.pole_search import Fit
+from analysis.identification.pole_search import PoleFit
 from analysis.identification.resolution import unresolved
 
 
-def residual(lines: Lines, fitted: Fit) -> NDArray[np.complex128]:
+def residual(lines: Lines, fitted: PoleFit) -> NDArray[np.complex128]:
     """Measured minus model, (K, F)."""
     now = fitted.projection
     left: NDArray[np.complex128] = lines.h - synthesis(
@@ -51,7 +51,7 @@ def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> N
     return np.array([pole for _, pole in found[:shortlist]], dtype=complex)
 
 
-def gains(lines: Lines, fitted: Fit, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
+def gains(lines: Lines, fitted: PoleFit, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Fall of the misfit by adding each pole alone, all residues refitted, poles held: (N,) ndarray."""
     s = lines.s
     model = np.concatenate(
@@ -81,11 +81,11 @@ def _real(columns: NDArray[np.complex128]) -> NDArray[np.float64]:
 def add_missing(
     lines: Lines,
     blocks: Lines,
-    fitted: Fit,
+    fitted: PoleFit,
     proposals: NDArray[np.complex128] | None = None,
     *,
     most: int = 6,
-) -> Fit:
+) -> PoleFit:
     """Add the poles that the residual asks for, one at a time, as long as BIC falls.
 
     The residual of all `lines` proposes, and the caller may add `proposals`; `blocks`, the same FRFs averaged,

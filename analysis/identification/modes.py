@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.pole_residue import synthesis
-from analysis.identification.reading import Damping, Reading, read_poles
+from analysis.identification.reading import Damping, PoleReading, read_poles
 from analysis.identification.residual_terms import ResidualTerms
 
 STATUSES = ("kept", "weak", "computational", "harmonic")
@@ -117,7 +117,7 @@ class Modes:
             for reason, other in zip(self.reason, self.overlapped, strict=True)
         )
 
-    def reading(self, damping: Damping = "hysteretic") -> Reading:
+    def reading(self, damping: Damping = "hysteretic") -> PoleReading:
         """Frequency, damping ratio and loss factor of every pole, with standard deviations."""
         return read_poles(self.poles, self.covariance, damping)
 

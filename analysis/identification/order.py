@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
-from analysis.identification.pole_search import Fit, fit
+from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
 from analysis.identification.resolution import unresolved
 from analysis.identification.variable_projection import Projection, project
@@ -17,7 +17,7 @@ ROUGH = 3e-4
 """Relative fall of the misfit that is not worth another iteration while poles still come and go."""
 
 
-def bic(fitted: Fit, lines: Lines) -> float:
+def bic(fitted: PoleFit, lines: Lines) -> float:
     """Bayesian information criterion, n log(misfit) + parameters log(n); smaller is better."""
     n = lines.values
     return float(n * np.log((fitted.projection.misfit + lines.hidden) / n) + fitted.parameters * np.log(n))
@@ -29,7 +29,7 @@ def misfit_worth(lines: Lines, level: float, parameters: int) -> float:
     return float(n * np.exp((level - parameters * np.log(n)) / n) - lines.hidden)
 
 
-def covariance(fitted: Fit, lines: Lines) -> NDArray[np.float64]:
+def covariance(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
     """Covariance (2J, 2J) of log |pole| and log damping ratio, from the Jacobian and the misfit found."""
     now = fitted.projection
     freedom = max(lines.values - fitted.parameters, 1)
@@ -39,7 +39,7 @@ def covariance(fitted: Fit, lines: Lines) -> NDArray[np.float64]:
     return inverse * ((now.misfit + lines.hidden) / freedom)
 
 
-def relative_deviations(fitted: Fit, lines: Lines) -> NDArray[np.float64]:
+def relative_deviations(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
     """Return the standard deviations of log |pole| and log damping ratio, (J, 2)."""
     spread: NDArray[np.float64] = np.sqrt(np.diag(covariance(fitted, lines))).reshape(-1, 2)
     return spread
@@ -50,7 +50,7 @@ def pole_price(lines: Lines) -> float:
     return float((2 + 2 * len(lines.h)) * np.log(lines.values))
 
 
-def support(fitted: Fit, lines: Lines) -> NDArray[np.float64]:
+def support(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
     """How much BIC would rise, at most, were each pole dropped: (J,) ndarray.
 
     An upper bound, for the other poles stay where they are; below zero the pole has to go.
@@ -60,7 +60,7 @@ def support(fitted: Fit, lines: Lines) -> NDArray[np.float64]:
     return rise
 
 
-def drop_unsupported(lines: Lines, fitted: Fit, share: float = 0.0) -> Fit:
+def drop_unsupported(lines: Lines, fitted: PoleFit, share: float = 0.0) -> PoleFit:
     """Drop, weakest first, the poles whose absence costs less than their price, the others held.
 
     `share` of the price is a margin: 0 drops whatever does not pay, -0.5 only what pays less than half.
@@ -76,18 +76,18 @@ def drop_unsupported(lines: Lines, fitted: Fit, share: float = 0.0) -> Fit:
     return fitted
 
 
-def _at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> Fit:
+def _at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> PoleFit:
     return fit(lines, poles, terms, max_iterations=0)
 
 
-def eliminate(lines: Lines, fitted: Fit, *, candidates: int = 3) -> Fit:
+def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
     """Backward elimination: drop or merge poles, refitting the others, as long as BIC falls.
 
     Parameters
     ----------
     lines : Lines
         What was measured.
-    fitted : Fit
+    fitted : PoleFit
         Over-specified start.
     candidates : int
         How many of the weakest poles are tried before the order is accepted.
@@ -104,7 +104,7 @@ def eliminate(lines: Lines, fitted: Fit, *, candidates: int = 3) -> Fit:
         best = smaller
 
 
-def drop_unresolved(lines: Lines, fitted: Fit) -> Fit:
+def drop_unresolved(lines: Lines, fitted: PoleFit) -> PoleFit:
     """Drop poles that the lines cannot tell apart, refitting the others, until all can be."""
     while (lesser := unresolved(fitted.poles, fitted.projection.residues, lines.spacing)).any():
         fitted = fit(lines, fitted.poles[~lesser], fitted.terms, tolerance=ROUGH, max_iterations=8)
@@ -118,7 +118,7 @@ def attempt(
     level: float,
     *,
     start: Projection | None = None,
-) -> Fit | None:
+) -> PoleFit | None:
     """Fit a rival model and return it if its BIC falls below `level`; given up early where it cannot."""
     responses = len(lines.h)
     parameters = len(poles) * (2 + 2 * responses) + responses * terms.parameters
@@ -127,7 +127,7 @@ def attempt(
     return trial if trial.projection.misfit < target else None
 
 
-def _smaller(lines: Lines, best: Fit, candidates: int) -> Fit | None:
+def _smaller(lines: Lines, best: PoleFit, candidates: int) -> PoleFit | None:
     """Find a fit with fewer poles and a lower BIC, or None."""
     level = bic(best, lines)
     for suspect in suspects(lines, best, candidates):
@@ -142,7 +142,7 @@ def _smaller(lines: Lines, best: Fit, candidates: int) -> Fit | None:
     return None
 
 
-def suspects(lines: Lines, fitted: Fit, count: int) -> list[int]:
+def suspects(lines: Lines, fitted: PoleFit, count: int) -> list[int]:
     """Poles worth dropping on trial: the `count` that explain least, then the ill-determined ones.
 
     One of two poles that share a peak explains much as long as the other stays where it is; what gives it away
@@ -174,7 +174,7 @@ def duplicates(poles: NDArray[np.complex128], share: float = 0.5) -> list[tuple[
     return [(i, j) for _, i, j in sorted(pairs)]
 
 
-def choose_terms(lines: Lines, fitted: Fit, choices: tuple[ResidualTerms, ...] = CHOICES) -> Fit:
+def choose_terms(lines: Lines, fitted: PoleFit, choices: tuple[ResidualTerms, ...] = CHOICES) -> PoleFit:
     """Choose the residual terms of lowest BIC, the poles refitted with each."""
     best = fitted
     for terms in choices:

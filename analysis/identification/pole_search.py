@@ -16,7 +16,7 @@ PATIENCE = 2.0
 
 
 @dataclass(frozen=True)
-class Fit:
+class PoleFit:
     """Outcome of the search over poles."""
 
     projection: Projection
@@ -46,7 +46,7 @@ def fit(
     max_iterations: int = 60,
     start: Projection | None = None,
     target: float | None = None,
-) -> Fit:
+) -> PoleFit:
     """Levenberg-Marquardt search over the poles.
 
     Parameters
@@ -88,7 +88,7 @@ def fit(
         else:
             done = damping > 1e8
             damping, grow = damping * grow, grow * 2.0
-    return Fit(now, terms, iterations, done, bounds.stuck(now.poles))
+    return PoleFit(now, terms, iterations, done, bounds.stuck(now.poles))
 
 
 def _decided(now: Projection, fall: float, target: float) -> bool:

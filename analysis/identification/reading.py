@@ -15,7 +15,7 @@ Damping = Literal["hysteretic", "viscous"]
 
 
 @dataclass(frozen=True)
-class Reading:
+class PoleReading:
     """Frequency and damping of poles, each array shaped like the poles.
 
     Attributes
@@ -37,7 +37,7 @@ class Reading:
 
 def read_poles(
     poles: NDArray[np.complex128], covariance: NDArray[np.float64], damping: Damping = "hysteretic"
-) -> Reading:
+) -> PoleReading:
     """Read frequency and damping off poles.
 
     Parameters
@@ -64,4 +64,4 @@ def read_poles(
         cross = covariance[..., 0, 1]
         sigma_f = f * np.sqrt(np.maximum(spread_w + 2.0 * slope_f * cross + slope_f**2 * spread_zeta, 0.0))
         sigma_eta = eta * np.abs(slope_eta) * np.sqrt(spread_zeta)
-    return Reading(f, sigma_f, zeta, zeta * np.sqrt(spread_zeta), eta, sigma_eta)
+    return PoleReading(f, sigma_f, zeta, zeta * np.sqrt(spread_zeta), eta, sigma_eta)

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
 from analysis.identification.order import pole_price, relative_deviations, support
-from analysis.identification.pole_search import Fit
+from analysis.identification.pole_search import PoleFit
 from analysis.identification.resolution import heights, unresolved
 
 MOST_DAMPED = 0.2
@@ -23,14 +23,14 @@ SMALLEST_SHARE = 0.01
 """Peak of a mode, relative to |h| where it stands, below which it is not told from curvature."""
 
 
-def judge(lines: Lines, fitted: Fit, mains: float | None) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def judge(lines: Lines, fitted: PoleFit, mains: float | None) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Status and reason of every pole of a fit.
 
     Parameters
     ----------
     lines : Lines
         All lines the fit was made on.
-    fitted : Fit
+    fitted : PoleFit
         Converged.
     mains : float or None
         Mains frequency, Hz.
@@ -50,7 +50,7 @@ def judge(lines: Lines, fitted: Fit, mains: float | None) -> tuple[tuple[str, ..
     return tuple(status for status, _ in verdicts), tuple(reason for _, reason in verdicts)
 
 
-def _damping_limit(lines: Lines, fitted: Fit) -> float:
+def _damping_limit(lines: Lines, fitted: PoleFit) -> float:
     """Damping ratio above which a pole of this FRF is background."""
     place = fitted.poles.imag / (2.0 * np.pi)
     inside = (place >= lines.frequency[0]) & (place <= lines.frequency[-1])
@@ -60,7 +60,7 @@ def _damping_limit(lines: Lines, fitted: Fit) -> float:
     return min(MOST_DAMPED, OUTSTANDING * float(np.median(zeta)))
 
 
-def _shares(lines: Lines, fitted: Fit) -> NDArray[np.float64]:
+def _shares(lines: Lines, fitted: PoleFit) -> NDArray[np.float64]:
     """Height of every peak over rms |h| within half a half-power width of it."""
     height = heights(fitted.poles, fitted.projection.residues)
     share = np.zeros(len(fitted.poles))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.modes import Modes
-from analysis.identification.reading import Damping, Reading, read_poles
+from analysis.identification.reading import Damping, PoleReading, read_poles
 
 ABSENT = "absent"
 
@@ -94,7 +94,7 @@ class TrackedModes:
         """What each sweep's model leaves over, as a share of rms |h|: (T,) ndarray."""
         return np.array([modes.misfit for modes in self.modes])
 
-    def reading(self, damping: Damping = "hysteretic") -> Reading:
+    def reading(self, damping: Damping = "hysteretic") -> PoleReading:
         """Frequency, damping ratio and loss factor, each (T, J), with standard deviations; NaN where absent."""
         return read_poles(self.poles, self.covariance, damping)
 

@@ -1,6 +1,6 @@
 """What is to be measured, at which temperatures, and what a good measurement is.
 
-==============  =================================================================
+==============  ====================================================================
 ``sweep``       the drive's sweep: band, duration, tapers, silence, levels
 ``programme``   where the temperature goes and at which temperatures to measure
 ``limits``      what stops a campaign and what makes a sweep be repeated
@@ -12,5 +12,6 @@
 ``likeness``    how much a drive as recorded is like the drive as played
 ``clocks``      how much faster the clock that played was than the one that recorded
 ``acceptance``  what is wrong with a sweep just recorded
-==============  =================================================================
+``shot``        one short sweep before a campaign: wiring, levels, noise and hum
+==============  ====================================================================
 """

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft, rfftfreq
 
+from analysis.arrays import Real
 from analysis.protocol.drive import drive_signal, passed_at
 from analysis.protocol.likeness import whole_delay
 from analysis.protocol.sweep import SweepSettings
-
-Real = NDArray[np.float64]
 
 CRYSTALS = 3e-4
 """Largest difference between two crystals: those of cards are within 1e-4 or better, as a share."""

@@ -1,15 +1,15 @@
 """Model updating: the material of a twin fitted to measured FRFs, and its laws over temperature.
 
-=====================  ==============================================================
-``normal_equations``   weighted misfit of one sweep, its gradient and curvature
-``coarse_look``        which modulus one sweep's resonances say, before a model is made
-``start``              the start grid: no temperature may land in a neighbouring minimum
-``broadening``         data as of a plate damped more: starts where resonances are sharp
-``sweep_fit``          E, nu, eta and gain of one sweep, Levenberg-Marquardt
-``updated``            what was found
-``update``             all of it, for a campaign
-``polarity``           channels recorded with the wrong sign
-``strays``             sweeps that no plate explains
-``laws``               smooth E(T), nu(T), eta(T) with bands from the estimates
-=====================  ==============================================================
+======================  =======================================================================
+``normal_equations``    weighted misfit of one sweep, its gradient and curvature
+``modulus_scan``        modulus that one sweep's resonances suggest, before a twin is built
+``start``               the start grid: no temperature may land in a neighbouring minimum
+``broadening``          data as of a plate with more damping: starts where resonances are sharp
+``sweep_fit``           E, nu, eta and gain of one sweep, Levenberg-Marquardt
+``update``              all sweeps of a campaign, by the estimator of `analysis.gap.fitting`
+``polarity``            channels recorded with the wrong sign
+``outlier_sweeps``      sweeps that no material explains
+``laws``                smooth E(T), nu(T), eta(T) with bands from the estimates
+``corrected_twin``      laws and FRFs of a twin whose effects are known
+======================  =======================================================================
 """

@@ -6,13 +6,11 @@ averages out besides. Fits that follow the data from wide to narrow resonances s
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.sweep_fit import fit_sweep
-
-Real = NDArray[np.float64]
 
 PER_WIDTH = 3.0
 """Lines over the half-power width of a broadened resonance."""

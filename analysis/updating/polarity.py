@@ -17,7 +17,7 @@ AGREES = 0.5
 """Correlation of twin and data from which a channel's sign is beyond doubt; of strangers it is near 0."""
 
 
-def upright(
+def polarity_corrected(
     frf: Frf, model: TwinModel, progress: Callable[[str, float], None] = lambda stage, share: None
 ) -> tuple[Frf, NDArray[np.float64]]:
     """Turn the sign of inverted channels, and return where to start: (E, nu, eta) of the sweep in the middle.

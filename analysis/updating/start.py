@@ -8,6 +8,7 @@ from itertools import chain, product
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.twin_model import TwinModel
 from analysis.updating.broadening import narrowed
 from analysis.updating.normal_equations import SweepData, best_gain
@@ -27,8 +28,6 @@ LEAST_LOSS = 0.005
 
 WORKERS = 2
 """Places of the grid asked at a time: eigenvalues let other threads run."""
-
-Real = NDArray[np.float64]
 
 
 def in_phase(transfer: NDArray[np.complex128], data: SweepData) -> Real:

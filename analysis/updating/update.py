@@ -1,9 +1,9 @@
 """Model updating of a campaign: E, nu, eta of every sweep and one gain over all of them.
 
 The misfit is the paper's eq. (12), each line weighted by its variance. The estimates are those of
-`analysis.gap.fit` with no effects, every sweep with laws of its own. Its start is found here: every sweep is
-fitted by itself on few lines, gain included, walking outwards from a sweep in the middle so that each starts from
-its neighbour; then the gains are tied into one.
+`analysis.gap.fitting.fit` with no effects, every sweep with laws of its own. Its start is found here: every sweep
+is fitted by itself on few lines, gain included, walking outwards from a sweep in the middle so that each starts
+from its neighbour; then the gains are tied into one.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,19 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.gap.fit import fit_gap
-from analysis.gap.gap_fit import GapFit
-from analysis.gap.misfit import sweep_powers
-from analysis.gap.state import GapState
-from analysis.gap.sweeps import GapSweeps, apart
+from analysis.gap.data.sweeps import GapSweeps, apart
+from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.misfit import sweep_powers
+from analysis.gap.fitting.state import GapState
 from analysis.material import Material, MaterialBox
+from analysis.progress import Progress
 from analysis.twin_model import TwinModel
+from analysis.updated import Updated
 from analysis.updating.normal_equations import NormalEquations, SweepData, moved
 from analysis.updating.start import start_material
 from analysis.updating.sweep_fit import SweepFit, fit_sweep
-from analysis.updating.updated import Updated
-
-Progress = Callable[[str, float], None]
 
 LINES_OF_THE_WALK = 500
 """Lines that take part while sweeps are fitted on their own, where modes are many lines wide; the end uses all."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.confidence import probability
-from app.blind_trial.outcome import Named, Outcome
+from analysis.gap.search.confidence import probability
+from app.blind_trial.outcome import Named, TrialOutcome
 
 BINS = 5
 """Of equally many claims each: a trial has some dozens of them."""
@@ -36,7 +36,7 @@ class Reliability:
         return float(np.sum(self.count * np.abs(self.stated - self.true)) / max(int(self.count.sum()), 1))
 
 
-def claims(outcomes: Sequence[Outcome]) -> list[tuple[Named, bool]]:
+def claims(outcomes: Sequence[TrialOutcome]) -> list[tuple[Named, bool]]:
     """Every effect claimed, and whether it, an equivalent, or what it is a look-alike of, is there."""
     return [(named, o.is_there(named)) for o in outcomes for named in o.named]
 

@@ -4,13 +4,12 @@ import time
 from collections.abc import Collection
 from pathlib import Path
 
-from app.blind_trial.yardstick import MAINS
+from app.blind_trial.effect_size import MAINS
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
-from app.gap import campaign_gap
-from app.gap_result import GAP, made_from, save_comparison
+from app.stages import gap
 
 REFUSED = "refused.json"
 
@@ -31,14 +30,13 @@ def judge_campaign(folder: Path, run: Path, without: Collection[str]) -> None:
     begun = time.perf_counter()
     try:
         campaign = load_campaign(folder)
-        found = campaign_gap(campaign, MAINS, lambda stage, share: None, without=without)
+        found = gap.compute(campaign, MAINS, lambda stage, share: None, without=without)
     except (CampaignFileError, ResultFileError) as error:
         write_json(run / REFUSED, {"why": str(error)})
         return
-    origin = made_from(campaign, MAINS, None, None)
-    save_comparison(run, campaign, found, origin, None, time.perf_counter() - begun)
+    gap.save(run, campaign, found, MAINS, time.perf_counter() - begun)
 
 
 def is_judged(run: Path) -> bool:
     """Whether a run holds a verdict; it is the last thing written."""
-    return (run / GAP).is_file() or (run / REFUSED).is_file()
+    return (run / gap.GAP).is_file() or (run / REFUSED).is_file()

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from app.acquisition import acquire_campaign
 from app.blind_trial.assignments import Assignment
+from app.blind_trial.draw_effects import DrawnEffects, draw_effects, partners, wanted, ways
+from app.blind_trial.effect_size import EffectSize
 from app.blind_trial.experiments import draw_experiment
-from app.blind_trial.hiding import Hidden, hide, partners, wanted, ways
 from app.blind_trial.plates import OTHER_MESH, PlateKind
 from app.blind_trial.specimen import Specimen
-from app.blind_trial.yardstick import Yardstick
 from app.files.atomic import write_json
 from app.files.provenance import sha256
 from app.files.sweep_file import Source
+from app.stages.acquire import acquire_campaign
 from drivers.rig.campaign import unobserved
 from drivers.rig.session import Session
 from simulation.effects.library import LIBRARY
@@ -51,8 +51,8 @@ def make_campaign(
     specimen = Specimen.of(experiment, kind)
     share = float(np.exp(rng.uniform(*np.log(NOISE))))
     with ThreadPoolExecutor(1) as executor:
-        yard = Yardstick.of(specimen, share, rng, executor)
-        hidden = hide(assignment, first, partners(legs, levels), yard, rng)
+        yard = EffectSize.of(specimen, share, rng, executor)
+        hidden = draw_effects(assignment, first, partners(legs, levels), yard, rng)
     write_json(truth, record(assignment, kind, specimen, hidden, yard))
     shutil.rmtree(folder, ignore_errors=True)
     rig = specimen.rig(hidden.effects, yard.noise, truth)
@@ -62,7 +62,7 @@ def make_campaign(
 
 
 def record(
-    assignment: Assignment, kind: PlateKind, specimen: Specimen, hidden: Hidden, yard: Yardstick
+    assignment: Assignment, kind: PlateKind, specimen: Specimen, hidden: DrawnEffects, yard: EffectSize
 ) -> dict[str, Any]:
     """Return what a truth file holds."""
     simulation, shown = specimen.simulation, yard.sweeps

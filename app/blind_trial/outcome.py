@@ -10,7 +10,7 @@ from analysis.gap.thresholds import CLASS_COSINE
 from app.blind_trial.assignments import Kind
 from app.blind_trial.judging import REFUSED
 from app.files.parsed_text import parse_json, read_text
-from app.gap_result import GAP
+from app.stages.gap import GAP
 
 Record = Mapping[str, Any]
 CLAIMED = ("explained", "partly_explained")
@@ -44,7 +44,7 @@ class Named:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class TrialOutcome:
     """A campaign of a trial, judged.
 
     Attributes
@@ -138,7 +138,7 @@ class Outcome:
         return any(self.imitations.get(member, 0.0) > CLASS_COSINE for member in named.members)
 
 
-def outcome(truth: Record, verdict: Record | None) -> Outcome:
+def outcome(truth: Record, verdict: Record | None) -> TrialOutcome:
     """Set a truth file beside gap.json; None where the campaign was refused."""
     told: dict[str, Any] = {
         "number": truth["number"],
@@ -151,9 +151,9 @@ def outcome(truth: Record, verdict: Record | None) -> Outcome:
         "one_ramp": len(truth["legs"]) == 1,
     }
     if verdict is None:
-        return Outcome(**told, verdict="refused")
+        return TrialOutcome(**told, verdict="refused")
     claimed = verdict["effects"] if verdict["verdict"] in CLAIMED else []
-    return Outcome(
+    return TrialOutcome(
         **told,
         verdict=verdict["verdict"],
         named=tuple(_named(effect) for effect in claimed),
@@ -168,7 +168,7 @@ def outcome(truth: Record, verdict: Record | None) -> Outcome:
     )
 
 
-def read_outcome(truth: Path, run: Path) -> Outcome | None:
+def read_outcome(truth: Path, run: Path) -> TrialOutcome | None:
     """Read one campaign's outcome; None where it has no verdict yet."""
     verdict: Record | None = None
     if (run / GAP).is_file():

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from app.blind_trial.outcome import Outcome
+from app.blind_trial.outcome import TrialOutcome
 
 NINETY = 1.6448536269514722
 """Standard deviations that hold 90 % of a normal distribution."""
 
 
-def errors(outcomes: Sequence[Outcome]) -> NDArray[np.float64]:
+def errors(outcomes: Sequence[TrialOutcome]) -> NDArray[np.float64]:
     """Relative error of the one effect of each outcome, (N,).
 
     Its amplitudes count as one vector, in units of their priors: of a gradient along x the part along y is nearly
@@ -27,7 +27,7 @@ def errors(outcomes: Sequence[Outcome]) -> NDArray[np.float64]:
     return np.array(found)
 
 
-def coverage(outcomes: Sequence[Outcome]) -> tuple[int, int]:
+def coverage(outcomes: Sequence[TrialOutcome]) -> tuple[int, int]:
     """Parameters whose 90 % interval holds the truth, and all of them."""
     inside = [
         abs(value - o.effects[named.name][parameter]) <= NINETY * sigma

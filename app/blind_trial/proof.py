@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.blind_trial.calibration import claims, reliability
-from app.blind_trial.hiding import ALIKE
-from app.blind_trial.outcome import Outcome
+from app.blind_trial.draw_effects import ALIKE
+from app.blind_trial.outcome import TrialOutcome
 from app.blind_trial.parameter_errors import coverage, errors
-from app.blind_trial.wilson import wilson
+from app.blind_trial.proportion_interval import proportion_interval
 
 FAINT = (5.0, 8.0)
 """Sigma between which an effect counts as one of 6."""
 PLAIN, CLEAR = 13.5, 27.0
 """Sigma from which an effect counts as one of 15, and of 30: what was reached may fall a little short."""
-Test = Callable[[Outcome], bool]
+Test = Callable[[TrialOutcome], bool]
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Figure:
         return {**asdict(self), "met": self.met}
 
 
-def figures(outcomes: Sequence[Outcome]) -> tuple[Figure, ...]:
+def figures(outcomes: Sequence[TrialOutcome]) -> tuple[Figure, ...]:
     """Return the whole table; campaigns that were refused count as wrong wherever an answer was due."""
     return (
         *_nulls(outcomes),
@@ -68,28 +68,28 @@ def figures(outcomes: Sequence[Outcome]) -> tuple[Figure, ...]:
     )
 
 
-def share(name: str, among: Sequence[Outcome], test: Test, least: float = 0.0, most: float = 1.0) -> Figure:
+def share(name: str, among: Sequence[TrialOutcome], test: Test, least: float = 0.0, most: float = 1.0) -> Figure:
     """Share of campaigns that pass a test."""
     hits = sum(test(o) for o in among)
-    low, high = wilson(hits, len(among))
+    low, high = proportion_interval(hits, len(among))
     return Figure(name, hits / len(among) if among else None, low, high, len(among), (least, most))
 
 
-def _kind(outcomes: Sequence[Outcome], *kinds: str) -> list[Outcome]:
+def _kind(outcomes: Sequence[TrialOutcome], *kinds: str) -> list[TrialOutcome]:
     return [o for o in outcomes if o.kind in kinds]
 
 
-def strength(o: Outcome) -> float:
+def strength(o: TrialOutcome) -> float:
     """Size of the weakest of a campaign's effects, in sigma."""
     return min(o.size.values(), default=0.0)
 
 
-def _nulls(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+def _nulls(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     nulls = _kind(outcomes, "null")
     yield share("nulls: a gap or an effect claimed", nulls, lambda o: o.verdict != "none", most=0.01)
 
 
-def _singles(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+def _singles(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     singles = _kind(outcomes, "single")
     plain = [o for o in singles if strength(o) >= PLAIN]
     faint = [o for o in singles if FAINT[0] <= strength(o) < FAINT[1]]
@@ -101,30 +101,30 @@ def _singles(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
     yield share("single, 6 sigma, claimed: right class", seen, lambda o: o.right_classes, 0.95)
 
 
-def _strangers(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+def _strangers(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     both, outside = _kind(outcomes, "outside", "ablated"), _kind(outcomes, "outside")
     yield share("outside or ablated: unknown, or a look-alike", both, lambda o: o.declared_unknown, 0.90)
     yield share("outside or ablated: unknown", both, lambda o: o.verdict == "unknown", 0.0)
     yield share("outside: any name accepted", outside, lambda o: bool(o.named), most=0.05)
 
 
-def _pairs(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+def _pairs(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     pairs = [o for o in _kind(outcomes, "pair") if strength(o) >= PLAIN]
     for name, alike, least in (("|cos| < 0.8", False, 0.85), ("|cos| >= 0.8", True, 0.70)):
         some = [o for o in pairs if (abs(o.cosine or 0.0) >= ALIKE) == alike]
         yield share(f"pair, {name}: both right", some, lambda o: o.right_classes, least)
 
 
-def closures(outcomes: Sequence[Outcome]) -> NDArray[np.float64]:
+def closures(outcomes: Sequence[TrialOutcome]) -> NDArray[np.float64]:
     """Gap closed on held-out temperatures, of every campaign in which what is there was found."""
     return np.array([o.closure for o in _found(outcomes) if o.closure is not None])
 
 
-def _found(outcomes: Sequence[Outcome]) -> list[Outcome]:
+def _found(outcomes: Sequence[TrialOutcome]) -> list[TrialOutcome]:
     return [o for o in _kind(outcomes, "single", "pair") if o.right_classes]
 
 
-def _closure(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+def _closure(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     closed = closures(outcomes)
     for name, quantile, least in (("median", 0.5, 0.95), ("worst decile", 0.1, 0.85)):
         value = float(np.quantile(closed, quantile)) if closed.size else None
@@ -134,18 +134,18 @@ def _closure(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
     yield Figure("gap closed on a held-out channel or level, median", value, None, None, also.size, (0.9, 1.0))
 
 
-def _parameters(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+def _parameters(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     found = [o for o in _kind(outcomes, "single") if o.right_names]
     off = errors([o for o in found if strength(o) >= CLEAR])
     value = float(np.median(off)) if off.size else None
     yield Figure("parameter error from 30 sigma, median", value, None, None, off.size, (0.0, 0.03))
     hits, count = coverage(found)
-    low, high = wilson(hits, count)
+    low, high = proportion_interval(hits, count)
     held = hits / count if count else None
     yield Figure("true parameters within their 90 % intervals", held, low, high, count, (0.85, 0.95))
 
 
-def _confidence(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+def _confidence(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     found = claims(outcomes)
     stated = np.array([named.probability for named, _ in found])
     right = np.array([true for _, true in found], dtype=bool)
@@ -153,7 +153,7 @@ def _confidence(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
     yield Figure("calibration error of the stated probability", error, None, None, len(found), (0.0, 0.05))
 
 
-def _blind_spots(outcomes: Sequence[Outcome]) -> Iterator[Figure]:
+def _blind_spots(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     one_ramp = [o for o in outcomes if o.one_ramp and o.verdict != "refused"]
     yield share(
         "thermal lag not observable on one ramp", one_ramp, lambda o: "thermal_lag" in o.not_observable, 1.0

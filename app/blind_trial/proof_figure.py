@@ -8,16 +8,16 @@ from matplotlib.figure import Figure
 
 from app.blind_trial.assignments import KINDS
 from app.blind_trial.calibration import claims, reliability
-from app.blind_trial.outcome import Outcome
+from app.blind_trial.outcome import TrialOutcome
 from app.blind_trial.proof import closures
-from app.blind_trial.wilson import wilson
+from app.blind_trial.proportion_interval import proportion_interval
 from app.report.style import BAND, MODEL, panels
 
 ENDS = ("none", "unknown", "several", "refused")
 """Columns beside the effects' own."""
 
 
-def proof_figure(outcomes: Sequence[Outcome]) -> Figure:
+def proof_figure(outcomes: Sequence[TrialOutcome]) -> Figure:
     """Draw the confusion matrix, the reliability of the stated probability and the closure of gaps."""
     figure, axes = panels(1, 3, width=15.0, height=7.0, width_ratios=[2.2, 1.0, 1.0])
     _confusion(axes[0], outcomes)
@@ -26,7 +26,7 @@ def proof_figure(outcomes: Sequence[Outcome]) -> Figure:
     return figure
 
 
-def confusion(outcomes: Sequence[Outcome]) -> tuple[list[str], list[str], np.ndarray]:
+def confusion(outcomes: Sequence[TrialOutcome]) -> tuple[list[str], list[str], np.ndarray]:
     """Rows (what was hidden), columns (what was answered) and counts; pairs are left out, they have two names."""
     some = [o for o in outcomes if o.kind != "pair"]
     kinds = {_hidden(o): KINDS.index(o.kind) for o in some}
@@ -42,18 +42,18 @@ def confusion(outcomes: Sequence[Outcome]) -> tuple[list[str], list[str], np.nda
     return rows, columns, counts
 
 
-def _hidden(o: Outcome) -> str:
+def _hidden(o: TrialOutcome) -> str:
     name = next(iter(o.effects), "nothing")
     return {"ablated": f"{name}, without it", "outside": f"{name} (no effect)"}.get(o.kind, name)
 
 
-def _answer(o: Outcome) -> str:
+def _answer(o: TrialOutcome) -> str:
     if len(o.named) == 1:
         return o.named[0].name
     return "several" if o.named else o.verdict
 
 
-def _confusion(axes: Axes, outcomes: Sequence[Outcome]) -> None:
+def _confusion(axes: Axes, outcomes: Sequence[TrialOutcome]) -> None:
     rows, columns, counts = confusion(outcomes)
     share = counts / np.maximum(counts.sum(1, keepdims=True), 1)
     axes.imshow(share, cmap="GnBu", vmin=0.0, vmax=1.3, aspect="auto")
@@ -66,13 +66,13 @@ def _confusion(axes: Axes, outcomes: Sequence[Outcome]) -> None:
     axes.set_title("hidden (rows) and answered (columns), campaigns")
 
 
-def _reliability(axes: Axes, outcomes: Sequence[Outcome]) -> None:
+def _reliability(axes: Axes, outcomes: Sequence[TrialOutcome]) -> None:
     axes.plot([0.0, 1.0], [0.0, 1.0], color="0.6", lw=1.0, ls=":")
     found = claims(outcomes)
     if found:
         stated = np.array([named.probability for named, _ in found])
         seen = reliability(stated, np.array([true for _, true in found], dtype=bool))
-        ends = [wilson(round(t * n), int(n)) for t, n in zip(seen.true, seen.count, strict=True)]
+        ends = [proportion_interval(round(t * n), int(n)) for t, n in zip(seen.true, seen.count, strict=True)]
         low, high = np.array(ends).T
         axes.errorbar(
             seen.stated, seen.true, [seen.true - low, high - seen.true], fmt="o", color=MODEL, capsize=3, ms=5
@@ -81,7 +81,7 @@ def _reliability(axes: Axes, outcomes: Sequence[Outcome]) -> None:
     axes.set(xlabel="probability stated", ylabel="share that is there", xlim=(0.0, 1.02), ylim=(0.0, 1.05))
 
 
-def _closure(axes: Axes, outcomes: Sequence[Outcome]) -> None:
+def _closure(axes: Axes, outcomes: Sequence[TrialOutcome]) -> None:
     closed = closures(outcomes)
     if closed.size:
         axes.hist(closed, bins=np.linspace(0.0, 1.0, 21).tolist(), color=BAND)

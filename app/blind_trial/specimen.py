@@ -10,15 +10,15 @@ from analysis.effect_card import EffectCard, Values
 from analysis.experiment import Attachment, Experiment
 from analysis.material import MaterialLaws
 from analysis.plate_material import material_box
+from analysis.progress import Progress
 from app.blind_trial.plates import OTHER_MESH, PlateKind
-from app.blind_trial.strangers import RESONATOR, STRANGERS, ResonatorTransfer
+from app.blind_trial.unlisted_effects import RESONATOR, UNLISTED_EFFECTS, ResonatorTransfer
 from app.files.effect_cache import cached_operators
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.simulation_section import Simulation
-from app.plate_transfer import Followed, Transfer, TwinTransfer
-from app.progress import Report
-from app.rig import REFERENCE, parts_around
-from app.simulated_plate import TwinPlate
+from app.rig.assembly import REFERENCE, parts_around
+from app.rig.plate_transfer import Followed, PlateTransfer, TwinTransfer
+from app.rig.simulated_plate import TwinPlate
 from drivers.rig.rig import Rig
 from simulation.effects.library import library
 from simulation.reduction.campaign_basis import for_materials
@@ -84,7 +84,7 @@ class Specimen:
         laws, temperatures = simulation.laws.laws(), declared.protocol.temperatures
         materials = [laws.local(t) for t in np.linspace(temperatures[0] - 8.0, temperatures[-1] + 8.0, MATERIALS)]
         smaller = for_materials(operators, materials, TAIL)
-        known = {**library(declared), **STRANGERS}
+        known = {**library(declared), **UNLISTED_EFFECTS}
         declared = with_hidden_point(declared, kind)
         twin = Twin.of(declared, EffectPlate(smaller), known).referred(laws.local(REFERENCE))
         return cls(experiment, simulation, twin, laws, declared)
@@ -99,7 +99,7 @@ class Specimen:
         """Of everything that can be hidden in it."""
         return {**self.twin.cards, "resonator": RESONATOR.card(self.declared)}
 
-    def transfer(self, effects: Mapping[str, Values]) -> Transfer:
+    def transfer(self, effects: Mapping[str, Values]) -> PlateTransfer:
         """Return what it answers with `effects` in it."""
         plain = {name: values for name, values in effects.items() if name != "resonator"}
         transfer = KnownTransfer(self.twin, self.laws, plain)
@@ -119,8 +119,8 @@ def with_hidden_point(declared: Experiment, kind: PlateKind) -> Experiment:
     return declared.model_copy(update={"cable": (*declared.cable, Attachment(point=kind.hidden))})
 
 
-def specimen_operators(declared: Experiment, kind: PlateKind, report: Report | None = None) -> EffectOperators:
+def specimen_operators(declared: Experiment, kind: PlateKind, report: Progress | None = None) -> EffectOperators:
     """Operators on the trial's own mesh, from the cache or made and kept there."""
-    silent: Report = report or (lambda stage, share: None)
+    silent: Progress = report or (lambda stage, share: None)
     box = material_box(declared.plate.material)
     return cached_operators(with_hidden_point(declared, kind), box, silent, OTHER_MESH)

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 import analysis.gap.thresholds as frozen
+from analysis.progress import Progress
 from app.blind_trial.assignments import STREAMS, Assignment, Kind, assignments
 from app.blind_trial.experiments import draw_experiment
 from app.blind_trial.judging import is_judged, judge_campaign
@@ -32,8 +33,7 @@ from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.parsed_text import parse_json, read_text
 from app.files.provenance import provenance, sha256
-from app.progress import Report
-from app.twin import campaign_twin, effect_twin
+from app.twins.campaign_twin import campaign_twin, effect_twin
 
 SCHEMA = "flexura-blind-trial/1"
 TRIAL = "trial.json"
@@ -141,7 +141,7 @@ def _end_with_the_parent() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def run_trial(trial: Trial, executor: Executor, report: Report, told: Callable[[str], None]) -> None:
+def run_trial(trial: Trial, executor: Executor, report: Progress, told: Callable[[str], None]) -> None:
     """Make and judge every campaign that has no verdict yet.
 
     Parameters

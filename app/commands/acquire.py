@@ -53,12 +53,12 @@ def command(
     Exit status 1 where sweeps are missing at the end, or the rig stopped the campaign; 3 where something could not
     be verified to be at rest (NOT AT REST: go there and switch it off).
     """
-    from app.campaign_ending import broken_off, completed
-    from app.doctor import require_room
     from app.files.acquired_campaign import campaign_log, require_ours
     from app.files.campaign_error import CampaignFileError
     from app.files.campaign_folder import is_campaign_folder
     from app.files.experiment_toml import read_acquired_experiment
+    from app.rig.doctor import require_room
+    from app.terminal.campaign_ending import broken_off, completed
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.errors import RigInterrupted, RigStopped
     from drivers.rig.session import Session
@@ -109,7 +109,7 @@ def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> 
 @contextmanager
 def _open(declared: "AcquiredExperiment", kind: "RigKind", experiment: Path, output: Output) -> "Iterator[Rig]":
     """Yield the rig; where its twin has to be reduced first, that is shown."""
-    from app.rig import rig_of
+    from app.rig.assembly import rig_of
 
     with ExitStack() as stack:
         with output.progress() as report:
@@ -121,19 +121,19 @@ def _shoot(
     declared: "AcquiredExperiment", kind: "RigKind", experiment: Path, folder: Path, output: Output
 ) -> None:
     """Tell what is found before a campaign; where that is bad already, no twin is reduced and nothing played."""
-    from app.campaign_ending import NOT_AT_REST, not_at_rest
     from app.commands.doctor import show
-    from app.first_shot import look_before, shoot
+    from app.rig.first_shot import look_before, shoot
+    from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest
     from drivers.rig.end_requests import EndRequests
-    from drivers.rig.survey import State
+    from drivers.rig.survey import FindingState
 
     findings = list(look_before(declared, kind, folder))
     unsafe: tuple[str, ...] = ()
-    if all(one.state is not State.BAD for one in findings):
+    if all(one.state is not FindingState.BAD for one in findings):
         with _open(declared, kind, experiment, output) as opened, EndRequests() as requests:
             heard, unsafe = shoot(declared, kind, opened, requests.check)
         findings += heard
-    bad = [one for one in findings if one.state is State.BAD]
+    bad = [one for one in findings if one.state is FindingState.BAD]
     rows = [{"what": o.what, "state": str(o.state), "seen": o.seen, "next_step": o.next_step} for o in findings]
     record = {"ready": not (bad or unsafe), "rig": kind, "findings": rows, "unsafe": list(unsafe)}
     output.result(lambda: record, lambda: show(findings))
@@ -155,11 +155,11 @@ def _acquire(
     again: bool,
     output: Output,
 ) -> "Outcome":
-    from app.acquisition import acquire_campaign
-    from app.campaign_screen import campaign_screen
     from app.files.provenance import sha256
     from app.files.sweep_file import Source
-    from app.rig import rig_places
+    from app.rig.assembly import rig_places
+    from app.stages.acquire import acquire_campaign
+    from app.terminal.campaign_progress import campaign_screen
 
     source = Source(experiment.name, sha256(experiment))
     with campaign_screen(acquired["rig"] == "simulated", shown=not output.quiet) as screen:

@@ -10,8 +10,8 @@ from app.commands.bad_input import bad_input
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    from app.files.instruments_toml import Instruments
-    from drivers.checks.trial import Verdict
+    from app.files.instruments_toml import DeclaredInstruments
+    from drivers.checks.trial import CheckVerdict
 
 COLOURS = {"passed": "green", "FAILED": "red", "not checked": "yellow"}
 
@@ -45,12 +45,12 @@ def command(instrument: str, really: bool, output: Output) -> None:
     Exit status 1 where a check failed; 3 where oven or drive are not known to be at rest, or another process of
     this computer uses them: then nothing is asked of them.
     """
-    from app.campaign_ending import NOT_AT_REST, not_at_rest
     from app.files.instruments_toml import declared_instruments
+    from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest
     from drivers.rig.occupancy import RigInUse, occupied
 
     declared = declared_instruments(instrument)
-    found: dict[str, list[Verdict]] = {}
+    found: dict[str, list[CheckVerdict]] = {}
     unsafe: tuple[str, ...] = ()
     try:
         with occupied(declared.places if really else (), "flexura check-instrument"):
@@ -77,7 +77,9 @@ def command(instrument: str, really: bool, output: Output) -> None:
     output.summary(f"{len(rows) - unchecked} of {len(rows)} checks passed{rest}")
 
 
-def _trials(declared: "Instruments", really: bool) -> "Iterator[tuple[str, Callable[[], Iterator[Verdict]]]]":
+def _trials(
+    declared: "DeclaredInstruments", really: bool
+) -> "Iterator[tuple[str, Callable[[], Iterator[CheckVerdict]]]]":
     """Yield what is to be checked, and how."""
     from drivers.checks.cards import check_cards, check_real_cards
     from drivers.checks.instruments import check_oven, check_real_oven, check_thermometer
@@ -91,17 +93,17 @@ def _trials(declared: "Instruments", really: bool) -> "Iterator[tuple[str, Calla
         yield f"thermometer {thermometer.kind}", lambda: check_thermometer(thermometer, real=really)
 
 
-def _run(run: "Callable[[], Iterator[Verdict]]", output: Output, name: str) -> "list[Verdict]":
+def _run(run: "Callable[[], Iterator[CheckVerdict]]", output: Output, name: str) -> "list[CheckVerdict]":
     """Run the checks of one instrument, each shown when it is over; Ctrl-C is heard between two of them."""
     from drivers.checks.instruments import NoCounterpart
-    from drivers.checks.trial import Verdict
+    from drivers.checks.trial import CheckVerdict
     from drivers.ovens.error import OvenError
     from drivers.rig.end_requests import EndRequests
 
     shown = not (output.quiet or output.as_json)
     if shown:
         click.echo(name)
-    found: list[Verdict] = []
+    found: list[CheckVerdict] = []
     with ExitStack() as stack:
         requests = stack.enter_context(EndRequests())
         try:
@@ -111,22 +113,22 @@ def _run(run: "Callable[[], Iterator[Verdict]]", output: Output, name: str) -> "
                     show([verdict])
                 if requests.arrived:
                     why = f"stopped by {requests.arrived} before the others"
-                    found.append(Verdict("the other checks", "all of them count", "FAILED", why))
+                    found.append(CheckVerdict("the other checks", "all of them count", "FAILED", why))
                     break
         except NoCounterpart:
             said = "it brings no simulated counterpart: connect the instrument, and add --really"
-            found.append(Verdict("all checks", "a campaign relies on each", "not checked", said))
+            found.append(CheckVerdict("all checks", "a campaign relies on each", "not checked", said))
             if shown:
                 show(found)
         except Exception as error:  # noqa: BLE001 (another's driver may raise anything)
             said = str(error) if isinstance(error, OvenError) else f"{type(error).__name__}: {error}"
-            found.append(Verdict("answers at all", "nothing can be checked otherwise", "FAILED", said))
+            found.append(CheckVerdict("answers at all", "nothing can be checked otherwise", "FAILED", said))
             if shown:
                 show(found[-1:])
     return found
 
 
-def _rest(declared: "Instruments") -> tuple[str, ...]:
+def _rest(declared: "DeclaredInstruments") -> tuple[str, ...]:
     """Bring oven and drive to rest once more, where a rig comes to rest; return what could not be verified."""
     from drivers.clock import SystemClock
     from drivers.rig.end_requests import EndRequests
@@ -141,7 +143,7 @@ def _rest(declared: "Instruments") -> tuple[str, ...]:
     return tuple(what for what in told if what is not None)
 
 
-def show(verdicts: "Sequence[Verdict]") -> None:
+def show(verdicts: "Sequence[CheckVerdict]") -> None:
     """Print what came of each check, and why it matters."""
     for one in verdicts:
         result = click.style(f"{one.result:<11}", fg=COLOURS[one.result])

@@ -108,7 +108,7 @@ def command(
     from app.files.filter_files import save_compensation
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
-    from app.panel_run import checked_device, laws_for, panel_for, range_of
+    from app.stages.panel_inputs import checked_device, laws_for, panel_for, range_of
 
     started = time.perf_counter()
     laws_path, laws, beside = laws_for(run, twin, "compensate")
@@ -146,7 +146,7 @@ def trained_and_judged(
     """Build the panel's twin, train, and try every method; exit status 1 where no network is good enough."""
     from analysis.compensation.study import compensate
     from analysis.compensation.training import EvidenceCollapseError
-    from app.panel_twin import panel_twin
+    from app.twins.panel_twin import panel_twin
 
     with output.progress() as report:
         twin = panel_twin(panel, laws, report)
@@ -161,7 +161,7 @@ def trained_and_judged(
 
 def notes(twin: Path | None, panel: "Panel", low: float, high: float) -> list[str]:
     """Return what a user has to know of where the laws come from and how far they reach, °C."""
-    from app.panel_run import effects_left_out
+    from app.stages.panel_inputs import effects_left_out
 
     found = [] if twin is None else effects_left_out(twin)
     if (low, high) != panel.filters.operating_range:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from analysis.experiment import Experiment
     from analysis.material import Material
-    from app.gap_words import Record
+    from app.terminal.gap import Record
 
 EXPERIMENT = shipped("simulated-rig.toml")
 RECORDING = shipped("pp-plate")
@@ -227,7 +227,7 @@ def puzzle_experiment() -> "tuple[Experiment, dict[str, dict[str, float]]]":
 
 def put_in() -> "Iterator[tuple[str, str]]":
     """Yield the effects hidden in the last campaign's plate, with values and units."""
-    from app.gap_words import with_sigma
+    from app.terminal.gap import with_sigma
     from simulation.effects.library import LIBRARY
 
     experiment, effects = puzzle_experiment()
@@ -242,7 +242,7 @@ def effects_table(run: Path) -> "Table":
     from rich.table import Table
 
     from app.files.gap_file import load_gap
-    from app.gap_words import estimate, named, verdict_words
+    from app.terminal.gap import estimate, named, verdict_words
 
     gap = load_gap(run / "gap.h5")[1]
     table = Table(title="The plate with something hidden: what it is, what was found", header_style="bold")

@@ -34,14 +34,14 @@ def command(experiment: Path | None, out: Path | None, output: Output) -> None:
     Nothing is set or switched: cards are listed, and the oven is asked for its temperature. Exit status 1 where
     something that is needed is not there.
     """
-    from app.doctor import examine
     from app.files.experiment_toml import read_acquired_experiment
-    from drivers.rig.survey import State
+    from app.rig.doctor import examine
+    from drivers.rig.survey import FindingState
 
     declared = read_acquired_experiment(experiment) if experiment is not None else None
     folder = (out or (experiment.parent if experiment is not None else Path())).resolve()
     findings = list(examine(declared, folder))
-    bad = [finding for finding in findings if finding.state is State.BAD]
+    bad = [finding for finding in findings if finding.state is FindingState.BAD]
     rows = [
         {"what": one.what, "state": str(one.state), "seen": one.seen, "next_step": one.next_step}
         for one in findings
@@ -55,12 +55,12 @@ def command(experiment: Path | None, out: Path | None, output: Output) -> None:
 
 def ready(experiment: Path | None, findings: "Sequence[Finding]") -> str:
     """Say what this computer is ready for; without an experiment nothing is needed, and much may be missing."""
-    from drivers.rig.survey import State
+    from drivers.rig.survey import FindingState
 
     if experiment is not None:
         return f"ready for {experiment}"
     of_rig = [one for one in findings if one.what.startswith(("NI ", "serial port"))]
-    missing = [one.what for one in of_rig if one.state is not State.GOOD]
+    missing = [one.what for one in of_rig if one.state is not FindingState.GOOD]
     if missing:
         return f"ready for analysis and the simulated rig; a real rig lacks: {', '.join(missing)}"
     return "ready for analysis and the simulated rig; whether a real one fits: flexura doctor EXPERIMENT.toml"

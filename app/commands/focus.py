@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from analysis.focusing.methods import Comparison
+    from analysis.focusing.methods import MethodComparison
     from analysis.focusing.over_temperature import Aim, Focusing
     from analysis.focusing.panel import Panel
 
@@ -71,9 +71,9 @@ def command(
     from app.files.filter_files import save_focusing
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
-    from app.panel_run import effects_left_out, laws_for, panel_of, range_of, within
-    from app.panel_twin import panel_twin
-    from app.uncorrected_filters import uncorrected_aim, uncorrected_laws
+    from app.stages.panel_inputs import effects_left_out, laws_for, panel_of, range_of, within
+    from app.stages.uncorrected_filters import uncorrected_aim, uncorrected_laws
+    from app.twins.panel_twin import panel_twin
 
     started = time.perf_counter()
     declared, panel_path = panel_of(panel, {"regularisation": regularisation, "tolerance": tolerance})
@@ -104,7 +104,7 @@ def command(
     output.summary(summary(focusing, folder / "filters.h5", seconds))
 
 
-def record(focusing: "Focusing", comparison: "Comparison", seconds: float) -> dict[str, Any]:
+def record(focusing: "Focusing", comparison: "MethodComparison", seconds: float) -> dict[str, Any]:
     """Return what ``--json`` prints: means over the band at every temperature."""
     energy = focusing.energy
     return {

@@ -39,23 +39,20 @@ def command(
     report), twin.toml (the twin with what was found) and laws-corrected.h5 (its laws) into the run folder. Exit
     status 0: no gap, or explained; 1: partly explained or unknown; 2: input that cannot be judged.
     """
-    from app.campaign_model import start_of
     from app.files.campaign import load_campaign
-    from app.files.provenance import sha256
     from app.files.run_folder import run_folder
-    from app.gap import campaign_gap
-    from app.gap_result import made_from, save_comparison
-    from app.gap_words import show, summary
+    from app.stages import gap
+    from app.terminal.gap import show, summary
+    from app.twins.campaign_model import start_of
 
     loaded = load_campaign(campaign)
     start = start_of(twin, loaded.experiment, effects)
     run = run_folder(campaign, out)
     started = time.perf_counter()
     with output.progress() as report:
-        found = campaign_gap(loaded, mains, report, start=start, folder=effects)
-    origin = made_from(loaded, mains, twin, effects)
-    based_on = sha256(twin) if twin is not None else None
-    record = save_comparison(run, loaded, found, origin, based_on, time.perf_counter() - started)
+        found = gap.compute(loaded, mains, report, start=start, folder=effects)
+    seconds = time.perf_counter() - started
+    record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects)
     output.result(lambda: record, lambda: show(record))
     for note in (*found.frf.notes, *record["notes"]):
         output.note(note)

@@ -12,7 +12,7 @@ from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.identification.reading import Damping
-    from app.identification import Wanted
+    from app.stages.identify import Wanted
 
 
 EXAMPLES = """\b
@@ -64,7 +64,7 @@ def command(
     and the reason for its status. A campaign's result goes into the run folder (frf.h5, modes.h5, modes.csv).
     """
     from analysis.identification.automatic import Settings
-    from app.identification import Wanted
+    from app.stages.identify import Wanted
 
     if band is not None and not band[0] < band[1]:
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
@@ -86,37 +86,21 @@ def identify_campaign(
     campaign: Path, out: Path | None, export: Path | None, wanted: "Wanted", output: Output
 ) -> None:
     """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs for others where asked."""
-    from analysis.frf import campaign_frf
-    from analysis.identification.tracking import track
-    from app.files.bad_file import ResultFileError
     from app.files.campaign import load_campaign
-    from app.files.frf_file import save_frf
-    from app.files.modes_file import save_modes, write_table
-    from app.files.provenance import provenance
     from app.files.run_folder import run_folder
-    from app.mode_records import campaign_record, show
+    from app.stages import identify
+    from app.terminal.modes import campaign_record, show
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
     run = run_folder(campaign, out)
     with output.progress() as report:
-        try:
-            frf = campaign_frf(loaded, mains=wanted.settings.mains or 50.0)
-            tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one())
-        except ValueError as error:  # a silent sensor, a band with no lines
-            raise ResultFileError(f"{campaign}: {error}") from error
-    made_from = provenance(loaded.hashes, {"campaign": loaded.name} | wanted.record())
-    save_frf(run / "frf.h5", loaded.experiment, frf, made_from)
-    if export is not None:
-        from app.files.uff58 import write_frfs
-        from app.files.uff_campaign import campaign_frfs
-
-        write_frfs(export, campaign_frfs(loaded.experiment, frf))
-    save_modes(run / "modes.h5", tracked, made_from)
-    write_table(run / "modes.csv", tracked, wanted.damping)
+        found = identify.compute(loaded, wanted, report)
+    identify.save(run, loaded, found, wanted, export)
+    tracked = found.tracked
     seconds = time.perf_counter() - started
     output.result(lambda: campaign_record(tracked, wanted.damping, seconds), lambda: show(tracked, wanted.damping))
-    for note in (*frf.notes, *tracked.notes):
+    for note in (*found.frf.notes, *tracked.notes):
         output.note(note)
     counts = [int(modes.real.sum()) for modes in tracked.modes]
     output.summary(
@@ -128,8 +112,8 @@ def identify_campaign(
 def identify_uff(path: Path, wanted: "Wanted", shared_poles: bool, output: Output) -> None:
     """Identify the FRFs of a universal file and print their modes; exit status 1 where none is found."""
     from app.files.uff58 import read_frfs
-    from app.identification import shared_records, uff_records
-    from app.mode_records import show_modes
+    from app.stages.identify import shared_records, uff_records
+    from app.terminal.modes import show_modes
 
     started = time.perf_counter()
     frfs = read_frfs(path)

@@ -9,7 +9,8 @@ from typing import Any, TypeVar
 
 import click
 
-from app.progress import Report, progress
+from analysis.progress import Progress
+from app.terminal.progress import progress
 
 Result = TypeVar("Result")
 
@@ -29,7 +30,7 @@ class Output:
     as_json: bool
     quiet: bool
 
-    def progress(self) -> AbstractContextManager[Report]:
+    def progress(self) -> AbstractContextManager[Progress]:
         """Context with a callable (stage, share done) that draws bars where somebody looks."""
         return progress(shown=not self.quiet)
 

@@ -31,9 +31,9 @@ def command(experiment: Path, rig: "RigKind | None", output: Output) -> None:
 
     Exit status 3 where something could not be verified to be at rest (NOT AT REST: go there and switch it off).
     """
-    from app.campaign_ending import NOT_AT_REST, not_at_rest
     from app.files.experiment_toml import read_declared_experiment
-    from app.rig import rig_places, still_rig
+    from app.rig.assembly import rig_places, still_rig
+    from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest
     from drivers.rig.end_requests import EndRequests
     from drivers.rig.occupancy import RigInUse, occupied
     from drivers.rig.rest import bring_to_rest

@@ -2,38 +2,60 @@
 
 Every file:
 
-======================  ==================================================================
-``atomic``              whole or not there
-``provenance``          what a result was made from and with
-``events``              what happened, a line each
-``tail``                what was added to a growing file
-``folder_lock``         one writer at a time
-``bad_file``            what is wrong with a file of results
-``hdf5_file``           any HDF5 file that is read: ``seal``, ``hdf5_contents``, ``isolation``
-``parsed_text``         any JSON and TOML that is read
-``shipped``             the examples that come with the project
-======================  ==================================================================
+================  ======================================================================
+``atomic``        whole or not there
+``provenance``    what a result was made from and with
+``events``        what happened, a line each
+``tail``          what was added to a growing file
+``folder_lock``   one writer at a time
+``bad_file``      what is wrong with a file of results
+``hdf5_file``     any HDF5 file that is read: ``seal``, ``hdf5_contents``, ``isolation``
+``parsed_text``   any JSON and TOML that is read
+``shipped``       the examples that come with the project
+``basis_cache``   reduced models in the user's cache
+``effect_cache``  reduced plates with effects in the user's cache
+================  ======================================================================
 
 Campaigns:
 
-======================  ==================================================================
-``campaign``            load any campaign
-``recorded_campaign``   one as it came from the recorder: ``campaign_toml`` and ``tdms_sweep``
-``campaign_folder``     one in Flexura's own form: ``sweep_file``
-``import_recording``    from the one to the other, surviving a kill
-``acquired_campaign``   the same folder while a rig writes into it
-``readings``            every temperature read meanwhile
-``latest_repeat``       the repeat recorded last, to be looked at
-``control``             what a window wishes of the runner
-``experiment_toml``     what a rig is to acquire
-``settings_toml``       any settings, their faults in the words of the file
-``drawing``             outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``; meshes: ``gmsh``
-``misplaced``           a geometry that cannot be, and where
-``campaign_error``      everything that is wrong with one, in ``allowed_values``' words
-``coverage``            the sweeps there against the sweeps asked for
-``tdms_layout``         groups, channels and lengths there against those declared
-``signal_checks``       samples that can be a measurement
-======================  ==================================================================
+========================  ===============================================================================
+``campaign``              load any campaign
+``recorded_campaign``     one as it came from the recorder: ``campaign_toml`` and ``tdms_sweep``
+``campaign_folder``       one in Flexura's own form: ``sweep_file``
+``import_recording``      from the one to the other, surviving a kill
+``acquired_campaign``     the same folder while a rig writes into it
+``readings``              every temperature read meanwhile
+``latest_repeat``         the repeat recorded last, to be looked at
+``control``               what a window wishes of the runner
+``experiment_toml``       what a rig is to acquire
+``instruments_toml``      the instruments that a file declares
+``instrument_sections``   each of them checked by the class that its ``kind`` names
+``acquired_transducers``  drives and sensors of an acquired plate, with sensitivities
+``simulation_section``    what the simulated rig is
+``hidden_effects``        its effects checked against the library
+``far_limits``            limits of a campaign far beyond the oven's own
+``settings_toml``         any settings, their faults in the words of the file
+``drawing``               outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``; meshes: ``gmsh``
+``misplaced``             a geometry that cannot be, and where
+``campaign_error``        everything that is wrong with one, in ``allowed_values``' words
+``coverage``              the sweeps there against the sweeps asked for
+``tdms_layout``           groups, channels and lengths there against those declared
+``signal_checks``         samples that can be a measurement
+``one_actuator``          a recording of several actuators taken apart
+``uff58``                 FRFs in universal files: ``uff_sets``
+``uff_campaign``          FRFs of a campaign as universal files name them
+========================  ===============================================================================
 
-Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; one module for each kind.
+Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml_text`` writes settings:
+
+================  ========================================================
+``frf_file``      ``frf.h5``: FRFs of a campaign
+``modes_file``    ``modes.h5``, ``modes.csv``: identified modes
+``laws_file``     ``laws.h5``: estimates per sweep, laws, FRFs of the twin
+``gap_json``      ``gap.json``: result of the gap workflow, for machines
+``gap_file``      ``gap.h5``: its figures
+``twin_file``     twin files: a plate with its laws and effects
+``panel_file``    a focusing panel
+``filter_files``  ``filters.h5``, ``compensation.h5``
+================  ========================================================
 """

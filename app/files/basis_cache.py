@@ -6,7 +6,7 @@ layout is made again, never trusted.
 
 import hashlib
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,17 +18,17 @@ from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.geometry.fault import GeometryError
 from analysis.material import MaterialBox
+from analysis.progress import Progress
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 
 if TYPE_CHECKING:
     from simulation.reduction.plate_basis import PlateBasis
-    from simulation.reduction.reduce import Training
+    from simulation.reduction.reduce import BasisTraining
     from simulation.reduction.reduced_model import ReducedModel
     from simulation.shell.fineness import Fineness
 
-Progress = Callable[[str, float], None]
 
 FORMAT = "flexura-basis/4"
 ARRAYS = (
@@ -62,7 +62,7 @@ def cached_reduction(
     points: ArrayLike | None = None,
     field_certified: bool = True,
     fineness: "Fineness | None" = None,
-    training: "Training | None" = None,
+    training: "BasisTraining | None" = None,
     progress: Progress | None = None,
 ) -> "ReducedModel":
     """Reduced model of a plate with patches, from the cache or made and kept there.
@@ -88,7 +88,7 @@ def cached_reduction(
         Whether the deflection there counts in the error.
     fineness : Fineness, optional
         The converged one unless given.
-    training : Training, optional
+    training : BasisTraining, optional
         The strict one unless given.
     progress : callable, optional
         Told the stage's name and the share done.
@@ -133,7 +133,7 @@ def basis_file(
     band: tuple[float, float],
     points: ArrayLike | None = None,
     fineness: "Fineness | None" = None,
-    training: "Training | None" = None,
+    training: "BasisTraining | None" = None,
     field_certified: bool = True,
     footprints: Sequence[Footprint] = (),
     driven: Sequence[int] = (),

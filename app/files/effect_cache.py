@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
+from analysis.progress import Progress
 from app.files.atomic import atomic_hdf5
 from app.files.basis_cache import cache_folder, reducing
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
-from app.progress import Report
 
 if TYPE_CHECKING:
     from simulation.reduction.effect_operators import EffectOperators
@@ -48,7 +48,7 @@ PLAIN = (
 def cached_operators(
     experiment: Experiment,
     box: MaterialBox,
-    report: Report,
+    report: Progress,
     fineness: "Fineness | None" = None,
     basis: "Callable[[], PlateBasis | None]" = lambda: None,
 ) -> "EffectOperators":

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, create_model, model_validator
 
 from analysis.declared import Declared, Sparse
-from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Plate
+from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Plate
 from analysis.protocol.limits import Limits
 from analysis.protocol.objections import Hardware, objections
 from analysis.protocol.programme import Programme
@@ -117,7 +117,7 @@ class AcquiredExperiment(Sparse):
                 input_capacitance=inputs.input_capacitance,
             ),
             protocol=self.protocol.recorded(),
-            oven=Oven(room_temperature=self.oven.room_temperature),
+            oven=OvenDeclaration(room_temperature=self.oven.room_temperature),
         )
 
     @model_validator(mode="after")

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 import h5py
 
 from analysis.compensation.study import Compensation
-from analysis.focusing.methods import Comparison
+from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Aim, Focusing
 from analysis.focusing.panel import Panel
 from app.files.atomic import atomic_hdf5
@@ -23,7 +23,7 @@ def save_focusing(
     target: Path,
     panel: Panel,
     focusing: Focusing,
-    comparison: Comparison,
+    comparison: MethodComparison,
     made_from: Mapping[str, Any],
     uncorrected: Aim | None = None,
 ) -> None:
@@ -39,11 +39,11 @@ def save_focusing(
         write_value(file.create_group("comparison"), comparison)
 
 
-def load_focusing(path: Path) -> tuple[Panel, Focusing, Comparison]:
+def load_focusing(path: Path) -> tuple[Panel, Focusing, MethodComparison]:
     """Read back what `save_focusing` wrote."""
     with result_file(path, "focus") as file:
         panel = panel_of_text(str(file.attrs["panel"]), str(path))
-        return panel, read_value(file["focusing"], Focusing), read_value(file["comparison"], Comparison)
+        return panel, read_value(file["focusing"], Focusing), read_value(file["comparison"], MethodComparison)
 
 
 def load_uncorrected(path: Path) -> Aim | None:

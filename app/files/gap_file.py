@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.gap.groups import TemperatureGroups
-from analysis.gap.report import FittedLaws, GapReport
-from analysis.gap.signatures import Signature
-from analysis.gap.where import ResidualMap
+from analysis.estimates import FittedLaws
+from analysis.gap.data.groups import TemperatureGroups
+from analysis.gap.fitting.residual_map import ResidualMap
+from analysis.gap.report import GapReport
+from analysis.gap.search.signatures import Signature
 from app.files.atomic import atomic_hdf5
 from app.files.hdf5_file import result_file
 from app.files.parsed_text import parse_json
@@ -22,7 +23,7 @@ from app.files.values import read_value, write_value
 
 @dataclass(frozen=True)
 class GapMap:
-    """Residual of a twin, see `analysis.gap.where.ResidualMap`.
+    """Residual of a twin, see `analysis.gap.fitting.residual_map.ResidualMap`.
 
     Attributes
     ----------
@@ -91,7 +92,7 @@ class GapFigures:
 
 @dataclass(frozen=True)
 class Signatures:
-    """What each candidate alone would leave, see `analysis.gap.signatures.Signature`.
+    """What each candidate alone would leave, see `analysis.gap.search.signatures.Signature`.
 
     Attributes
     ----------

@@ -3,10 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from analysis.gap.held_out import HeldOut
-from analysis.gap.report import Agreement, Estimate, FittedLaws, GapReport, NamedEffect
-from analysis.gap.where import Region
-from app.corrected_twin import material_of
+from analysis.estimates import Estimate, FittedLaws
+from analysis.gap.fitting.residual_map import Region
+from analysis.gap.report import Agreement, GapReport, NamedEffect
+from analysis.gap.search.held_out import HeldOut
+from analysis.updating.corrected_twin import material_of
 
 SCHEMA = "flexura-gap/1"
 

@@ -6,11 +6,11 @@ same, bit by bit, as that of an undisturbed one.
 """
 
 import shutil
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from analysis.progress import Progress
 from app.files import events
 from app.files.atomic import PARTIAL, force_folder_to_disk
 from app.files.campaign import not_a_campaign
@@ -34,7 +34,6 @@ from app.files.recorded_campaign import Recording, is_recorded_campaign, read_re
 from app.files.sweep_file import Source, digest, file_name, read_sweep_file, write_sweep
 
 OUR_NAMES = {PROTOCOL, SWEEPS, events.NAME, INDEX}
-Report = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ def import_recording(
     folder: Path,
     out: Path | None = None,
     allow_missing: bool = False,
-    report: Report = lambda stage, share: None,
+    report: Progress = lambda stage, share: None,
     actuator: str | None = None,
 ) -> Imported:
     """Import a recorded campaign.
@@ -135,7 +134,7 @@ def _is_there(target: Path, protocol: dict[str, Any]) -> bool:
 
 
 def _build(
-    target: Path, protocol: dict[str, Any], recording: Recording, report: Report
+    target: Path, protocol: dict[str, Any], recording: Recording, report: Progress
 ) -> Literal["imported", "completed"]:
     partial = target.with_name(target.name + PARTIAL)
     resumed = _prepare(partial, protocol)
@@ -178,7 +177,7 @@ def _frozen_in(partial: Path) -> str:
         return ""
 
 
-def _write_sweeps(partial: Path, recording: Recording, report: Report) -> None:
+def _write_sweeps(partial: Path, recording: Recording, report: Progress) -> None:
     campaign = recording.campaign
     outputs = campaign.experiment.outputs
     sensors = tuple(output.id for output in outputs)

@@ -28,7 +28,7 @@ BASES: dict[str, type[Declared]] = {
 """Sections, and what checks one without a kind, which is told as missing."""
 
 
-class Instruments(Declared):
+class DeclaredInstruments(Declared):
     """Cards, oven and thermometer of a file."""
 
     model_config = ConfigDict(extra="ignore")
@@ -43,7 +43,7 @@ class Instruments(Declared):
         return instrument_places(self.oven, self.thermometer, self.cards)
 
 
-def declared_instruments(named: str) -> Instruments:
+def declared_instruments(named: str) -> DeclaredInstruments:
     """Return the instruments of the file called so, or of the kind of oven.
 
     Raises
@@ -56,7 +56,7 @@ def declared_instruments(named: str) -> Instruments:
     if named.endswith(".toml") or Path(named).exists():
         return _of_file(Path(named))
     try:
-        return Instruments(oven=OVENS.find(named).model_validate({"kind": named, **USUAL}))
+        return DeclaredInstruments(oven=OVENS.find(named).model_validate({"kind": named, **USUAL}))
     except KindError as error:
         allowed = f"an experiment's file (*.toml), or a kind of oven: {error.allowed}"
         raise ResultFileError(f"{error.seen}; allowed: {allowed}; {error.remedy}") from error
@@ -66,7 +66,7 @@ def declared_instruments(named: str) -> Instruments:
         raise ResultFileError(f"{seen}; declare it in an [oven], and name that file") from error
 
 
-def _of_file(path: Path) -> Instruments:
+def _of_file(path: Path) -> DeclaredInstruments:
     table = read_table(path)
     try:
         sections = instrument_sections(table)
@@ -80,6 +80,8 @@ def _of_file(path: Path) -> Instruments:
             path.parent, [Problem(path.name, "", "has no [cards], no [oven] and no [thermometer]", "")]
         )
     model = create_model(
-        "Instruments", __base__=Instruments, **{name: sections.get(name, (BASES[name], ...)) for name in asked}
+        "DeclaredInstruments",
+        __base__=DeclaredInstruments,
+        **{name: sections.get(name, (BASES[name], ...)) for name in asked},
     )
     return checked(path, asked, model)

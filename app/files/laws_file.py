@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.material import MaterialLaws
-from analysis.updating.updated import Updated
+from analysis.updated import Updated
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import result_file

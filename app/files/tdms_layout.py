@@ -17,7 +17,7 @@ RATE_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
-class Layout:
+class TdmsLayout:
     """What a file of the campaign holds.
 
     Attributes
@@ -58,7 +58,7 @@ class Layout:
         return 1_000_000 + 16 * len(self.groups) * len(self.channels) * self.samples
 
 
-def layout_problems(name: str, tdms: TdmsFile, layout: Layout) -> Iterator[Problem]:
+def layout_problems(name: str, tdms: TdmsFile, layout: TdmsLayout) -> Iterator[Problem]:
     """Yield everything in which a file (its samples unread) differs from the layout."""
     there = [group.name for group in tdms.groups()]
     yield from _names(name, "groups", there, layout.groups, "protocol.repeats says how many")
@@ -98,7 +98,7 @@ def _names(name: str, what: str, there: Sequence[str], wanted: Sequence[str], re
         yield Problem(name, what, listed, _short(", ".join(wanted)), f"{odd}; {remedy}")
 
 
-def _waveform(name: str, place: str, channel: TdmsChannel, layout: Layout) -> Iterator[Problem]:
+def _waveform(name: str, place: str, channel: TdmsChannel, layout: TdmsLayout) -> Iterator[Problem]:
     if channel.dtype not in (np.float32, np.float64):
         yield Problem(name, f"{place} data type", str(channel.dtype), "float32")
     properties = channel.properties

@@ -16,7 +16,7 @@ from analysis.campaign import Sweep
 from analysis.experiment import Experiment
 from app.files.campaign_error import Problem, SignalProblem
 from app.files.signal_checks import faults
-from app.files.tdms_layout import DRIVE, Layout, layout_problems
+from app.files.tdms_layout import DRIVE, TdmsLayout, layout_problems
 from drivers.ni.modules import find_module
 
 DRIVE_TOLERANCE = 0.1
@@ -45,7 +45,7 @@ def read_sweep(path: Path, name: str, experiment: Experiment) -> tuple[Sweep | N
     problems : list of Problem
     """
     log_manager.set_level(logging.CRITICAL)  # npTDMS prints what is said better here
-    layout = Layout.of(experiment)
+    layout = TdmsLayout.of(experiment)
     try:
         size = path.stat().st_size
         if size > layout.largest_file:
@@ -57,7 +57,7 @@ def read_sweep(path: Path, name: str, experiment: Experiment) -> tuple[Sweep | N
 
 
 def _read(
-    file: BinaryIO, size: int, name: str, experiment: Experiment, layout: Layout
+    file: BinaryIO, size: int, name: str, experiment: Experiment, layout: TdmsLayout
 ) -> tuple[Sweep | None, list[Problem]]:
     if file.read(4) != b"TDSm":
         seen = "an empty file" if size == 0 else "not a TDMS file"
@@ -128,7 +128,11 @@ PROPERTIES: dict[str, tuple[str, Callable[[object], bool]]] = {
 
 
 def _sample_problems(
-    name: str, volts: dict[str, NDArray[Any]], properties: dict[str, Any], experiment: Experiment, layout: Layout
+    name: str,
+    volts: dict[str, NDArray[Any]],
+    properties: dict[str, Any],
+    experiment: Experiment,
+    layout: TdmsLayout,
 ) -> Iterator[Problem]:
     module = find_module(experiment.acquisition.module)
     for (channel, repeats), unit in zip(volts.items(), layout.units, strict=True):

@@ -17,7 +17,7 @@ from analysis.experiment import (
     Acquisition,
     Attachment,
     Experiment,
-    Oven,
+    OvenDeclaration,
     Patch,
     Plate,
     Protocol,
@@ -89,7 +89,7 @@ class Basis(Declared):
     error: Annotated[float, Field(ge=0.0, le=1.0, description="share of the peak")]
 
 
-class Origin(Declared):
+class TwinOrigin(Declared):
     """What the twin was made from."""
 
     flexura: str
@@ -114,12 +114,12 @@ class TwinFile(Sparse):
     cable: tuple[Attachment, ...] = ()
     acquisition: Acquisition
     protocol: Protocol
-    oven: Oven
+    oven: OvenDeclaration
     gain: Annotated[Estimated, Field(description="of the amplifier")]
     laws: TwinLaws
     effect: Annotated[tuple[TwinEffect, ...], Field(max_length=64)] = ()
     basis: Basis
-    origin: Origin
+    origin: TwinOrigin
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

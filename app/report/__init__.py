@@ -1,1 +1,19 @@
-"""Figures and the HTML report."""
+"""Figures and the HTML report.
+
+===============  ======================================================
+``page``         one self-contained HTML page
+``sections``     what stands on it, stage by stage
+``summary``      one line per stage
+``origin``       where results came from, and which are out of date
+``style``        how figures look
+``declared``     a plate as declared
+``refused``      what can be drawn of a refused declaration
+``measured``     FRFs over temperature (paper Fig. 7)
+``identified``   modes (paper Figs. 9 and 10)
+``updated``      twin and measurement (paper Figs. 11 and 12)
+``gap``          figures of the gap
+``gap_section``  the section on the gap
+``focusing``     contrast and spot error (paper Figs. 4, 13, 15 and 17)
+``paper``        our figures beside the paper's
+===============  ======================================================
+"""

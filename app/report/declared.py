@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.experiment import Experiment
 from analysis.geometry.curves import Curve, Point
 from analysis.patch import Patch
 from analysis.plate import Plate
 from app.report.style import BAND, MEASURED, MODEL, drawing, panels
 
-Real = NDArray[np.float64]
 MARKS = {"string": "v", "cable": "D"}
 HELD = {
     "clamped": "#222222",

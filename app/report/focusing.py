@@ -6,7 +6,7 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from analysis.compensation.study import NETWORK, Compensation
-from analysis.focusing.methods import Comparison
+from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Aim, Focusing
 from analysis.focusing.panel import Panel
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, panels, temperature_color
@@ -78,7 +78,7 @@ def correction(focusing: Focusing, uncorrected: Aim) -> Figure:
     return figure
 
 
-def methods(comparison: Comparison) -> Figure:
+def methods(comparison: MethodComparison) -> Figure:
     """STIF beside time reversal, modal control and no control, on the panel's own plate."""
     figure, axes = panels(1, 2, height=3.6, sharex=True)
     for place, name in enumerate(comparison.methods):

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from analysis.gap.groups import TemperatureGroups
-from analysis.gap.report import FittedLaws
+from analysis.estimates import FittedLaws
+from analysis.gap.data.groups import TemperatureGroups
 from analysis.gap.thresholds import LEAST_GAIN
 from app.files.gap_file import GapFigures
 from app.report.style import BAND, MODEL, frequency_axis, panels

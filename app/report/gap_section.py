@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from app.files.gap_file import load_gap
-from app.gap_words import estimate, held_out_parts, named, verdict_words
 from app.report import gap
-from app.report.page import Item, Paragraph, Picture, Table, Verdict
+from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
+from app.terminal.gap import estimate, held_out_parts, named, verdict_words
 
 Record = Mapping[str, Any]
 SETTLED = ("none", "explained")
@@ -57,11 +57,11 @@ def gap_section(path: Path) -> list[Item]:
     unseen = [(o["name"], o["needs"]) for o in record["observability"] if not o["observable"]]
     if unseen:
         text = "Not observable with this campaign: their presence can be neither claimed nor excluded."
-        items += [Paragraph(text), Table(("effect", "what would show it"), unseen)]
+        items += [Paragraph(text), PageTable(("effect", "what would show it"), unseen)]
     return items
 
 
-def verdict(record: Record) -> Verdict:
+def verdict(record: Record) -> VerdictBox:
     """Say in words what was concluded, and on what ground."""
     before, after = record["gap"]["baseline"], record["gap"]["final"]
     found = ", ".join(named(effect) for effect in record["effects"])
@@ -73,7 +73,7 @@ def verdict(record: Record) -> Verdict:
             f"With laws and one gain fitted, the twin misses {100 * before['relative_misfit']:.2f} % of the "
             f"response (chi2 per degree of freedom {before['chi2_per_dof']:.3f})."
         )
-        return Verdict(verdict_words("none").capitalize(), sentences, settled=True)
+        return VerdictBox(verdict_words("none").capitalize(), sentences, settled=True)
     headline = verdict_words(record["verdict"]).capitalize()
     if record["effects"]:
         headline += f" (hints: {found})" if record["verdict"] == "unknown" else f": {found}"
@@ -96,10 +96,10 @@ def verdict(record: Record) -> Verdict:
         for effect in record["effects"]
         if effect["equivalent"]
     ]
-    return Verdict(headline, sentences, settled=record["verdict"] in SETTLED)
+    return VerdictBox(headline, sentences, settled=record["verdict"] in SETTLED)
 
 
-def _effects(record: Record) -> Table:
+def _effects(record: Record) -> PageTable:
     rows = [
         (
             named(effect),
@@ -110,10 +110,12 @@ def _effects(record: Record) -> Table:
         )
         for effect in record["effects"]
     ]
-    return Table(("effect", "what it is", "parameters", "probability", "evidence [nats]"), rows, numbers=(3, 4))
+    return PageTable(
+        ("effect", "what it is", "parameters", "probability", "evidence [nats]"), rows, numbers=(3, 4)
+    )
 
 
-def _agreement(record: Record) -> Table:
+def _agreement(record: Record) -> PageTable:
     found = record["gap"]
     parts = [("all records", found["baseline"], found["final"])]
     parts += [(f"held out: {part['what']}", part["baseline"], part["final"]) for part in held_out_parts(record)]
@@ -128,4 +130,4 @@ def _agreement(record: Record) -> Table:
         for name, before, after in parts
     ]
     headings = ("data", "chi2 per dof before", "after", "misfit before", "after")
-    return Table(headings, rows, numbers=(1, 2, 3, 4))
+    return PageTable(headings, rows, numbers=(1, 2, 3, 4))

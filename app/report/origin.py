@@ -8,7 +8,7 @@ from typing import Any
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp, sha256
 from app.files.run_folder import MADE_BY
-from app.report.page import Item, Listing, Table
+from app.report.page import Item, Listing, PageTable
 
 Stamps = Mapping[str, Mapping[str, Any]]
 """Provenance of every result, by file."""
@@ -72,8 +72,8 @@ def origin(found: Stamps) -> list[Item]:
             into.setdefault((made_from, digest), []).append(name)
     inputs = [(made_from, digest, ", ".join(names)) for (made_from, digest), names in into.items()]
     return [
-        Table(("result", "made with", "libraries", "seed"), versions),
-        Table(("input", "SHA-256", "went into"), inputs, codes=(1,)),
+        PageTable(("result", "made with", "libraries", "seed"), versions),
+        PageTable(("input", "SHA-256", "went into"), inputs, codes=(1,)),
         Listing("\n".join(_settings(found))),
     ]
 

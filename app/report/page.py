@@ -46,7 +46,7 @@ pre { background: #f6f6f6; padding: 0.8rem; overflow-x: auto; font-size: 0.8rem 
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """Headings and rows of text; columns in `numbers` are set right, those in `codes` small, broken anywhere."""
 
     headings: Sequence[str]
@@ -100,7 +100,7 @@ class Paragraph:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class VerdictBox:
     """A headline and what it rests on, in a box of its own; `settled` where nothing is left open."""
 
     headline: str
@@ -136,7 +136,7 @@ class Listing:
         return f"<pre>{escape(self.text)}</pre>"
 
 
-Item = Table | Picture | Paragraph | Verdict | Absent | Listing
+Item = PageTable | Picture | Paragraph | VerdictBox | Absent | Listing
 
 
 @dataclass(frozen=True)

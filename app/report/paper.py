@@ -5,16 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.compensation.study import NETWORK, Compensation
-from analysis.focusing.methods import Comparison
+from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
-from app.gap_words import with_sigma
-from app.report.page import Table
+from app.report.page import PageTable
+from app.terminal.gap import with_sigma
 
 
 @dataclass(frozen=True)
-class Row:
+class PaperRow:
     """One quantity: what the paper reports, what this run found, and why they differ."""
 
     quantity: str
@@ -34,7 +34,7 @@ CONSTANTS = (
 """The paper's section 4.4 and Table 1."""
 
 
-def material_rows(laws: MaterialLaws) -> list[Row]:
+def material_rows(laws: MaterialLaws) -> list[PaperRow]:
     """Constants at the paper's temperatures, where the laws reach, and the damping peak."""
     rows = []
     low, high = laws.temperature_range
@@ -44,7 +44,7 @@ def material_rows(laws: MaterialLaws) -> list[Row]:
                 continue
             ours, sigma = (float(getattr(found, name)[0]) / unit for found in (laws.at(t), laws.sigma(t)))
             why = CLOSE if abs(ours / paper - 1.0) < 0.03 else SPECIMEN
-            rows.append(Row(heading.format(t=t), form.format(v=paper), with_sigma(ours, sigma), why))
+            rows.append(PaperRow(heading.format(t=t), form.format(v=paper), with_sigma(ours, sigma), why))
     fine = np.linspace(low, high, 601)
     eta = laws.at(fine).loss_factor
     peak = f"{100 * eta.max():.1f} at {fine[int(eta.argmax())]:.0f} °C"
@@ -52,10 +52,10 @@ def material_rows(laws: MaterialLaws) -> list[Row]:
         "the paper takes η as twice the mean modal damping; here η is that of the plate's material alone, "
         "fitted to the whole FRF with lossless patches"
     )
-    return [*rows, Row("largest η [%]", "8.5 between 10 and 20 °C", peak, why)]
+    return [*rows, PaperRow("largest η [%]", "8.5 between 10 and 20 °C", peak, why)]
 
 
-def mode_rows(tracked: TrackedModes) -> list[Row]:
+def mode_rows(tracked: TrackedModes) -> list[PaperRow]:
     """Say how frequencies and damping ratios move over temperature (the paper's section 4.2 and Fig. 10)."""
     reading, temperature = tracked.reading(), tracked.temperature
     cold, hot = int(np.argmin(temperature)), int(np.argmax(temperature))
@@ -67,13 +67,13 @@ def mode_rows(tracked: TrackedModes) -> list[Row]:
         ours = float(moved[0 if t == cold else 1])
         heading = f"frequencies at {temperature[t]:.0f} against {temperature[reference]:.0f} °C [%]"
         why = f"median of the tracked modes; it follows √E, and the paper's own E(T) implies {implied} by √E"
-        rows.append(Row(heading, f"about {100 * paper:+.0f}", f"{100 * ours:+.0f}", why))
+        rows.append(PaperRow(heading, f"about {100 * paper:+.0f}", f"{100 * ours:+.0f}", why))
     for t, nominal, (low, high) in ((cold, 0.0, (307.0, 715.0)), (hot, 60.0, (182.0, 416.0))):
         if abs(temperature[t] - nominal) < 1.5:
             f = reading.frequency_hz[t][~np.isnan(reading.frequency_hz[t])]
             ends = [float(f[np.argmin(np.abs(f - 0.945 * end))]) for end in (low, high)]
             rows.append(
-                Row(
+                PaperRow(
                     f"span of the paper's eight modes at {nominal:g} °C [Hz]",
                     f"{low:.0f} to {high:.0f}",
                     f"{ends[0]:.0f} to {ends[1]:.0f}",
@@ -85,11 +85,11 @@ def mode_rows(tracked: TrackedModes) -> list[Row]:
         if found.size:
             heading = f"damping ratios at {temperature[t]:.0f} °C [%]"
             why = "modes whose damping is known to 10 %; lossless patches hold a share of the strain energy"
-            rows.append(Row(heading, paper_range, f"{found.min():.1f} to {found.max():.1f}", why))
+            rows.append(PaperRow(heading, paper_range, f"{found.min():.1f} to {found.max():.1f}", why))
     return rows
 
 
-def method_rows(comparison: Comparison) -> list[Row]:
+def method_rows(comparison: MethodComparison) -> list[PaperRow]:
     """STIF on the paper's section-2 plate."""
     stif = comparison.methods.index("stif")
     to_540 = (comparison.frequency >= 100.0) & (comparison.frequency <= 540.0)
@@ -102,29 +102,29 @@ def method_rows(comparison: Comparison) -> list[Row]:
     first = (comparison.frequency >= 100.0) & (comparison.frequency <= 220.0)
     second = (comparison.frequency > 220.0) & (comparison.frequency <= 540.0)
     return [
-        Row("contrast of STIF to 540 Hz", "about 0.9", f"{contrast[to_540].mean():.2f} mean", why),
-        Row(
+        PaperRow("contrast of STIF to 540 Hz", "about 0.9", f"{contrast[to_540].mean():.2f} mean", why),
+        PaperRow(
             "contrast of STIF above 540 Hz",
             "falling",
             f"{contrast[above].mean():.2f} mean",
             "six actuators, more modes",
         ),
-        Row(
+        PaperRow(
             "spot error 100 to 220 Hz [%]", "about 12", f"{spot[first].mean():.0f} mean", "share of Lx; see above"
         ),
-        Row(
+        PaperRow(
             "spot error 220 to 540 Hz [%]", "below 10", f"{spot[second].mean():.0f} mean", "share of Lx; see above"
         ),
     ]
 
 
-def temperature_rows(focusing: Focusing) -> list[Row]:
+def temperature_rows(focusing: Focusing) -> list[PaperRow]:
     """Say what one filter for every temperature costs."""
     here = int(np.argmin(np.abs(focusing.temperature - focusing.reference_temperature)))
     mean = focusing.fixed.contrast.mean(1)
     worst = int(mean.argmin())
     return [
-        Row(
+        PaperRow(
             f"mean contrast, {focusing.reference_temperature:g} °C filters, at {focusing.temperature[worst]:g} °C",
             "highly degraded",
             f"{mean[worst]:.2f} (at {focusing.temperature[here]:g} °C {mean[here]:.2f})",
@@ -133,37 +133,37 @@ def temperature_rows(focusing: Focusing) -> list[Row]:
     ]
 
 
-def compensation_rows(compensation: Compensation) -> list[Row]:
+def compensation_rows(compensation: Compensation) -> list[PaperRow]:
     """Compare the networks: relative error, contrast regained, time."""
     place = compensation.methods.index(NETWORK)
     error = compensation.relative_error[place].max()
     best = compensation.best
     best_error = compensation.relative_error[compensation.methods.index(best)].max()
     return [
-        Row(
+        PaperRow(
             "largest relative error of the networks, eq. (13) [% of energy]",
             "0.9",
             f"{error:.2g}",
             "the paper leaves some temperatures out of each training and scales every tap on its own; "
             "here all train, with one scale an actuator, on filters regularised smoothly (Tikhonov)",
         ),
-        Row(
+        PaperRow(
             "contrast lost against direct filters",
             "none visible",
             f"{compensation.contrast_loss[place].max():.2g} at most",
             "",
         ),
-        Row(
+        PaperRow(
             "training of six networks",
             "1 h (10 nodes) to 7-9 h (16)",
             f"{compensation.seconds[place]:.1f} s",
             "the same algorithm, its linear output layer eliminated exactly",
         ),
-        Row("best method on these filters", "not compared", f"{best}, {best_error:.2g} %", ""),
+        PaperRow("best method on these filters", "not compared", f"{best}, {best_error:.2g} %", ""),
     ]
 
 
-def beside_paper(rows: list[Row]) -> Table:
+def beside_paper(rows: list[PaperRow]) -> PageTable:
     """Set rows as a table."""
     cells = [(row.quantity, row.paper, row.ours, row.why) for row in rows]
-    return Table(("quantity", "paper", "this run", "why they differ"), cells)
+    return PageTable(("quantity", "paper", "this run", "why they differ"), cells)

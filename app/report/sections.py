@@ -9,21 +9,21 @@ import numpy as np
 from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
+from analysis.progress import Progress
+from analysis.updated import GOOD_MISFIT
 from app.files.bad_file import ResultFileError
 from app.files.filter_files import load_compensation, load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
 from app.files.laws_file import load_laws, load_updated
 from app.files.modes_file import load_modes
 from app.files.run_folder import MADE_BY, run_file
-from app.gap_words import with_sigma
-from app.progress import Report
 from app.report import focusing, identified, measured, paper, updated
 from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
 from app.report.gap_section import gap_section
 from app.report.origin import origin, outdated, stamps
-from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, Table, Verdict
+from app.report.page import Absent, Item, Listing, PageTable, Paragraph, Picture, Section, VerdictBox
 from app.report.summary import summary
-from app.updating import GOOD_MISFIT
+from app.terminal.gap import with_sigma
 
 OPTIONAL = ("gap.h5",)
 """Stages that a run is complete without."""
@@ -39,10 +39,10 @@ class Found:
     amiss: Sequence[str]
 
 
-def sections(run: Path, report: Report) -> Found:
+def sections(run: Path, report: Progress) -> Found:
     """Read what `run` holds; ResultFileError where it is no run folder at all."""
     experiment, frf = load_frf(run_file(run, "frf.h5", "report"))
-    rows: list[paper.Row] = []
+    rows: list[paper.PaperRow] = []
     parts: list[tuple[str, str, Callable[[], list[Item]]]] = [
         ("Measurement", "frf.h5", lambda: _measurement(experiment, frf)),
         ("Identification", "modes.h5", lambda: _identification(run, frf, rows)),
@@ -52,7 +52,7 @@ def sections(run: Path, report: Report) -> Found:
         ("Compensation", "compensation.h5", lambda: _compensation(run, rows)),
     ]
     lines = [(verb, line) for verb, line in summary(run).items() if verb != "import"]
-    made = [Section("In short", [Table(("stage", "found"), lines)])] if lines else []
+    made = [Section("In short", [PageTable(("stage", "found"), lines)])] if lines else []
     for done, (title, name, build) in enumerate(parts):
         report("report", done / len(parts))
         if (run / name).is_file():
@@ -64,7 +64,9 @@ def sections(run: Path, report: Report) -> Found:
     made.append(Section("Provenance", origin(found)))
     old = outdated(run, found)
     if old:
-        made.insert(0, Section("Before you read on", [Verdict("Results that do not belong together", old, False)]))
+        made.insert(
+            0, Section("Before you read on", [VerdictBox("Results that do not belong together", old, False)])
+        )
     report("report", 1.0)
     temperature = frf.temperature
     subtitle = f"{len(temperature)} sweeps, {temperature.min():z.1f} to {temperature.max():z.1f} °C"
@@ -93,7 +95,7 @@ def _measurement(experiment: Experiment, frf: Frf) -> list[Item]:
         ),
     ]
     items: list[Item] = [
-        Table(("", ""), facts),
+        PageTable(("", ""), facts),
         Picture(
             "declared",
             "What was declared?",
@@ -118,7 +120,7 @@ def _measurement(experiment: Experiment, frf: Frf) -> list[Item]:
     return items
 
 
-def _identification(run: Path, frf: Frf, rows: list[paper.Row]) -> list[Item]:
+def _identification(run: Path, frf: Frf, rows: list[paper.PaperRow]) -> list[Item]:
     tracked = load_modes(run / "modes.h5")
     rows.extend(paper.mode_rows(tracked))
     items: list[Item] = [
@@ -140,7 +142,7 @@ def _identification(run: Path, frf: Frf, rows: list[paper.Row]) -> list[Item]:
     return items
 
 
-def _updating(run: Path, experiment: Experiment, frf: Frf, rows: list[paper.Row]) -> list[Item]:
+def _updating(run: Path, experiment: Experiment, frf: Frf, rows: list[paper.PaperRow]) -> list[Item]:
     estimates, twin = load_updated(run / "laws.h5")
     try:
         laws = load_laws(run / "laws.h5")
@@ -180,7 +182,7 @@ def _updating(run: Path, experiment: Experiment, frf: Frf, rows: list[paper.Row]
     ]
 
 
-def _constants(laws: MaterialLaws) -> Table:
+def _constants(laws: MaterialLaws) -> PageTable:
     """E, ν and η with their standard deviations at round temperatures."""
     low, high = laws.temperature_range
     temperature = np.arange(10.0 * np.ceil(low / 10.0 - 0.05), high + 0.5, 10.0).clip(low, high)
@@ -191,10 +193,10 @@ def _constants(laws: MaterialLaws) -> Table:
         for name, unit in columns
     ]
     rows = [(f"{t:z.0f}", *row) for t, row in zip(temperature, zip(*cells, strict=True), strict=True)]
-    return Table(("T [°C]", "E [GPa]", "ν", "η [%]"), rows, numbers=(0, 1, 2, 3))
+    return PageTable(("T [°C]", "E [GPa]", "ν", "η [%]"), rows, numbers=(0, 1, 2, 3))
 
 
-def _focusing(run: Path, rows: list[paper.Row]) -> list[Item]:
+def _focusing(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
     panel, found, comparison = load_focusing(run / "filters.h5")
     rows.extend([*paper.method_rows(comparison), *paper.temperature_rows(found)])
     reference = f"{found.reference_temperature:g} °C"
@@ -226,7 +228,7 @@ def _focusing(run: Path, rows: list[paper.Row]) -> list[Item]:
     return items
 
 
-def _compensation(run: Path, rows: list[paper.Row]) -> list[Item]:
+def _compensation(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
     _, found = load_compensation(run / "compensation.h5")
     rows.extend(paper.compensation_rows(found))
     items: list[Item] = [
@@ -266,4 +268,4 @@ def _compensation(run: Path, rows: list[paper.Row]) -> list[Item]:
     ]
     headings = ("method", "max RE [%]", "mean RE [%]", "largest contrast loss", "seconds")
     said = "RE, relative error, eq. (13), is a ratio of energies: 0.01 % of it is 1 % of a filter's amplitude."
-    return [*items, Table(headings, cells, numbers=(1, 2, 3, 4)), Paragraph(said)]
+    return [*items, PageTable(headings, cells, numbers=(1, 2, 3, 4)), Paragraph(said)]

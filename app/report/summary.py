@@ -8,7 +8,7 @@ from app.files.frf_file import load_frf
 from app.files.gap_file import load_gap
 from app.files.laws_file import load_updated
 from app.files.modes_file import load_modes
-from app.gap_words import named, verdict_words
+from app.terminal.gap import named, verdict_words
 
 
 def summary(run: Path) -> dict[str, str]:

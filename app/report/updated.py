@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
-from analysis.updating.updated import Updated
+from analysis.updated import Updated
 from app.files.laws_file import TwinFrf
 from app.report.measured import spread
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, panels

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from PySide6.QtCore import Qt, SignalInstance
 from PySide6.QtWidgets import QSizePolicy
 
+from analysis.arrays import Real
 from app.view.theme import Color, Theme
 
-Real = NDArray[np.float64]
 Style = Literal["line", "dash", "dot"]
 FINEST = 1024
 """Rows or columns at most of a map whose cells differ in size."""

@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
+from analysis.arrays import Complex, Real
 from analysis.plate import Plate
 from app.view.chart import Map
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 FINER = 6
 """Cells of a picture in one of the lattice."""
 

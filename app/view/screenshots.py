@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QApplication
 
-from app.progress import Report
+from analysis.progress import Progress
 from app.view.export import picture
 from app.view.live.watched import AT_A_TIME, KEPT
 from app.view.live.window import LiveWindow
@@ -20,7 +20,7 @@ PATIENCE = 600.0
 SHARP = 1.25
 
 
-def screenshots(window: Window, folder: Path, report: Report) -> list[Path]:
+def screenshots(window: Window, folder: Path, report: Progress) -> list[Path]:
     """Write every page of a window as PNG into a folder; return the files."""
     report("pages", 0.0)
     window.show()

@@ -10,11 +10,11 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPolygonF
 from scipy.ndimage import map_coordinates
 
+from analysis.arrays import Real
 from app.view.chart import Chart, Map
 from app.view.lattice import filled, widened
 from app.view.theme import Theme, two_sided
 
-Real = NDArray[np.float64]
 AZIMUTH, ELEVATION = np.radians(-32.0), np.radians(38.0)
 FRAME = 33
 """Milliseconds from one picture to the next."""

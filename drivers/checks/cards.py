@@ -7,7 +7,7 @@ import numpy as np
 
 from drivers.checks.cards_checks import CardsOnTrial, cards_checks
 from drivers.checks.instruments import NoCounterpart
-from drivers.checks.trial import NotChecked, Verdict, verdicts
+from drivers.checks.trial import CheckVerdict, NotChecked, verdicts
 from drivers.clock import VirtualClock
 from drivers.ni.cards import Cards, CardsSettings
 from drivers.ni.daqmx import DaqmxCards
@@ -25,7 +25,7 @@ SHARE = 0.01
 SLOT = re.compile(r"(.+)Mod([1-8])/.*")
 
 
-def check_cards(settings: CardsSettings) -> Iterator[Verdict]:
+def check_cards(settings: CardsSettings) -> Iterator[CheckVerdict]:
     """Put the driver on trial against the simulated chassis; touches no hardware.
 
     Raises
@@ -48,7 +48,7 @@ def check_cards(settings: CardsSettings) -> Iterator[Verdict]:
     )
 
 
-def check_real_cards(settings: CardsSettings) -> Iterator[Verdict]:
+def check_real_cards(settings: CardsSettings) -> Iterator[CheckVerdict]:
     """Put the driver on trial at the cards themselves, which play a hundredth of output_range."""
 
     def output() -> float:
@@ -66,7 +66,7 @@ def _verdicts(
     output: Callable[[], float],
     share: float,
     lose: Callable[[bool], None],
-) -> Iterator[Verdict]:
+) -> Iterator[CheckVerdict]:
     trial = CardsOnTrial(
         open=opened,
         output=output,

@@ -7,7 +7,7 @@ import numpy as np
 from drivers.checks.faulty_line import FaultyLine
 from drivers.checks.oven_checks import OvenOnTrial, oven_checks
 from drivers.checks.thermometer_checks import ThermometerOnTrial, thermometer_checks
-from drivers.checks.trial import NotChecked, Verdict, verdicts
+from drivers.checks.trial import CheckVerdict, NotChecked, verdicts
 from drivers.clock import Clock, SystemClock, VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Transport
@@ -32,7 +32,7 @@ class NoCounterpart(Exception):  # noqa: N818 (nothing is wrong)
     """The kind brings no simulated instrument: only the real one can be checked."""
 
 
-def check_oven(settings: OvenSettings) -> Iterator[Verdict]:
+def check_oven(settings: OvenSettings) -> Iterator[CheckVerdict]:
     """Put the driver of an oven on trial against its simulated controller, in virtual time; touches no hardware.
 
     Raises
@@ -71,7 +71,7 @@ def check_oven(settings: OvenSettings) -> Iterator[Verdict]:
     return verdicts(oven_checks(trial))
 
 
-def check_real_oven(settings: OvenSettings) -> Iterator[Verdict]:
+def check_real_oven(settings: OvenSettings) -> Iterator[CheckVerdict]:
     """Put the driver on trial at the oven itself, which is kept within `REAL_REACH` of its present temperature.
 
     Raises
@@ -112,7 +112,7 @@ def check_real_oven(settings: OvenSettings) -> Iterator[Verdict]:
     return verdicts(oven_checks(trial))
 
 
-def check_thermometer(settings: ThermometerSettings, *, real: bool = False) -> Iterator[Verdict]:
+def check_thermometer(settings: ThermometerSettings, *, real: bool = False) -> Iterator[CheckVerdict]:
     """Put the driver of a thermometer on trial; raises as `check_oven`, OvenError where a real one is silent."""
     clock: Clock = SystemClock() if real else VirtualClock()
     body = RegulatedOven(clock, np.random.default_rng(1))

@@ -36,7 +36,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class CheckVerdict:
     """What came of a check."""
 
     name: str
@@ -45,18 +45,18 @@ class Verdict:
     said: str = ""
 
 
-def verdicts(checks: Sequence[Check]) -> Iterator[Verdict]:
+def verdicts(checks: Sequence[Check]) -> Iterator[CheckVerdict]:
     """Run checks one after the other; a driver that hangs ends them."""
     for n, check in enumerate(checks):
         verdict = _verdict(check)
         yield verdict
         if verdict.said.startswith("hangs"):
             for left in checks[n + 1 :]:
-                yield Verdict(left.name, left.why, "not checked", "a check before this one hangs")
+                yield CheckVerdict(left.name, left.why, "not checked", "a check before this one hangs")
             return
 
 
-def _verdict(check: Check) -> Verdict:
+def _verdict(check: Check) -> CheckVerdict:
     raised: list[BaseException | None] = []
 
     def run() -> None:
@@ -71,11 +71,11 @@ def _verdict(check: Check) -> Verdict:
     thread.start()
     thread.join(PATIENCE)
     if not raised:
-        return Verdict(check.name, check.why, "FAILED", f"hangs: no end within {PATIENCE:g} s")
+        return CheckVerdict(check.name, check.why, "FAILED", f"hangs: no end within {PATIENCE:g} s")
     error = raised[0]
     if error is None:
-        return Verdict(check.name, check.why, "passed")
+        return CheckVerdict(check.name, check.why, "passed")
     if isinstance(error, NotChecked):
-        return Verdict(check.name, check.why, "not checked", str(error))
+        return CheckVerdict(check.name, check.why, "not checked", str(error))
     said = str(error) if isinstance(error, Failed) else f"{type(error).__name__}: {error}"
-    return Verdict(check.name, check.why, "FAILED", " ".join(said.split()))
+    return CheckVerdict(check.name, check.why, "FAILED", " ".join(said.split()))

@@ -22,7 +22,7 @@ _RANGE = re.compile(rf"value\s+min:\s*({_NUMBER})\s+value\s+max:\s*({_NUMBER})\s
 
 
 @dataclass(frozen=True)
-class Channel:
+class Ascii2Channel:
     """One analogue channel, in the order of the chamber's strings.
 
     Attributes
@@ -42,12 +42,12 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Layout:
+class Ascii2Layout:
     """What a chamber's strings hold.
 
     Attributes
     ----------
-    channels : tuple of Channel
+    channels : tuple of Ascii2Channel
     bits : tuple of str
         Labels of the digital channels that are written, DO00 first.
     reported : tuple of str
@@ -58,7 +58,7 @@ class Layout:
         How many the I-string ends with; as many as are written unless more are told.
     """
 
-    channels: tuple[Channel, ...]
+    channels: tuple[Ascii2Channel, ...]
     bits: tuple[str, ...]
     reported: tuple[str, ...] = ()
     reported_bits: int = 0
@@ -114,21 +114,21 @@ class Status:
     bits: str
 
 
-def decode_description(answer: bytes) -> Layout:
+def decode_description(answer: bytes) -> Ascii2Layout:
     """Return the layout a chamber describes in its answer to ``$01?``."""
     text = answer.decode("latin-1")
     # The part on the E-string comes first; the one on the I-string names most channels twice.
     written, _, read = re.sub("(?i)i-string", "I-STRING", text).partition("I-STRING")
-    channels: dict[str, Channel] = {}
+    channels: dict[str, Ascii2Channel] = {}
     bits: dict[int, str] = {}
     for line in written.splitlines():
         if match := _CHANNEL.fullmatch(line):
             name, rest = match[1], match[2].strip()
             ranged = _RANGE.fullmatch(rest)
             channels[name] = (
-                Channel(name, ranged[3].strip(), float(ranged[1]), float(ranged[2]))
+                Ascii2Channel(name, ranged[3].strip(), float(ranged[1]), float(ranged[2]))
                 if ranged
-                else Channel(name, rest)
+                else Ascii2Channel(name, rest)
             )
         elif match := _BIT.fullmatch(line):
             bits[int(match[1])] = match[2].strip()
@@ -141,7 +141,7 @@ def decode_description(answer: bytes) -> Layout:
     # Names run over several lines, broken anywhere, and may stand without a space between them.
     named = _NAMES.search(re.sub(r"\s", "", read))
     reported = tuple(re.findall(r"(?:CV|SV|MV|AV|AO)\d\d", named[0])) if named else ()
-    return Layout(
+    return Ascii2Layout(
         tuple(channels.values()),
         tuple(bits[i] for i in range(len(bits))),
         reported if set(reported) >= set(channels) else (),
@@ -149,7 +149,7 @@ def decode_description(answer: bytes) -> Layout:
     )
 
 
-def decode_status(answer: bytes, layout: Layout) -> Status:
+def decode_status(answer: bytes, layout: Ascii2Layout) -> Status:
     """Return what ``$01I`` answered."""
     count, bits = len(layout.reported), layout.reported_bits
     match = re.fullmatch(rf"((?:{_NUMBER}\s+){{{count}}})([01]{{{bits}}})\s*", answer.decode("latin-1"))

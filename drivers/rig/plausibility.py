@@ -21,7 +21,7 @@ STUCK_READINGS, STUCK_AIR = 20, 2.0
 Asked = TypeVar("Asked", bound=float | None)
 
 
-class Sensor(Generic[Asked]):
+class CheckedSensor(Generic[Asked]):
     """Asks a sensor again where its answer has jumped: a glitch on the line is no temperature.
 
     No protocol of a controller numbers its answers, and ASCII-2 and P-300 carry no checksum: an answer can be a

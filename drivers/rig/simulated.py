@@ -19,7 +19,7 @@ from drivers.ni.cards import Cards
 from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.simulated.in_process import InProcessChannel
 from drivers.ni.simulated.servicer import SimulatedDaq
-from drivers.ni.simulated.surroundings import Module, Plate, Surroundings
+from drivers.ni.simulated.surroundings import DrivenPlate, Module, Surroundings
 from drivers.ni.wiring import Wiring
 from drivers.ovens.expiry import Expiring
 from drivers.ovens.oven import Oven
@@ -135,7 +135,7 @@ class SimulatedParts:
 def simulated_parts(
     wiring: Wiring | SoundCard,
     oven: OvenSettings,
-    plate: Plate,
+    plate: DrivenPlate,
     *,
     modules: Mapping[int, Module],
     seed: int,
@@ -152,7 +152,7 @@ def simulated_parts(
         As for the real cards; the plate's sensors hang on `wiring.responses` in their order.
     oven : OvenSettings
         The kind decides which controller is simulated.
-    plate : Plate
+    plate : DrivenPlate
     modules : mapping of int to Module
         Slot -> module in it.
     seed : int

@@ -14,7 +14,7 @@ from drivers.ni.errors import Action, DaqError
 from drivers.ovens.error import OvenError
 from drivers.ovens.line import PASSING
 from drivers.rig.errors import RESUME, RigStopped
-from drivers.rig.plausibility import Company, Sensor, require_celsius
+from drivers.rig.plausibility import CheckedSensor, Company, require_celsius
 from drivers.rig.progress import Purpose
 from drivers.rig.readings import RESOLUTION, Patience, Reading
 from drivers.rig.session import Session
@@ -48,8 +48,8 @@ class Station:
         self._patience = Patience(protocol.limits.lost_after)
         self._company = Company()
         max_rate = session.oven.limits.max_rate
-        self._air = Sensor(self._ask_air, lambda: self.now, max_rate)
-        self._plate = Sensor(self._ask_plate, lambda: self.now, max_rate)
+        self._air = CheckedSensor(self._ask_air, lambda: self.now, max_rate)
+        self._plate = CheckedSensor(self._ask_plate, lambda: self.now, max_rate)
         self.leg = -1
 
     @property

@@ -19,7 +19,7 @@ from drivers.soundcard.card import backend
 from drivers.soundcard.settings import SoundCard, channel_number
 
 
-class State(StrEnum):
+class FindingState(StrEnum):
     """How a finding is to be taken."""
 
     GOOD = "good"
@@ -36,7 +36,7 @@ class Finding:
     ----------
     what : str
         The thing.
-    state : State
+    state : FindingState
     seen : str
         Empty where there is no more to say than that it is there.
     next_step : str
@@ -44,7 +44,7 @@ class Finding:
     """
 
     what: str
-    state: State
+    state: FindingState
     seen: str
     next_step: str = ""
 
@@ -58,7 +58,7 @@ def look_at_cards(wiring: Wiring | None, *, needed: bool) -> Iterator[Finding]:
     needed : bool
         Whether lacking any of it is bad or only to be noted.
     """
-    lacking = State.BAD if needed else State.NOTE
+    lacking = FindingState.BAD if needed else FindingState.NOTE
     where = f"server {wiring.grpc}" if wiring is not None and wiring.grpc else "this computer"
     try:
         with Connection(wiring.grpc if wiring is not None else None) as connection:
@@ -66,42 +66,42 @@ def look_at_cards(wiring: Wiring | None, *, needed: bool) -> Iterator[Finding]:
     except DaqError as error:
         yield Finding("NI driver", lacking, f"{where}: {error.said}", error.next_step)
         return
-    yield Finding("NI driver", State.GOOD, f"answers on {where}")
+    yield Finding("NI driver", FindingState.GOOD, f"answers on {where}")
     if not devices:
         step = "connect the chassis, switch it on, and look for it in NI MAX or NI Hardware Configuration Utility"
         yield Finding("NI devices", lacking, "none", step)
     for device in devices:
         channels = f"{len(device.inputs)} inputs, {len(device.outputs)} outputs"
         simulated = ", simulated" if device.simulated else ""
-        yield Finding(f"NI device {device.name}", State.GOOD, f"{device.product}, {channels}{simulated}")
+        yield Finding(f"NI device {device.name}", FindingState.GOOD, f"{device.product}, {channels}{simulated}")
     if wiring is not None and devices:
         yield _terminals(wiring, devices, lacking)
     if wiring is not None and wiring.iepe:
         yield _supply(wiring, devices, lacking)
 
 
-def _terminals(wiring: Wiring, devices: tuple[Device, ...], lacking: State) -> Finding:
+def _terminals(wiring: Wiring, devices: tuple[Device, ...], lacking: FindingState) -> Finding:
     there = {channel for device in devices for channel in device.inputs + device.outputs}
     asked = (wiring.output, *wiring.inputs, *wiring.thermocouples)
     missing = [terminal for terminal in asked if terminal not in there]
     if not missing:
-        return Finding("terminals of [cards]", State.GOOD, f"all {len(asked)} exist")
+        return Finding("terminals of [cards]", FindingState.GOOD, f"all {len(asked)} exist")
     step = f"correct [cards]; what exists: {', '.join(sorted(there)) or 'no terminal at all'}"
     return Finding("terminals of [cards]", lacking, f"not there: {', '.join(missing)}", step)
 
 
-def _supply(wiring: Wiring, devices: tuple[Device, ...], lacking: State) -> Finding:
+def _supply(wiring: Wiring, devices: tuple[Device, ...], lacking: FindingState) -> Finding:
     what, named = "IEPE supply of [cards]", ", ".join(wiring.iepe)
     try:
         require_iepe(wiring, devices)
     except DaqError as error:
         return Finding(what, lacking, error.said, error.next_step)
-    return Finding(what, State.GOOD, f"will be switched on at {named}")
+    return Finding(what, FindingState.GOOD, f"will be switched on at {named}")
 
 
 def look_at_sound(settings: SoundCard, *, needed: bool, sound: Any = None) -> Finding:
     """Look for a sound card and count its channels; `sound` stands in for the package. Nothing is played."""
-    lacking, what = State.BAD if needed else State.NOTE, f"sound card {settings.device}".rstrip()
+    lacking, what = FindingState.BAD if needed else FindingState.NOTE, f"sound card {settings.device}".rstrip()
     try:
         sound = sound if sound is not None else backend()
         found = [sound.query_devices(settings.device or None, kind) for kind in ("input", "output")]
@@ -114,7 +114,7 @@ def look_at_sound(settings: SoundCard, *, needed: bool, sound: Any = None) -> Fi
     seen = f"{found[0]['name']}, {there[0]} inputs, {there[1]} outputs"
     if there[0] < wanted[0] or there[1] < wanted[1]:
         return Finding(what, lacking, seen, f"[cards] asks for in{wanted[0]} and out{wanted[1]}: correct it")
-    return Finding(what, State.GOOD, seen)
+    return Finding(what, FindingState.GOOD, seen)
 
 
 def look_at_ports() -> Iterator[Finding]:
@@ -124,22 +124,24 @@ def look_at_ports() -> Iterator[Finding]:
         step = (
             "connect the oven's cable or its USB adapter, and install the adapter's driver, if an oven is needed"
         )
-        yield Finding("serial ports", State.NOTE, "none", step)
+        yield Finding("serial ports", FindingState.NOTE, "none", step)
     for port in ports:
         usable = os.name == "nt" or os.access(port.device, os.R_OK | os.W_OK)
         step = "" if usable else "get the right to use it (on Linux: the group dialout), log out and in again"
         known = "" if port.description in (None, "n/a") else str(port.description)  # pyserial's word for nothing
         seen = known if usable else f"{known or 'there'}, but not for this user"
-        yield Finding(f"serial port {port.device}", State.GOOD if usable else State.NOTE, seen, step)
+        yield Finding(f"serial port {port.device}", FindingState.GOOD if usable else FindingState.NOTE, seen, step)
 
 
 def look_at_oven(settings: OvenSettings, *, needed: bool) -> Finding:
     """Ask an oven for its temperature, and nothing else."""
-    lacking = State.BAD if needed else State.NOTE
+    lacking = FindingState.BAD if needed else FindingState.NOTE
     place = settings.place
     name = f"oven {settings.kind} at {place}" if place else f"oven {settings.kind}"
     if not needed and place and "://" not in place and not Path(place).exists():
-        return Finding(name, State.NOTE, "no such port", "nothing to do: this experiment's rig is simulated")
+        return Finding(
+            name, FindingState.NOTE, "no such port", "nothing to do: this experiment's rig is simulated"
+        )
     try:
         oven = open_oven(settings)
         try:
@@ -152,4 +154,4 @@ def look_at_oven(settings: OvenSettings, *, needed: bool) -> Finding:
     if not limits.minimum - 20.0 <= temperature <= limits.maximum + 20.0:
         step = "check its sensor, and that the controller's unit is degrees Celsius (decimals, for a Eurotherm)"
         return Finding(name, lacking, f"answers {temperature:.1f} °C, far beyond its limits", step)
-    return Finding(name, State.GOOD, f"answers {temperature:.1f} °C")
+    return Finding(name, FindingState.GOOD, f"answers {temperature:.1f} °C")

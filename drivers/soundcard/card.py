@@ -5,16 +5,15 @@ from importlib import import_module
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from analysis.arrays import Real
 from analysis.protocol.likeness import likeness
 from drivers.clock import Clock, SystemClock
 from drivers.interruptions import held_back
 from drivers.ni.cards import Record, go_on
 from drivers.ni.errors import Action, DaqError
 from drivers.soundcard.settings import SoundCard, channel_number
-
-Real = NDArray[np.float64]
 
 LATENCY = 0.5
 """The longest way from output to input that is waited for, s."""

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from drivers.clock import Clock
-from drivers.ni.simulated.surroundings import Plate, Temperature, room
-
-Real = NDArray[np.float64]
+from drivers.ni.simulated.surroundings import DrivenPlate, Temperature, room
 
 CODES = 2.0**23
 
@@ -25,7 +24,7 @@ class SimulatedSound:
 
     Attributes
     ----------
-    plate : Plate
+    plate : DrivenPlate
     clock : Clock
     inputs : mapping of int to int
         Input channel, from 1, -> row of the plate's answer; -1 is the loop-back cable.
@@ -47,7 +46,7 @@ class SimulatedSound:
         Whether the device has been pulled out.
     """
 
-    plate: Plate
+    plate: DrivenPlate
     clock: Clock
     inputs: Mapping[int, int]
     output_range: float
@@ -131,7 +130,7 @@ class SimulatedSound:
         return float(self._volts[index]) if self.active and index < self._volts.size else 0.0
 
 
-def simulated_sound(settings: Any, plate: Plate, clock: Clock, **others: Any) -> SimulatedSound:
+def simulated_sound(settings: Any, plate: DrivenPlate, clock: Clock, **others: Any) -> SimulatedSound:
     """Return a card wired and calibrated as `settings` (a SoundCard) declare."""
     from drivers.soundcard.settings import channel_number
 

@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment, Plate
 from analysis.geometry.relations import TOUCH
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, Disc, PlateState
-
-Real = NDArray[np.float64]
 
 RADIUS = 0.012  # m
 

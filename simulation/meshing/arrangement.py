@@ -9,18 +9,16 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.geometry.curves import Curve
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from simulation.meshing.crossings import SAME, cuts_of, inside, polyline
 
-Real = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
-class Origin:
+class EdgeOrigin:
     """Where an edge lies on a border.
 
     Attributes
@@ -50,7 +48,7 @@ class Edge:
     start: int
     end: int
     curve: Curve
-    origins: tuple[Origin, ...]
+    origins: tuple[EdgeOrigin, ...]
 
 
 @dataclass(frozen=True)
@@ -142,11 +140,11 @@ def _edges(borders: Sequence[Loop], cuts: list[list[list[float]]]) -> tuple[Real
                     None,
                 )
                 if known is None:
-                    edges.append(Edge(start, end, piece, (Origin(b, c, first, last),)))
+                    edges.append(Edge(start, end, piece, (EdgeOrigin(b, c, first, last),)))
                     continue
                 old = edges[known]
                 way = (first, last) if old.start == start else (last, first)
-                edges[known] = Edge(old.start, old.end, old.curve, (*old.origins, Origin(b, c, *way)))
+                edges[known] = Edge(old.start, old.end, old.curve, (*old.origins, EdgeOrigin(b, c, *way)))
     return np.array(nodes), tuple(edges)
 
 

@@ -6,10 +6,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.geometry.curves import Curve, turning
 from analysis.geometry.loop import Loop
-
-Real = NDArray[np.float64]
 
 SAME = 1e-7
 """Points closer than this are one, m."""

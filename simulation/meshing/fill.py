@@ -4,13 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
+from analysis.arrays import Real, Whole
 from simulation.meshing.crossings import inside
-
-Real = NDArray[np.float64]
-Whole = NDArray[np.int_]
 
 LEAST_ANGLE = np.deg2rad(10.0)
 SMOOTHINGS = 5

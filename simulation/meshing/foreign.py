@@ -3,17 +3,14 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real, Whole
 from analysis.foreign_mesh import ForeignMesh
 from analysis.geometry.fault import GeometryError, at
 from simulation.meshing.mesher import LEAST_RATIO, Border
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges, PlateMesh, edges_of
 from simulation.meshing.quality import jacobian_ratio
 from simulation.shell.lobatto import lobatto
-
-Real = NDArray[np.float64]
-Whole = NDArray[np.int_]
 
 PLATE = "plate"
 """Group of what belongs to no patch and no zone."""

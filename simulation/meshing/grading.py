@@ -3,11 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from simulation.meshing.strips import Cells, Path
-
-Real = NDArray[np.float64]
 
 
 def graded(cells: Cells, share: float, corners: set[int]) -> None:

@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from analysis.arrays import Real, Whole
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from simulation.meshing.arrangement import Arrangement, Face
@@ -23,9 +24,6 @@ from simulation.meshing.quality import jacobian_ratio
 from simulation.meshing.recipe import MeshRecipe
 from simulation.meshing.sides import Cap, Cutter, Repairs, Sizes, Stretch
 from simulation.meshing.strips import Cells, strips
-
-Real = NDArray[np.float64]
-Whole = NDArray[np.int_]
 
 ROUNDS = 24
 MOST_CUTS = 250
@@ -55,7 +53,7 @@ class Border:
 
 
 @dataclass
-class Fault:
+class MeshFault:
     """A place where the mesh is not good, and what may be done about it."""
 
     place: Real
@@ -150,13 +148,13 @@ def _sizes(
 
 def _filled(
     cells: Cells, faces: Iterable[int], spacing: float, growth: float, known: dict[bytes, Fill]
-) -> tuple[Whole, list[int], list[Fault]]:
+) -> tuple[Whole, list[int], list[MeshFault]]:
     """Triangles of every face (points appended to `cells`), their faces, and what is wrong.
 
     `known` holds what earlier rounds found for the same rings.
     """
     triangles, owners = [np.array(cells.wedges, int).reshape(-1, 3)], [*cells.wedge_face]
-    faults: list[Fault] = []
+    faults: list[MeshFault] = []
     places = []
     for face, rings in zip(faces, cells.rings, strict=True):
         own = [number for ring in rings for number in ring]
@@ -178,7 +176,7 @@ def _filled(
     return np.vstack(triangles), owners, faults
 
 
-def _fault(cells: Cells, face: int, a: int, b: int, *, narrow: bool) -> Fault:
+def _fault(cells: Cells, face: int, a: int, b: int, *, narrow: bool) -> MeshFault:
     """Fault of the side of a ring."""
     pair = (min(a, b), max(a, b))
     own = next((p for p in ((a, b), (b, a)) if p in cells.on_edge), None)
@@ -187,10 +185,10 @@ def _fault(cells: Cells, face: int, a: int, b: int, *, narrow: bool) -> Fault:
     if piece is not None and own is None:  # the end of a strip does not get shorter with its piece
         side, base = (np.hypot(*(cells.points[i] - cells.points[j])) for i, j in (pair, piece))
         narrow = narrow or bool(side > 1.5 * base)
-    return Fault(place, face, piece, (a, b), narrow and any(k in cells.foot for k in pair))
+    return MeshFault(place, face, piece, (a, b), narrow and any(k in cells.foot for k in pair))
 
 
-def _turned(mesh: PlateMesh, cells: Cells, triangles: Whole, owners: Sequence[int]) -> Iterable[Fault]:
+def _turned(mesh: PlateMesh, cells: Cells, triangles: Whole, owners: Sequence[int]) -> Iterable[MeshFault]:
     """Faults of the cells of a mesh that are turned over, or nearly so."""
     for cell in np.flatnonzero(jacobian_ratio(mesh) < LEAST_RATIO).tolist():
         place = mesh.centers[cell]
@@ -202,10 +200,10 @@ def _turned(mesh: PlateMesh, cells: Cells, triangles: Whole, owners: Sequence[in
         piece = next((p for p in curved if p in cells.on_edge), None)
         if piece is None:
             piece = next((cells.inner[min(p), max(p)] for p in curved if (min(p), max(p)) in cells.inner), None)
-        yield Fault(place, face, piece, tuple(k for k in corners if k in cells.foot), narrow=piece is None)
+        yield MeshFault(place, face, piece, tuple(k for k in corners if k in cells.foot), narrow=piece is None)
 
 
-def _repaired(repairs: Repairs, faults: Sequence[Fault], cells: Cells, cutter: Cutter) -> Repairs:
+def _repaired(repairs: Repairs, faults: Sequence[MeshFault], cells: Cells, cutter: Cutter) -> Repairs:
     """Return what is to be done otherwise in the next round."""
     splits, caps, bare = dict(repairs.splits), list(repairs.caps), set(repairs.bare)
     for fault in faults:

@@ -3,15 +3,13 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Whole
 from simulation.meshing.arrangement import Arrangement, Face
 from simulation.meshing.grading import part_of
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges, PlateMesh, edges_of
 from simulation.meshing.strips import Cells
 from simulation.shell.lobatto import bow_coefficients
-
-Whole = NDArray[np.int_]
 
 
 def numbered(

@@ -6,8 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
-Whole = NDArray[np.int_]
+from analysis.arrays import Real, Whole
 
 CURVE_DEGREE = 8
 """Degree to which curved edges are followed."""

@@ -1,12 +1,10 @@
 """How far cells are from their reference cells."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.shell.mapping import map_cells
-
-Real = NDArray[np.float64]
 
 SAMPLES = 5
 """Points along a side of a cell at which its Jacobian is looked at."""

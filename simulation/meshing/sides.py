@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from analysis.arrays import Real
 from analysis.geometry.curves import Curve, turning
 from simulation.meshing.arrangement import Arrangement, Face, HalfEdge, direction
-
-Real = NDArray[np.float64]
 
 CONVEX, REENTRANT = np.deg2rad(140.0), np.deg2rad(220.0)
 """Angles inside a face below and above which a corner gets cells of its own."""

@@ -10,13 +10,12 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.geometry.curves import turning
 from simulation.meshing.arrangement import HalfEdge
 from simulation.meshing.sides import CONVEX, REENTRANT, Corner, Cutter, Repairs, Side, Stretch
 
-Real = NDArray[np.float64]
 Path = Callable[[Real], Real]
 """Points (..., 2) over a parameter in [0, 1]."""
 

@@ -23,6 +23,7 @@ A plate over a range of materials:
 The same plate with physical effects on it:
 
 =========================  ================================================================
+``patch_projection``       every energy of the patches on given vectors
 ``effect_projection``      every field-weighted energy on given vectors
 ``missing_answers``        what the plain vectors miss in other states
 ``effect_operators``       the reduced matrices from which any state is composed

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from simulation.reduction.reduce import Training
+from simulation.reduction.reduce import BasisTraining
 from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 
@@ -25,7 +25,7 @@ def basis_key(
     band: tuple[float, float],
     points: ArrayLike | None = None,
     fineness: Fineness | None = None,
-    training: Training | None = None,
+    training: BasisTraining | None = None,
     field_certified: bool = True,
 ) -> str:
     """SHA-256, hexadecimal, over plate, patches, their material, mesh, training, box, band and points.
@@ -41,7 +41,7 @@ def basis_key(
         "box": asdict(box),
         "band": [float(edge) for edge in band],
         "fineness": asdict(fineness or Fineness()),
-        "training": asdict(training or Training()),
+        "training": asdict(training or BasisTraining()),
     }
     if plate.material is not None and plate.material.departure is not None:
         declared["orthotropy"] = asdict(plate.material.departure)

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.local_laws import LocalLaws
 from simulation.reduction.composition import Coefficients, composed
 from simulation.reduction.damped_modes import DampedModes
@@ -15,8 +15,6 @@ from simulation.reduction.energy_decomposition import leading
 from simulation.state.extreme_states import extreme_states
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
-
-Real = NDArray[np.float64]
 
 LINES = 60
 TAIL = 1.5e-3

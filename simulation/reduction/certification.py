@@ -3,15 +3,12 @@
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.resonance_lines import resonance_lines, root_mean_square
 from simulation.shell.shell_model import ShellModel
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 Constants = tuple[float, float, float]
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
 from analysis.experiment import Experiment, Patch, Plate
 from analysis.material import MaterialBox
@@ -22,9 +22,6 @@ from simulation.shell.factors import factorize
 from simulation.twin.instruments import Instruments
 from simulation.twin.transfer import Transfer
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
 DEGREE, CELLS = 4, 5
 """Of the mesh, and cells along the shorter side: frequencies to a few per mille."""
 LOSS_FACTOR = 0.04
@@ -37,7 +34,7 @@ FORCES = 4
 
 @dataclass(frozen=True)
 class CoarsePlate:
-    """Transfer from the input to the outputs of a plate known roughly; see `analysis.updating.coarse_look`.
+    """Transfer from the input to the outputs of a plate known roughly; see `analysis.updating.modulus_scan`.
 
     Attributes
     ----------

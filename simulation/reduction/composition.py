@@ -1,17 +1,14 @@
 """A plate in one state, composed of reduced matrices."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Numbers, Real
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE, EffectOperators, monomials
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
-
-Real = NDArray[np.float64]
-Numbers = NDArray[Any]
 
 STEP = 1e-30
 """Imaginary part of a parameter by which derivatives are taken: far below rounding of the real part."""

@@ -5,13 +5,10 @@ from typing import Self
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from simulation.reduction.dashpots import connected, forces
 from simulation.reduction.resonance_lines import resonance_lines, root_mean_square
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,10 @@ are the forces of the dashpots.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, issparse
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from analysis.arrays import Complex, Real
 
 LEAST = 1e-7
 """Share of the largest power that a direction has to take up to count among the columns."""

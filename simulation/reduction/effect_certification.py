@@ -5,8 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.channel import Footprint
 from simulation.reduction.composition import Coefficients, composed
 from simulation.reduction.effect_operators import BENDING_DEGREE, EffectOperators
@@ -16,8 +16,6 @@ from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
 from simulation.state.state_matrices import FullPlate
 from simulation.twin.local_solution import LocalSolution
-
-Real = NDArray[np.float64]
 
 STATES = (((0.25, 0.79), 0.0), ((0.82, 0.26), -0.5))
 """Shares of the box's ranges of E and nu, and size of the effects: soft as declared, stiff with all of them."""

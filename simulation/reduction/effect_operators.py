@@ -6,9 +6,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.material import MaterialBox
-
-Real = NDArray[np.float64]
 
 BENDING_DEGREE, MEMBRANE_DEGREE = 3, 2
 """Total degrees of the fields that multiply bending energy, and membrane, shear and inertia.

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Mask, Real, Whole
 from analysis.sheet_orthotropy import Orthotropy
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
 from simulation.shell.rigidity import FIELDS, SHEAR_FACTOR, STRAINS, THX, THY, TILTED, U, V, W
@@ -20,9 +21,6 @@ from simulation.shell.space import ShapeSpace
 from simulation.state.field_basis import polynomial, polynomials
 from simulation.state.state_matrices import FullPlate
 
-Real = NDArray[np.float64]
-Whole = NDArray[np.int_]
-Mask = NDArray[np.bool_]
 Step = Callable[[], None]
 
 STRAIN_SPACING = 0.004

@@ -11,11 +11,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.channel import Footprint
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
+from analysis.progress import Progress
 from simulation.reduction.effect_certification import measured_error
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_projection import CHUNK, Projector, plate_energies, strains
@@ -23,7 +24,7 @@ from simulation.reduction.energy_decomposition import energy_shift, middle
 from simulation.reduction.missing_answers import joined, missed
 from simulation.reduction.patch_projection import patch_energies
 from simulation.reduction.plate_basis import PlateBasis, plain_reduction
-from simulation.reduction.reduce import Training
+from simulation.reduction.reduce import BasisTraining
 from simulation.shell.assembly import FEW, assemble_chosen
 from simulation.shell.fineness import Fineness
 from simulation.shell.footprints import attached_disc
@@ -32,9 +33,6 @@ from simulation.state.extreme_states import SLIP, SOFT, STIFF, extreme_states, l
 from simulation.state.plate_state import PlateState
 from simulation.state.sensor_offset import OFFSET_RANGE, can_move, offset_energies
 from simulation.state.state_matrices import FullPlate
-
-Real = NDArray[np.float64]
-Progress = Callable[[str, float], None]
 
 STAGE = "reducing the plate with its effects"
 WORKERS = 2
@@ -49,7 +47,7 @@ def reduce_with_effects(
     *,
     basis: PlateBasis | None = None,
     fineness: Fineness | None = None,
-    training: Training | None = None,
+    training: BasisTraining | None = None,
     progress: Progress | None = None,
 ) -> tuple[EffectOperators, FullPlate, Real]:
     """Operators of an experiment's plate, the full plate behind them, and their vectors (n, r).

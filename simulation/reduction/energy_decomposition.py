@@ -10,12 +10,11 @@ import scipy.linalg
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from analysis.arrays import Real
 from analysis.material import MaterialBox
 from simulation.reduction.damped_modes import DampedModes, relative_error
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.resonance_lines import root_mean_square
-
-Real = NDArray[np.float64]
 
 WORKERS = 2
 """Materials answered at a time."""

@@ -4,17 +4,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from analysis.arrays import Real
 from analysis.channel import Footprint
 from analysis.material import MaterialBox
-from simulation.reduction.reduce import Training, reduce
+from simulation.reduction.reduce import BasisTraining, reduce
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import FEW
 from simulation.shell.footprints import footprint_points
 from simulation.shell.shell_model import ShellModel
-
-Real = NDArray[np.float64]
 
 
 def reduce_with_footprints(
@@ -26,7 +25,7 @@ def reduce_with_footprints(
     *,
     points: ArrayLike | None = None,
     field_certified: bool = True,
-    training: Training | None = None,
+    training: BasisTraining | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> tuple[ReducedModel, Real]:
     """As `simulation.reduction.reduce.reduce`, with the footprints of transducers.

@@ -7,15 +7,13 @@ Together, over all states, they are decomposed once more.
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from analysis.arrays import Real
 from simulation.reduction.energy_decomposition import leading
 from simulation.reduction.rational_krylov import Chain
 from simulation.shell.factors import factorize
 from simulation.state.state_matrices import StateMatrices
-
-Real = NDArray[np.float64]
 
 SHIFTS = (0.55, 1.0)
 """Places of the band, as shares of its end, at which a state's stiffness is factorized."""

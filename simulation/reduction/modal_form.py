@@ -5,13 +5,11 @@ from typing import Self
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from analysis.arrays import Complex, Real
 from simulation.reduction.dashpots import connected, forces
 from simulation.reduction.pole_sums import PoleSums
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

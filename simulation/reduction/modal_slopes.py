@@ -6,12 +6,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.arrays import Complex, Real
 from simulation.reduction.dashpots import connected, connected_derivatives
 from simulation.reduction.modal_form import ModalForm
 from simulation.reduction.pole_sums import PoleSums
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 SAME_POLE = 1e-9
 """Relative distance below which two poles count as one double pole."""

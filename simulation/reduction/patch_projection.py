@@ -3,14 +3,12 @@
 from concurrent.futures import Executor
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.reduction.effect_projection import Projector, Rows, weight_table
 from simulation.shell.rigidity import SHEAR_FACTOR, THX, THY, U, V, W
 from simulation.state.field_basis import polynomials
-
-Real = NDArray[np.float64]
 
 
 def patch_energies(p: Projector, executor: Executor) -> dict[str, Real]:

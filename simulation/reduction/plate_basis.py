@@ -11,7 +11,7 @@ from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.reduction.footprint_reduction import reduce_with_footprints
-from simulation.reduction.reduce import Training
+from simulation.reduction.reduce import BasisTraining
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import FEW, assemble_for
 from simulation.shell.fineness import Fineness
@@ -59,7 +59,7 @@ def plain_reduction(
     points: ArrayLike | None = None,
     field_certified: bool = True,
     fineness: Fineness | None = None,
-    training: Training | None = None,
+    training: BasisTraining | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> tuple[ShellModel, ReducedModel, PlateBasis]:
     """Mesh, assemble and reduce a plate as declared.

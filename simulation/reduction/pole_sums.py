@@ -8,8 +8,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike, NDArray
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from analysis.arrays import Complex, Real
 
 FAR, NODES = 4.0, 16
 """A pole beyond FAR times the highest squared frequency leaves 14**-NODES to interpolation."""

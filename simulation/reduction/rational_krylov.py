@@ -8,15 +8,13 @@ ratio of patch to plate stiffness complex, and the space is trained over both.
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import SuperLU
 
+from analysis.arrays import Real
 from simulation.reduction.damped_modes import DampedModes, relative_error
 from simulation.shell.factors import factorize
 from simulation.shell.shell_model import ShellModel
-
-Real = NDArray[np.float64]
 
 STEPS = 4
 """Blocks added to every chain between two looks at the convergence."""

@@ -5,15 +5,16 @@ proper orthogonal decomposition of responses computed within those candidates, a
 keeps about half of them; the full model is solved only to measure the error that is left.
 """
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 
+from analysis.arrays import Real
 from analysis.material import MaterialBox
+from analysis.progress import Progress
 from simulation.reduction.certification import measured_error
 from simulation.reduction.dashpots import columns
 from simulation.reduction.energy_decomposition import (
@@ -28,9 +29,6 @@ from simulation.reduction.rational_krylov import material_space
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.shell_model import ShellModel
 
-Real = NDArray[np.float64]
-Progress = Callable[[str, float], None]
-
 STAGE = "reducing the plate"
 WORKERS = 2
 """Materials solved at a time: sparse factorization lets other threads run."""
@@ -41,7 +39,7 @@ DAMPED_LINES = 16
 
 
 @dataclass(frozen=True)
-class Training:
+class BasisTraining:
     """How a reduced model is made.
 
     Attributes
@@ -80,7 +78,7 @@ def reduce(
     *,
     points: ArrayLike | None = None,
     field_certified: bool = True,
-    training: Training | None = None,
+    training: BasisTraining | None = None,
     progress: Progress | None = None,
 ) -> tuple[ReducedModel, Real]:
     """Reduce `model` to what its patches can do within a box of materials and a band.
@@ -96,7 +94,7 @@ def reduce(
     field_certified : bool
         Whether the deflection there counts in the error, as for fields; else it is what the coordinates happen to
         know, as for looking at shapes.
-    training : Training, optional
+    training : BasisTraining, optional
     progress : callable, optional
         Told the stage's name and the share done.
 
@@ -114,7 +112,7 @@ def reduce(
     RuntimeError
         If the tolerance cannot be reached.
     """
-    training = training or Training()
+    training = training or BasisTraining()
     report = progress or (lambda stage, share: None)
     _check(model, box, band)
     lines = np.linspace(*band, training.lines)
@@ -169,7 +167,7 @@ def _candidates(
     box: MaterialBox,
     band: tuple[float, float],
     lines: Real,
-    training: Training,
+    training: BasisTraining,
     report: Progress,
 ) -> Real:
     """Krylov vectors (n, N) of all trained materials.
@@ -197,7 +195,9 @@ def _candidates(
     return np.hstack(spaces)
 
 
-def _damped_answers(model: ShellModel, box: MaterialBox, band: tuple[float, float], training: Training) -> Real:
+def _damped_answers(
+    model: ShellModel, box: MaterialBox, band: tuple[float, float], training: BasisTraining
+) -> Real:
     """Real and imaginary parts of answers of a plate with dashpots (n, N) all over the box; none without them.
 
     Along an edge they are too much for Krylov spaces, to which every function of the edge would be a load.

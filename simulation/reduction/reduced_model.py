@@ -5,14 +5,12 @@ from typing import Self
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
 from simulation.reduction.modal_form import ModalForm
 from simulation.shell.shell_model import plane_stress_moduli
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

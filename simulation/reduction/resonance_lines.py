@@ -7,7 +7,7 @@ hundred lines it is not seen, whatever it does.
 import numpy as np
 from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
+from analysis.arrays import Real
 
 NARROW = 2.0
 """A resonance whose half-power width is below so many steps of the even grid gets lines of its own."""

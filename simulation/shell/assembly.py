@@ -5,14 +5,14 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import count
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from analysis.arrays import Mask
 from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.choice import Problem, chosen, diagonal
+from simulation.shell.choice import ResponseProblem, chosen, diagonal
 from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.points import footprint_rows
@@ -21,8 +21,6 @@ from simulation.shell.shell_model import ShellModel, plane_stress_moduli
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.unknowns import Unknowns
 
-Real = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Parts = tuple[list[Block], list[Block], list[Block], list[Block]]
 """Blocks of K1, K2, Kp and M."""
 
@@ -106,13 +104,13 @@ def assemble_for(
     lines = list(shell.springs())
     diagonals = [diagonal(shell.space, blocks) for blocks in parts]
 
-    def problem(youngs_modulus: float, poisson_ratio: float, frequency: float) -> Problem:
+    def problem(youngs_modulus: float, poisson_ratio: float, frequency: float) -> ResponseProblem:
         c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
         omega2 = (2 * np.pi * frequency) ** 2
         factors = (c1, c2, 1.0, omega2)
         energy = sum((factor * one for factor, one in zip(factors, diagonals, strict=True)), np.zeros(()))
         terms = list(zip((c1, c2, 1.0, -omega2), parts, strict=True))
-        return Problem(terms, lines, loads, np.asarray(energy))
+        return ResponseProblem(terms, lines, loads, np.asarray(energy))
 
     answered = count(1)
 

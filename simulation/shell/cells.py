@@ -10,14 +10,12 @@ from functools import cache
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legval
-from numpy.typing import NDArray
 from scipy.special import roots_jacobi
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
+from analysis.arrays import Real
 from simulation.shell.lobatto import kernels, lobatto
-
-Real = NDArray[np.float64]
 
 QUAD_EDGES = ((0, 1), (1, 2), (3, 2), (0, 3))
 """Edges of a quadrilateral as they run in the reference cell, by their corners."""
@@ -27,7 +25,7 @@ TABULATED = 19
 
 
 @dataclass(frozen=True)
-class Table:
+class ShapeTable:
     """Functions of a reference cell at points.
 
     Attributes
@@ -41,7 +39,7 @@ class Table:
     slope: Real
 
 
-def quad_functions(degree: int, places: Real) -> Table:
+def quad_functions(degree: int, places: Real) -> ShapeTable:
     """Functions of the quadrilateral [-1, 1]**2 at places (2, Q), (degree + 1)**2 of them."""
     (x, dx), (y, dy) = (_ends_and_inside(degree, s) for s in places)
     pairs = [(0, 0), (1, 0), (1, 1), (0, 1)]  # corners
@@ -51,10 +49,10 @@ def quad_functions(degree: int, places: Real) -> Table:
     )
     pairs += [(i, j) for i in inside for j in inside]
     i, j = np.array(pairs).T
-    return Table(x[i] * y[j], np.stack([dx[i] * y[j], x[i] * dy[j]]))
+    return ShapeTable(x[i] * y[j], np.stack([dx[i] * y[j], x[i] * dy[j]]))
 
 
-def triangle_functions(degree: int, places: Real) -> Table:
+def triangle_functions(degree: int, places: Real) -> ShapeTable:
     """Functions of the triangle (0, 0), (1, 0), (0, 1) at places (2, Q), (degree + 1)(degree + 2)/2 of them."""
     share = np.array([1.0 - places[0] - places[1], places[0], places[1]])
     slopes = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
@@ -79,7 +77,7 @@ def triangle_functions(degree: int, places: Real) -> Table:
             value.append(scale * bubble * p * q)
             rate = np.outer(slopes[1] - slopes[0], dp * q) + np.outer(2.0 * slopes[2], p * dq)
             slope.append(scale * (by * p * q + bubble * rate))
-    return Table(np.array(value), np.stack(slope, axis=1))
+    return ShapeTable(np.array(value), np.stack(slope, axis=1))
 
 
 def _ends_and_inside(degree: int, s: Real) -> tuple[Real, Real]:

@@ -10,18 +10,14 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 
+from analysis.arrays import Mask, Real, Whole
 from simulation.shell.edges import LineBlock
 from simulation.shell.factors import factorize
 from simulation.shell.rigidity import Block
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns, elimination_order
-
-Real = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Whole = NDArray[np.int_]
 
 CHUNK = 16
 """Cells eliminated at a time."""
@@ -47,7 +43,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Problem:
+class ResponseProblem:
     """One dynamic stiffness Z = K - w**2 M for which answers are wanted.
 
     Attributes
@@ -70,7 +66,7 @@ class Problem:
 def chosen(
     space: ShapeSpace,
     held: Mask,
-    problems: Sequence[Problem],
+    problems: Sequence[ResponseProblem],
     tolerance: float,
     executor: Executor | None = None,
     step: Callable[[], None] | None = None,
@@ -146,7 +142,7 @@ class _Condensed:
     lost: Real
 
 
-def _shares(space: ShapeSpace, held: Mask, problem: Problem, order: Whole) -> Real:
+def _shares(space: ShapeSpace, held: Mask, problem: ResponseProblem, order: Whole) -> Real:
     """Share of every function in the energy of every answer, (5, N, L)."""
     size = space.size
     free = ~held
@@ -176,7 +172,7 @@ def _shares(space: ShapeSpace, held: Mask, problem: Problem, order: Whole) -> Re
     return np.asarray((energy / total).reshape(5, size, -1))
 
 
-def _condensed(space: ShapeSpace, problem: Problem, number: Whole) -> Iterator[_Condensed]:
+def _condensed(space: ShapeSpace, problem: ResponseProblem, number: Whole) -> Iterator[_Condensed]:
     """Eliminate the insides of all cells, `CHUNK` cells at a time; `number` (5, N) is that of `Unknowns`."""
     size, first = space.size, _first_inside(space)
     loads = problem.loads.reshape(5 * size, -1)
@@ -210,7 +206,7 @@ def _first_inside(space: ShapeSpace) -> int:
     return len(space.mesh.points) + len(space.mesh.edges) * (space.degree - 1)
 
 
-def _dense(problem: Problem, group: int, cells: slice, size: int, count: int) -> Real:
+def _dense(problem: ResponseProblem, group: int, cells: slice, size: int, count: int) -> Real:
     """Z of some cells of a group as whole matrices, (C, 5 N, 5 N)."""
     z = np.zeros((size, 5 * count, 5 * count))
     for factor, blocks in problem.terms:

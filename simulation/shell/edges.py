@@ -4,18 +4,14 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from numpy.typing import NDArray
 
+from analysis.arrays import Mask, Real, Whole
 from analysis.plate import Plate
 from analysis.support import SupportedEdge
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges
 from simulation.shell.lobatto import lobatto
 from simulation.shell.rigidity import THX, THY, U, V, W
 from simulation.shell.space import ShapeSpace
-
-Real = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Whole = NDArray[np.int_]
 
 LineBlock = tuple[int, int, Whole, Real]
 """Two fields, functions (K, m) of K edges, and their matrices (K, m, m)."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Complex = NDArray[np.complex128]
+from analysis.arrays import Complex
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,10 @@ Integrals, 1971, S2 5-1): a footprint of millimetres holds a small part of any b
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.channel import Footprint
 from analysis.experiment import Attachment, Plate
-
-Real = NDArray[np.float64]
 
 ANGLES = np.arange(6) * np.pi / 3.0
 AROUND = np.sqrt(2.0 / 3.0) * np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)

@@ -1,13 +1,10 @@
 """How reference cells lie in the plate: points, derivatives, and the way back."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real, Whole
 from simulation.meshing.plate_mesh import CURVE_DEGREE, PlateMesh
 from simulation.shell.cells import QUAD_EDGES, TRIANGLE_EDGES, quad_functions, triangle_functions
-
-Real = NDArray[np.float64]
-Whole = NDArray[np.int_]
 
 
 def geometry_of(mesh: PlateMesh, triangles: bool) -> Real:

@@ -1,14 +1,12 @@
 """A mesh whose cells stretch so that one patch sits beside its declared place."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import overlap
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
-
-Real = NDArray[np.float64]
 
 REACH = 0.020
 """How far from the patch cells stretch at most, m."""

@@ -10,11 +10,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from simulation.shell.space import ShapeSpace
-
-Real = NDArray[np.float64]
 
 SHEAR_FACTOR = 5.0 / 6.0
 """Of transverse shear: that of a parabola over the thickness."""

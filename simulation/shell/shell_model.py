@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.factors import factorize
@@ -16,9 +17,6 @@ from simulation.shell.rigidity import W
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 def plane_stress_moduli(youngs_modulus: float, poisson_ratio: float) -> tuple[float, float]:

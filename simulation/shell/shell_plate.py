@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Mask, Real
 from analysis.experiment import Patch, Plate
 from analysis.sheet_orthotropy import Orthotropy
 from simulation.meshing.foreign import foreign_mesh
@@ -27,9 +27,6 @@ from simulation.shell.rigidity import (
     laminate,
 )
 from simulation.shell.space import ShapeSpace
-
-Real = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 InPlane = tuple[Weight, Weight, Weight, Weight, Weight, Weight]
 """Q11, Q22, Q12, Q66, Q16, Q26 of a layer, Pa."""

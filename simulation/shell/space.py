@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 
+from analysis.arrays import Mask, Real, Whole
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.shell.cells import (
     QUAD_EDGES,
     TRIANGLE_EDGES,
-    Table,
+    ShapeTable,
     quad_functions,
     quad_rule,
     triangle_functions,
@@ -21,9 +22,6 @@ from simulation.shell.cells import (
 )
 from simulation.shell.mapping import boxes_of, inverse_of, map_cells, map_places
 
-Real = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Whole = NDArray[np.int_]
 Value = TypeVar("Value", bound=np.generic)
 
 CURVED_ORDER = 4
@@ -42,7 +40,7 @@ class CellGroup:
         Functions of the space on every cell.
     sign : (C, N) ndarray
         -1 where a function of odd degree runs along its edge against the reference cell.
-    table : Table
+    table : ShapeTable
         Of the reference cell, at the Q points of quadrature.
     places : (C, Q, 2) ndarray
         Points of quadrature, m.
@@ -54,7 +52,7 @@ class CellGroup:
 
     functions: Whole
     sign: Real
-    table: Table
+    table: ShapeTable
     places: Real
     dx: Real
     inverse: Real

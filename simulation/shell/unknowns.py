@@ -5,19 +5,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, diags_array
 from scipy.sparse.linalg import splu
 
+from analysis.arrays import Mask, Real, Whole
 from simulation.shell.edges import LineBlock
 from simulation.shell.points import point_springs
 from simulation.shell.rigidity import Block
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
-
-Real = NDArray[np.float64]
-Whole = NDArray[np.int_]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -9,18 +9,15 @@ of Defects in Solids, 1987, section 11, in the plane; likewise in bending). All 
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Numbers, Real
 from simulation.reduction.composition import STEP, Composite
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.shell.rigidity import SHEAR_FACTOR
 from simulation.state.plate_state import Disc, PlateState
-
-Real = NDArray[np.float64]
-Numbers = NDArray[Any]
 
 ANGLES = np.arange(96) * (np.pi / 96)
 """Directions in the plane, rad."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss, legval
 from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
+from analysis.arrays import Real
 
 POINTS = 6
 """Gauss points along each side where fields are sampled."""

@@ -8,15 +8,12 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Mask, Real
 from simulation.reduction.effect_operators import BENDING_DEGREE, OFFSET_DEGREE, ZONE_DEGREES, monomials
 from simulation.reduction.effect_projection import Projector, weighed_energies
 from simulation.state.field_basis import polynomial, polynomials
 from simulation.state.state_matrices import FullPlate
-
-Real = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 OFFSET_RANGE = 0.0025
 """How far the first sensor patch can sit off its place along x or y, m."""

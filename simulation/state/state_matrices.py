@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from analysis.arrays import Real
 from analysis.channel import Footprint
 from simulation.shell.moving import moved_space
 from simulation.shell.points import footprint_rows
@@ -15,8 +15,6 @@ from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.unknowns import Unknowns
 from simulation.state.plate_state import PlateState
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

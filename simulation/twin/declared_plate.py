@@ -5,15 +5,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.material import MaterialBox
 from simulation.reduction.composition import STEP, Composite
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.shell_model import plane_stress_moduli
 from simulation.state.plate_state import PlateState
-
-Real = NDArray[np.float64]
 
 UNIFORM = ("thickness", "modulus_x", "modulus_y", "in_plane_shear", "bond")
 ABSENT = ("area_mass", "area_resistance", "offset_x", "offset_y")

@@ -4,18 +4,15 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from simulation.reduction.composition import STEP
 from simulation.reduction.modal_slopes import ModalSlopes
 from simulation.twin.local_solution import LocalSolution
-from simulation.twin.reading import Reading
+from simulation.twin.reading import SignalReading
 from simulation.twin.reduced_plate import CompositeSlopes, ReducedPlate
-from simulation.twin.sensitivity import ModalSensitivity, Sensitivity
+from simulation.twin.sensitivity import ModalSensitivity, TransferSensitivity
 from simulation.twin.strain_energy import SPECTRA, EnergySlopes, StateOf
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -24,11 +21,11 @@ class Derivatives:
 
     Attributes
     ----------
-    reading : Reading
+    reading : SignalReading
         What is differentiated.
     slopes : CompositeSlopes
         Of the plate's matrices.
-    sensitivity : Sensitivity or ModalSensitivity
+    sensitivity : TransferSensitivity or ModalSensitivity
         Of the transfer by these.
     energy : (F,) ndarray
         Relative strain energy at which the state stands.
@@ -36,9 +33,9 @@ class Derivatives:
         Of that energy; None where nothing follows it.
     """
 
-    reading: Reading
+    reading: SignalReading
     slopes: CompositeSlopes
-    sensitivity: Sensitivity | ModalSensitivity
+    sensitivity: TransferSensitivity | ModalSensitivity
     energy: Real
     by_energy: EnergySlopes | None
 
@@ -47,7 +44,7 @@ class Derivatives:
         cls,
         plate: ReducedPlate,
         solved: LocalSolution,
-        reading: Reading,
+        reading: SignalReading,
         state_of: StateOf,
         energy: Real,
         scale: float,
@@ -59,7 +56,7 @@ class Derivatives:
         plate : ReducedPlate
         solved : LocalSolution
             Of the state at `energy`.
-        reading : Reading
+        reading : SignalReading
             Of it.
         state_of : callable
             (F,) relative strain energy -> PlateState.
@@ -68,9 +65,9 @@ class Derivatives:
             Relative energies per J/V2.
         """
         state, transfer = solved.state, reading.transfer
-        sensitivity: Sensitivity | ModalSensitivity
+        sensitivity: TransferSensitivity | ModalSensitivity
         if solved.modal is None:
-            sensitivity = Sensitivity.of(solved, state, reading.drive, reading.sense)
+            sensitivity = TransferSensitivity.of(solved, state, reading.drive, reading.sense)
         else:
             ports, instruments = solved.composite.coupling, transfer.instruments
             seen, driving = ports[:, list(instruments.seen)], ports[:, list(instruments.driving)]

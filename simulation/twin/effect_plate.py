@@ -2,9 +2,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from analysis.arrays import Real
 from analysis.material import MaterialBox
 from simulation.reduction.composition import Coefficients, Composite, composed
 from simulation.reduction.effect_operators import EffectOperators
@@ -12,8 +10,6 @@ from simulation.state.certified_range import require_certified
 from simulation.state.damaged_spots import spots_slope, with_spots
 from simulation.state.plate_state import PlateState
 from simulation.twin.local_slopes import LocalSlopes
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

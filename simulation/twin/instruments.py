@@ -15,14 +15,12 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from analysis.arrays import Complex, Real
 from analysis.channel import ORDER, Channel
 from analysis.experiment import Experiment
 from simulation.shell.electric_load import ElectricLoad
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 OPEN = ElectricLoad(np.inf)
 

@@ -6,14 +6,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real, Whole
 from simulation.reduction.composition import Composite
 from simulation.state.plate_state import PlateState
 from simulation.twin.local_solution import CHUNK, LocalPlate
 from simulation.twin.sensitivity import proportion
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int_]
 
 ITERATIONS = 12
 """As long as a direct solution takes; what has not converged then is solved directly."""
@@ -74,7 +71,7 @@ class LineSolver:
         found = [np.asarray(weight, complex) for weight in (*stiffness, air, 1j * omega)]
         return found[: len(self.terms)]
 
-    def solve(self, weights: list[Complex], right: Complex, lines: Index) -> Complex:
+    def solve(self, weights: list[Complex], right: Complex, lines: Whole) -> Complex:
         """Z x = right at some lines, (m, n), both in the complex modes; `weights` are of all lines."""
         used = [(w[lines], term) for w, term in zip(weights, self.terms, strict=True) if w[lines].any()]
         apart = self.poles[:, None] - self.omega2[lines]

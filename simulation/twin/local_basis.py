@@ -2,13 +2,11 @@
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from simulation.reduction.composition import Composite
 from simulation.reduction.dashpots import columns
 from simulation.twin.reduced_plate import LoadedPlate
-
-Real = NDArray[np.float64]
 
 REACH = 1.6
 """Modes up to this many times the band's end are kept; what lies above answers through residual vectors."""

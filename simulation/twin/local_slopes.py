@@ -9,11 +9,10 @@ from dataclasses import fields
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from simulation.reduction.composition import STEP, Coefficients, Composite, offset_part
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState
-
-Real = NDArray[np.float64]
 
 FIELDS = ("temperature", "thickness", "modulus_x", "modulus_y", "in_plane_shear", "bond", "offset_x", "offset_y")
 """Attributes of a state that `Coefficients` look at, besides its laws."""

@@ -6,17 +6,14 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from simulation.reduction.composition import Composite
 from simulation.reduction.modal_form import ModalForm
 from simulation.reduction.pole_sums import PoleSums
 from simulation.state.plate_state import PlateState, PointLoad
 from simulation.twin.local_basis import REACH, local_basis
 from simulation.twin.reduced_plate import LoadedPlate
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 CHUNK = 64
 """Lines solved at a time where the stiffness changes from line to line."""

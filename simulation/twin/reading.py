@@ -6,17 +6,16 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex
 from simulation.reduction.composition import STEP
 from simulation.state.plate_state import PlateState
 from simulation.twin.instruments import Instruments
 from simulation.twin.local_solution import LocalSolution
 from simulation.twin.transfer import Transfer
 
-Complex = NDArray[np.complex128]
-
 
 @dataclass(frozen=True)
-class Reading:
+class SignalReading:
     """Instruments connected to a plate, and the factor and constant that effects put on their signals.
 
     Attributes

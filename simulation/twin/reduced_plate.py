@@ -2,14 +2,10 @@
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from analysis.arrays import Real
 from analysis.material import MaterialBox
 from simulation.reduction.composition import Composite
 from simulation.state.plate_state import PlateState
-
-Real = NDArray[np.float64]
 
 
 class CompositeSlopes(Protocol):

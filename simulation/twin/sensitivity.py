@@ -10,18 +10,16 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from simulation.reduction.composition import STEP, Composite
 from simulation.reduction.modal_slopes import ModalSlopes
 from simulation.state.plate_state import PlateState, PointLoad
 from simulation.twin.local_solution import LocalSolution, deflection_at
 from simulation.twin.transfer import Transfer
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
 
 @dataclass(frozen=True)
-class Sensitivity:
+class TransferSensitivity:
     """Change of sense' G drive, at every frequency.
 
     Attributes
@@ -90,7 +88,7 @@ class ModalSensitivity:
     slopes: ModalSlopes
 
     def by(self, local: Composite, stepped: PlateState) -> Complex:
-        """Differentiate as `Sensitivity.by`."""
+        """Differentiate as `TransferSensitivity.by`."""
         seen, driving = list(self.transfer.instruments.seen), list(self.transfer.instruments.driving)
         changes = impedance_change(self.solved, self.state, local, stepped)
         if not changes and not local.coupling.any():

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
@@ -18,7 +18,6 @@ from simulation.reduction.effect_operators import BENDING_DEGREE
 from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import Circumstances, PlateState
 
-Real = NDArray[np.float64]
 StateEffects = Mapping[str, Mapping[str, Any]]
 """As `analysis.twin_model.Effects`; values may be complex."""
 

@@ -13,15 +13,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real, Whole
 from simulation.reduction.composition import STEP, Composite
 from simulation.state.plate_state import PlateState
 from simulation.twin.line_solver import LineSolver
 from simulation.twin.local_solution import LocalPlate, LocalSolution
-from simulation.twin.sensitivity import Sensitivity
+from simulation.twin.sensitivity import TransferSensitivity
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int_]
 StateOf = Callable[[NDArray[Any]], PlateState]
 """The plate's state when its relative strain energies are (F,); of them, only spectra may follow."""
 
@@ -74,7 +72,7 @@ class StrainEnergy:
         metric = solver.shapes.conj().T @ (plate.composite.plate @ solver.shapes)
         return cls(solver, solver.into(plate.composite.coupling[:, actuator]), metric, state_of, scale, density)
 
-    def at(self, energy: Real, lines: Index | None = None) -> Real:
+    def at(self, energy: Real, lines: Whole | None = None) -> Real:
         """Return g at some lines (n,), all if None, when the energies of all lines are `energy` (F,)."""
         lines = np.arange(energy.size) if lines is None else lines
         state = self.state_of(energy)
@@ -153,7 +151,7 @@ class EnergySlopes:
 
     Attributes
     ----------
-    sensitivity : Sensitivity
+    sensitivity : TransferSensitivity
         Its one sum changes as (K u)^H du does, u the motion per volt on the actuator.
     stored : (F,) ndarray
         u^H K u / 2.
@@ -162,7 +160,7 @@ class EnergySlopes:
         dg/de.
     """
 
-    sensitivity: Sensitivity
+    sensitivity: TransferSensitivity
     stored: Real
     scale: float
     feedback: Real
@@ -179,7 +177,9 @@ class EnergySlopes:
         adjoint = solver.shapes @ solver.solve(solver.weights(state), solver.into(force.conj()), lines)
         drive = np.zeros(solved.answers.shape[1:], complex)
         drive[actuator] = 1.0
-        sensitivity = Sensitivity(solved, state, drive, np.zeros((1, *drive.shape), complex), u, adjoint[None])
+        sensitivity = TransferSensitivity(
+            solved, state, drive, np.zeros((1, *drive.shape), complex), u, adjoint[None]
+        )
         stored = 0.5 * np.einsum("mf,mf->f", u.conj(), force).real
         slopes = cls(sensitivity, stored, scale, np.zeros(stored.size))
         nothing = np.zeros_like(solved.normal)
@@ -189,7 +189,7 @@ class EnergySlopes:
     def by(self, local: Composite, stepped: PlateState) -> Real:
         """Differentiate e, (F,), by the parameter whose imaginary step gave `stepped` at the same e.
 
-        `local` is as in `Sensitivity.by`.
+        `local` is as in `TransferSensitivity.by`.
         """
         u, storage = self.sensitivity.field, self.sensitivity.state.storage
         change = self.sensitivity.by(local, stepped)[0].real

@@ -8,6 +8,7 @@ from typing import Any, Generic, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.channel import Channel
 from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
@@ -22,14 +23,12 @@ from simulation.twin.derivatives import Derivatives
 from simulation.twin.instruments import Instruments
 from simulation.twin.local_basis import REACH
 from simulation.twin.local_solution import LocalPlate, LocalSolution
-from simulation.twin.reading import Reading
+from simulation.twin.reading import SignalReading
 from simulation.twin.reduced_plate import ReducedPlate
 from simulation.twin.states import StateEffects, States
 from simulation.twin.strain_energy import StateOf, StrainEnergy
 from simulation.twin.vicinity import Vicinity
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Plate = TypeVar("Plate", bound=ReducedPlate, covariant=True)
 
 REFERENCE = 25.0
@@ -235,8 +234,8 @@ class Twin(Generic[Plate]):
         density = plate.mass / plate.area
         return StrainEnergy.of(local, self.instruments.source, state_of, frequency, scale=scale, density=density)
 
-    def _reading(self, solved: LocalSolution) -> Reading:
-        return Reading.of(solved, solved.state, self.instruments, self.plate.capacitance)
+    def _reading(self, solved: LocalSolution) -> SignalReading:
+        return SignalReading.of(solved, solved.state, self.instruments, self.plate.capacitance)
 
 
 def _steady(laws: LocalLaws) -> SweepPoint:

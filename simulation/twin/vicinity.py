@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.local_laws import LocalLaws
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import Linearisation, Tangent
@@ -13,9 +14,6 @@ from simulation.reduction.composition import STEP
 from simulation.state.plate_state import PlateState
 from simulation.twin.derivatives import Derivatives
 from simulation.twin.states import StateEffects, States
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

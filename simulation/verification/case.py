@@ -5,12 +5,10 @@ from functools import cached_property
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.geometry.loop import Loop
 from simulation.verification.supports import CONDITIONS, Support
-
-Real = NDArray[np.float64]
 
 
 class ExactPlate(Protocol):
@@ -22,7 +20,7 @@ class ExactPlate(Protocol):
 
 
 @dataclass(frozen=True)
-class Material:
+class CaseMaterial:
     """An isotropic material.
 
     Attributes
@@ -52,7 +50,7 @@ class Case:
         m.
     thickness : float
         m.
-    material : Material
+    material : CaseMaterial
     supports : tuple of Support
         Of every curve of the outline, in its order.
     known : tuple of float or ExactPlate
@@ -78,7 +76,7 @@ class Case:
     title: str
     outline: Loop
     thickness: float
-    material: Material
+    material: CaseMaterial
     supports: tuple[Support, ...]
     known: tuple[float, ...] | ExactPlate
     length: float | None

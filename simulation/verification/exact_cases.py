@@ -1,12 +1,12 @@
 """Plates whose frequencies are known exactly, as cases: discs, annuli, rectangles with hard simple supports."""
 
 from analysis.geometry.shapes import circle, rectangle
-from simulation.verification.case import Case, Material
-from simulation.verification.exact_discs import Disc
+from simulation.verification.case import Case, CaseMaterial
+from simulation.verification.exact_discs import ExactDisc
 from simulation.verification.exact_rectangles import HardRectangle, LevyPlate
 from simulation.verification.supports import Support
 
-ALUMINIUM = Material(youngs_modulus=70e9, poisson_ratio=0.3, density=2700.0)
+ALUMINIUM = CaseMaterial(youngs_modulus=70e9, poisson_ratio=0.3, density=2700.0)
 """Any material would do: only its Poisson's ratio is left in normalised frequencies."""
 WITHIN = 1e-4
 """Relative error allowed against an exact solution: what is asked of the finite-element plate."""
@@ -27,7 +27,7 @@ def disc_case(thickness: float, outer: Support) -> Case:
         thickness=thickness,
         material=ALUMINIUM,
         supports=(outer,) * 4,
-        known=Disc(thickness, ALUMINIUM.poisson_ratio, outer),
+        known=ExactDisc(thickness, ALUMINIUM.poisson_ratio, outer),
         length=1.0,
         kind="exact",
         tolerance=WITHIN,
@@ -45,7 +45,7 @@ def annulus_case(thickness: float, inner: Support, outer: Support, hole: float =
         thickness=thickness,
         material=ALUMINIUM,
         supports=(outer,) * 4,
-        known=Disc(thickness, ALUMINIUM.poisson_ratio, outer, hole, inner),
+        known=ExactDisc(thickness, ALUMINIUM.poisson_ratio, outer, hole, inner),
         length=1.0,
         kind="exact",
         tolerance=WITHIN,

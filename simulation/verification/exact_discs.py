@@ -13,15 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ive, jv, kve, yv
 
+from analysis.arrays import Real
 from simulation.verification.root_search import roots
 from simulation.verification.supports import CONDITIONS, LOWEST, Support
 from simulation.verification.waves import PlateWaves
 
-Real = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
-class Disc:
+class ExactDisc:
     """A disc, or an annulus, in units of its outer radius a.
 
     Attributes

@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from analysis.arrays import Real
 from simulation.verification.root_search import roots
 from simulation.verification.supports import CONDITIONS, LOWEST, Support
 from simulation.verification.waves import PlateWaves
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

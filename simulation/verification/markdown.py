@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from simulation.verification.case import Case
-from simulation.verification.report import Comparison
+from simulation.verification.report import CaseComparison
 
 
-def summary(comparisons: Sequence[Comparison]) -> str:
+def summary(comparisons: Sequence[CaseComparison]) -> str:
     """Table with a row for every case: its largest error, what is allowed, and the order of convergence."""
     lines = [
         "| case | compared with | modes | largest error | allowed | order | |",
@@ -25,12 +25,12 @@ def summary(comparisons: Sequence[Comparison]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def section(comparison: Comparison, pictures: Mapping[str, str] | None = None) -> str:
+def section(comparison: CaseComparison, pictures: Mapping[str, str] | None = None) -> str:
     """One case: what it is compared with, its table of modes, its pictures.
 
     Parameters
     ----------
-    comparison : Comparison
+    comparison : CaseComparison
     pictures : mapping from caption to path
     """
     case = comparison.case
@@ -41,7 +41,7 @@ def section(comparison: Comparison, pictures: Mapping[str, str] | None = None) -
     return "\n".join(lines) + "\n" + modes(comparison)
 
 
-def modes(comparison: Comparison) -> str:
+def modes(comparison: CaseComparison) -> str:
     """Table with a row for every mode of a case, in the unit its reference is known in."""
     case = comparison.case
     unit = "Hz" if case.length is None else "ω a² √(ρh/D)"

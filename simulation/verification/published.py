@@ -8,10 +8,10 @@ import numpy as np
 
 from analysis.geometry.loop import Loop
 from analysis.geometry.shapes import ellipse, polygon, rectangle
-from simulation.verification.case import Case, Material
+from simulation.verification.case import Case, CaseMaterial
 from simulation.verification.supports import Support
 
-STEEL = Material(youngs_modulus=200e9, poisson_ratio=0.3, density=8000.0)
+STEEL = CaseMaterial(youngs_modulus=200e9, poisson_ratio=0.3, density=8000.0)
 """Of the NAFEMS benchmarks."""
 CONVERGED = "converged p-version Mindlin solution; coarse and fine mesh agree to 0.002 %"
 NAFEMS = "beside it NAFEMS, Selected Benchmarks for Natural Frequency Analysis (1987)"

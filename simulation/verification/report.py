@@ -4,11 +4,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from simulation.verification.case import Case
 
-Real = NDArray[np.float64]
 Frequencies = Callable[[Case, int], Real]
 """Natural frequencies of bending of a case at one refinement, Hz, ascending, rigid motions included.
 
@@ -27,7 +26,7 @@ class NotCovered(ValueError):  # noqa: N818
 
 
 @dataclass(frozen=True)
-class Row:
+class ModeRow:
     """One mode.
 
     Attributes
@@ -47,7 +46,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class CaseComparison:
     """One case, computed on meshes each half as wide as the last.
 
     Attributes
@@ -81,11 +80,11 @@ class Comparison:
         return float(convergence_order((self.frequency / self.case.reference)[:, None])[0])
 
     @property
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[ModeRow, ...]:
         """Every mode."""
         orders = convergence_order((self.frequency / self.case.reference)[:, :, None])
         values = zip(self.frequency[-1], self.case.reference, self.error, orders, strict=True)
-        return tuple(Row(float(f), float(known), float(error), float(p)) for f, known, error, p in values)
+        return tuple(ModeRow(float(f), float(known), float(error), float(p)) for f, known, error, p in values)
 
 
 def convergence_order(values: Real) -> Real:
@@ -111,7 +110,7 @@ def convergence_order(values: Real) -> Real:
     return np.asarray(np.where(told, np.log2(before / after), np.nan))
 
 
-def compare(case: Case, frequencies: Frequencies, refinements: Sequence[int] = (0, 1, 2)) -> Comparison:
+def compare(case: Case, frequencies: Frequencies, refinements: Sequence[int] = (0, 1, 2)) -> CaseComparison:
     """Compute a case on several meshes; ValueError where frequencies are missing or a rigid motion is stiff."""
     wanted, rigid = case.reference.size, case.rigid_motions
     found = []
@@ -127,14 +126,14 @@ def compare(case: Case, frequencies: Frequencies, refinements: Sequence[int] = (
                 f"the lowest known frequency {case.reference[0]:.4g} Hz"
             )
         found.append(values[rigid : rigid + wanted])
-    return Comparison(case, np.array(found))
+    return CaseComparison(case, np.array(found))
 
 
 def compare_all(
     cases: Iterable[Case], frequencies: Frequencies, refinements: Sequence[int] = (0, 1, 2)
-) -> tuple[list[Comparison], dict[str, str]]:
+) -> tuple[list[CaseComparison], dict[str, str]]:
     """Compare every case; names of those the solver does not cover come with the reason."""
-    done: list[Comparison] = []
+    done: list[CaseComparison] = []
     left_out: dict[str, str] = {}
     for case in cases:
         try:

@@ -4,10 +4,10 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-Real = NDArray[np.float64]
+from analysis.arrays import Real
+
 Determinant = Callable[[Real], Real]
 """Signed values at frequencies (F,), continuous but for the breaks named to the search."""
 

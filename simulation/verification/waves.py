@@ -13,11 +13,9 @@ into two potentials of w (phi proportional to w) and one of H. R. D. Mindlin, J.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from simulation.shell.rigidity import SHEAR_FACTOR
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

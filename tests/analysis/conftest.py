@@ -9,7 +9,7 @@ from scipy.interpolate import make_interp_spline
 from analysis.experiment import Patch, Plate
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
-from analysis.focusing.methods import Modes
+from analysis.focusing.methods import PanelModes
 from analysis.focusing.panel import Filters, Panel, Target
 from analysis.material import MaterialLaws
 
@@ -51,7 +51,7 @@ class SupportedPlate:
     def modes(self, youngs_modulus, poisson_ratio, loss_factor, count):
         eigenvalues = self.eigenvalues(youngs_modulus, poisson_ratio, loss_factor)
         lowest = np.argsort(eigenvalues.real)[:count]
-        return Modes(eigenvalues[lowest], np.eye(len(eigenvalues))[:, lowest], self.forces[lowest])
+        return PanelModes(eigenvalues[lowest], np.eye(len(eigenvalues))[:, lowest], self.forces[lowest])
 
     @property
     def grid(self):

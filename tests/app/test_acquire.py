@@ -21,8 +21,7 @@ import pytest
 from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
-import app.rig
-from app import first_shot
+import app.rig.assembly
 from app.commands import acquire
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
@@ -31,14 +30,15 @@ from app.files.events import read_events
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.folder_lock import folder_lock
 from app.main import flexura, main
-from app.rig import parts_around, rig_places
+from app.rig import first_shot
+from app.rig.assembly import parts_around, rig_places
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import Faults
 from drivers.rig import rest
 from drivers.rig.errors import RigInterrupted, RigStopped
 from drivers.rig.occupancy import occupied
 from drivers.rig.simulated import SimulatedParts
-from drivers.rig.survey import Finding, State
+from drivers.rig.survey import Finding, FindingState
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "simulated-rig.toml"
@@ -421,7 +421,7 @@ def test_a_rig_left_on_comes_to_rest_also_where_its_campaign_is_not_taken_up(
     declared = read_acquired_experiment(file)
     assert declared.simulation is not None
     parts = parts_around(declared, declared.simulation, lambda drive, *_: np.zeros((2, drive.size)), file)
-    monkeypatch.setattr(app.rig, "_real_rig", lambda _: parts.rig())
+    monkeypatch.setattr(app.rig.assembly, "_real_rig", lambda _: parts.rig())
     acquired = declared.model_dump(mode="json") | {"rig": "real"}
     if refused == "the disk is full":
         monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=1000))
@@ -440,7 +440,7 @@ def test_a_rig_left_on_comes_to_rest_also_where_its_campaign_is_not_taken_up(
 
 def test_nothing_is_reduced_where_a_shot_cannot_succeed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(acquire, "_open", None)
-    full = Finding("disk", State.BAD, "0.0 GB free", "make room")
+    full = Finding("disk", FindingState.BAD, "0.0 GB free", "make room")
     monkeypatch.setattr(first_shot, "look_at_disk", lambda *_: full)
     result = run("acquire", experiment(tmp_path), "--test-shot")
     assert result.exit_code == 1

@@ -9,9 +9,9 @@ import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from analysis.arrays import Real
 from analysis.frf import Frf, campaign_frf
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
@@ -26,7 +26,6 @@ from simulation.shell.assembly import assemble
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.twin import Twin
 
-Real = NDArray[np.float64]
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "exciter.toml"
 BOX = MaterialBox((1.3e9, 2.7e9), (0.355, 0.415), (0.055, 0.08))
 
@@ -65,7 +64,7 @@ def folders(twin: Twin, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path,
             shutil.copytree(folder, killed)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.rig.campaign_twin", lambda *_: twin)
+        patch.setattr("app.rig.assembly.campaign_twin", lambda *_: twin)
         patch.setattr(AcquiredCampaign, "keep", keep_and_copy)
         result = run("acquire", EXAMPLE, "--out", folder)
     assert result.exit_code == 0, result.output
@@ -126,7 +125,7 @@ def test_a_killed_campaign_goes_on_to_the_same_samples(
 ) -> None:
     killed = folders[1]
     assert len(list((killed / "sweeps").glob("*.h5"))) == 1
-    monkeypatch.setattr("app.rig.campaign_twin", lambda *_: twin)
+    monkeypatch.setattr("app.rig.assembly.campaign_twin", lambda *_: twin)
     result = run("acquire", EXAMPLE, "--out", killed)
     assert result.exit_code == 0, result.output
     assert "4 sweeps" in result.stderr

@@ -8,8 +8,8 @@ from click.testing import CliRunner
 from threadpoolctl import threadpool_limits
 
 from app.files.experiment_toml import read_acquired_experiment
-from app.first_shot import look_before
 from app.main import flexura
+from app.rig.first_shot import look_before
 from drivers.ni.errors import Action, DaqError
 from drivers.rig import survey
 
@@ -51,5 +51,5 @@ def test_a_sound_card_that_is_not_there_is_told_before_a_shot(
     experiment = read_acquired_experiment(EXAMPLE)
     told = {one.what: one for one in look_before(experiment, "real", tmp_path)}
     found = told[f"sound card {experiment.cards.device}".rstrip()]
-    assert (found.state, found.next_step) == (survey.State.BAD, "install it")
+    assert (found.state, found.next_step) == (survey.FindingState.BAD, "install it")
     assert not [what for what in told if what.startswith("NI ")]

@@ -8,7 +8,7 @@ from click.testing import CliRunner, Result
 
 from app.commands import check_instrument
 from app.main import flexura, main
-from drivers.checks.trial import Verdict
+from drivers.checks.trial import CheckVerdict
 from drivers.ovens.f4t import F4T
 from drivers.ovens.serial_port import SerialPort
 from drivers.rig.occupancy import occupied
@@ -145,7 +145,7 @@ def test_instruments_in_use_are_left_alone(declared: Path, monkeypatch: pytest.M
 
 
 def test_a_verdict_is_shown_with_why_it_matters(capsys: pytest.CaptureFixture[str]) -> None:
-    check_instrument.show([Verdict("silence", "a dead line must end a campaign", "FAILED", "told 0 °C")])
+    check_instrument.show([CheckVerdict("silence", "a dead line must end a campaign", "FAILED", "told 0 °C")])
     shown = capsys.readouterr().out
     assert "silence" in shown
     assert "a dead line must end a campaign" in shown

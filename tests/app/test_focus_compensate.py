@@ -10,13 +10,13 @@ import pytest
 from click.testing import CliRunner
 
 from analysis.material import MaterialLaws
-from app import panel_run
 from app.files.atomic import atomic_hdf5
 from app.files.filter_files import load_compensation, load_focusing
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import read_stamp
 from app.files.values import write_value
 from app.main import flexura
+from app.stages import panel_inputs as panel_run
 
 PANEL = """\
 format = "panel/1"

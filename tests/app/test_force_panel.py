@@ -13,7 +13,7 @@ from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
 from app.files.panel_file import read_panel
 from app.files.values import write_value
-from app.panel_twin import panel_twin
+from app.twins.panel_twin import panel_twin
 
 Run = Callable[..., tuple[int, str, str]]
 PANEL = """\

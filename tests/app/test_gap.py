@@ -14,8 +14,8 @@ from analysis.effect_card import EffectCard, Parameter
 from app.files.gap_file import load_gap
 from app.files.laws_file import load_laws, load_updated
 from app.files.twin_file import read_twin
-from app.gap import missing_words, roughness
 from app.main import flexura
+from app.stages.gap import missing_words, roughness
 
 Run = Callable[..., tuple[int, str, str]]
 Cut = Callable[[Path, tuple[int, ...]], None]
@@ -74,9 +74,9 @@ def test_what_the_analysis_refuses_is_told_in_one_message(
         return raise_it
 
     campaign = tiny.write(tmp_path / "tiny")
-    monkeypatch.setattr("app.updating.campaign_frf", raising(ValueError("channel S1: too loud")))
+    monkeypatch.setattr("app.stages.update.campaign_frf", raising(ValueError("channel S1: too loud")))
     assert "tiny: cannot be judged: channel S1: too loud" in refused(run_flexura, campaign)
-    monkeypatch.setattr("app.updating.campaign_frf", raising(np.linalg.LinAlgError("singular")))
+    monkeypatch.setattr("app.stages.update.campaign_frf", raising(np.linalg.LinAlgError("singular")))
     with pytest.raises(np.linalg.LinAlgError):
         run_flexura("gap", campaign)
 

@@ -9,20 +9,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.gap.held_out import HeldOut
-from analysis.gap.noise import NoiseCheck
-from analysis.gap.observability import Observability
-from analysis.gap.report import Agreement, CandidateRow, Estimate, FittedLaws, GapReport, NamedEffect
-from analysis.gap.state import GapState
-from analysis.gap.where import Region, ResidualMap
+from analysis.estimates import Estimate, FittedLaws
+from analysis.gap.data.noise import NoiseCheck
+from analysis.gap.fitting.residual_map import Region, ResidualMap
+from analysis.gap.fitting.state import GapState
+from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
+from analysis.gap.search.held_out import HeldOut
+from analysis.gap.search.observability import Observability
 from app.files.bad_file import ResultFileError
 from app.files.gap_file import GapFigures, load_gap, save_gap
 from app.files.gap_json import gap_record
-from app.gap_words import estimate, summary
 from app.report.gap_section import gap_section, verdict
-from app.report.page import Picture, Table, Verdict
+from app.report.page import PageTable, Picture, VerdictBox
 from app.report.style import drawing
 from app.report.summary import summary as of_run
+from app.terminal.gap import estimate, summary
 
 TEMPERATURE = np.array([10.0, 30.0, 30.05, 10.02])
 CHANNELS = ("S1", "S2")
@@ -201,8 +202,8 @@ def test_the_report_shows_verdict_maps_evidence_and_laws(explained: GapReport, t
         names = [item.name for item in items if isinstance(item, Picture)]
         html = "".join(item.html() for item in items)
     assert names == ["gap-map", "gap-shares", "gap-candidates", "gap-laws"]
-    assert isinstance(items[0], Verdict)
-    assert any(isinstance(item, Table) for item in items)
+    assert isinstance(items[0], VerdictBox)
+    assert any(isinstance(item, PageTable) for item in items)
     for wanted in ("point_mass or suspension", "weigh the cable", "an up and a down ramp", "99.85 %", "0.000790"):
         assert wanted in html
     assert of_run(tmp_path)["gap"].startswith("gap explained by point_mass or suspension; chi2")
@@ -221,7 +222,7 @@ def test_only_settled_verdicts_look_settled(explained: GapReport) -> None:
         looks[name] = verdict(gap_record(replace(explained, verdict=name), {}, {}, 1.0))  # type: ignore[arg-type]
     assert [looks[n].settled for n in looks] == [True, False, False]
     assert "hints" in looks["unknown"].headline
-    assert "<script>" not in Verdict("<script>", ["<b>"], settled=True).html()
+    assert "<script>" not in VerdictBox("<script>", ["<b>"], settled=True).html()
 
 
 def test_one_line_says_what_was_found(explained: GapReport, none: GapReport) -> None:

@@ -107,7 +107,7 @@ def test_a_coarse_mesh_is_refused(
     def build(experiment: Any, box: Any, report: Any, **_: Any) -> Any:
         return reduce_with_effects(experiment, box, fineness=coarse)[0]
 
-    monkeypatch.setattr("app.twin.cached_operators", build)
+    monkeypatch.setattr("app.twins.campaign_twin.cached_operators", build)
     status, out, err = run_flexura("gap", folder, "--json")
     assert (status, out) == (2, "")
     assert "coarse: cannot be judged: the twin of this plate has an estimated error of" in err

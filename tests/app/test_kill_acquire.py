@@ -11,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
-from app.acquisition import acquire_campaign
+from analysis.arrays import Real
 from app.files.acquired_campaign import campaign_log
 from app.files.campaign import load_campaign
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
 from app.files.sweep_file import Source, digest
+from app.stages.acquire import acquire_campaign
 from drivers.ni.modules import NI_9234
 from drivers.ni.output_modules import NI_9260
 from drivers.ni.thermocouple_modules import NI_9211
@@ -29,10 +29,9 @@ from drivers.rig.simulated import simulated_parts
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs fork and SIGKILL")
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "simulated-rig.toml"
-Array = NDArray[np.float64]
 
 
-def plate(drive: Array, rate: float, temperature: Array) -> Array:
+def plate(drive: Real, rate: float, temperature: Real) -> Real:
     """One resonance that softens: computed at once, so that a kill strikes anywhere but in the plate."""
     centre = 600.0 * (1.0 - 0.01 * (float(temperature.mean()) - 20.0))
     band = butter(1, [0.95 * centre, 1.05 * centre], btype="bandpass", fs=rate, output="sos")

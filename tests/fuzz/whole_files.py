@@ -17,7 +17,7 @@ from app.files.latest_repeat import LatestRepeat, save_latest
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.modes_file import save_modes
 from app.files.readings import ReadingLine, append_reading
-from app.files.twin_file import Basis, Estimated, Origin, TwinEffect, TwinFile, TwinLaws, write_twin
+from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
 from app.files.uff58 import UffFrf, write_frfs
 from tests.app.conftest import tiny_campaign
 from tests.app.view.conftest import FREQUENCY, MADE, TEMPERATURE, experiment, frf, tracked, updated
@@ -120,6 +120,6 @@ def _write_twin(path: Path, campaign: Path) -> None:
         laws=TwinLaws.model_validate(laws | sigmas | {"temperature_range": (0.0, 20.0)}),
         effect=(effect,),
         basis=Basis(operators="ab" * 32, error=1e-4),
-        origin=Origin(flexura="0.1.0", campaign="pp", inputs="cd" * 32, verdict="explained"),
+        origin=TwinOrigin(flexura="0.1.0", campaign="pp", inputs="cd" * 32, verdict="explained"),
     )
     write_twin(path, twin)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from analysis.experiment import Acquisition, Attachment, Experiment, Oven, Patch, Plate, Protocol
+from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.reduce import reduce
@@ -61,7 +61,7 @@ def declare(plate: Plate) -> Callable[..., Experiment]:
                 directions=("up", "down"),
                 levels=(1.0, 2.0),
             ),
-            oven=Oven(room_temperature=22.0),
+            oven=OvenDeclaration(room_temperature=22.0),
         )
 
     return declared

@@ -5,11 +5,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.protocol.protocol import AcquisitionProtocol
-
-Real = NDArray[np.float64]
 
 
 def programme_line(protocol: AcquisitionProtocol, start: float) -> tuple[Real, Real]:

@@ -17,8 +17,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.campaign_screen import duration
 from app.files.control import wish
+from app.terminal.campaign_progress import duration
 from app.view.live.frf_charts import CoherenceChart, FrfChart
 from app.view.live.oven_chart import OvenChart
 from app.view.live.sweep_charts import LevelChart, SignalChart, SpectrumChart

@@ -1,14 +1,18 @@
 """The window on a recorded campaign: a page for every stage whose result is there.
 
-====================  ============================================================
-``results``           what a run holds, each file read when it is first looked at
-``overlays``          FRFs that can be laid over those measured
-``frf_page``          waterfall, cut along frequency, cut along temperature
-``modes_page``        poles followed over temperature
-``laws_page``         E, ν and η, and what the twin misses
-``focusing_page``     contrast and spot error
-``fields_page``       mode shapes and the focused field, moving
-``gap_page``          where twin and data disagree, and what would explain it
-``window``            the pages together
-====================  ============================================================
+=================  ===========================================================
+``results``        what a run holds, each file read when it is first looked at
+``overlays``       FRFs that can be laid over those measured
+``frf_page``       waterfall, cut along frequency, cut along temperature
+``modes_page``     poles followed over temperature
+``laws_page``      E, ν and η, and what the twin misses
+``focusing_page``  contrast and spot error
+``fields_page``    mode shapes and the focused field, moving
+``mode_shape``     the shape of a measured mode, moving
+``shapes``         mode shapes from the twin, at any temperature
+``fields``         mode shapes of the panel, and the field of its filters
+``maker``          slow computations in a thread of their own
+``gap_page``       where twin and data disagree, and what would explain it
+``window``         the pages together
+=================  ===========================================================
 """

@@ -5,18 +5,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp
-from app.panel_twin import PanelTwin, panel_twin
+from app.twins.panel_twin import PanelTwin, panel_twin
 from app.view.recorded.shapes import Shapes
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 MODES = 24
 """Shapes offered."""
 

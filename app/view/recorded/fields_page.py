@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QPushButton, QWidget
 
+from analysis.arrays import Real
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.geometry.shapes import circle
@@ -19,7 +19,6 @@ from app.view.recorded.maker import Maker
 from app.view.surface import FRAME, TURN, SurfaceChart
 from app.view.theme import Theme, one_sided
 
-Real = NDArray[np.float64]
 QUIET_DB = -40.0
 """Least amplitude told apart on the map, dB re the largest."""
 

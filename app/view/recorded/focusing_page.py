@@ -1,9 +1,9 @@
 """How well the filters focus, over frequency and temperature."""
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidget
 
+from analysis.arrays import Real
 from analysis.compensation.study import Compensation
 from analysis.focusing.over_temperature import Aim, Focusing
 from app.view.chart import Chart, Map
@@ -11,7 +11,6 @@ from app.view.cursors import Cursors
 from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE
 from app.view.theme import Theme, one_sided
 
-Real = NDArray[np.float64]
 CONTRAST, SPOT = "contrast", "spot error [% of Lx]"
 
 

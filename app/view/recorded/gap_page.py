@@ -4,18 +4,17 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
+from analysis.arrays import Real
 from app.files.gap_file import GapFigures, Signatures
-from app.gap_words import estimate, named, verdict_words
+from app.terminal.gap import estimate, named, verdict_words
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
 from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE
 from app.view.theme import Theme, beyond_noise
 
-Real = NDArray[np.float64]
 Record = Mapping[str, Any]
 LOUDEST = 100.0
 """Sigma at which the colours end at the latest."""

@@ -4,7 +4,7 @@ import numpy as np
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from analysis.material import MaterialLaws
-from analysis.updating.updated import Updated
+from analysis.updated import Updated
 from app.view.chart import Chart
 from app.view.cursors import Cursors
 from app.view.recorded.frf_page import TEMPERATURE

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from PySide6.QtCore import QThread, Signal
 from PySide6.QtWidgets import QLabel, QWidget
 
-from app.progress import Report
+from analysis.progress import Progress
 
 
 class Maker(QThread):
@@ -31,7 +31,7 @@ class Maker(QThread):
     made = Signal(object)
     failed = Signal(object)
 
-    def __init__(self, task: Callable[[Report], object], shown: QLabel, owner: QWidget) -> None:
+    def __init__(self, task: Callable[[Progress], object], shown: QLabel, owner: QWidget) -> None:
         super().__init__(owner)
         self._task = task
         self.told.connect(shown.setText)

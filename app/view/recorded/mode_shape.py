@@ -6,8 +6,8 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
-from app.progress import Report
-from app.twin import campaign_reduction
+from analysis.progress import Progress
+from app.twins.campaign_twin import campaign_reduction
 from app.view.lattice import edges_of
 from app.view.recorded.maker import Maker
 from app.view.recorded.shapes import Shapes
@@ -43,7 +43,7 @@ class ModeShape(QWidget):
         self._timer.setInterval(FRAME)
         self._timer.timeout.connect(self._advance)
 
-        def fetched(report: Report) -> Shapes:
+        def fetched(report: Progress) -> Shapes:
             masses = np.array([footprint.mass for footprint in experiment.footprints])
             reduced = campaign_reduction(experiment, report).loaded(masses)
             return Shapes(reduced.modes, reduced.deflection, reduced.points, experiment.plate.grown(laws))

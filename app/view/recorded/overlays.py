@@ -5,10 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.identification.tracked_modes import TrackedModes
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 def decibels(h: Complex) -> Real:

@@ -6,13 +6,13 @@ from typing import Any, TypeVar
 
 from analysis.compensation.study import Compensation
 from analysis.experiment import Experiment
-from analysis.focusing.methods import Comparison
+from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.frf import Frf, campaign_frf
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
-from analysis.updating.updated import Updated
+from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
@@ -91,7 +91,7 @@ class Results:
         return None if self.corrected is None else self._laws(CORRECTED)
 
     @cached_property
-    def focusing(self) -> tuple[Panel, Focusing, Comparison] | None:
+    def focusing(self) -> tuple[Panel, Focusing, MethodComparison] | None:
         """Filters and what they reach."""
         return self._read("filters.h5", load_focusing)
 

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.arrays import Complex, Real
 from analysis.material import MaterialLaws
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 RIGID = 1.0
 """Hz; rigid motion stands below."""
 

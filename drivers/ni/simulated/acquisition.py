@@ -10,7 +10,7 @@ from drivers.ni.modules import InputModule
 from drivers.ni.simulated import input_stage
 from drivers.ni.simulated.chassis import Chassis
 from drivers.ni.simulated.status import DaqmxStatusError
-from drivers.ni.simulated.task import Channel, Task
+from drivers.ni.simulated.task import Task, TaskChannel
 from drivers.ni.thermocouple_modules import ThermocoupleModule
 
 IEPE_BIAS = 12.0
@@ -19,7 +19,7 @@ _COUPLING_MEMORY = 1.6
 """How long a coupling capacitor is followed back, over its corner frequency: to 4e-5 of the past."""
 
 
-class Acquisition:
+class InputRecorder:
     """Computes what the input modules record.
 
     A finite task is computed in one piece at its first read, a continuous one second by second, each
@@ -114,7 +114,7 @@ class Acquisition:
         return max(signals) + max(filters)
 
     def _at(
-        self, channel: Channel, drive: NDArray[np.float64], answer: NDArray[np.float64], rate: float
+        self, channel: TaskChannel, drive: NDArray[np.float64], answer: NDArray[np.float64], rate: float
     ) -> NDArray[np.float64]:
         """Voltage on an input's terminal, behind its coupling."""
         surroundings = self._chassis.surroundings
@@ -132,7 +132,7 @@ class Acquisition:
             return input_stage.coupled(volts, channel.module.coupling_corner, rate)
         return volts
 
-    def temperature(self, channel: Channel, moments: NDArray[np.float64]) -> NDArray[np.float64]:
+    def temperature(self, channel: TaskChannel, moments: NDArray[np.float64]) -> NDArray[np.float64]:
         """Temperature a thermocouple's tip has at moments (M,), degrees Celsius."""
         surroundings = self._chassis.surroundings
         touched = surroundings.thermocouples.get(channel.terminal, surroundings.plate_temperature)
@@ -159,7 +159,7 @@ class Acquisition:
                 readings[row] = input_stage.digitised(self._voltage(channel, moment), module, rng)[0, 0]
         return readings
 
-    def _voltage(self, channel: Channel, moment: float) -> NDArray[np.float64]:
+    def _voltage(self, channel: TaskChannel, moment: float) -> NDArray[np.float64]:
         """Return what is on a terminal now, (1, 1): of a plate at rest nothing, of the drive what it is."""
         surroundings = self._chassis.surroundings
         if channel.terminal not in surroundings.drive_inputs:

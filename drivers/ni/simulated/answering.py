@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 import grpc
 from nidaqmx.error_codes import DAQmxErrors
 
-from drivers.ni.simulated.acquisition import Acquisition
+from drivers.ni.simulated.acquisition import InputRecorder
 from drivers.ni.simulated.chassis import Chassis
 from drivers.ni.simulated.faults import Faults
 from drivers.ni.simulated.status import DaqmxStatusError, status_name
@@ -34,7 +34,7 @@ class Answering:
         Calls and properties a client wanted that this server does not have.
     """
 
-    def __init__(self, chassis: Chassis, acquisition: Acquisition) -> None:
+    def __init__(self, chassis: Chassis, acquisition: InputRecorder) -> None:
         self.chassis = chassis
         self.acquisition = acquisition
         self.calls: Counter[str] = Counter()

@@ -11,7 +11,7 @@ from drivers.ni.output_modules import OutputModule
 from drivers.ni.simulated.answering import Answering, answered
 from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.surroundings import Module
-from drivers.ni.simulated.task import Channel, Kind, Task
+from drivers.ni.simulated.task import Kind, Task, TaskChannel
 from drivers.ni.simulated.waveform_calls import raw_bits
 from drivers.ni.thermocouple_modules import ThermocoupleModule
 
@@ -76,7 +76,7 @@ class ChannelCalls(Answering):
         self._add(request, Kind.VOLTAGE_OUT)
         return pb.CreateAOVoltageChanResponse()
 
-    def _add(self, request: Any, kind: Kind, volts_per_unit: float = 1.0) -> list[Channel]:
+    def _add(self, request: Any, kind: Kind, volts_per_unit: float = 1.0) -> list[TaskChannel]:
         task = self.task_of(request)
         terminals = unflatten_channel_string(request.physical_channel)
         given = request.name_to_assign_to_channel
@@ -91,7 +91,7 @@ class ChannelCalls(Answering):
                 )
             name = given if len(terminals) == 1 else f"{given}{number}"
             added.append(
-                Channel(name if given else terminal, terminal, module, kind, reach, False, volts_per_unit)
+                TaskChannel(name if given else terminal, terminal, module, kind, reach, False, volts_per_unit)
             )
         self._check_company(task, added)
         task.channels.extend(added)
@@ -113,7 +113,7 @@ class ChannelCalls(Answering):
             raise _unsupported("AI.MeasType", f"{module.name} has no {kind.value}")
         return module
 
-    def _check_company(self, task: Task, added: list[Channel]) -> None:
+    def _check_company(self, task: Task, added: list[TaskChannel]) -> None:
         outputs = {channel.kind is Kind.VOLTAGE_OUT for channel in task.channels + added}
         if len(outputs) > 1:
             raise DaqmxStatusError(
@@ -128,7 +128,7 @@ class ChannelCalls(Answering):
         if (request.terminal_config_raw or request.terminal_config) not in allowed:
             raise _unsupported("AI.TermCfg", "pseudodifferential is the only one possible")
 
-    def _named(self, request: Any) -> list[Channel]:
+    def _named(self, request: Any) -> list[TaskChannel]:
         task = self.task_of(request)
         names = unflatten_channel_string(request.channel) or [channel.name for channel in task.channels]
         found = [channel for channel in task.channels if channel.name in names]

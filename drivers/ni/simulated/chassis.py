@@ -13,7 +13,7 @@ from drivers.ni.simulated.output_line import OutputLine
 from drivers.ni.simulated.sample_clocks import INPUT_ENGINES, PULSES, SampleClocks, engines
 from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.surroundings import Module, Surroundings
-from drivers.ni.simulated.task import State, Task
+from drivers.ni.simulated.task import Task, TaskState
 
 PRODUCT = "cDAQ-9178"
 
@@ -77,7 +77,7 @@ class Chassis:
             for line in self.lines.values():
                 line.stop(max(gap[0], seen))
         for task in self.tasks.values():
-            if task.state is not State.CONFIGURED and task.broken is None:
+            if task.state is not TaskState.CONFIGURED and task.broken is None:
                 code = self.faults.unplugged_code
                 task.broken = DaqmxStatusError(
                     code, f"Device cannot be accessed. Device: {', '.join(task.devices())}"
@@ -101,10 +101,10 @@ class Chassis:
     def reserve(self, task: Task) -> None:
         """Give a task its modules and a timing engine, or say who has them."""
         self.verify(task)
-        if task.state is not State.CONFIGURED:
+        if task.state is not TaskState.CONFIGURED:
             return
         others = [
-            other for other in self.tasks.values() if other is not task and other.state is not State.CONFIGURED
+            other for other in self.tasks.values() if other is not task and other.state is not TaskState.CONFIGURED
         ]
         for other in others:
             shared = sorted(set(task.devices()) & set(other.devices()))
@@ -115,7 +115,7 @@ class Chassis:
             if not free:
                 self._reserved(task, f"all {len(engines(task))} timing engines are reserved")
             task.engine = free[0]
-        task.state = State.RESERVED
+        task.state = TaskState.RESERVED
 
     def _reserved(self, task: Task, why: str) -> None:
         raise DaqmxStatusError(
@@ -126,7 +126,7 @@ class Chassis:
 
     def release(self, task: Task) -> None:
         """Give modules and engine back."""
-        task.state = State.CONFIGURED
+        task.state = TaskState.CONFIGURED
         task.engine = ""
         task.reserved_on_purpose = False
 
@@ -143,9 +143,9 @@ class Chassis:
 
     def start(self, task: Task) -> None:
         """Start a task: at once, or armed for its trigger."""
-        on_purpose = task.state is State.RESERVED
+        on_purpose = task.state is TaskState.RESERVED
         self.reserve(task)
-        if task.state is State.STARTED:
+        if task.state is TaskState.STARTED:
             raise DaqmxStatusError(
                 DAQmxErrors.CAN_NOT_PERFORM_OP_WHILE_TASK_RUNNING,
                 f"Specified operation cannot be performed while the task is running. Task Name: {task.name}",
@@ -157,7 +157,7 @@ class Chassis:
                 f"Generation cannot be started: the output buffer is empty. Task Name: {task.name}",
             )
         task.reserved_on_purpose = on_purpose
-        task.state = State.STARTED
+        task.state = TaskState.STARTED
         task.position = 0
         task.began = None
         if not task.trigger or self.clocks.is_pfi(task.trigger):
@@ -178,7 +178,7 @@ class Chassis:
         if self.faults.stuck_trigger:
             return
         for other in self.tasks.values():
-            if other.state is State.STARTED and other.began is None and other.trigger.lower() == heard:
+            if other.state is TaskState.STARTED and other.began is None and other.trigger.lower() == heard:
                 self._begin(other, moment)
 
     def _play(self, task: Task, moment: float) -> None:
@@ -198,12 +198,12 @@ class Chassis:
     def stop(self, task: Task) -> None:
         """Stop a task; an output keeps the voltage it has."""
         now = self.clock.now()
-        playing = task.state is State.STARTED and not task.is_input and task.began is not None
+        playing = task.state is TaskState.STARTED and not task.is_input and task.began is not None
         if playing and task.broken is None and now < task.ends():
             for channel in task.channels:
                 self.lines[channel.terminal].stop(now)
-        if task.state is State.STARTED and task.reserved_on_purpose:
-            task.state = State.RESERVED
+        if task.state is TaskState.STARTED and task.reserved_on_purpose:
+            task.state = TaskState.RESERVED
         else:
             self.release(task)
         task.began = None
@@ -211,13 +211,13 @@ class Chassis:
 
     def _tidy(self) -> None:
         """Forget output that no running input can still ask for."""
-        if not any(task.is_input and task.state is State.STARTED for task in self.tasks.values()):
+        if not any(task.is_input and task.state is TaskState.STARTED for task in self.tasks.values()):
             for line in self.lines.values():
                 line.forget_before(self.clock.now() - self.surroundings.memory - 4.0)
 
     def done(self, task: Task) -> bool:
         """Whether a task has nothing left to do."""
-        return task.state is not State.STARTED or self.clock.now() >= task.ends() - 1e-9
+        return task.state is not TaskState.STARTED or self.clock.now() >= task.ends() - 1e-9
 
 
 def _next_pulse(moment: float) -> float:

@@ -9,7 +9,7 @@ from nidaqmx._stubs import nidaqmx_pb2 as pb
 
 from drivers.ni.simulated.answering import Answering, answered, refuse
 from drivers.ni.simulated.status import DaqmxStatusError
-from drivers.ni.simulated.task import State, Task
+from drivers.ni.simulated.task import Task, TaskState
 
 _POLL = 0.005
 """Wall time between two looks at a task, s."""
@@ -67,7 +67,7 @@ class EventCalls(Answering):
             with self.lock:
                 if not task.watched or task not in self.chassis.tasks.values():
                     return False
-                if task.state is State.STARTED and task.began is not None and happened():
+                if task.state is TaskState.STARTED and task.began is not None and happened():
                     return True
             time.sleep(_POLL)
         return False

@@ -9,7 +9,7 @@ from nidaqmx.error_codes import DAQmxErrors
 from drivers.ni.output_modules import CHASSIS_CLOCK, OutputModule
 from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.surroundings import Surroundings
-from drivers.ni.simulated.task import Task, Timing
+from drivers.ni.simulated.task import SampleTiming, Task
 from drivers.ni.thermocouple_modules import ThermocoupleModule
 
 INPUT_ENGINES = ("ai", "te0", "te1")
@@ -62,7 +62,7 @@ class SampleClocks:
         master = self._master(task)
         error = of_inputs if (master or task).is_input else of_outputs
         rate = _coerced(task, asked, self.timebase_rate(task))
-        task.timing = Timing(rate, samples, finite, asked, error)
+        task.timing = SampleTiming(rate, samples, finite, asked, error)
 
     def timebase(self, task: Task) -> str:
         """Terminal of the timebase that paces a task: its own modules' unless it was given another."""

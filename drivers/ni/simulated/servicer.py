@@ -3,7 +3,7 @@
 from typing import Any
 
 from drivers.clock import Clock, VirtualClock
-from drivers.ni.simulated.acquisition import Acquisition
+from drivers.ni.simulated.acquisition import InputRecorder
 from drivers.ni.simulated.channel_calls import ChannelCalls
 from drivers.ni.simulated.chassis import Chassis
 from drivers.ni.simulated.event_calls import EventCalls
@@ -37,7 +37,7 @@ class SimulatedDaq(TaskCalls, TimingCalls, ChannelCalls, WaveformCalls, EventCal
         faults: Faults | None = None,
     ) -> None:
         chassis = Chassis(surroundings, clock or VirtualClock(), faults or Faults())
-        super().__init__(chassis, Acquisition(chassis, seed))
+        super().__init__(chassis, InputRecorder(chassis, seed))
 
     @property
     def clock(self) -> Clock:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drivers.ni.simulated.answering import Answering, answered
 from drivers.ni.simulated.status import DaqmxStatusError
-from drivers.ni.simulated.task import State, Task
+from drivers.ni.simulated.task import Task, TaskState
 
 
 class StreamCalls(Answering):
@@ -49,7 +49,7 @@ class StreamCalls(Answering):
             finally:
                 self.chassis.release(task)
             return np.stack(readings, axis=1), 0
-        if task.state is not State.STARTED:
+        if task.state is not TaskState.STARTED:
             self.chassis.start(task)
         self._stall()
         self._refuse_overwritten(task)
@@ -134,7 +134,7 @@ class StreamCalls(Answering):
         if task.timing is None:
             self.chassis.put(task, samples[:, -1])
             return
-        if task.state is State.STARTED:
+        if task.state is TaskState.STARTED:
             self._append(task, samples)
             return
         joined = samples if not task.written.size else np.concatenate([task.written, samples], axis=1)

@@ -20,7 +20,7 @@ A record is computed when its first sample is read, so the moments may lie ahead
 """
 
 
-class Plate(Protocol):
+class DrivenPlate(Protocol):
     """A plate with its amplifier and sensors, at rest before the first sample."""
 
     def __call__(
@@ -54,7 +54,7 @@ class Surroundings:
 
     Attributes
     ----------
-    plate : Plate
+    plate : DrivenPlate
     sensors : mapping of str to int
         Input terminal -> row of the plate's answer it is wired to.
     drive_inputs : frozenset of str
@@ -81,7 +81,7 @@ class Surroundings:
         this much of the drive; a finite one is computed whole.
     """
 
-    plate: Plate
+    plate: DrivenPlate
     sensors: Mapping[str, int]
     drive_inputs: frozenset[str] = frozenset({"cDAQ1Mod1/ai0"})
     drive_scale: float = 1.0

@@ -20,7 +20,7 @@ class Kind(Enum):
     VOLTAGE_OUT = "voltage output"
 
 
-class State(Enum):
+class TaskState(Enum):
     """Where a task stands."""
 
     CONFIGURED = "configured"
@@ -29,7 +29,7 @@ class State(Enum):
 
 
 @dataclass
-class Channel:
+class TaskChannel:
     """A virtual channel: a physical one and its settings."""
 
     name: str
@@ -46,7 +46,7 @@ class Channel:
 
 
 @dataclass
-class Timing:
+class SampleTiming:
     """The sample clock, once configured."""
 
     rate: float
@@ -71,8 +71,8 @@ class Task:
     """A task of the driver's."""
 
     name: str
-    channels: list[Channel] = field(default_factory=list)
-    timing: Timing | None = None
+    channels: list[TaskChannel] = field(default_factory=list)
+    timing: SampleTiming | None = None
     trigger: str = ""
     pretrigger: int | None = None
     """Samples kept from before a reference trigger; None where there is no such trigger."""
@@ -81,7 +81,7 @@ class Task:
     """Terminal of another task's timebase, if it is to run on that."""
 
     engine: str = ""
-    state: State = State.CONFIGURED
+    state: TaskState = TaskState.CONFIGURED
     reserved_on_purpose: bool = False
     began: float | None = None
     """When the first sample was taken or played, s; None while it waits for its trigger."""
@@ -112,7 +112,7 @@ class Task:
         """Names of the modules its channels are on, each once."""
         return list(dict.fromkeys(channel.terminal.split("/")[0] for channel in self.channels))
 
-    def clocked(self) -> Timing:
+    def clocked(self) -> SampleTiming:
         """Return the sample clock; the driver refuses to talk about one that was never configured."""
         if self.timing is None:
             raise DaqmxStatusError(

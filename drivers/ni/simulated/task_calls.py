@@ -8,7 +8,7 @@ from nidaqmx.error_codes import DAQmxErrors
 
 from drivers.ni.simulated.answering import Answering, answered
 from drivers.ni.simulated.status import DaqmxStatusError
-from drivers.ni.simulated.task import State, Task
+from drivers.ni.simulated.task import Task, TaskState
 
 
 class TaskCalls(Answering):
@@ -33,7 +33,7 @@ class TaskCalls(Answering):
     @answered
     def ClearTask(self, request: Any) -> Any:
         task = self.task_of(request)
-        if task.state is not State.CONFIGURED:
+        if task.state is not TaskState.CONFIGURED:
             self.chassis.stop(task)
         del self.chassis.tasks[task.name]
         return pb.ClearTaskResponse()

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import torch
 
-from analysis.compensation.arrow import Weights, linearise
-from analysis.compensation.bayesian import Problem, determined, judge, parameter_count, reestimate, train
+from analysis.compensation.bayesian import TrainingProblem, determined, judge, parameter_count, reestimate, train
+from analysis.compensation.schur_complement import Weights, linearise
 
 
 def tensor(array):
@@ -32,7 +32,7 @@ def test_training_equals_the_dense_algorithm_to_nine_digits(dense, rng, nodes, o
 
     axes = np.linalg.svd(targets if warm else np.concatenate([targets, output]), full_matrices=False)[2]
     assert len(axes) <= 9
-    problem = Problem(tensor(inputs), tensor(targets @ axes.T)[None], tensor(np.ones((1, 9))), outputs)
+    problem = TrainingProblem(tensor(inputs), tensor(targets @ axes.T)[None], tensor(np.ones((1, 9))), outputs)
     start = Weights(tensor(slope)[None], tensor(bias)[None], tensor(output @ axes.T)[None])
     fit = train(problem, start, epochs, tolerance=0.0)
 
@@ -47,7 +47,7 @@ def test_training_equals_the_dense_algorithm_to_nine_digits(dense, rng, nodes, o
 def test_at_the_end_alpha_and_beta_are_mackay_s_fixed_point(rng):
     inputs = np.linspace(-1.0, 1.0, 15)
     targets = waves(inputs, 6) + 0.05 * rng.normal(size=(15, 6))
-    problem = Problem(tensor(inputs), tensor(targets)[None], tensor(np.ones((1, 15))), 6)
+    problem = TrainingProblem(tensor(inputs), tensor(targets)[None], tensor(np.ones((1, 15))), 6)
     start = Weights(*(tensor(rng.normal(size=s)) for s in ((1, 4), (1, 4), (1, 5, 6))))
     fit = train(problem, start, 2000, tolerance=1e-9)
     at = linearise(fit.weights, problem.inputs, problem.targets, problem.used)
@@ -66,7 +66,7 @@ def saturated(rng, outputs):
     features = np.column_stack([np.sign(inputs[:, None] - bends), np.ones(12)])
     targets = features @ rng.normal(size=(4, outputs)) + 0.1 * rng.normal(size=(12, outputs))
     start = Weights(tensor(slope)[None], tensor(-slope * bends)[None], tensor(np.zeros((4, outputs)) + 0.1)[None])
-    problem = Problem(tensor(inputs), tensor(targets)[None], tensor(np.ones((1, 12))), outputs)
+    problem = TrainingProblem(tensor(inputs), tensor(targets)[None], tensor(np.ones((1, 12))), outputs)
     return features, targets, problem, start
 
 
@@ -108,14 +108,14 @@ def test_left_out_samples_change_nothing(rng):
     start = [rng.normal(size=s) for s in ((1, 3), (1, 3), (1, 4, 5))]
 
     def trained(samples):
-        problem = Problem(tensor(inputs), tensor(samples)[None], tensor(used), 5)
+        problem = TrainingProblem(tensor(inputs), tensor(samples)[None], tensor(used), 5)
         return train(problem, Weights(*map(tensor, start)), 50, tolerance=0.0)
 
     spoiled = targets.copy()
     spoiled[4] = 1e3
     one, two = trained(targets), trained(spoiled)
     torch.testing.assert_close(one.weights.output, two.weights.output, rtol=0, atol=0)
-    short = Problem(
+    short = TrainingProblem(
         tensor(np.delete(inputs, 4)), tensor(np.delete(targets, 4, 0))[None], tensor(np.ones((1, 8))), 5
     )
     three = train(short, Weights(*map(tensor, start)), 50, tolerance=0.0)
@@ -127,10 +127,12 @@ def test_a_network_trains_the_same_alone_and_in_company(rng):
     targets = np.stack([waves(inputs, 5), 3.0 * waves(inputs, 5)[:, ::-1]])
     start = [rng.normal(size=s) for s in ((2, 3), (2, 3), (2, 4, 5))]
     both = train(
-        Problem(tensor(inputs), tensor(targets), tensor(np.ones((2, 9))), 5), Weights(*map(tensor, start)), 60
+        TrainingProblem(tensor(inputs), tensor(targets), tensor(np.ones((2, 9))), 5),
+        Weights(*map(tensor, start)),
+        60,
     )
     for b in range(2):
-        problem = Problem(tensor(inputs), tensor(targets[b : b + 1]), tensor(np.ones((1, 9))), 5)
+        problem = TrainingProblem(tensor(inputs), tensor(targets[b : b + 1]), tensor(np.ones((1, 9))), 5)
         alone = train(problem, Weights(*(tensor(s[b : b + 1]) for s in start)), 60)
         assert alone.epochs.item() == both.epochs[b].item()
         torch.testing.assert_close(alone.weights.slope[0], both.weights.slope[b], rtol=1e-6, atol=1e-8)

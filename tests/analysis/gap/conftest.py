@@ -10,13 +10,13 @@ import pytest
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Protocol
 from analysis.frf import Frf
-from analysis.gap.state import GapState
-from analysis.gap.sweeps import prepare
+from analysis.gap.data.sweeps import prepare
+from analysis.gap.fitting.state import GapState
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox
 from analysis.sweep_point import SweepPoint
 from analysis.twin_model import Linearisation
-from analysis.updating.updated import Updated
+from analysis.updated import Updated
 
 MODES = 10
 STEP = 1e-5

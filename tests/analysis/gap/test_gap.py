@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from analysis.gap import held_out
+from analysis.gap.data.numerical_floor import NumericalFloor
 from analysis.gap.gap import find_gap
-from analysis.gap.numerical_floor import NumericalFloor
+from analysis.gap.search import held_out
 from analysis.gap.thresholds import UNLISTED
 
 TEMPERATURES = tuple(np.arange(2.0, 39.0, 4.0))

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from analysis.gap import verdict
-from analysis.gap.held_out import HeldOut
+from analysis.gap.search.held_out import HeldOut
 from analysis.gap.thresholds import LEAST_REST
 from analysis.gap.verdict import judge
 

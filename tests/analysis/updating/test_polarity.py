@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.frf import Frf
-from analysis.updating.polarity import upright
+from analysis.updating.polarity import polarity_corrected
 from analysis.updating.update import update
 
 TEMPERATURE = np.linspace(5.0, 55.0, 5)
@@ -25,7 +25,7 @@ def test_inverted_channels_are_found(affine_modes, sensors: int, inverted: tuple
     twin = affine_modes(np.random.default_rng(7), sensors=sensors)
     right = measured(twin, 1)
     wrong = replace(right.turned(inverted), notes=())
-    found, begin = upright(wrong, twin)
+    found, begin = polarity_corrected(wrong, twin)
     np.testing.assert_array_equal(found.h, right.h)
     assert [name for name in right.channels if name in " ".join(found.notes)] == list(inverted)
     result = update(found, twin, begin=begin)
@@ -35,4 +35,4 @@ def test_inverted_channels_are_found(affine_modes, sensors: int, inverted: tuple
 def test_another_plate_is_not_taken_for_an_inverted_channel(affine_modes) -> None:
     twin = affine_modes(np.random.default_rng(7), sensors=2)
     frf = measured(affine_modes(np.random.default_rng(8), sensors=2), 2)
-    assert upright(frf, twin)[0] is frf
+    assert polarity_corrected(frf, twin)[0] is frf

@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
+from analysis.updated import Updated
 from analysis.updating.normal_equations import SweepData, normal_equations
 from analysis.updating.update import update
-from analysis.updating.updated import Updated
 
 GAIN = 14.3
 TEMPERATURE = np.linspace(0.0, 60.0, 11)

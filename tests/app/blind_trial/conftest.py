@@ -14,7 +14,7 @@ from app.files.experiment_toml import AcquiredExperiment
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.reduction.reduce import Training, reduce
+from simulation.reduction.reduce import BasisTraining, reduce
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness
@@ -23,7 +23,7 @@ BAND = (100.0, 250.0)
 BOX = MaterialBox((0.9e9, 3.6e9), (0.32, 0.46), (0.02, 0.12))
 MESH = MeshRecipe(spacing=0.08, strip=1.7, edge_strip=1.7, growth=2.0, grading=0.0, pieces=1)
 COARSE = Fineness(MESH, degree=3, tolerance=0.0)
-ROUGH = Training(tolerance=1e-3, lines=60)
+ROUGH = BasisTraining(tolerance=1e-3, lines=60)
 
 
 @pytest.fixture(scope="session")

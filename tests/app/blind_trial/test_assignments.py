@@ -3,7 +3,7 @@
 import numpy as np
 
 from app.blind_trial.assignments import KINDS, SHARES, Assignment, assignments, shuffled
-from app.blind_trial.hiding import SIZES, wanted_size, ways
+from app.blind_trial.draw_effects import SIZES, wanted_size, ways
 from simulation.effects.library import LIBRARY
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.blind_trial.calibration import claims, likeliest_confidence, reliability
-from app.blind_trial.outcome import Named, Outcome, outcome
+from app.blind_trial.outcome import Named, TrialOutcome, outcome
 from app.blind_trial.proof import figures
 from app.blind_trial.proof_figure import confusion, proof_figure
 from app.commands.blind_trial import confusion_table, figures_table
@@ -16,7 +16,7 @@ def named(name: str, *alike: str, p: float = 0.99, value: float = 1.0, sigma: fl
     return Named(name, alike, p, {"nothing": -50.0, "unknown": -50.0}, {"a": (value, sigma)})
 
 
-def campaign(kind: str, hidden: tuple[str, ...] = (), size: float = 20.0, **what: Any) -> Outcome:
+def campaign(kind: str, hidden: tuple[str, ...] = (), size: float = 20.0, **what: Any) -> TrialOutcome:
     told: dict[str, Any] = {
         "number": 0,
         "kind": kind,
@@ -27,10 +27,10 @@ def campaign(kind: str, hidden: tuple[str, ...] = (), size: float = 20.0, **what
         "imitations": {},
         "verdict": "explained" if what.get("named") else "none",
     }
-    return Outcome(**{**told, **what})
+    return TrialOutcome(**{**told, **what})
 
 
-def table(*outcomes: Outcome) -> dict[str, Any]:
+def table(*outcomes: TrialOutcome) -> dict[str, Any]:
     return {figure.name: figure for figure in figures(outcomes)}
 
 

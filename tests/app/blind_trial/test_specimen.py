@@ -11,7 +11,7 @@ from analysis.sweep_point import SweepPoint
 from app.blind_trial.plates import PlateKind
 from app.blind_trial.specimen import Specimen
 from app.files.experiment_toml import AcquiredExperiment
-from app.plate_transfer import TwinTransfer
+from app.rig.plate_transfer import TwinTransfer
 from simulation.effects.effect import Effect
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import Circumstances, PlateState, PointLoad

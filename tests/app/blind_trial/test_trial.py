@@ -24,8 +24,8 @@ def small(kind: PlateKind, operators: EffectOperators, plain: ReducedModel) -> I
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Trial, "plates", property(lambda trial: (kind,)))
         patch.setattr("app.blind_trial.specimen.cached_operators", lambda *_, **__: operators)
-        patch.setattr("app.twin.cached_operators", lambda *_, **__: operators)
-        patch.setattr("app.twin.cached_reduction", lambda *_, **__: plain)
+        patch.setattr("app.twins.campaign_twin.cached_operators", lambda *_, **__: operators)
+        patch.setattr("app.twins.campaign_twin.cached_reduction", lambda *_, **__: plain)
         yield
 
 

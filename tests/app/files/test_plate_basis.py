@@ -6,13 +6,13 @@ import h5py
 import numpy as np
 import pytest
 
-from analysis.experiment import Acquisition, Experiment, Oven, Patch, Plate, Protocol
+from analysis.experiment import Acquisition, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.material import MaterialBox
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.reduction.plate_basis import PlateBasis
-from simulation.reduction.reduce import Training
+from simulation.reduction.reduce import BasisTraining
 from simulation.shell.fineness import Fineness
 
 BOX, BAND = MaterialBox((2e9, 3e9), (0.35, 0.4), (0.03, 0.1)), (100.0, 400.0)
@@ -21,7 +21,7 @@ COARSE = Fineness(
     degree=3,
     tolerance=1e-5,
 )
-ROUGH = Training(tolerance=1e-2, lines=40)
+ROUGH = BasisTraining(tolerance=1e-2, lines=40)
 EXPERIMENT = Experiment(
     title="a small plate",
     plate=Plate(length_x=0.12, length_y=0.1, thickness=0.003, mass=0.0342),
@@ -41,7 +41,7 @@ EXPERIMENT = Experiment(
         directions=("up", "down"),
         levels=(1.0,),
     ),
-    oven=Oven(room_temperature=22.0),
+    oven=OvenDeclaration(room_temperature=22.0),
 )
 ASKED = {
     "plate": EXPERIMENT.plate,

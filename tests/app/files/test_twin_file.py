@@ -11,10 +11,10 @@ from app.files.campaign_toml import read_experiment
 from app.files.twin_file import (
     Basis,
     Estimated,
-    Origin,
     TwinEffect,
     TwinFile,
     TwinLaws,
+    TwinOrigin,
     read_twin,
     require_known_effects,
     require_same_plate,
@@ -51,7 +51,7 @@ def twin(experiment: Experiment) -> TwinFile:
         ),
         effect=(TwinEffect(name="point_mass", parameter={"mass": Estimated(value=8e-4, sigma=1e-5, unit="kg")}),),
         basis=Basis(operators="ab" * 32, error=1e-4),
-        origin=Origin(flexura="0.1.0", campaign="pp", inputs="cd" * 32, verdict="explained"),
+        origin=TwinOrigin(flexura="0.1.0", campaign="pp", inputs="cd" * 32, verdict="explained"),
     )
 
 

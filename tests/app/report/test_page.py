@@ -5,7 +5,7 @@ import re
 import pytest
 from matplotlib.figure import Figure
 
-from app.report.page import POLICY, Listing, Paragraph, Picture, Section, Table, page
+from app.report.page import POLICY, Listing, PageTable, Paragraph, Picture, Section, page
 
 
 @pytest.fixture
@@ -13,7 +13,7 @@ def html() -> str:
     picture = Picture("waterfall", "What <changes> with temperature?", Figure(figsize=(1, 1)), 'Levels, "dB".')
     sections = [
         Section("Updated twin, and laws", [Paragraph("a < b & c"), picture]),
-        Section("Provenance", [Listing("<script>alert(1)</script>"), Table(("a",), [("<b>",)])]),
+        Section("Provenance", [Listing("<script>alert(1)</script>"), PageTable(("a",), [("<b>",)])]),
     ]
     return page("Plate & panel", "two sweeps", sections)
 

@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.experiment import Acquisition, Experiment, Oven, Patch, Plate, Protocol
+from analysis.experiment import Acquisition, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.frf import Frf
 from analysis.identification.modes import Modes
 from analysis.identification.residual_terms import NONE
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import Material
+from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
-from analysis.updating.updated import Updated
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.modes_file import save_modes
 from app.files.provenance import provenance
-from app.twin import shape_points
+from app.twins.campaign_twin import shape_points
 from app.view.recorded import mode_shape
 
 TEMPERATURE = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
@@ -74,7 +74,7 @@ def experiment() -> Experiment:
             directions=("up",),
             levels=(1.0,),
         ),
-        oven=Oven(room_temperature=22.0),
+        oven=OvenDeclaration(room_temperature=22.0),
     )
 
 

@@ -7,25 +7,26 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+
+from analysis.arrays import Complex, Real
 
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
 from PySide6.QtCore import QPointF, Qt
 
+from analysis.estimates import FittedLaws
 from analysis.experiment import Plate
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
-from analysis.focusing.methods import Modes, compare
+from analysis.focusing.methods import PanelModes, compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
-from analysis.gap.report import FittedLaws
-from analysis.gap.signatures import Signature
+from analysis.gap.search.signatures import Signature
 from app.files.filter_files import save_focusing
 from app.files.gap_file import GapFigures, GapMap, save_gap
 from app.files.laws_file import load_laws
 from app.files.provenance import provenance
-from app.twin import shape_points
+from app.twins.campaign_twin import shape_points
 from app.view.application import application
 from app.view.chart import Chart, Map
 from app.view.folder import viewed
@@ -39,8 +40,6 @@ from app.view.recorded.window import RecordedWindow
 from app.view.surface import SurfaceChart
 from app.view.theme import LIGHT, one_sided
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 ORDERS = [(m, n) for m in range(1, 5) for n in range(1, 5)]
 PANEL = Panel.model_validate(
     {
@@ -91,10 +90,10 @@ class SinePanel:
         w = 2.0 * np.pi * frequency
         return np.asarray(self._driven[:, None, :] / (self.squared(e, nu, eta) - w[None, :, None] ** 2))
 
-    def modes(self, e: float, nu: float, eta: float, count: int) -> Modes:
+    def modes(self, e: float, nu: float, eta: float, count: int) -> PanelModes:
         values = self.squared(e, nu, eta)
         order = np.argsort(values.real)[:count]
-        return Modes(values[order], np.eye(len(values))[:, order], self._driven.T[order])
+        return PanelModes(values[order], np.eye(len(values))[:, order], self._driven.T[order])
 
 
 @pytest.fixture

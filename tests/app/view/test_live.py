@@ -17,7 +17,6 @@ pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox
 
-from app.acquisition import acquire_campaign
 from app.files.acquired_campaign import campaign_log
 from app.files.campaign import load_campaign
 from app.files.campaign_folder import sweep_paths
@@ -25,6 +24,7 @@ from app.files.control import wished
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
 from app.files.latest_repeat import LatestRepeat, save_latest
 from app.files.sweep_file import Source
+from app.stages.acquire import acquire_campaign
 from app.view.application import application
 from app.view.folder import Viewed
 from app.view.live.watched import Watched

@@ -4,16 +4,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt, sosfreqz
 
+from analysis.arrays import Real
 from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.simulated.in_process import InProcessChannel
 from drivers.ni.simulated.servicer import SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ni.wiring import Wiring
-
-Array = NDArray[np.float64]
 
 
 class FilterPlate:
@@ -22,18 +20,18 @@ class FilterPlate:
     def __init__(self) -> None:
         self.before: Callable[[], None] = lambda: None
         self.seen: list[tuple[int, float]] = []
-        self.temperature: Array = np.empty(0)
+        self.temperature: Real = np.empty(0)
 
     @staticmethod
-    def sections(sample_rate: float) -> Array:
+    def sections(sample_rate: float) -> Real:
         return np.asarray(butter(1, [300.0, 900.0], btype="bandpass", fs=sample_rate, output="sos"))
 
-    def response(self, frequency: Array, sample_rate: float) -> Array:
+    def response(self, frequency: Real, sample_rate: float) -> Real:
         """(2, F) what it does to a tone, at the rate it is computed at."""
         _, first = sosfreqz(self.sections(sample_rate), worN=frequency, fs=sample_rate)
         return np.stack([first, np.full_like(first, -0.5)])
 
-    def __call__(self, drive: Array, sample_rate: float, temperature: Array) -> Array:
+    def __call__(self, drive: Real, sample_rate: float, temperature: Real) -> Real:
         self.before()
         self.seen.append((drive.size, sample_rate))
         self.temperature = temperature
@@ -77,7 +75,7 @@ def cards(wiring: Wiring, channel: InProcessChannel) -> DaqmxCards:
 
 
 @pytest.fixture
-def drive() -> Array:
+def drive() -> Real:
     """Return a linear sweep of one second and a silent half, at 8533.33 Hz."""
     rate = 51_200.0 / 6.0
     time = np.arange(int(rate)) / rate

@@ -10,8 +10,8 @@ import nidaqmx
 import numpy as np
 import pytest
 from nidaqmx.constants import TaskMode
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from drivers.clock import SystemClock
 from drivers.ni.daqmx import DaqmxCards
 from drivers.ni.errors import KNOWN_ERRORS, Action, DaqError, KnownError
@@ -24,11 +24,10 @@ from drivers.ni.simulated.servicer import SimulatedDaq
 from drivers.ni.simulated.surroundings import Surroundings
 from drivers.ni.wiring import Wiring
 
-Array = NDArray[np.float64]
 RATE = 51_200.0 / 6.0
 
 
-def ratios(drive: Array, responses: Array, band: tuple[float, float]) -> tuple[Array, Array]:
+def ratios(drive: Real, responses: Real, band: tuple[float, float]) -> tuple[Real, Real]:
     """Frequencies (F,) within the band and the ratio of each response's spectrum to the drive's (K, F).
 
     The record begins and ends in silence, so no window is needed.
@@ -44,7 +43,7 @@ def test_rate_is_read_back_not_taken_for_granted(cards: DaqmxCards) -> None:
 
 @pytest.mark.parametrize(("routes", "drift"), [(True, 0.0), (False, 1.2)])
 def test_output_runs_on_the_inputs_timebase_where_the_chassis_routes_it(
-    wiring: Wiring, surroundings: Surroundings, drive: Array, routes: bool, drift: float
+    wiring: Wiring, surroundings: Surroundings, drive: Real, routes: bool, drift: float
 ) -> None:
     """Crystals 100 ppm apart: 1.2 samples at the end of a record of 12,000."""
     chassis = replace(surroundings, clock_errors=(-5e-5, 5e-5), routes_timebases=routes)
@@ -70,7 +69,7 @@ def test_rates_that_differ_are_refused_on_opening(wiring: Wiring, surroundings: 
     DaqmxCards(slow, InProcessChannel(SimulatedDaq(alone))).sweep(np.zeros(100))
 
 
-def test_ratio_to_the_recorded_drive_is_the_plate(cards: DaqmxCards, drive: Array, plate: Any) -> None:
+def test_ratio_to_the_recorded_drive_is_the_plate(cards: DaqmxCards, drive: Real, plate: Any) -> None:
     record = cards.sweep(drive)
     frequency, measured = ratios(record.drive, record.responses, (150.0, 1300.0))
     error = np.abs(measured - plate.response(frequency, RATE))
@@ -79,7 +78,7 @@ def test_ratio_to_the_recorded_drive_is_the_plate(cards: DaqmxCards, drive: Arra
     assert float(error.max()) < 1e-3
 
 
-def test_ratio_to_the_drive_asked_for_is_late_by_the_filter(cards: DaqmxCards, drive: Array) -> None:
+def test_ratio_to_the_drive_asked_for_is_late_by_the_filter(cards: DaqmxCards, drive: Real) -> None:
     """The reason why the drive is recorded: 38.4 samples and 3.2 us are missing from the array played."""
     record = cards.sweep(drive)
     frequency, measured = ratios(drive, record.responses[1:], (150.0, 1300.0))
@@ -90,9 +89,9 @@ def test_ratio_to_the_drive_asked_for_is_late_by_the_filter(cards: DaqmxCards, d
 
 @pytest.mark.parametrize("block", [0.05, 0.5, 100.0])
 def test_samples_do_not_depend_on_how_they_are_read(
-    wiring: Wiring, surroundings: Surroundings, drive: Array, block: float
+    wiring: Wiring, surroundings: Surroundings, drive: Real, block: float
 ) -> None:
-    def measured(length: float) -> Array:
+    def measured(length: float) -> Real:
         cards = DaqmxCards(wiring, InProcessChannel(SimulatedDaq(surroundings, seed=3)), block=length)
         return cards.sweep(drive).responses
 
@@ -100,7 +99,7 @@ def test_samples_do_not_depend_on_how_they_are_read(
 
 
 def test_network_and_process_give_the_same_numbers(
-    wiring: Wiring, surroundings: Surroundings, drive: Array
+    wiring: Wiring, surroundings: Surroundings, drive: Real
 ) -> None:
     inside = DaqmxCards(wiring, InProcessChannel(SimulatedDaq(surroundings, seed=3)))
     with (
@@ -116,7 +115,7 @@ def test_network_and_process_give_the_same_numbers(
 
 
 def test_noise_differs_from_sweep_to_sweep_and_with_the_seed(
-    cards: DaqmxCards, surroundings: Surroundings, wiring: Wiring, drive: Array
+    cards: DaqmxCards, surroundings: Surroundings, wiring: Wiring, drive: Real
 ) -> None:
     first, second = cards.sweep(drive).drive, cards.sweep(drive).drive
     noise = (first - second) / np.sqrt(2.0)
@@ -137,7 +136,7 @@ def test_message_of_more_than_four_mebibytes_passes(wiring: Wiring, surroundings
 
 
 def test_plate_is_asked_once_a_sweep_and_knows_its_temperature(
-    wiring: Wiring, surroundings: Surroundings, plate: Any, drive: Array
+    wiring: Wiring, surroundings: Surroundings, plate: Any, drive: Real
 ) -> None:
     warming = replace(surroundings, plate_temperature=lambda moments: 20.0 + 0.4 / 60.0 * moments)
     server = SimulatedDaq(warming)
@@ -170,9 +169,9 @@ def test_rig_without_thermocouples_has_no_temperatures(wiring: Wiring, channel: 
 
 
 def test_clipping_is_seen_on_the_channel_that_clips(
-    wiring: Wiring, surroundings: Surroundings, drive: Array
+    wiring: Wiring, surroundings: Surroundings, drive: Real
 ) -> None:
-    def loud(volts: Array, rate: float, temperature: Array) -> Array:
+    def loud(volts: Real, rate: float, temperature: Real) -> Real:
         return np.stack([volts, 4.0 * volts])
 
     cards = DaqmxCards(wiring, InProcessChannel(SimulatedDaq(replace(surroundings, plate=loud))))
@@ -182,7 +181,7 @@ def test_clipping_is_seen_on_the_channel_that_clips(
     assert record.responses[1].min() == pytest.approx(-5.0, abs=1e-12)
 
 
-def test_every_sample_is_a_code_of_the_converter(cards: DaqmxCards, drive: Array) -> None:
+def test_every_sample_is_a_code_of_the_converter(cards: DaqmxCards, drive: Real) -> None:
     codes = cards.sweep(drive).responses / NI_9234.quantum
     assert np.array_equal(codes, np.round(codes))
 
@@ -216,7 +215,7 @@ def test_coupling_takes_the_slow_part_away(
 @pytest.mark.parametrize("known", KNOWN_ERRORS, ids=lambda known: known.name)
 @pytest.mark.parametrize("call", ["StartTask", "ReadAnalogF64", "WaitUntilTaskDone"])
 def test_every_status_comes_out_as_its_action_with_the_output_at_rest(
-    cards: DaqmxCards, server: SimulatedDaq, drive: Array, known: KnownError, call: str
+    cards: DaqmxCards, server: SimulatedDaq, drive: Real, known: KnownError, call: str
 ) -> None:
     server.inject(Faults(calls=(FailingCall(call, known.code),)))
     with pytest.raises(DaqError, match=r"the sweep of 1\.5 s failed") as caught:
@@ -259,7 +258,7 @@ def test_wiring_that_does_not_fit_is_refused_on_opening(
 
 
 def test_card_taken_by_another_program_is_named_with_its_holder(
-    cards: DaqmxCards, channel: InProcessChannel, drive: Array
+    cards: DaqmxCards, channel: InProcessChannel, drive: Real
 ) -> None:
     with nidaqmx.Task("test panel", grpc_options=nidaqmx.GrpcSessionOptions(channel, "")) as other:
         other.ai_channels.add_ai_voltage_chan("cDAQ1Mod1/ai3")
@@ -285,21 +284,21 @@ def test_larger_output_module_reaches_further(wiring: Wiring, surroundings: Surr
 @pytest.mark.parametrize(
     "drive", [np.zeros(1), np.zeros((2, 10)), np.full(10, np.nan), np.full(10, 4.3), np.full(10, -5.0)]
 )
-def test_drive_that_cannot_be_played_is_refused(cards: DaqmxCards, server: SimulatedDaq, drive: Array) -> None:
+def test_drive_that_cannot_be_played_is_refused(cards: DaqmxCards, server: SimulatedDaq, drive: Real) -> None:
     calls = server.calls.total()
     with pytest.raises(ValueError, match=r"allowed|allows"):
         cards.sweep(drive)
     assert server.calls.total() == calls
 
 
-def test_broken_cable_reads_noise_only(cards: DaqmxCards, server: SimulatedDaq, drive: Array) -> None:
+def test_broken_cable_reads_noise_only(cards: DaqmxCards, server: SimulatedDaq, drive: Real) -> None:
     server.inject(Faults(dead_inputs=frozenset({"cDAQ1Mod1/ai2"})))
     record = cards.sweep(drive)
     assert float(np.std(record.responses[1])) == pytest.approx(NI_9234.noise, rel=0.05)
     assert float(np.std(record.responses[0])) > 0.1
 
 
-def test_trigger_that_does_not_come_is_found_out(cards: DaqmxCards, server: SimulatedDaq, drive: Array) -> None:
+def test_trigger_that_does_not_come_is_found_out(cards: DaqmxCards, server: SimulatedDaq, drive: Real) -> None:
     server.inject(Faults(stuck_trigger=True))
     with pytest.raises(DaqError) as caught:
         cards.sweep(drive)

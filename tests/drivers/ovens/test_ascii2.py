@@ -5,7 +5,7 @@ import math
 import pytest
 
 from drivers.ovens import ascii2
-from drivers.ovens.ascii2 import Channel, Layout, Status
+from drivers.ovens.ascii2 import Ascii2Channel, Ascii2Layout, Status
 from drivers.ovens.error import Fault, OvenError
 
 # A chamber without humidity, four bits, in another order of channels than the simulated one.
@@ -18,11 +18,11 @@ SMALL = (
     b"SV01  set value     Fan\r\nCV01  nominal value Temperature\r\nCV01  actual value  Temperature\r\n"
     b"DO02  Start\r\n"
 )
-LAYOUT = Layout(
+LAYOUT = Ascii2Layout(
     (
-        Channel("SV01", "Fan", 10.0, 100.0),
-        Channel("CV01", "Temperature", -77.0, 182.0),
-        Channel("MV01", "0000.0 unused", -math.inf, math.inf),
+        Ascii2Channel("SV01", "Fan", 10.0, 100.0),
+        Ascii2Channel("CV01", "Temperature", -77.0, 182.0),
+        Ascii2Channel("MV01", "0000.0 unused", -math.inf, math.inf),
     ),
     ("unused", "unused", "Start", "Dryer"),
 )

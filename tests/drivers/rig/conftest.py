@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt, sosfreqz
 
+from analysis.arrays import Real
 from analysis.campaign import Sweep
 from analysis.h1 import h1
 from analysis.protocol.limits import Limits
@@ -32,7 +33,6 @@ from drivers.rig.session import Session
 from drivers.rig.simulated import simulated_parts
 from drivers.thermometers.settings import ThermometerSettings
 
-Array = NDArray[np.float64]
 LIGHT = Chamber(plate_capacity=180.0)
 """A plate that lags 30 s behind the air."""
 MODULES: dict[int, Module] = {1: NI_9234, 2: NI_9260, 3: NI_9211}
@@ -46,14 +46,14 @@ class SofteningPlate:
         self.sweeps = 0
 
     @staticmethod
-    def sections(temperature: float, rate: float) -> Array:
+    def sections(temperature: float, rate: float) -> Real:
         centre = 600.0 * (1.0 - 0.01 * (temperature - 20.0))
         return np.asarray(butter(1, [0.95 * centre, 1.05 * centre], btype="bandpass", fs=rate, output="sos"))
 
-    def response(self, temperature: float, frequency: Array, rate: float) -> NDArray[np.complex128]:
+    def response(self, temperature: float, frequency: Real, rate: float) -> NDArray[np.complex128]:
         return np.asarray(0.5 * sosfreqz(self.sections(temperature, rate), worN=frequency, fs=rate)[1])
 
-    def __call__(self, drive: Array, rate: float, temperature: Array) -> Array:
+    def __call__(self, drive: Real, rate: float, temperature: Real) -> Real:
         self.sweeps += 1
         self.before()
         return np.asarray(0.5 * sosfilt(self.sections(float(temperature.mean()), rate), drive))[None]

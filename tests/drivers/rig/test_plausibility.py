@@ -19,16 +19,16 @@ from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.memory import MemoryTransport
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
 from drivers.rig.errors import RigStopped
-from drivers.rig.plausibility import Company, Sensor, require_agreement, require_celsius
+from drivers.rig.plausibility import CheckedSensor, Company, require_agreement, require_celsius
 from drivers.rig.readings import Reading
 
 World = Any
 
 
-def sensor(*answers: float) -> tuple[Sensor[float], Iterator[float]]:
+def sensor(*answers: float) -> tuple[CheckedSensor[float], Iterator[float]]:
     """Return a sensor asked every 5 s in an oven that ramps by 3 K/min at most, and what it has left to say."""
     left, times = iter(answers), iter(range(0, 10_000, 5))
-    return Sensor(lambda: next(left), lambda: float(next(times)), 3.0), left
+    return CheckedSensor(lambda: next(left), lambda: float(next(times)), 3.0), left
 
 
 def test_a_glitch_is_asked_again_and_a_jump_believed() -> None:
@@ -152,7 +152,7 @@ def test_what_gets_through_a_damaged_line(kind: str, checksum: bool) -> None:
         return [Delivery(answer.delay, bytes(data))]
 
     line.always = damaged
-    asked = Sensor(oven.temperature, clock.now, 2.0)
+    asked = CheckedSensor(oven.temperature, clock.now, 2.0)
     errors = []
     for _ in range(2000):
         clock.sleep(2.0)

@@ -4,24 +4,23 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from pydantic import ValidationError
 from scipy.signal import butter, sosfilt, sosfreqz
 
+from analysis.arrays import Real
 from drivers.clock import VirtualClock
 from drivers.ni.cards import CARDS
 from drivers.ni.errors import Action, DaqError
-from drivers.rig.survey import State, look_at_sound
+from drivers.rig.survey import FindingState, look_at_sound
 from drivers.soundcard.card import SoundCards
 from drivers.soundcard.settings import SoundCard
 from drivers.soundcard.simulated import SimulatedSound, simulated_sound
 
 RATE = 44_100.0
-Array = NDArray[np.float64]
 SECTIONS = butter(1, [300.0, 900.0], btype="bandpass", fs=RATE, output="sos")
 
 
-def plate(drive: Array, rate: float, temperature: Array) -> Array:
+def plate(drive: Real, rate: float, temperature: Real) -> Real:
     return np.asarray(sosfilt(SECTIONS, drive)[None])
 
 
@@ -43,7 +42,7 @@ def cards(settings: SoundCard, sound: SimulatedSound) -> SoundCards:
 
 
 @pytest.fixture
-def drive() -> Array:
+def drive() -> Real:
     time = np.arange(int(RATE)) / RATE
     fade = np.minimum(1.0, np.minimum(time, time[::-1]) / 0.05)
     return np.append(np.sin(2.0 * np.pi * (100.0 * time + 700.0 * time**2)) * fade, np.zeros(20_000))
@@ -53,7 +52,7 @@ def test_is_one_of_the_kinds_of_cards() -> None:
     assert CARDS.find("soundcard") is SoundCard
 
 
-def test_ratio_to_the_recorded_drive_is_the_plate(cards: SoundCards, drive: Array) -> None:
+def test_ratio_to_the_recorded_drive_is_the_plate(cards: SoundCards, drive: Real) -> None:
     record = cards.sweep(drive)
     assert record.drive.shape == drive.shape
     assert (record.sample_rate, record.full_scale) == (RATE, 2.5)
@@ -64,13 +63,13 @@ def test_ratio_to_the_recorded_drive_is_the_plate(cards: SoundCards, drive: Arra
     assert np.abs(record.drive).max() == pytest.approx(1.0, abs=1e-3)
 
 
-def test_every_sweep_begins_at_the_same_sample_though_streams_do_not(cards: SoundCards, drive: Array) -> None:
+def test_every_sweep_begins_at_the_same_sample_though_streams_do_not(cards: SoundCards, drive: Real) -> None:
     first, second = cards.sweep(drive).drive, cards.sweep(drive).drive
     assert np.abs(first - second).max() < 3e-4  # noise alone
 
 
 def test_silence_before_the_first_sweep_leaves_all_others_aligned(
-    cards: SoundCards, sound: SimulatedSound, drive: Array
+    cards: SoundCards, sound: SimulatedSound, drive: Real
 ) -> None:
     """Of a delay that ends on half a sample, noise would decide which sample is the first."""
     sound.latency = 1234.5
@@ -81,7 +80,7 @@ def test_silence_before_the_first_sweep_leaves_all_others_aligned(
         assert np.abs(first - other).max() < 0.01  # noise alone; a sample is worth 0.2 V
 
 
-def test_lost_samples_call_for_another_sweep(cards: SoundCards, sound: SimulatedSound, drive: Array) -> None:
+def test_lost_samples_call_for_another_sweep(cards: SoundCards, sound: SimulatedSound, drive: Real) -> None:
     sound.xruns.append(sound.streams + 1)
     with pytest.raises(DaqError, match="Samples were lost: input overflow") as caught:
         cards.sweep(drive)
@@ -107,7 +106,7 @@ def test_whatever_ends_a_sweep_the_output_is_at_rest(
     assert sound.voltage() == 0.0
 
 
-def test_a_device_that_is_gone_is_said(cards: SoundCards, sound: SimulatedSound, drive: Array) -> None:
+def test_a_device_that_is_gone_is_said(cards: SoundCards, sound: SimulatedSound, drive: Real) -> None:
     sound.gone = True
     with pytest.raises(DaqError, match="Device unavailable") as caught:
         cards.sweep(drive)
@@ -117,7 +116,7 @@ def test_a_device_that_is_gone_is_said(cards: SoundCards, sound: SimulatedSound,
 
 
 def test_a_missing_loop_back_is_found_at_the_first_sweep_and_hinders_no_rest(
-    settings: SoundCard, sound: SimulatedSound, drive: Array
+    settings: SoundCard, sound: SimulatedSound, drive: Real
 ) -> None:
     sound.drive_scale = 0.0
     sound.plate = lambda volts, rate, temperature: pytest.fail("a sound is played on the way to rest")
@@ -131,7 +130,7 @@ def test_a_missing_loop_back_is_found_at_the_first_sweep_and_hinders_no_rest(
 
 
 def test_a_stream_that_does_not_end_is_a_lost_device(
-    cards: SoundCards, sound: SimulatedSound, drive: Array, monkeypatch: pytest.MonkeyPatch
+    cards: SoundCards, sound: SimulatedSound, drive: Real, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cards.sweep(drive)
     asked = 0
@@ -151,7 +150,7 @@ def test_a_stream_that_does_not_end_is_a_lost_device(
         assert sound.clock.now() - begun < drive.size / RATE + 6.0
 
 
-def test_the_loop_back_calibrates_the_inputs(settings: SoundCard, sound: SimulatedSound, drive: Array) -> None:
+def test_the_loop_back_calibrates_the_inputs(settings: SoundCard, sound: SimulatedSound, drive: Real) -> None:
     """Inputs of 3 V declared as of 2.5 V show too little; the message says what fits, and with that it opens."""
     sound.input_range = 3.0
     with pytest.raises(DaqError, match=r"cards.input_range is 3 V instead of 2.5 V"):
@@ -162,7 +161,7 @@ def test_the_loop_back_calibrates_the_inputs(settings: SoundCard, sound: Simulat
 
 
 @pytest.mark.parametrize("wrong", [np.zeros(1), np.zeros((2, 9)), np.full(9, np.nan), np.full(9, 2.1)])
-def test_a_drive_that_cannot_be_played_is_refused(cards: SoundCards, wrong: Array) -> None:
+def test_a_drive_that_cannot_be_played_is_refused(cards: SoundCards, wrong: Real) -> None:
     with pytest.raises(ValueError, match=r"allowed|allows"):
         cards.sweep(wrong)
 
@@ -174,7 +173,7 @@ def test_channels_are_named_and_used_once(settings: SoundCard) -> None:
             SoundCard(**{**declared, **changes})
 
 
-def test_clipping_is_seen(settings: SoundCard, sound: SimulatedSound, drive: Array) -> None:
+def test_clipping_is_seen(settings: SoundCard, sound: SimulatedSound, drive: Real) -> None:
     cards = SoundCards(settings, sound, sound.clock)
     sound.plate = lambda volts, rate, temperature: 4.0 * volts[None]
     assert cards.sweep(drive).overloaded.tolist() == [False, True]
@@ -192,12 +191,14 @@ class Listing:
 @pytest.mark.parametrize(
     ("changes", "state", "told"),
     [
-        ({}, State.GOOD, "Box, 2 inputs, 2 outputs"),
-        ({"responses": ("in4",)}, State.BAD, "in4"),
-        ({"device": "no such"}, State.BAD, "python -m sounddevice"),
+        ({}, FindingState.GOOD, "Box, 2 inputs, 2 outputs"),
+        ({"responses": ("in4",)}, FindingState.BAD, "in4"),
+        ({"device": "no such"}, FindingState.BAD, "python -m sounddevice"),
     ],
 )
-def test_doctor_counts_its_channels(settings: SoundCard, changes: dict[str, Any], state: State, told: str) -> None:
+def test_doctor_counts_its_channels(
+    settings: SoundCard, changes: dict[str, Any], state: FindingState, told: str
+) -> None:
     found = look_at_sound(settings.model_copy(update=changes), needed=True, sound=Listing())
     assert found.state is state
     assert told in f"{found.seen} {found.next_step}"

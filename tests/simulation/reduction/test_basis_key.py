@@ -7,7 +7,7 @@ from analysis.material import MaterialBox
 from analysis.plate_material import PlateMaterial
 from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.basis_key import basis_key
-from simulation.reduction.reduce import Training
+from simulation.reduction.reduce import BasisTraining
 from simulation.shell.fineness import Fineness
 
 BOX, BAND = MaterialBox((1e9, 4e9), (0.3, 0.45), (0.02, 0.1)), (100.0, 900.0)
@@ -46,7 +46,7 @@ def test_everything_else_counts(plate, patches, key):
         basis_key(plate, patches, BOX, BAND, fineness=Fineness(degree=5)),
         basis_key(plate, patches, BOX, BAND, fineness=Fineness(tolerance=1e-8)),
         basis_key(plate, patches, BOX, BAND, fineness=Fineness(MeshRecipe(spacing=0.05))),
-        basis_key(plate, patches, BOX, BAND, training=Training(tolerance=1e-5)),
+        basis_key(plate, patches, BOX, BAND, training=BasisTraining(tolerance=1e-5)),
     ]
     assert len({key, *others}) == len(others) + 1
 

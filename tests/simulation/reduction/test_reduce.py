@@ -7,7 +7,7 @@ from analysis.material import MaterialBox
 from simulation.reduction.damped_modes import relative_error
 from simulation.reduction.energy_decomposition import orthonormal
 from simulation.reduction.rational_krylov import material_space
-from simulation.reduction.reduce import Training, reduce
+from simulation.reduction.reduce import BasisTraining, reduce
 from simulation.shell.assembly import assemble
 from simulation.shell.factors import factorize
 
@@ -145,7 +145,7 @@ def test_orthonormal_drops_what_is_dependent(coarse_model):
 
 def test_trained_materials_leave_no_gap():
     box = MaterialBox((0.5e9, 6e9), (0.2, 0.48), (0.02, 0.1))
-    e, nu = np.array(Training().materials(box)).T
+    e, nu = np.array(BasisTraining().materials(box)).T
     assert e.min() == pytest.approx(0.5e9)
     assert e.max() == pytest.approx(6e9)
     assert np.diff(np.log(np.unique(e))).max() <= np.log(5.0)
@@ -174,7 +174,7 @@ def test_a_plate_without_patches_is_refused(plate, coarse_mesh):
 def test_a_tolerance_out_of_reach_is_said(coarse_model):
     box = MaterialBox((2e9, 2.1e9), (0.37, 0.38), (0.05, 0.06))
     with pytest.raises(RuntimeError, match="converge"):
-        reduce(coarse_model, box, (100.0, 300.0), training=Training(tolerance=1e-18))
+        reduce(coarse_model, box, (100.0, 300.0), training=BasisTraining(tolerance=1e-18))
 
 
 def test_progress_ends_at_one(coarse_model):

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from analysis.outline import CircleOutline
@@ -19,8 +19,6 @@ from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns
 from simulation.verification.exact_rectangles import HardRectangle, LevyPlate
-
-Real = NDArray[np.float64]
 
 HARD = ({"kind": "hard-simple", "edge": "all"},)
 E, NU = 2e9, 0.35

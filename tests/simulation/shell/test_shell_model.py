@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
@@ -12,8 +13,6 @@ from simulation.shell.factors import factorize
 from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import NCE51, VACUUM_PERMITTIVITY
 from simulation.shell.shell_model import ShellModel
-
-Real = NDArray[np.float64]
 
 
 def rigid(model: ShellModel, field: int, factor: Real | float = 1.0) -> Real:

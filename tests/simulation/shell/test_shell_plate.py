@@ -5,16 +5,14 @@ from itertools import product
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.experiment import Patch, Plate
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.assembly import assemble
 from simulation.shell.rigidity import SHEAR_FACTOR
 from simulation.shell.shell_model import ShellModel
 from simulation.shell.unknowns import Unknowns
-
-Real = NDArray[np.float64]
 
 A, B, H, DENSITY = 0.2, 0.15, 0.004, 1000.0
 MASS = A * B * H * DENSITY

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from analysis.arrays import Real
 from analysis.experiment import Attachment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
@@ -25,8 +25,6 @@ from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
-
-Real = NDArray[np.float64]
 
 BAND = (100.0, 500.0)
 LINES = np.linspace(*BAND, 120)

@@ -1,0 +1,33 @@
+"""Estimates with standard deviations: of one parameter, and of the material laws at a campaign's temperatures."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter's value and one standard deviation, inflated where more than noise is left, SI."""
+
+    name: str
+    value: float
+    sigma: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class FittedLaws:
+    """Laws at the groups' temperatures.
+
+    Attributes
+    ----------
+    temperature : (G,) ndarray
+        Degrees Celsius.
+    value, sigma : (G, 3) ndarray
+        log E [log Pa], nu and log eta, with standard deviations inflated where more than noise is left.
+    """
+
+    temperature: NDArray[np.float64]
+    value: NDArray[np.float64]
+    sigma: NDArray[np.float64]

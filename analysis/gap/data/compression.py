@@ -1,0 +1,200 @@
+"""Lossless compression of a sweep: thousands of lines become a few hundred independent numbers.
+
+A plate's transfer is smooth on the scale of half a resonance's width, eta f / 2; lines are much closer. A quintic
+spline through nodes at a fraction of that width carries all a plate can do; what lines hold beyond it is noise.
+Where resonances are so sharp that lines are no closer than that, each line is a node, and nothing lies beyond.
+With W the interpolation from nodes to lines and O the weights, chi2 of any smooth model H splits exactly into
+
+    sum O |h - W H|^2 = sum O |h - W c|^2 + (c - H)^H W'OW (c - H),    c = (W'OW)^-1 W'O h,
+
+of which the first part knows no model. The spline's coefficients stand in for its values at the nodes: then W'OW
+is banded, and so is the Cholesky factor that turns c - H into independent numbers of unit variance.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.interpolate import BSpline
+from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded, solve_banded
+from scipy.sparse import csr_array
+
+from analysis.arrays import Complex, Real
+from analysis.gap.thresholds import LINES_PER_NODE, NODES_PER_HALF_WIDTH
+
+DEGREE = 5
+"""A cubic needs twice the nodes of a quintic for the same error at a resonance."""
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Splines over a band of frequencies, given by their values at nodes.
+
+    Attributes
+    ----------
+    frequency : (n,) ndarray
+        Where a model is evaluated, Hz.
+    lines : (F,) ndarray
+        The lines that take part, Hz.
+    basis : (F, n) sparse array
+        B-splines at the lines.
+    interpolation : (2 DEGREE + 1, n) ndarray
+        B-splines at the nodes, banded as `scipy.linalg.solve_banded` takes it.
+    """
+
+    frequency: Real
+    lines: Real
+    basis: csr_array = field(repr=False)
+    interpolation: Real = field(repr=False)
+
+    @classmethod
+    def over(
+        cls, lines: Real, loss_factor: float, *, spacing: float, per_half_width: float = NODES_PER_HALF_WIDTH
+    ) -> "Nodes":
+        """Nodes for resonances no sharper than `loss_factor` over `lines` (F,), which lie `spacing` Hz apart."""
+        # below this frequency nodes would have to be closer than lines let them: there each line is a node
+        sharp = float(np.clip(2.0 * per_half_width * LINES_PER_NODE * spacing / loss_factor, lines[0], lines[-1]))
+        single = lines[lines < sharp]
+        grid = np.linspace(sharp, float(lines[-1]), 4001)
+        step = np.maximum(loss_factor * grid / 2.0 / per_half_width, LINES_PER_NODE * spacing)
+        count = np.concatenate([[0.0], np.cumsum(0.5 * (1.0 / step[1:] + 1.0 / step[:-1]) * np.diff(grid))])
+        further = max(int(np.ceil(count[-1])) + 1, 2 * DEGREE - single.size)
+        frequency = np.concatenate([single, np.interp(np.linspace(0.0, count[-1], further), count, grid)])
+        n = frequency.size
+        if n > len(lines):
+            raise ValueError(
+                f"{len(lines)} lines over {lines[0]:g} to {lines[-1]:g} Hz cannot carry {n} nodes; a wider "
+                "band or a longer record is needed"
+            )
+        knots = _knots(frequency)
+        square = BSpline.design_matrix(frequency, knots, DEGREE).toarray()
+        banded = np.zeros((2 * DEGREE + 1, n))
+        for offset in range(-DEGREE, DEGREE + 1):
+            row = np.diagonal(square, offset)
+            banded[DEGREE - offset, max(offset, 0) : max(offset, 0) + row.size] = row
+        return cls(frequency, lines, csr_array(BSpline.design_matrix(lines, knots, DEGREE)), banded)
+
+    def coefficients(self, values: Complex) -> Complex:
+        """Of the splines through `values` (..., n) at the nodes: (..., n)."""
+        columns = values.reshape(-1, values.shape[-1])
+        parts = np.concatenate([columns.real, columns.imag]).T
+        solved = solve_banded((DEGREE, DEGREE), self.interpolation, parts, check_finite=False).T
+        return (solved[: len(columns)] + 1j * solved[len(columns) :]).reshape(values.shape)
+
+    def at_lines(self, coefficients: Complex) -> Complex:
+        """Values (..., F) at the lines of splines with `coefficients` (..., n)."""
+        columns = coefficients.reshape(-1, coefficients.shape[-1])
+        values = np.asarray(self.basis @ columns.T).T
+        return values.reshape(*coefficients.shape[:-1], -1)
+
+
+def _knots(nodes: Real) -> Real:
+    """Knots of the spline through `nodes`, not a knot near the ends."""
+    inner = nodes[(DEGREE + 1) // 2 : -(DEGREE + 1) // 2]
+    ends = np.full(DEGREE + 1, nodes[0]), np.full(DEGREE + 1, nodes[-1])
+    return np.concatenate([ends[0], inner, ends[1]])
+
+
+@dataclass(frozen=True)
+class CompressedSweep:
+    """One sweep as splines, and how precisely each is known.
+
+    Attributes
+    ----------
+    nodes : Nodes
+    coefficients : (K, n) complex ndarray
+        The splines nearest to the measured FRFs, V/V.
+    factor : (K, DEGREE + 1, n) ndarray
+        Upper banded Cholesky factors of twice the weighted Gram matrices: with them real and imaginary parts of
+        a residual are independent and of unit variance.
+    chi2_within : (K, B) ndarray
+        2 sum |h - spline|^2 / variance over blocks of neighbouring lines.
+    block_dof : (B,) ndarray
+        Degrees of freedom of each block: what the nodes take is shared out by their density.
+    power_within : (K,) ndarray
+        sum |h - spline|^2, (V/V)^2.
+    """
+
+    nodes: Nodes
+    coefficients: Complex
+    factor: Real
+    chi2_within: Real
+    block_dof: Real
+    power_within: Real
+
+    @property
+    def dof_within(self) -> int:
+        """Degrees of freedom of a channel's `chi2_within` over all blocks."""
+        return 2 * (self.nodes.lines.size - self.nodes.frequency.size)
+
+    def whitened(self, coefficients: Complex) -> Complex:
+        """`coefficients` (..., K, n) in standard deviations: real and imaginary parts are units of noise."""
+        n = coefficients.shape[-1]
+        white = self.factor[:, DEGREE] * coefficients
+        for offset in range(1, DEGREE + 1):
+            white[..., : n - offset] += self.factor[:, DEGREE - offset, offset:] * coefficients[..., offset:]
+        return white
+
+    def rescaled(self, ratio: Real) -> "CompressedSweep":
+        """Return the same sweep with the variance of each channel multiplied by `ratio` (K,)."""
+        return replace(
+            self,
+            factor=self.factor / np.sqrt(ratio)[:, None, None],
+            chi2_within=self.chi2_within / ratio[:, None],
+        )
+
+
+BLOCKS = 16
+"""Over how many stretches of the band the noise is compared with what was stated."""
+
+
+def compress(h: Complex, variance: Real, nodes: Nodes) -> CompressedSweep:
+    """Compress one sweep.
+
+    Parameters
+    ----------
+    h : (K, F) complex ndarray
+        Measured FRFs at the lines of `nodes`, V/V.
+    variance : (K, F) ndarray
+        E|h - H|^2, (V/V)^2.
+    nodes : Nodes
+
+    Raises
+    ------
+    ValueError
+        Where a stretch of the band holds no lines.
+    """
+    coefficients, factors, local, power = [], [], [], []
+    count = nodes.frequency.size
+    # a block's share of the nodes' freedom follows how dense they are there
+    leverage = np.interp(nodes.lines, nodes.frequency, np.gradient(np.arange(count, dtype=float), nodes.frequency))
+    between = ~np.isin(nodes.lines, nodes.frequency)
+    leverage[~between] = 1.0
+    if between.any():
+        leverage[between] *= (count - np.count_nonzero(~between)) / leverage[between].sum()
+    edges = np.linspace(0, nodes.lines.size, BLOCKS + 1).astype(int)[:-1]
+    block_freedom = 2.0 * np.maximum(np.add.reduceat(1.0 - leverage, edges), 1e-9)
+    for row, spread in zip(h, variance, strict=True):
+        weighted = nodes.basis.multiply(2.0 / spread[:, None]).tocsr()
+        gram = (weighted.T @ nodes.basis).todia()
+        banded = np.zeros((DEGREE + 1, count))
+        for offset in range(DEGREE + 1):
+            banded[DEGREE - offset, offset:] = gram.diagonal(offset)
+        try:
+            factor = cholesky_banded(banded)
+        except LinAlgError:
+            raise ValueError("a stretch of the band holds too few usable lines for its nodes") from None
+        moment = weighted.T @ row
+        solved = cho_solve_banded((factor, False), np.stack([moment.real, moment.imag], axis=1))
+        coefficients.append(solved[:, 0] + 1j * solved[:, 1])
+        factors.append(factor)
+        missed = np.abs(row - nodes.basis @ coefficients[-1]) ** 2
+        local.append(np.add.reduceat(2.0 * missed / spread, edges))
+        power.append(missed.sum())
+    return CompressedSweep(
+        nodes=nodes,
+        coefficients=np.array(coefficients),
+        factor=np.array(factors),
+        chi2_within=np.array(local),
+        block_dof=block_freedom,
+        power_within=np.array(power),
+    )

@@ -1,0 +1,114 @@
+"""The stated noise checked against the data, without any model.
+
+What the lines of a sweep hold beyond splines through the nodes is noise, whoever the plate: its size over the
+stated one must be 1. Where it is another number, the stated variance is rescaled by it, and both are said; where
+it is not one number, nothing that follows could be trusted.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.data.compression import CompressedSweep
+from analysis.gap.thresholds import NOISE_DOF, NOISE_RATIO_RANGE, NOISE_RATIO_SAID, NOISE_SPREAD
+
+LEAST_FREEDOM = 0.25
+"""Share of the freest block's degrees of freedom below which a block scatters too much to stand out."""
+SHARP = 6.0
+"""Standard deviations by which a block of lines must stand out to be taken for a feature instead of noise."""
+
+
+@dataclass(frozen=True)
+class NoiseCheck:
+    """Variance seen over variance stated.
+
+    Attributes
+    ----------
+    ratio : (K,) ndarray
+        Per channel, over all sweeps; 1 where it could not be checked.
+    by_sweep : (T, K) ndarray
+    dof : int
+        Degrees of freedom behind all ratios together.
+    sharp : (T, K, B) ndarray
+        Excess chi2 of blocks of lines with features that no plate of this damping has, too sharp for the nodes;
+        zero elsewhere.
+    notes : tuple of str
+        What was found, for people.
+    """
+
+    ratio: NDArray[np.float64]
+    by_sweep: NDArray[np.float64]
+    dof: int
+    sharp: NDArray[np.float64]
+    notes: tuple[str, ...]
+
+    def z(self, chi2: float, dof: float) -> float:
+        """Excess of `chi2` over `dof` in its standard deviations, the seen noise being uncertain itself."""
+        inflation = 1.0 + dof / self.dof if self.dof >= NOISE_DOF else 1.0
+        return float((chi2 + self.sharp.sum() - dof) / np.sqrt(2.0 * dof * inflation))
+
+
+def check_noise(sweeps: Sequence[CompressedSweep], channels: Sequence[str]) -> NoiseCheck:
+    """Compare stated and seen variance of every channel over all sweeps.
+
+    Blocks of lines that stand far out hold a feature (a resonator far sharper than the plate, a disturbance):
+    they are left out of the mean and reported.
+
+    Raises
+    ------
+    ValueError
+        Where the ratio leaves the range within which it can be corrected, or differs between sweeps.
+    """
+    freedom = np.array([s.block_dof for s in sweeps])[:, None, :]
+    local = np.array([s.chi2_within for s in sweeps])
+    dof = int(sum(s.dof_within for s in sweeps))
+    if dof < NOISE_DOF:
+        note = "the lines lie too far apart to check the stated noise; it is believed"
+        ones = np.ones(local.shape[:2])
+        return NoiseCheck(ones[0], ones, dof * len(channels), np.zeros_like(local), (note,))
+    known = freedom[0, 0] >= LEAST_FREEDOM * freedom.max()
+    quiet = np.ones(local.shape, dtype=bool)
+    quiet[..., known] = ~_standing_out((local / freedom)[..., known])
+    ratio = (local * quiet).sum((0, 2)) / (freedom * quiet).sum((0, 2))
+    by_sweep = (local * quiet).sum(2) / np.maximum((freedom * quiet).sum(2), 1e-9)
+    notes = []
+    for channel, seen, single in zip(channels, ratio, by_sweep.T, strict=True):
+        _refuse_unlike(channel, float(seen), single, dof / len(sweeps))
+        if abs(seen - 1.0) > NOISE_RATIO_SAID:
+            notes.append(
+                f"channel {channel}: the noise is {np.sqrt(seen):.2f} times the stated one "
+                f"(variance x {seen:.2f}); the stated variance was rescaled by it"
+            )
+    sharp = np.where(quiet, 0.0, local / ratio[:, None] - freedom)
+    return NoiseCheck(ratio, by_sweep, dof * len(channels), sharp, tuple(notes))
+
+
+def _standing_out(local: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Blocks (T, K, B) far above their channel's middle, in units of how the channel's blocks scatter.
+
+    Roots are compared: they scatter evenly about their middle.
+    """
+    root = np.sqrt(local)
+    middle = np.median(root, axis=(0, 2), keepdims=True)
+    spread = 1.4826 * np.median(np.abs(root - middle), axis=(0, 2), keepdims=True)
+    out: NDArray[np.bool_] = root > middle + SHARP * spread
+    return out
+
+
+def _refuse_unlike(channel: str, ratio: float, by_sweep: NDArray[np.float64], dof: float) -> None:
+    """Raise ValueError for a ratio out of range, or ratios too unlike between sweeps with `dof` each."""
+    low, high = NOISE_RATIO_RANGE
+    if not low <= ratio <= high:
+        raise ValueError(
+            f"channel {channel}: the variance seen between neighbouring lines is {ratio:.3g} times the stated "
+            f"one; {low:g} to {high:g} can be corrected. Check how the variance was estimated, and the repeats"
+        )
+    apart = float(np.quantile(by_sweep, 0.9) / np.quantile(by_sweep, 0.1))
+    # ninth and first decile of equal noise lie 2.6 standard deviations apart
+    if apart > NOISE_SPREAD * np.exp(2.6 * np.sqrt(2.0 / max(dof, 1.0))):
+        raise ValueError(
+            f"channel {channel}: seen over stated variance goes from {by_sweep.min():.3g} to {by_sweep.max():.3g} "
+            "between sweeps; the stated noise belongs to other data. Record the strays again or leave them out"
+        )

@@ -1,0 +1,270 @@
+"""Laws, readings, gain and effects fitted together: Levenberg-Marquardt with a Schur complement."""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import Real
+from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.normal_equations import GLOBAL, SweepEquations, linearise_all
+from analysis.gap.fitting.schur_complement import LocalStep, SchurComplement, schur_complement
+from analysis.gap.fitting.state import FreeParameters, GapState, clipped_laws
+from analysis.gap.thresholds import MOST_STEPS, PREDICTION_MARGIN, SETTLED
+from analysis.twin_model import Tangent, TwinModel
+
+LARGEST_STEP = np.array([0.3, 0.05, 0.7])
+"""Of log E, nu and log eta in one iteration: beyond, resonances pass each other."""
+
+ALONE = (0, 1, 2, GLOBAL)
+"""Columns of a sweep's equations that are its material and the gain."""
+
+BACKTRACKED = 0.4
+"""Share of a step that went too far which is tried before damping."""
+
+SHAPE_STEP = 0.25
+"""Of a shape in one iteration, in standard deviations of its prior."""
+
+
+@dataclass(frozen=True)
+class _Trial:
+    state: GapState
+    equations: list[SweepEquations]
+    objective: float
+    readings: Real
+    tilts: Real
+    prior: float
+
+
+def fit_gap(
+    model: TwinModel,
+    sweeps: GapSweeps,
+    start: GapState,
+    effects: Sequence[str],
+    executor: Executor,
+    *,
+    gain_free: bool = True,
+    laws_free: bool = True,
+    target: float = SETTLED,
+    most_steps: int = MOST_STEPS,
+    enough: float = np.inf,
+) -> GapFit:
+    """Fit laws, readings, gain and all parameters of `effects`; other effects of `start` are held.
+
+    Parameters
+    ----------
+    model : TwinModel
+    sweeps : GapSweeps
+    start : GapState
+        Values of all effects that are on.
+    effects : sequence of str
+        Those whose parameters move.
+    gain_free, laws_free : bool
+        Held-out trials keep what was learnt elsewhere.
+    target : float
+        Predicted decrease of chi2 at which to stop, for a fit that reaches the noise.
+    most_steps : int
+        Linearisations at most.
+    enough : float
+        Objective, minus twice a log evidence, that a fit must be able to reach; else it is given up unsettled.
+
+    Raises
+    ------
+    ValueError
+        Where the model cannot be asked at the start.
+    """
+    free = FreeParameters.of(model.cards, effects)
+    values = np.clip(free.read(start.effects), free.low, free.high)
+    start = replace(start, laws=clipped_laws(model.box, start.laws), effects=free.write(start.effects, values))
+    best = _evaluate(model, sweeps, start, free, executor)
+    best, done, passes = _descend(
+        model, sweeps, best, free, executor, gain_free, laws_free, target, most_steps, enough
+    )
+    return _result(sweeps, best, free, gain_free, laws_free, done, passes)
+
+
+def _descend(
+    model: TwinModel,
+    sweeps: GapSweeps,
+    best: _Trial,
+    free: FreeParameters,
+    executor: Executor,
+    gain_free: bool,
+    laws_free: bool,
+    target: float,
+    most_steps: int,
+    enough: float,
+) -> tuple[_Trial, bool, int]:
+    """Step down from `best`: where it ended, whether it settled there, and linearisations made."""
+    damping, share, passes, done = 0.0, 1.0, 1, False
+    while passes < most_steps:
+        step, local, predicted_decrease = _step(sweeps, best, free, damping, gain_free, laws_free)
+        # where the residual is many sigma, a decrease by fractions of a nat is not worth another linearisation
+        settled = target * max(1.0, best.objective / sweeps.numbers)
+        if predicted_decrease < settled:
+            done = True
+            break
+        if damping == 0.0 and best.objective - PREDICTION_MARGIN * predicted_decrease > enough:
+            break
+        passes += 1
+        trial = _try(
+            model, sweeps, _moved(model, best.state, free, share * step, local.times(share)), free, executor
+        )
+        if trial is not None and trial.objective <= best.objective:
+            fallen = best.objective - trial.objective
+            best, damping, share = trial, (0.0 if damping < 1e-3 else damping / 10.0), 1.0
+            # at the end of a range, or while the laws' slopes change with their values, predictions do not hold
+            if fallen < 0.3 * settled:
+                done = True
+                break
+        elif predicted_decrease < 10.0 * settled:
+            done = True
+            break
+        elif share == 1.0 and damping == 0.0:
+            # shorten the step first: where unknowns are nearly collinear, damping turns it off the valley
+            share = BACKTRACKED
+        else:
+            damping, share = max(10.0 * damping, 1e-2), 1.0
+            if damping > 1e6:
+                break
+    return best, done, passes
+
+
+def _evaluate(
+    model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
+) -> _Trial:
+    tangents: list[Tangent] = [(name, parameter, state.effects[name]) for name, parameter in free.names]
+    equations = linearise_all(model, sweeps, state, tangents, executor)
+    readings = (state.away / sweeps.reading_sigma) ** 2
+    prior = free.penalty(free.read(state.effects))
+    tilts = (state.tilt**2).sum(1)
+    objective = sum(e.chi2 for e in equations) + float(readings.sum() + tilts.sum()) + prior
+    return _Trial(state, equations, objective, readings, tilts, prior)
+
+
+def _try(
+    model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
+) -> _Trial | None:
+    """Evaluate a step; None where the model refuses the point, which then counts as a step too far."""
+    try:
+        trial = _evaluate(model, sweeps, state, free, executor)
+    except ValueError:
+        return None
+    return trial if np.isfinite(trial.objective) else None
+
+
+def _step(
+    sweeps: GapSweeps, at: _Trial, free: FreeParameters, damping: float, gain_free: bool, laws_free: bool
+) -> tuple[Real, LocalStep, float]:
+    """Return steps of gain and parameters, steps of the eliminated unknowns, and the predicted decrease."""
+    head = schur_complement(sweeps, at.equations, at.state, damping=damping, frozen=not laws_free)
+    values = free.read(at.state.effects)
+    precision = np.concatenate([[0.0], free.sigma**-2.0])
+    matrix = head.matrix + np.diag(precision)
+    gradient = head.gradient - precision * np.concatenate([[0.0], values - free.centre])
+    reach = np.where(free.shapes, SHAPE_STEP * free.sigma, np.inf)
+    low = np.concatenate([[-0.5], np.maximum(free.low - values, -reach)])
+    high = np.concatenate([[0.5], np.minimum(free.high - values, reach)])
+    moving = np.concatenate([[gain_free], ~free.shapes])
+    step = _boxed(matrix, gradient, moving, low, high, damping)
+    standing = free.standing(values, step[1:])
+    if standing.any():
+        moving = np.concatenate([[gain_free], ~free.shapes | standing])
+        step = _boxed(matrix, gradient, moving, low, high, damping)
+    predicted_decrease = head.predicted_decrease + float(2.0 * gradient @ step - step @ matrix @ step)
+    return step, head.follow(step, sweeps.count), predicted_decrease
+
+
+def _boxed(matrix: Real, gradient: Real, moving: NDArray[np.bool_], low: Real, high: Real, damping: float) -> Real:
+    """Solve for the step of the `moving` unknowns, damped on the diagonal, within `low` and `high`.
+
+    What would leave is taken to the end of what it may do and the others are solved for again: they must not
+    follow a step that is then cut short.
+    """
+    step, moving = np.zeros(len(gradient)), moving.copy()
+    while moving.any():
+        part = matrix[np.ix_(moving, moving)]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-300))
+        unit = part * scale[:, None] * scale + (damping + 1e-12) * np.eye(len(scale))
+        pull = gradient[moving] - matrix[np.ix_(moving, ~moving)] @ step[~moving]
+        step[moving] = scale * np.linalg.solve(unit, scale * pull)
+        outside = moving & ((step < low) | (step > high))
+        if not outside.any():
+            break
+        step = np.where(outside, np.clip(step, low, high), step)
+        moving &= ~outside
+    return step
+
+
+def _moved(model: TwinModel, state: GapState, free: FreeParameters, step: Real, local: LocalStep) -> GapState:
+    values = free.read(state.effects) + step[1:]
+    moved = state.laws + np.clip(local.laws, -LARGEST_STEP, LARGEST_STEP)
+    return GapState(
+        laws=clipped_laws(model.box, moved),
+        tilt=state.tilt + local.tilt,
+        away=state.away + local.away,
+        log_gain=state.log_gain + float(step[0]),
+        effects=free.write(state.effects, np.clip(values, free.low, free.high)),
+    )
+
+
+def _result(
+    sweeps: GapSweeps,
+    at: _Trial,
+    free: FreeParameters,
+    gain_free: bool,
+    laws_free: bool,
+    settled: bool,
+    passes: int,
+) -> GapFit:
+    head = schur_complement(sweeps, at.equations, at.state, frozen=not laws_free)
+    information, sigma_log_gain = without_gain(head.matrix, gain_free)
+    covariance: Real = np.linalg.inv(information + np.diag(free.sigma**-2.0)).astype(np.float64)
+    values = free.read(at.state.effects)
+    wall = (values <= free.low) | (values >= free.high)
+    fitted = len(free.names) + int(gain_free)
+    if laws_free:  # each error of a reading is fitted to that reading, which cancels
+        fitted += 3 * len(sweeps.groups.size)
+    return GapFit(
+        state=at.state,
+        free=free,
+        covariance=covariance,
+        information=information,
+        chi2=np.array([(np.abs(e.residual) ** 2).sum(-1) for e in at.equations]),
+        readings=at.readings if laws_free else np.zeros(sweeps.count),
+        tilts=at.tilts if laws_free else np.zeros(len(at.tilts)),
+        dof=float(sweeps.numbers - fitted),
+        prior=at.prior,
+        residual=np.array([e.residual for e in at.equations]),
+        predicted=np.array([e.predicted for e in at.equations]),
+        sigma_log_gain=sigma_log_gain,
+        law_sigma=_law_sigma(sweeps, at, head, covariance, sigma_log_gain),
+        alone=np.array([e.matrix[np.ix_(ALONE, ALONE)] for e in at.equations]),
+        settled=settled,
+        on_wall=tuple(name for name, there in zip(free.names, wall, strict=True) if there),
+        passes=passes,
+    )
+
+
+def without_gain(matrix: Real, gain_free: bool = True) -> tuple[Real, float]:
+    """Eliminate log gain, the first unknown: what is left (P, P), and the gain's own standard deviation."""
+    if not gain_free:
+        return matrix[1:, 1:], 0.0
+    left = matrix[1:, 1:] - np.outer(matrix[1:, 0], matrix[0, 1:]) / matrix[0, 0]
+    return 0.5 * (left + left.T), float(matrix[0, 0] ** -0.5)
+
+
+def _law_sigma(
+    sweeps: GapSweeps, at: _Trial, head: SchurComplement, covariance: Real, sigma_log_gain: float
+) -> Real:
+    """Return standard deviations of the groups' laws: their own, and what gain and effects hand on."""
+    joint = np.zeros((len(covariance) + 1,) * 2)
+    joint[1:, 1:] = covariance
+    # gain given the parameters, then their spread handed on through the gain's lever
+    lever = -head.matrix[0, 1:] / head.matrix[0, 0] if sigma_log_gain > 0.0 else np.zeros(len(covariance))
+    joint[0, 1:] = joint[1:, 0] = covariance @ lever
+    joint[0, 0] = sigma_log_gain**2 + lever @ covariance @ lever
+    return head.law_sigma(joint)

@@ -1,0 +1,82 @@
+"""Where a fit of laws, readings, gain and effects ended."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import Real
+from analysis.gap.fitting.state import FreeParameters, GapState
+
+
+@dataclass(frozen=True)
+class GapFit:
+    """Where a fit ended.
+
+    Attributes
+    ----------
+    state : GapState
+    free : FreeParameters
+        The effects' parameters that were moved.
+    covariance : (P, P) ndarray
+        Of the free parameters, everything else eliminated, prior included.
+    information : (P, P) ndarray
+        The data's own part of its inverse.
+    chi2 : (T, K) ndarray
+        Of the nodes.
+    readings : (T,) ndarray
+        chi2 of the temperature readings, data like the others: a plate that lags strains nothing else.
+    tilts : (G,) ndarray
+        chi2 of the laws' slopes against those read off the neighbours.
+    dof : float
+        Real numbers less what was fitted.
+    prior : float
+        Minus twice the log prior of the parameters, up to a constant.
+    residual, predicted : (T, K, n) complex ndarray
+        Whitened residual, and the model's spline coefficients [V/V].
+    sigma_log_gain : float
+    law_sigma : (G, 3) ndarray
+        Standard deviations of log E, nu and log eta of the groups, gain and effects eliminated.
+    alone : (T, 4, 4) ndarray
+        Information that each sweep has of its log E, nu and log eta and of log gain.
+    settled : bool
+    on_wall : tuple of (effect, parameter)
+        Parameters that ended at the end of their range.
+    passes : int
+        How often all sweeps were linearised.
+    """
+
+    state: GapState
+    free: FreeParameters
+    covariance: Real
+    information: Real
+    chi2: Real
+    readings: Real
+    tilts: Real
+    dof: float
+    prior: float
+    residual: NDArray[np.complex128] = field(repr=False)
+    predicted: NDArray[np.complex128] = field(repr=False)
+    sigma_log_gain: float
+    law_sigma: Real
+    alone: Real
+    settled: bool
+    on_wall: tuple[tuple[str, str], ...]
+    passes: int
+
+    @property
+    def total(self) -> float:
+        """chi2 over all sweeps, channels, readings and slopes."""
+        return float(self.chi2.sum() + self.readings.sum() + self.tilts.sum())
+
+    @property
+    def log_evidence(self) -> float:
+        """Laplace's approximation, up to a constant common to all sets of effects on the same sweeps."""
+        scaled = np.eye(len(self.covariance)) + self.free.sigma[:, None] ** 2 * self.information
+        occam = float(np.linalg.slogdet(scaled)[1]) if len(self.covariance) else 0.0
+        return -0.5 * (self.total + self.prior + occam)
+
+    @property
+    def sigma(self) -> Real:
+        """Standard deviations of the free parameters, (P,)."""
+        return np.sqrt(np.diag(self.covariance))

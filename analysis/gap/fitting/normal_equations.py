@@ -1,0 +1,146 @@
+"""Whitened least squares of every sweep at one state.
+
+Columns of a sweep: log E, nu and log eta of its group, their slopes, the plate's temperature, log gain, then
+parameters of effects.
+"""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import Real
+from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.fitting.state import GapState
+from analysis.local_laws import LocalLaws
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import Tangent, TwinModel
+
+Made = TypeVar("Made")
+
+LAWS, SLOPES, TEMPERATURE, GLOBAL = slice(0, 3), slice(3, 6), 6, 7
+"""Places of the columns: what is a group's, what is a sweep's, and where begins what is the campaign's."""
+
+
+@dataclass(frozen=True)
+class SweepEquations:
+    """One sweep linearised.
+
+    Attributes
+    ----------
+    matrix : (8 + P, 8 + P) ndarray
+        J'J of the whitened columns.
+    gradient : (8 + P,) ndarray
+        J'r.
+    residual : (K, n) complex ndarray
+        Data less model in units of noise, real and imaginary part each; zero where left out.
+    predicted : (K, n) complex ndarray
+        Spline coefficients of the model, V/V.
+    """
+
+    matrix: Real
+    gradient: Real
+    residual: NDArray[np.complex128] = field(repr=False)
+    predicted: NDArray[np.complex128] = field(repr=False)
+
+    @property
+    def chi2(self) -> float:
+        """Sum of squares of the whitened residual."""
+        return float((np.abs(self.residual) ** 2).sum())
+
+
+@dataclass(frozen=True)
+class WhitenedSweep:
+    """One sweep's columns in units of noise, before they are multiplied out.
+
+    Attributes
+    ----------
+    white : (9 + P, K, n) complex ndarray
+        The columns, and after them the residual.
+    predicted : (K, n) complex ndarray
+        As in `SweepEquations`.
+    """
+
+    white: NDArray[np.complex128] = field(repr=False)
+    predicted: NDArray[np.complex128] = field(repr=False)
+
+    def equations(self) -> SweepEquations:
+        """Multiply out."""
+        flat = self.white.reshape(len(self.white), -1)
+        real = np.concatenate([flat.real, flat.imag], axis=1)
+        products = real @ real.T
+        return SweepEquations(products[:-1, :-1], products[:-1, -1], self.white[-1].copy(), self.predicted)
+
+    def after(self, step: Real) -> NDArray[np.complex128]:
+        """Residual (K, n) that a step (8 + P,) leaves to first order."""
+        left: NDArray[np.complex128] = self.white[-1] - np.tensordot(step, self.white[:-1], 1)
+        return left
+
+
+def linearise_all(
+    model: TwinModel, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent], executor: Executor
+) -> list[SweepEquations]:
+    """Linearise all sweeps at `state`, the parameters of effects being those of `tangents`."""
+    laws = sweeps.groups.laws(state.laws)
+    model = model.counted(laws, state.effects)
+
+    def linearised(sweep: int) -> SweepEquations:
+        return _whitened(model, sweeps, sweep, laws, state, tangents).equations()
+
+    return _for_all(linearised, sweeps, executor)
+
+
+def whiten_all(
+    model: TwinModel, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent], executor: Executor
+) -> list[WhitenedSweep]:
+    """Linearise like `linearise_all`, and keep the columns: memory grows with sweeps times tangents."""
+    laws = sweeps.groups.laws(state.laws)
+    model = model.counted(laws, state.effects)
+
+    def whitened(sweep: int) -> WhitenedSweep:
+        return _whitened(model, sweeps, sweep, laws, state, tangents)
+
+    return _for_all(whitened, sweeps, executor)
+
+
+def _for_all(work: Callable[[int], Made], sweeps: GapSweeps, executor: Executor) -> list[Made]:
+    jobs = [executor.submit(work, sweep) for sweep in range(sweeps.count)]
+    try:
+        return [job.result() for job in jobs]
+    finally:
+        for job in jobs:
+            job.cancel()
+
+
+def _whitened(
+    model: TwinModel,
+    sweeps: GapSweeps,
+    sweep: int,
+    laws: Sequence[LocalLaws],
+    state: GapState,
+    tangents: Sequence[Tangent],
+) -> WhitenedSweep:
+    point = sweeps.points[sweep]
+    moved = SweepPoint(point.temperature + float(state.away[sweep]), point.rate, point.level)
+    frequency = sweeps.nodes.frequency
+    group = sweeps.groups.of_sweep[sweep]
+    sigma = sweeps.slope_sigma[group]
+    # turned about the oven's own temperature a slope changes what effects make of it (a lag, a gradient) and
+    # nothing else; turned about the group's reference it could be traded for errors of the readings
+    local_laws = laws[group].tilted(state.tilt[group] * sigma, moved.temperature)
+    line = model.linearise(local_laws, frequency, state.effects, moved, tangents)
+    slopes = sigma[:, None, None] * line.by_slope
+    gain = float(np.exp(state.log_gain))
+    local = np.concatenate([line.by_material, slopes, line.by_temperature[None]])
+    splines = gain * sweeps.nodes.coefficients(
+        np.concatenate([local, line.transfer[None], line.by_parameter, np.zeros_like(line.transfer)[None]])
+    )
+    predicted = splines[GLOBAL].copy()
+    compressed = sweeps.compressed[sweep]
+    splines[-1] = compressed.coefficients - predicted
+    white = compressed.whitened(splines)
+    white *= sweeps.rows[sweep]
+    return WhitenedSweep(white, predicted)

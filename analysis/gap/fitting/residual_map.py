@@ -1,0 +1,172 @@
+"""Where twin and data disagree: channel, frequency, temperature, ramp and level."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import find_objects, label
+
+from analysis.arrays import Real
+from analysis.gap.data.noise import NoiseCheck
+from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.fitting.gap_fit import GapFit
+
+BINS = 24
+"""Stretches of the band, each as many half widths of a resonance."""
+CELL_SIGNIFICANT = 5.0
+"""Standard deviations from which a cell counts: of two thousand cells of noise none reaches it."""
+CELL_SHARE = 0.1
+"""Of the strongest cell: weaker ones would join all regions into one."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """A connected part of one channel's map with more than noise in it.
+
+    Attributes
+    ----------
+    channel : str
+    frequency : (float, float)
+        Hz.
+    temperature : (float, float)
+        Degrees Celsius.
+    share : float
+        Of all excess.
+    sigma : float
+        Largest rms residual of a cell, in sigma.
+    """
+
+    channel: str
+    frequency: tuple[float, float]
+    temperature: tuple[float, float]
+    share: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class ResidualMap:
+    """Residual of a fit over all a campaign varies.
+
+    Attributes
+    ----------
+    edges : (B + 1,) ndarray
+        Of the stretches of frequency, Hz.
+    temperature : (T,) ndarray
+        Of the sweeps, degrees Celsius.
+    direction : tuple of str
+    level : (T,) ndarray
+        V.
+    channels : tuple of str
+    sigma : (T, K, B) ndarray
+        rms residual in units of noise: 1 is noise.
+    excess : (T, K, B) ndarray
+        chi2 beyond the noise's.
+    readings : (T,) ndarray
+        The same for each sweep's temperature reading.
+    regions : tuple of Region
+        Where it sits, strongest first.
+    """
+
+    edges: Real
+    temperature: Real
+    direction: tuple[str, ...]
+    level: Real
+    channels: tuple[str, ...]
+    sigma: Real
+    excess: Real
+    readings: Real
+    regions: tuple[Region, ...]
+
+    def shares(self) -> dict[str, dict[str, float]]:
+        """Shares of the excess by channel, frequency, temperature, ramp, level, and of the readings."""
+        total = float(self.excess.sum() + self.readings.sum())
+        if total <= 0.0:
+            return {}
+        by_sweep = (self.excess.sum((1, 2)) + self.readings) / total
+        table: dict[str, dict[str, float]] = {
+            "channel": dict(zip(self.channels, (self.excess.sum((0, 2)) / total).tolist(), strict=True)),
+            "frequency": {
+                f"{low:.0f}-{high:.0f} Hz": float(share)
+                for low, high, share in zip(
+                    self.edges[:-1], self.edges[1:], self.excess.sum((0, 1)) / total, strict=True
+                )
+            },
+            "temperature": {},
+            "direction": {},
+            "level": {},
+            "readings": {"temperature readings": float(self.readings.sum() / total)},
+        }
+        for t, way, level, share in zip(self.temperature, self.direction, self.level, by_sweep, strict=True):
+            for kind, name in (("temperature", f"{t:.0f} °C"), ("direction", way), ("level", f"{level:g} V")):
+                table[kind][name] = table[kind].get(name, 0.0) + float(share)
+        return table
+
+
+def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualMap:
+    """Map what `fit` leaves; features too sharp for the nodes are added where they stand."""
+    excess, sigma, count, edges = _cells(sweeps, noise, fit.residual)
+    regions = _regions(sweeps, excess, sigma, count, edges)
+    return ResidualMap(
+        edges=edges,
+        temperature=np.array([p.temperature for p in sweeps.points]),
+        direction=sweeps.direction,
+        level=np.array([p.level for p in sweeps.points]),
+        channels=sweeps.channels,
+        sigma=sigma,
+        excess=excess,
+        readings=fit.readings,
+        regions=regions,
+    )
+
+
+def cell_sigma(sweeps: GapSweeps, noise: NoiseCheck, residual: NDArray[np.complex128]) -> Real:
+    """Return the (T, K, B) `ResidualMap.sigma` of a whitened residual (T, K, n)."""
+    return _cells(sweeps, noise, residual)[1]
+
+
+def _cells(sweeps: GapSweeps, noise: NoiseCheck, residual: NDArray[np.complex128]) -> tuple[Real, ...]:
+    """Return excess and sigma of `ResidualMap` (T, K, B), the noise's chi2 in a cell (B,), and edges (B + 1,)."""
+    n = sweeps.nodes.frequency.size
+    bins = min(BINS, n)
+    starts = np.linspace(0, n, bins + 1).astype(int)
+    power = np.add.reduceat(np.abs(residual) ** 2, starts[:-1], axis=-1)
+    count = 2.0 * np.diff(starts)
+    edges = np.append(sweeps.nodes.frequency[starts[:-1]], sweeps.nodes.frequency[-1])
+    excess = power - count
+    lines = sweeps.nodes.lines
+    blocks = noise.sharp.shape[-1]
+    middle = lines[((np.arange(blocks) + 0.5) * lines.size / blocks).astype(int)]
+    place = np.clip(np.searchsorted(edges, middle) - 1, 0, bins - 1)
+    for block, bin_ in enumerate(place):
+        excess[:, :, bin_] += noise.sharp[sweeps.original, :, block]
+    return excess, np.sqrt(np.maximum(excess + count, 0.0) / count), count, edges
+
+
+def _regions(sweeps: GapSweeps, excess: Real, sigma: Real, count: Real, edges: Real) -> tuple[Region, ...]:
+    """Find connected cells over groups of temperature and bins of frequency, strongest first."""
+    groups = len(sweeps.groups.reference)
+    by_group, worst = np.zeros((groups, *excess.shape[1:])), np.zeros((groups, *excess.shape[1:]))
+    np.add.at(by_group, sweeps.groups.of_sweep, excess)
+    np.maximum.at(worst, sweeps.groups.of_sweep, sigma)
+    noise = np.sqrt(2.0 * count * sweeps.groups.size[:, None])
+    total = max(float(excess.sum()), 1e-300)
+    largest = float(by_group.max())
+    found = []
+    for k, channel in enumerate(sweeps.channels):
+        hot = (by_group[:, k] > CELL_SIGNIFICANT * noise) & (by_group[:, k] > CELL_SHARE * largest)
+        labels, _ = label(hot)
+        for number, (rows, columns) in enumerate(find_objects(labels), start=1):
+            inside = labels == number
+            found.append(
+                Region(
+                    channel=channel,
+                    frequency=(float(edges[columns.start]), float(edges[columns.stop])),
+                    temperature=(
+                        float(sweeps.groups.reference[rows.start]),
+                        float(sweeps.groups.reference[rows.stop - 1]),
+                    ),
+                    share=float(np.clip(by_group[:, k][inside].sum() / total, 0.0, 1.0)),
+                    sigma=float(worst[:, k][inside].max()),
+                )
+            )
+    return tuple(sorted(found, key=lambda r: -r.share))

@@ -1,0 +1,172 @@
+"""The sweeps' normal equations together: an arrow, whose blocks are eliminated.
+
+Laws and their slopes belong to a group of sweeps, temperatures to a sweep, gain and effects to the campaign:
+eliminating group by group leaves a small matrix for gain and effects, in which each effect is only what laws and
+readings cannot imitate. Errors of the readings that all sweeps of a group share cannot be told from another law at
+its reference, which is its mean reading; only their contrasts are unknowns.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, helmert
+
+from analysis.arrays import Real
+from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.fitting.normal_equations import GLOBAL, LAWS, SLOPES, TEMPERATURE, SweepEquations
+from analysis.gap.fitting.state import GapState
+
+OWN = 6
+"""Unknowns of every group: three laws and their slopes; contrasts of its readings follow."""
+RIDGE = 1e-12
+"""Of a unit diagonal: keeps a material constant that no line depends on from breaking the elimination."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """What eliminating one group left behind.
+
+    Attributes
+    ----------
+    members : (m,) int ndarray
+        Its sweeps.
+    contrasts : (m, m - 1) ndarray
+        Orthonormal, of its readings.
+    lever : (q, 1 + P) ndarray
+        By how much its unknowns follow gain and effects, with opposite sign.
+    own : (q,) ndarray
+        Their step at fixed gain and effects.
+    variance : (q,) ndarray
+        At fixed gain and effects.
+    """
+
+    members: NDArray[np.int_]
+    contrasts: Real
+    lever: Real
+    own: Real
+    variance: Real
+
+
+@dataclass(frozen=True)
+class LocalStep:
+    """Steps of laws (G, 3), of slopes (G, 3) in their standard deviations, and of temperatures (T,)."""
+
+    laws: Real
+    tilt: Real
+    away: Real
+
+    def times(self, share: float) -> "LocalStep":
+        """Return a share of the way."""
+        return LocalStep(share * self.laws, share * self.tilt, share * self.away)
+
+
+@dataclass(frozen=True)
+class SchurComplement:
+    """All sweeps together, laws and temperatures eliminated.
+
+    Attributes
+    ----------
+    matrix : (1 + P, 1 + P) ndarray
+        Schur complement for log gain and the effects' parameters.
+    gradient : (1 + P,) ndarray
+    raw : (1 + P, 1 + P) ndarray
+        `matrix` before the elimination: the size of each column.
+    predicted_decrease : float
+        Fall of chi2 that the eliminated unknowns promise by themselves.
+    blocks : tuple of Block
+    """
+
+    matrix: Real
+    gradient: Real
+    raw: Real
+    predicted_decrease: float
+    blocks: tuple[Block, ...] = field(repr=False)
+
+    def follow(self, step: Real, sweeps: int) -> LocalStep:
+        """Return the steps of all that was eliminated once gain and effects step by `step` (1 + P,)."""
+        local = [block.own - block.lever @ step for block in self.blocks]
+        away = np.zeros(sweeps)
+        for block, steps in zip(self.blocks, local, strict=True):
+            if len(steps) > OWN:
+                away[block.members] = block.contrasts @ steps[OWN:]
+        return LocalStep(np.array([x[LAWS] for x in local]), np.array([x[SLOPES] for x in local]), away)
+
+    def law_sigma(self, joint: Real) -> Real:
+        """Return standard deviations (G, 3) of the laws when gain and effects have covariance `joint`."""
+        variance = [b.variance[LAWS] + ((b.lever[LAWS] @ joint) * b.lever[LAWS]).sum(1) for b in self.blocks]
+        sigma: Real = np.sqrt(np.array(variance))
+        return sigma
+
+
+def schur_complement(
+    sweeps: GapSweeps,
+    equations: Sequence[SweepEquations],
+    state: GapState,
+    *,
+    damping: float = 0.0,
+    frozen: bool = False,
+    readings: bool = True,
+) -> SchurComplement:
+    """Eliminate laws, slopes and readings of every group.
+
+    Parameters
+    ----------
+    equations : sequence of SweepEquations
+        One per sweep, at `state`.
+    damping : float
+        Of Levenberg and Marquardt, on the diagonals of the groups' blocks.
+    frozen : bool
+        Laws and temperatures do not move: nothing is eliminated.
+    readings : bool
+        False takes the temperatures and slopes for known: only laws are eliminated.
+    """
+    size = len(equations[0].gradient) - GLOBAL
+    matrix = sum((e.matrix[GLOBAL:, GLOBAL:] for e in equations), np.zeros((size, size)))
+    gradient = sum((e.gradient[GLOBAL:] for e in equations), np.zeros(size))
+    raw, predicted_decrease, blocks = matrix, 0.0, []
+    for group, tilt in enumerate(state.tilt):
+        members = np.flatnonzero(sweeps.groups.of_sweep == group)
+        mine = [equations[int(s)] for s in members]
+        contrasts = helmert(len(members)).T if len(members) > 1 else np.zeros((1, 0))
+        local, coupling, pull = _group(mine, contrasts, state.away[members], tilt, sweeps.reading_sigma)
+        if frozen:
+            blocks.append(Block(members, contrasts, 0.0 * coupling, 0.0 * pull, 0.0 * pull))
+            continue
+        if not readings:
+            local[OWN:] = local[:, OWN:] = local[SLOPES] = local[:, SLOPES] = 0.0
+            coupling[OWN:] = coupling[SLOPES] = 0.0
+            local += np.diag((np.diag(local) == 0.0).astype(float))
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(local), 1e-300))
+        unit = local * scale[:, None] * scale + (RIDGE + damping) * np.eye(len(local))
+        factor = cho_factor(unit)
+        solved = scale[:, None] * cho_solve(factor, scale[:, None] * np.column_stack([coupling, pull]))
+        lever, own = solved[:, :-1], solved[:, -1]
+        matrix = matrix - coupling.T @ lever
+        gradient = gradient - coupling.T @ own
+        predicted_decrease += float(pull @ own)
+        variance = scale**2 * np.diag(cho_solve(factor, np.eye(len(local))))
+        blocks.append(Block(members, contrasts, lever, own, variance))
+    return SchurComplement(0.5 * (matrix + matrix.T), gradient, raw, predicted_decrease, tuple(blocks))
+
+
+def _group(
+    equations: Sequence[SweepEquations], contrasts: Real, away: Real, tilt: Real, reading_sigma: float
+) -> tuple[Real, Real, Real]:
+    """Return matrix of a group's own unknowns, their coupling to the common ones, and their gradient."""
+    size = OWN + contrasts.shape[1]
+    local, pull = np.zeros((size, size)), np.zeros(size)
+    coupling = np.zeros((size, len(equations[0].gradient) - GLOBAL))
+    for e, row in zip(equations, contrasts, strict=True):
+        spread = np.zeros((GLOBAL, size))
+        spread[:OWN, :OWN] = np.eye(OWN)
+        spread[TEMPERATURE, OWN:] = row
+        local += spread.T @ e.matrix[:GLOBAL, :GLOBAL] @ spread
+        coupling += spread.T @ e.matrix[:GLOBAL, GLOBAL:]
+        pull += spread.T @ e.gradient[:GLOBAL]
+    local[SLOPES, SLOPES] += np.eye(3)
+    pull[SLOPES] -= tilt
+    local[OWN:, OWN:] += np.eye(size - OWN) / reading_sigma**2
+    pull[OWN:] -= contrasts.T @ away / reading_sigma**2
+    return local, coupling, pull

@@ -1,0 +1,154 @@
+"""A point in the space a gap fit moves in: laws at the groups, readings' errors, gain and effects."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.effect_card import EffectCard, Parameter, Values
+from analysis.gap.data.groups import TemperatureGroups, mean_laws
+from analysis.material import MaterialBox
+from analysis.updated import Updated
+
+
+@dataclass(frozen=True)
+class GapState:
+    """Values of everything that is fitted or held.
+
+    Attributes
+    ----------
+    laws : (G, 3) ndarray
+        log E [log Pa], nu and log eta at the groups' references.
+    tilt : (G, 3) ndarray
+        What the laws' slopes are off, in their standard deviations.
+    away : (T,) ndarray
+        True temperature less reading, K.
+    log_gain : float
+    effects : mapping
+        Values of each effect that is switched on.
+    """
+
+    laws: NDArray[np.float64]
+    tilt: NDArray[np.float64]
+    away: NDArray[np.float64]
+    log_gain: float
+    effects: Mapping[str, Values]
+
+    def with_effects(self, effects: Mapping[str, Values]) -> "GapState":
+        """Return the same state with other effects."""
+        return replace(self, effects={name: dict(values) for name, values in effects.items()})
+
+    def restricted(self, groups: Sequence[int], sweeps: Sequence[int]) -> "GapState":
+        """Return what concerns some groups and sweeps only."""
+        kept = list(groups)
+        return replace(self, laws=self.laws[kept], tilt=self.tilt[kept], away=self.away[list(sweeps)])
+
+    def corrected(
+        self, groups: TemperatureGroups, before: "GapState", after: "GapState", few: TemperatureGroups
+    ) -> "GapState":
+        """Move laws, gain and effects as a fit to `few` groups moved them from `before` to `after`.
+
+        In between, the laws' changes follow by interpolation over temperature: they are smooth where the laws
+        themselves are not. Readings start from what they say: an effect may have moved under another's absence.
+        """
+        change = after.laws - before.laws
+        laws = [np.interp(groups.reference, few.reference, column) for column in change.T]
+        return GapState(
+            laws=self.laws + np.array(laws).T,
+            tilt=np.zeros_like(self.tilt),
+            away=np.zeros_like(self.away),
+            log_gain=self.log_gain + after.log_gain - before.log_gain,
+            effects=after.effects,
+        )
+
+
+def starting_state(updated: Updated, groups: TemperatureGroups) -> GapState:
+    """State without effects from a model updating of the same sweeps; groups take the mean of their sweeps."""
+    laws = mean_laws(updated.material, groups)
+    return GapState(laws, np.zeros_like(laws), np.zeros(len(groups.of_sweep)), float(np.log(updated.gain)), {})
+
+
+def clipped_laws(box: MaterialBox, laws: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Laws' values (G, 3) moved into the model's box."""
+    material = np.stack([np.exp(laws[:, 0]), laws[:, 1], np.exp(laws[:, 2])], axis=1)
+    inside = box.clip(material)
+    # exp and log do not undo each other to the last digit: leave alone what was inside
+    back = np.stack([np.log(inside[:, 0]), inside[:, 1], np.log(inside[:, 2])], axis=1)
+    clipped: NDArray[np.float64] = np.where(inside == material, laws, back)
+    return clipped
+
+
+@dataclass(frozen=True)
+class FreeParameters:
+    """The effects' parameters that a fit moves, with their priors and ranges.
+
+    Attributes
+    ----------
+    names : tuple of (effect, parameter)
+    cards : tuple of Parameter
+    centre : (P,) ndarray
+        Of the priors.
+    """
+
+    names: tuple[tuple[str, str], ...]
+    cards: tuple[Parameter, ...]
+
+    @classmethod
+    def of(cls, cards: Mapping[str, EffectCard], effects: Sequence[str]) -> "FreeParameters":
+        """All parameters of `effects`, shapes included."""
+        pairs = [(name, p) for name in effects for p in cards[name].parameters]
+        return cls(tuple((name, p.name) for name, p in pairs), tuple(p for _, p in pairs))
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """Means of the priors, (P,)."""
+        return np.array([p.typical if p.shape else 0.0 for p in self.cards])
+
+    @property
+    def sigma(self) -> NDArray[np.float64]:
+        """Standard deviations of the priors, (P,)."""
+        return np.array([p.sigma for p in self.cards])
+
+    @property
+    def low(self) -> NDArray[np.float64]:
+        """Lower ends of the ranges, (P,)."""
+        return np.array([p.low for p in self.cards])
+
+    @property
+    def high(self) -> NDArray[np.float64]:
+        """Upper ends of the ranges, (P,)."""
+        return np.array([p.high for p in self.cards])
+
+    @property
+    def shapes(self) -> NDArray[np.bool_]:
+        """Which of the parameters are shapes, (P,)."""
+        return np.array([p.shape for p in self.cards], dtype=bool)
+
+    def standing(self, values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which parameters (P,) are shapes of an effect whose amplitudes change by less than half in `step`.
+
+        A shape's tangent grows with the amplitude: while that is still on its way, it points anywhere.
+        """
+        effects = np.array([name for name, _ in self.names])
+        size, change = (values / self.sigma) ** 2, (step / self.sigma) ** 2
+        stands = [
+            change[same].sum() < 0.25 * size[same].sum()
+            for same in ((effects == name) & ~self.shapes for name in effects)
+        ]
+        return np.array(stands, dtype=bool) & self.shapes
+
+    def read(self, effects: Mapping[str, Values]) -> NDArray[np.float64]:
+        """Take the values (P,) out of `effects`."""
+        return np.array([effects[name][p] for name, p in self.names], dtype=float)
+
+    def write(self, effects: Mapping[str, Values], values: NDArray[np.float64]) -> dict[str, dict[str, float]]:
+        """Return `effects` with `values` (P,) put in."""
+        changed = {name: dict(v) for name, v in effects.items()}
+        for (name, parameter), value in zip(self.names, values, strict=True):
+            changed[name][parameter] = float(value)
+        return changed
+
+    def penalty(self, values: NDArray[np.float64]) -> float:
+        """Return minus twice the log prior of `values` (P,), up to a constant."""
+        return float((((values - self.centre) / self.sigma) ** 2).sum())

@@ -1,0 +1,45 @@
+"""Whether what a fit leaves is noise: neighbours in frequency and in temperature must not resemble each other."""
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.data.sweeps import GapSweeps
+
+LAGS = 3
+"""Neighbours on one side that are compared: about a resonance's half width."""
+
+
+def whiteness(sweeps: GapSweeps, residual: NDArray[np.complex128]) -> tuple[float, float]:
+    """Correlation of `residual` (T, K, n) over frequency and over temperature, in standard deviations of noise.
+
+    Real and imaginary parts of unit variance make products of variance 2; sums over many are normal.
+    """
+    rows = sweeps.rows
+    over_frequency = [
+        _correlation(residual[..., lag:], residual[..., :-lag], rows[..., lag:] & rows[..., :-lag])
+        for lag in range(1, LAGS + 1)
+    ]
+    pairs = neighbours(sweeps)
+    if not pairs:
+        return float(np.sum(over_frequency) / np.sqrt(LAGS)), 0.0
+    left, right = np.array(pairs).T
+    over_temperature = _correlation(residual[left], residual[right], rows[left] & rows[right])
+    return float(np.sum(over_frequency) / np.sqrt(LAGS)), over_temperature
+
+
+def neighbours(sweeps: GapSweeps) -> list[tuple[int, int]]:
+    """Sweeps next to each other in temperature, at one level and on one ramp."""
+    pairs = []
+    legs = sorted({(d, p.level) for d, p in zip(sweeps.direction, sweeps.points, strict=True)})
+    for leg in legs:
+        own = [s for s in range(sweeps.count) if (sweeps.direction[s], sweeps.points[s].level) == leg]
+        own.sort(key=lambda s: sweeps.points[s].temperature)
+        pairs += list(pairwise(own))
+    return pairs
+
+
+def _correlation(a: NDArray[np.complex128], b: NDArray[np.complex128], rows: NDArray[np.bool_]) -> float:
+    count = max(int(rows.sum()), 1)
+    return float((a * b.conj()).real.sum() / np.sqrt(2.0 * count))

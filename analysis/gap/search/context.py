@@ -1,0 +1,100 @@
+"""Search context: what every step of the search works with, and the fits made so far."""
+
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+
+from analysis.gap.data.noise import NoiseCheck
+from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.state import GapState
+from analysis.gap.fitting.whiteness import whiteness
+from analysis.gap.search.score_test import ScoreTest, score_test
+from analysis.gap.thresholds import COARSE_TEMPERATURES, LEAST_GAIN, WHITENESS, Z_FLOOR, Z_NAMED
+from analysis.progress import Progress
+from analysis.twin_model import TwinModel
+
+
+class FitCache:
+    """Fits to all sweeps by their set of effects, in any order; it grows during a search."""
+
+    def __init__(self) -> None:
+        self._fits: dict[frozenset[str], GapFit] = {}
+
+    def known(self, effects: Iterable[str]) -> GapFit | None:
+        """Return the fit of `effects`; None if there is none yet."""
+        return self._fits.get(frozenset(effects))
+
+    def keep(self, effects: Iterable[str], fit: GapFit) -> None:
+        """Store the fit of `effects`."""
+        self._fits[frozenset(effects)] = fit
+
+
+@dataclass(eq=False)
+class SearchContext:
+    """What every step of the search works with.
+
+    Attributes
+    ----------
+    model : TwinModel
+    sweeps : GapSweeps
+    noise : NoiseCheck
+    executor : Executor
+    report : callable
+        Called with a stage's name and the share of it done.
+    fits : FitCache
+        Fits to all sweeps made so far.
+    """
+
+    model: TwinModel
+    sweeps: GapSweeps
+    noise: NoiseCheck
+    executor: Executor
+    report: Progress = field(default=lambda stage, share: None)
+    fits: FitCache = field(repr=False, default_factory=FitCache)
+
+    def fit(self, start: GapState, effects: Sequence[str]) -> GapFit:
+        """Fit laws, readings, gain and `effects` to all sweeps, unless `fits` holds the result."""
+        found = self.fits.known(effects)
+        if found is None:
+            found = fit_gap(self.model, self.sweeps, start, effects, self.executor)
+            self.fits.keep(effects, found)
+        return found
+
+    def score_test(self, fit: GapFit) -> ScoreTest:
+        """Score test of all candidates at `fit`."""
+        return score_test(self.model, self.sweeps, fit, self.executor)
+
+    @property
+    def least_gain(self) -> float:
+        """Log evidence that an effect must bring, nats, as the likelihood counts them."""
+        return LEAST_GAIN * self.sweeps.overstated
+
+    def z(self, fit: GapFit) -> float:
+        """Excess of a fit's chi2 over noise and the twin's own error, in its standard deviations."""
+        return self.noise.z(fit.total - min(self.sweeps.allowed, max(self.excess(fit), 0.0)), fit.dof)
+
+    def excess(self, fit: GapFit) -> float:
+        """Chi2 beyond what noise leaves."""
+        return fit.total + float(self.noise.sharp.sum()) - fit.dof
+
+    def agrees(self, fit: GapFit) -> bool:
+        """Whether a fit leaves nothing but noise and the twin's own error, which need not be white."""
+        if self.z(fit) > (Z_NAMED if fit.state.effects else Z_FLOOR):
+            return False
+        return self.excess(fit) <= self.sweeps.allowed or max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
+
+    @property
+    def coarse_groups(self) -> list[int]:
+        """A few temperatures, evenly over the range, first and last among them."""
+        count = len(self.sweeps.groups.reference)
+        if count < 1.5 * COARSE_TEMPERATURES:
+            return list(range(count))
+        return sorted({round(i * (count - 1) / (COARSE_TEMPERATURES - 1)) for i in range(COARSE_TEMPERATURES)})
+
+
+def explained(context: SearchContext, before: GapFit, after: GapFit) -> float:
+    """Share of the excess of `before` that `after` explains; 0 where there was none."""
+    excess = context.excess(before)
+    return (before.total - after.total) / excess if excess > 0.0 else 0.0

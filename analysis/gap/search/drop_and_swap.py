@@ -1,0 +1,91 @@
+"""Every effect found has to stand without itself and against each other one in its place."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.search.context import SearchContext
+from analysis.gap.search.refit import Refit, absent, refit
+from analysis.gap.search.score_test import ScoreTest
+from analysis.gap.thresholds import CLASS_NATS, MOST_EFFECTS, SWAP_SHARE, SWAPS_REFITTED
+
+
+def drop_and_swap(
+    context: SearchContext, baseline: GapFit, fit: GapFit, last: ScoreTest, blind: Sequence[str]
+) -> tuple[GapFit, ScoreTest, list[list[Refit]]]:
+    """Drop each effect of `fit`, and put every other in its place, until none is better off.
+
+    Returns the fit and its screening at the end, and the rivals that were fitted.
+    """
+    trials: list[list[Refit]] = []
+    for _ in range(MOST_EFFECTS):
+        on = tuple(fit.state.effects)
+        without = {name: dropped(context, baseline, fit, name) for name in on}
+        idle = [name for name in on if fit.log_evidence - without[name].log_evidence < context.least_gain]
+        if idle:
+            fit = max((without[name] for name in idle), key=lambda f: f.log_evidence)
+            last = context.score_test(fit)
+            continue
+        # a single effect has met its rivals when it was chosen
+        better = _swapped(context, fit, last, without, blind, trials) if len(on) > 1 else None
+        if better is None:
+            break
+        fit, last = better, context.score_test(better)
+    return fit, last, trials
+
+
+def dropped(context: SearchContext, baseline: GapFit, fit: GapFit, name: str) -> GapFit:
+    """Fit the twin of `fit` without one of its effects."""
+    rest = {other: values for other, values in fit.state.effects.items() if other != name}
+    return context.fit(replace(baseline.state, effects=rest), tuple(rest)) if rest else baseline
+
+
+def relative_evidence(
+    context: SearchContext, fit: GapFit, last: ScoreTest, name: str, blind: Sequence[str]
+) -> dict[str, float]:
+    """Log evidence of every other effect in the place of `name`, relative to it, nats.
+
+    To first order at `fit`, or of the full fit where there was one.
+    """
+    contest = {c.effects[0]: c.gain for c in last.without(name).candidates()}
+    rest = frozenset(fit.state.effects) - {name}
+    relative = {}
+    for other, gain in contest.items():
+        if other == name or other in blind:
+            continue
+        known = context.fits.known(rest | {other})
+        relative[other] = known.log_evidence - fit.log_evidence if known else gain - contest[name]
+    return relative
+
+
+def _swapped(
+    context: SearchContext,
+    fit: GapFit,
+    last: ScoreTest,
+    without: Mapping[str, GapFit],
+    blind: Sequence[str],
+    trials: list[list[Refit]],
+) -> GapFit | None:
+    """Fit the rivals that come near, and return the best set that beats the present one; None if none does."""
+    best = None
+    for name in fit.state.effects:
+        behind = relative_evidence(context, fit, last, name, blind)
+        gain = fit.log_evidence - without[name].log_evidence
+        near = [other for other, relative in behind.items() if relative > -SWAP_SHARE * gain]
+        near = sorted(near, key=lambda other: -behind[other])[:SWAPS_REFITTED]
+        if not near:
+            continue
+        contest = last.without(name)
+        begin = {c.effects[0]: absent(context, contest, c) for c in contest.candidates() if c.effects[0] in near}
+        on = tuple(without[name].state.effects)
+        refits = refit(context, without[name], [((*on, other), begin[other]) for other in near])
+        trials.append(refits)
+        for trial in refits:
+            if trial.fit is None or not trial.plausible:
+                continue
+            least = (
+                fit.log_evidence + CLASS_NATS * context.sweeps.overstated if best is None else best.log_evidence
+            )
+            if trial.fit.log_evidence > least:
+                best = trial.fit
+    return best

@@ -1,0 +1,159 @@
+"""The gap on data that took no part: effects and gain from one part of a campaign, tried on the rest."""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.misfit import relative_misfit
+from analysis.gap.thresholds import HELD_OUT_SHARE, Z_FLOOR
+from analysis.twin_model import TwinModel
+
+LEAST_TEMPERATURES = 4
+"""Below, every second temperature leaves too few to learn an effect from."""
+FREQUENCY_BLOCKS = 12
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Before and after on held-out data.
+
+    Attributes
+    ----------
+    what : str
+        Which data.
+    baseline_chi2, final_chi2 : float
+        Of all lines held out.
+    dof : float
+    baseline_misfit, final_misfit : float
+        rms|H_data - H_twin| / rms|H_data|.
+    closure : float or None
+        1 - (final - dof) / (baseline - dof), within 0 and 1; None where there was no gap to close.
+    """
+
+    what: str
+    baseline_chi2: float
+    final_chi2: float
+    dof: float
+    baseline_misfit: float
+    final_misfit: float
+    closure: float | None
+
+    @property
+    def holds(self) -> bool:
+        """Whether what was learnt elsewhere helps here: it leaves noise, or closes enough of the gap.
+
+        A gap of a few standard deviations closes by anything from nothing to all, for its own size is noise.
+        """
+        if self.final_chi2 >= self.baseline_chi2:
+            return False
+        quiet = self.final_chi2 - self.dof <= Z_FLOOR * float(np.sqrt(2.0 * self.dof))
+        return quiet or self.closure is None or self.closure >= HELD_OUT_SHARE
+
+
+@dataclass(frozen=True)
+class Split:
+    """A campaign in two: to learn from, and to try what was learnt on.
+
+    Attributes
+    ----------
+    what : str
+        Which data are held out.
+    learn, test : GapSweeps
+    laws_free : bool
+        Whether the held-out data have laws of their own to be fitted.
+    """
+
+    what: str
+    learn: GapSweeps
+    test: GapSweeps
+    laws_free: bool
+
+
+def held_out(
+    model: TwinModel,
+    sweeps: GapSweeps,
+    split: Split,
+    baseline: GapFit,
+    final: GapFit,
+    executor: Executor,
+    significant: float,
+) -> HeldOut:
+    """Fit effects and gain to a part of the data, and compare both twins on the rest.
+
+    Temperatures and levels held out have their own laws fitted, nothing else; channels and frequencies held out
+    are predicted outright. A gap of less than `significant` chi2 over the noise is none. Where what was learnt
+    leads the twin beyond what it is certified for, nothing is gained.
+    """
+    before = _tried(model, sweeps, split, baseline, executor)
+    try:
+        after = _tried(model, sweeps, split, final, executor)
+    except ValueError:
+        after = before
+    gap = before.total - before.dof
+    closure = float(np.clip(1.0 - (after.total - after.dof) / gap, 0.0, 1.0)) if gap > significant else None
+    chi2, dof = split.test.between
+    return HeldOut(
+        what=split.what,
+        baseline_chi2=before.total + chi2,
+        final_chi2=after.total + chi2,
+        dof=after.dof + dof,
+        baseline_misfit=relative_misfit(split.test, before),
+        final_misfit=relative_misfit(split.test, after),
+        closure=closure,
+    )
+
+
+def _tried(model: TwinModel, sweeps: GapSweeps, split: Split, whole: GapFit, executor: Executor) -> GapFit:
+    groups, places = _kept(sweeps, split.learn)
+    taught = fit_gap(
+        model, split.learn, whole.state.restricted(groups, places), tuple(whole.state.effects), executor
+    )
+    begin = taught.state
+    if split.laws_free:
+        groups, places = _kept(sweeps, split.test)
+        begin = whole.state.restricted(groups, places)
+    begin = replace(begin, log_gain=taught.state.log_gain, effects=taught.state.effects)
+    return fit_gap(model, split.test, begin, (), executor, gain_free=False, laws_free=split.laws_free)
+
+
+def splits(sweeps: GapSweeps) -> list[Split]:
+    """Every way to hold data out; the first is the one to judge by.
+
+    A level is held out only where two are left: from one alone nothing is learnt of how amplitude softens.
+    """
+    found = []
+    count = len(sweeps.groups.reference)
+    if count >= LEAST_TEMPERATURES:
+        even, odd = list(range(0, count, 2)), list(range(1, count, 2))
+        found.append(
+            Split("every second temperature", sweeps.only_groups(even), sweeps.only_groups(odd), laws_free=True)
+        )
+    shape = sweeps.rows.shape
+    if len(sweeps.channels) > 1:
+        last = np.zeros(shape, dtype=bool)
+        last[:, -1] = True
+        name = f"channel {sweeps.channels[-1]}"
+        found.append(Split(name, sweeps.masked(~last), sweeps.masked(last), laws_free=False))
+    levels = sorted({p.level for p in sweeps.points})
+    if len(levels) > (2 if found else 1):
+        high = [s for s in range(sweeps.count) if sweeps.points[s].level == levels[-1]]
+        low = [s for s in range(sweeps.count) if s not in high]
+        found.append(Split(f"level {levels[-1]:g} V", sweeps.only(low), sweeps.only(high), laws_free=True))
+    if not found:
+        block = np.arange(shape[-1]) * FREQUENCY_BLOCKS // shape[-1]
+        odd_blocks: NDArray[np.bool_] = np.broadcast_to(block % 2 == 1, shape)
+        what = "every second twelfth of the band"
+        found.append(Split(what, sweeps.masked(~odd_blocks), sweeps.masked(odd_blocks), laws_free=False))
+    return found
+
+
+def _kept(whole: GapSweeps, part: GapSweeps) -> tuple[Sequence[int], Sequence[int]]:
+    """Return groups and sweeps of `part`, by their places in `whole`."""
+    places = part.original_places(whole)
+    return np.unique(whole.groups.of_sweep[places]).tolist(), places

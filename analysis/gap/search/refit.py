@@ -1,0 +1,123 @@
+"""Candidates fitted in full: first on a few temperatures, then, if they deserve it, on all of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from analysis.effect_card import Values
+from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.state import GapState
+from analysis.gap.search.context import SearchContext
+from analysis.gap.search.score_test import Candidate, ScoreTest
+from analysis.gap.thresholds import REFIT_SHARE
+
+
+@dataclass(frozen=True)
+class Refit:
+    """A set of effects fitted.
+
+    Attributes
+    ----------
+    effects : tuple of str
+    gain : float
+        Log evidence over the fit it started from, nats; estimated from a few temperatures where `fit` is None.
+    fit : GapFit or None
+        Of all sweeps.
+    """
+
+    effects: tuple[str, ...]
+    gain: float
+    fit: GapFit | None
+
+    @property
+    def plausible(self) -> bool:
+        """Fitted, and no amplitude at the end of its range, where physics says stop and the data go on.
+
+        Zero is no such end: a dashpot may be absent beside its spring.
+        """
+        if self.fit is None:
+            return False
+        free, values = self.fit.free, self.fit.free.read(self.fit.state.effects)
+        return not any(
+            name in self.fit.on_wall and not card.shape and value != 0.0
+            for name, card, value in zip(free.names, free.cards, values, strict=True)
+        )
+
+
+def absent(context: SearchContext, screening: ScoreTest, candidate: Candidate) -> dict[str, Values]:
+    """Values from which a candidate's fit starts: absent, its shapes at the best site.
+
+    From there the first step takes laws, gain and effects along together; starting with the amplitudes of the
+    screen and the laws of a twin without them would be further from the solution.
+    """
+    return {
+        screening.columns[i].effect: context.model.cards[screening.columns[i].effect].zero(
+            screening.columns[i].shapes
+        )
+        for i in candidate.columns
+    }
+
+
+def refit(
+    context: SearchContext, base: GapFit, sets: Sequence[tuple[tuple[str, ...], dict[str, Values]]]
+) -> list[Refit]:
+    """Fit each set of effects, best first; `sets` gives for each the start of the effects that `base` lacks.
+
+    Those that gain less than a share of the best on a few temperatures are not fitted to the others, and those
+    that could not gain it are given up on the way and left out.
+    """
+    known = [(names, fit) for names, _ in sets if (fit := context.fits.known(names)) is not None]
+    done = [Refit(names, fit.log_evidence - base.log_evidence, fit) for names, fit in known]
+    sets = [(names, added) for names, added in sets if context.fits.known(names) is None]
+    if not sets:
+        return sorted(done, key=lambda r: -r.gain)
+    few, reference = _coarse(context, base)
+    scale = context.sweeps.numbers / few.numbers
+    best = max((r.gain / scale for r in done if r.plausible), default=0.0)
+    tried = []
+    for place, (names, added) in enumerate(sets):
+        enough = -2.0 * (reference.log_evidence + REFIT_SHARE * best)
+        fit = fit_gap(
+            context.model, few, _started(reference, names, added), names, context.executor, enough=enough
+        )
+        trial = Refit(names, fit.log_evidence - reference.log_evidence, fit)
+        best = max(best, trial.gain) if trial.plausible else best
+        tried.append(trial)
+        context.report("refits", 0.5 * (place + 1) / len(sets))
+    for place, trial in enumerate(tried):
+        done += _in_full(context, base, reference, few, trial, trial.gain >= REFIT_SHARE * best)
+        context.report("refits", 0.5 + 0.5 * (place + 1) / len(sets))
+    return sorted(done, key=lambda r: (r.fit is None, -r.gain))
+
+
+def _coarse(context: SearchContext, base: GapFit) -> tuple[GapSweeps, GapFit]:
+    """Return the sweeps at a few temperatures and the fit of `base` to them; all where there are but few."""
+    groups = context.coarse_groups
+    if len(groups) == len(context.sweeps.groups.reference):
+        return context.sweeps, base
+    few = context.sweeps.only_groups(groups)
+    kept = base.state.restricted(groups, few.original_places(context.sweeps))
+    return few, fit_gap(context.model, few, kept, tuple(base.state.effects), context.executor)
+
+
+def _in_full(
+    context: SearchContext, base: GapFit, reference: GapFit, few: GapSweeps, trial: Refit, deserved: bool
+) -> list[Refit]:
+    """Fit to all sweeps what was fitted to a few of them; nothing of what was given up on the way."""
+    names, fit = trial.effects, trial.fit
+    if fit is None or not (deserved or fit.settled):
+        return []
+    if few is context.sweeps:
+        context.fits.keep(names, fit)
+        return [trial]
+    if not deserved:
+        return [Refit(names, trial.gain * context.sweeps.numbers / few.numbers, None)]
+    start = base.state.corrected(context.sweeps.groups, reference.state, fit.state, few.groups)
+    full = context.fit(start, names)
+    return [Refit(names, full.log_evidence - base.log_evidence, full)]
+
+
+def _started(base: GapFit, names: Sequence[str], added: dict[str, Values]) -> GapState:
+    effects = {name: base.state.effects.get(name, added.get(name, {})) for name in names}
+    return replace(base.state, effects={name: dict(values) for name, values in effects.items()})

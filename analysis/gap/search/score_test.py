@@ -1,0 +1,241 @@
+"""Score test of all candidates at once: one pass over the sweeps, then only small matrices.
+
+At a fit, the tangents of every candidate (all amplitudes, at every site) join the normal equations; laws, readings
+and gain are eliminated. What is left of a candidate's tangents is what nothing else in the twin can imitate, and
+the residual's projection on it says how much evidence the candidate would bring, to first order.
+"""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.effect_card import Parameter, Values
+from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.fitting.fit import without_gain
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.fitting.normal_equations import linearise_all
+from analysis.gap.fitting.schur_complement import schur_complement
+from analysis.twin_model import Tangent, TwinModel
+
+
+@dataclass(frozen=True)
+class Column:
+    """One tangent of a screen.
+
+    Attributes
+    ----------
+    effect : str
+    site : int
+        Of the effect's card; 0 for an effect that is on.
+    card : Parameter
+    at : float
+        Value at which it was taken.
+    shapes : mapping
+        Values of the effect's shapes there.
+    """
+
+    effect: str
+    site: int
+    card: Parameter
+    at: float
+    shapes: Values
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What one effect, or a pair of them, promises to first order.
+
+    Attributes
+    ----------
+    effects : tuple of str
+    gain : float
+        Laplace evidence over the twin as it is, nats, less log of the number of sites tried.
+    step : tuple of float
+        Of each of `columns`.
+    columns : tuple of int
+    size : float
+        Of the signal in sigma that only this candidate can make, at `step`.
+    """
+
+    effects: tuple[str, ...]
+    gain: float
+    step: tuple[float, ...]
+    columns: tuple[int, ...]
+    size: float
+
+
+@dataclass(frozen=True)
+class ScoreTest:
+    """Normal equations of every candidate at one fit, laws, readings and gain eliminated.
+
+    Attributes
+    ----------
+    columns : tuple of Column
+        First all parameters of the effects that are on, then the amplitudes of the others.
+    active : tuple of str
+        Effects that are on.
+    matrix, read, raw : (Q, Q) ndarray
+        J'J with laws, readings and gain eliminated; with laws and gain eliminated, as if every temperature were
+        known exactly; and before.
+    gradient : (Q,) ndarray
+        J'r, eliminated.
+    """
+
+    columns: tuple[Column, ...]
+    active: tuple[str, ...]
+    matrix: Real = field(repr=False)
+    read: Real = field(repr=False)
+    raw: Real = field(repr=False)
+    gradient: Real = field(repr=False)
+
+    @property
+    def inactive(self) -> tuple[str, ...]:
+        """Effects that are off."""
+        return tuple(dict.fromkeys(c.effect for c in self.columns if c.effect not in self.active))
+
+    def of(self, effect: str, site: int | None = None) -> list[int]:
+        """Places of an effect's columns, at one of its sites or at all."""
+        return [i for i, c in enumerate(self.columns) if c.effect == effect and site in (None, c.site)]
+
+    def sites(self, effect: str) -> list[int]:
+        """Sites of an effect."""
+        return sorted({self.columns[i].site for i in self.of(effect)})
+
+    def given(self, effects: Sequence[str]) -> tuple[Real, Real]:
+        """Matrix and gradient with all parameters of `effects` eliminated under their priors."""
+        return self._without(effects, self.matrix, self.gradient)
+
+    def kept(self, effects: Sequence[str]) -> Real:
+        """Matrix with laws, gain and `effects` eliminated, the temperatures being known."""
+        return self._without(effects, self.read, self.gradient)[0]
+
+    def _without(self, effects: Sequence[str], matrix: Real, gradient: Real) -> tuple[Real, Real]:
+        known = [i for name in effects for i in self.of(name)]
+        if not known:
+            return matrix, gradient
+        sigma = np.array([self.columns[i].card.sigma for i in known])
+        block = matrix[np.ix_(known, known)] * sigma[:, None] * sigma + np.eye(len(known))
+        cross = sigma[:, None] * matrix[known]
+        pull = sigma * gradient[known] - np.array([_prior_offset(self.columns[i]) for i in known])
+        solved = np.linalg.solve(block, np.column_stack([cross, pull]))
+        left = matrix - cross.T @ solved[:, :-1]
+        return 0.5 * (left + left.T), gradient - cross.T @ solved[:, -1]
+
+    def without(self, effect: str) -> "ScoreTest":
+        """Put the signal of an active effect back into the residual, and the effect among the candidates.
+
+        To first order only: its shapes stay where they are.
+        """
+        mine = [i for i in self.of(effect) if not self.columns[i].card.shape]
+        left = [i for i, c in enumerate(self.columns) if c.effect != effect or not c.card.shape]
+        block = np.ix_(left, left)
+        gradient = self.gradient + self.matrix[:, mine] @ np.array([self.columns[i].at for i in mine])
+        return ScoreTest(
+            columns=tuple(replace(self.columns[i], at=0.0) if i in mine else self.columns[i] for i in left),
+            active=tuple(name for name in self.active if name != effect),
+            matrix=self.matrix[block],
+            read=self.read[block],
+            raw=self.raw[block],
+            gradient=gradient[left],
+        )
+
+    def candidates(self) -> list[Candidate]:
+        """Each inactive effect at its best site, the most promising first."""
+        matrix, gradient = self.given(self.active)
+        best = []
+        for name in self.inactive:
+            sites = self.sites(name)
+            tried = [self.candidate((name,), self.of(name, s), matrix, gradient, len(sites)) for s in sites]
+            best.append(max(tried, key=lambda c: c.gain))
+        return sorted(best, key=lambda c: -c.gain)
+
+    def pairs(self, singles: Sequence[Candidate]) -> list[Candidate]:
+        """All pairs out of `singles`, each at its best site, the most promising first."""
+        matrix, gradient = self.given(self.active)
+        found = [
+            self.candidate(a.effects + b.effects, [*a.columns, *b.columns], matrix, gradient, 1)
+            for i, a in enumerate(singles)
+            for b in singles[i + 1 :]
+        ]
+        return sorted(found, key=lambda c: -c.gain)
+
+    def candidate(
+        self, effects: tuple[str, ...], columns: Sequence[int], matrix: Real, gradient: Real, sites: int
+    ) -> Candidate:
+        """Laplace evidence of moving `columns` jointly, inside their ranges."""
+        places = list(columns)
+        sigma = np.array([self.columns[i].card.sigma for i in places])
+        inner = matrix[np.ix_(places, places)]
+        scaled = inner * sigma[:, None] * sigma + np.eye(len(places))
+        pull = sigma * gradient[places]
+        low = np.array([(self.columns[i].card.low - self.columns[i].at) for i in places]) / sigma
+        high = np.array([(self.columns[i].card.high - self.columns[i].at) for i in places]) / sigma
+        step = solve_inside(scaled, pull, low, high)
+        gain = pull @ step - 0.5 * step @ scaled @ step - 0.5 * float(np.linalg.slogdet(scaled)[1])
+        natural = sigma * step
+        size = float(np.sqrt(max(float(natural @ inner @ natural), 0.0)))
+        return Candidate(effects, float(gain - np.log(sites)), tuple(natural.tolist()), tuple(places), size)
+
+
+def _prior_offset(column: Column) -> float:
+    return (column.at - (column.card.typical if column.card.shape else 0.0)) / column.card.sigma
+
+
+def solve_inside(matrix: Real, pull: Real, low: Real, high: Real) -> Real:
+    """Maximise pull'x - x'matrix x / 2 over low <= x <= high.
+
+    What leaves the box is put on its wall and the rest solved for again: exact for one unknown, near for few.
+    """
+    x = np.zeros(len(pull))
+    free = np.ones(len(pull), dtype=bool)
+    for _ in range(len(pull)):
+        held = matrix[np.ix_(free, ~free)] @ x[~free]
+        x[free] = np.linalg.solve(matrix[np.ix_(free, free)], pull[free] - held)
+        outside = free & ((x < low) | (x > high))
+        if not outside.any():
+            break
+        x = np.where(outside, np.clip(x, low, high), x)
+        free &= ~outside
+        if not free.any():
+            break
+    return x
+
+
+def score_test(
+    model: TwinModel, sweeps: GapSweeps, fit: GapFit, executor: Executor, *, effects: Sequence[str] | None = None
+) -> ScoreTest:
+    """Linearise the fit with every candidate's tangents (or those of `effects` only) and eliminate."""
+    on = fit.state.effects
+    columns = [
+        Column(
+            name,
+            0,
+            p,
+            on[name][p.name],
+            {q.name: on[name][q.name] for q in model.cards[name].parameters if q.shape},
+        )
+        for name in on
+        for p in model.cards[name].parameters
+    ]
+    for name, card in model.cards.items():
+        if name not in on and (effects is None or name in effects):
+            columns += [
+                Column(name, place, p, 0.0, site) for place, site in enumerate(card.sites) for p in card.amplitudes
+            ]
+    tangents: list[Tangent] = [
+        (c.effect, c.card.name, on.get(c.effect, model.cards[c.effect].zero(c.shapes))) for c in columns
+    ]
+    equations = linearise_all(model, sweeps, fit.state, tangents, executor)
+    head = schur_complement(sweeps, equations, fit.state)
+    lever = head.matrix[0, 1:] / head.matrix[0, 0]
+    return ScoreTest(
+        columns=tuple(columns),
+        active=tuple(on),
+        matrix=without_gain(head.matrix)[0],
+        read=without_gain(schur_complement(sweeps, equations, fit.state, readings=False).matrix)[0],
+        raw=head.raw[1:, 1:],
+        gradient=head.gradient[1:] - lever * head.gradient[0],
+    )

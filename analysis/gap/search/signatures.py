@@ -1,0 +1,74 @@
+"""What each candidate alone would leave of the gap, cell by cell."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gap.fitting.normal_equations import LAWS, SLOPES, TEMPERATURE, whiten_all
+from analysis.gap.fitting.residual_map import cell_sigma
+from analysis.gap.fitting.schur_complement import schur_complement
+from analysis.gap.search.context import SearchContext
+from analysis.gap.search.score_test import Candidate
+from analysis.gap.search.stepwise import SearchResult
+from analysis.twin_model import Tangent
+
+
+@dataclass(frozen=True)
+class Signature:
+    """What one effect leaves when it is the only one added to the twin.
+
+    Attributes
+    ----------
+    effect : str
+    sigma : (T, K, B) ndarray
+        rms residual in the cells of `ResidualMap.sigma`.
+    fitted : bool
+        Fitted in full; else to first order about the twin without it, as it was screened.
+    """
+
+    effect: str
+    sigma: NDArray[np.float64]
+    fitted: bool
+
+
+def signatures(context: SearchContext, found: SearchResult) -> tuple[Signature, ...]:
+    """Map what each effect alone leaves of the baseline's residual, the most promising to first order first."""
+    context.report("signatures", 0.0)
+    fits = {r.effects[0]: r.fit for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
+    candidates = found.first.candidates()
+    screened = [c for c in candidates if fits.get(c.effects[0]) is None]
+    left = dict(zip((c.effects[0] for c in screened), _first_order(context, found, screened), strict=True))
+    left |= {name: fit.residual for name, fit in fits.items() if fit is not None}
+    return tuple(
+        Signature(name, cell_sigma(context.sweeps, context.noise, left[name]), fits.get(name) is not None)
+        for name in (c.effects[0] for c in candidates)
+    )
+
+
+def _first_order(
+    context: SearchContext, found: SearchResult, candidates: Sequence[Candidate]
+) -> list[NDArray[np.complex128]]:
+    """Return the residual (T, K, n) that the step of each candidate leaves, laws, readings and gain following."""
+    sweeps, state = context.sweeps, found.baseline.state
+    columns = [found.first.columns[place] for c in candidates for place in c.columns]
+    tangents: list[Tangent] = [
+        (c.effect, c.card.name, context.model.cards[c.effect].zero(c.shapes)) for c in columns
+    ]
+    white = whiten_all(context.model, sweeps, state, tangents, context.executor)
+    head = schur_complement(sweeps, [w.equations() for w in white], state)
+    left, begin = [], 1
+    for candidate in candidates:
+        step = np.zeros(1 + len(columns))
+        step[begin : begin + len(candidate.step)] = candidate.step
+        step[0] = (head.gradient[0] - head.matrix[0, 1:] @ step[1:]) / head.matrix[0, 0]
+        begin += len(candidate.step)
+        local = head.follow(step, sweeps.count)
+        residual = []
+        for sweep, (group, whitened) in enumerate(zip(sweeps.groups.of_sweep, white, strict=True)):
+            own = np.zeros(TEMPERATURE + 1)
+            own[LAWS], own[SLOPES], own[TEMPERATURE] = local.laws[group], local.tilt[group], local.away[sweep]
+            residual.append(whitened.after(np.concatenate([own, step])))
+        left.append(np.array(residual))
+    return left

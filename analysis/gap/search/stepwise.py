@@ -1,0 +1,163 @@
+"""Which effects: stepwise, at most three, each accepted on the residual and not on its evidence alone."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.search.context import SearchContext, explained
+from analysis.gap.search.drop_and_swap import drop_and_swap, dropped, relative_evidence
+from analysis.gap.search.observability import Observability, observability
+from analysis.gap.search.refit import Refit, absent, refit
+from analysis.gap.search.score_test import Candidate, ScoreTest
+from analysis.gap.thresholds import (
+    EXPLAINED,
+    LEAST_SHARE,
+    MOST_EFFECTS,
+    PAIRS_REFITTED,
+    REFITTED,
+)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the search.
+
+    Attributes
+    ----------
+    candidates : tuple of Candidate
+        All of them, screened, the most promising first.
+    refits : tuple of Refit
+        The best of them fitted in full, the best first.
+    chosen : tuple of str
+        Effects of the twin after the step.
+    share : float
+        Of the excess there was before the step.
+    accepted : bool
+    """
+
+    candidates: tuple[Candidate, ...]
+    refits: tuple[Refit, ...]
+    chosen: tuple[str, ...]
+    share: float
+    accepted: bool
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """Where the search ended.
+
+    Attributes
+    ----------
+    baseline, fit : GapFit
+        Without effects, and with those found.
+    steps : tuple of Step
+    first, last : ScoreTest
+        At the baseline and at `fit`.
+    seen : tuple of Observability
+        Of every effect, at the baseline.
+    without : mapping of str to GapFit
+        The twin without one of the effects found, all else fitted again.
+    rivals : mapping of str to mapping
+        For each effect found: log evidence of every other in its place, relative to it, nats.
+    """
+
+    baseline: GapFit
+    fit: GapFit
+    steps: tuple[Step, ...]
+    first: ScoreTest
+    last: ScoreTest
+    seen: tuple[Observability, ...]
+    without: dict[str, GapFit]
+    rivals: dict[str, dict[str, float]]
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Effects of the twin, in the order they were found."""
+        return tuple(self.fit.state.effects)
+
+
+def stepwise_search(context: SearchContext, baseline: GapFit) -> SearchResult:
+    """Find the effects that the twin of `baseline` lacks."""
+    context.report("screen", 0.0)
+    first = context.score_test(baseline)
+    seen = observability(first, context.model.cards)
+    blind = tuple(o.effect for o in seen if not o.observable)
+    steps, path = _climb(context, baseline, first, blind)
+    fit, last = _supported(context, baseline, path)
+    if not _enough(context, baseline, fit):
+        more, pair = _pair(context, baseline, first, blind, steps)
+        steps += more
+        if pair is not None:
+            further, path = _climb(context, pair, context.score_test(pair), blind)
+            steps += further
+            fit, last = _supported(context, baseline, path)
+    if _enough(context, baseline, fit):
+        fit, last, swaps = drop_and_swap(context, baseline, fit, last, blind)
+        steps += [Step((), tuple(refits), refits[0].effects, 0.0, False) for refits in swaps]
+    without = {name: dropped(context, baseline, fit, name) for name in fit.state.effects}
+    rivals = {name: relative_evidence(context, fit, last, name, blind) for name in fit.state.effects}
+    return SearchResult(baseline, fit, tuple(steps), first, last, seen, without, rivals)
+
+
+def _enough(context: SearchContext, baseline: GapFit, fit: GapFit) -> bool:
+    return context.agrees(fit) or explained(context, baseline, fit) >= EXPLAINED
+
+
+def _supported(
+    context: SearchContext, baseline: GapFit, path: Sequence[tuple[GapFit, ScoreTest]]
+) -> tuple[GapFit, ScoreTest]:
+    """Return how far along `path` names are supported: to its end if that reaches the noise.
+
+    Else to where enough of the gap is explained: what follows nibbles at a rest that it does not explain.
+    """
+    fit, screening = path[-1]
+    if context.agrees(fit):
+        return fit, screening
+    return next((p for p in path if explained(context, baseline, p[0]) >= EXPLAINED), path[-1])
+
+
+def _climb(
+    context: SearchContext, fit: GapFit, screening: ScoreTest, blind: Sequence[str]
+) -> tuple[list[Step], list[tuple[GapFit, ScoreTest]]]:
+    """Add effects one by one while one is worth it; every twin on the way."""
+    steps: list[Step] = []
+    path = [(fit, screening)]
+    while len(fit.state.effects) < MOST_EFFECTS:
+        candidates = [c for c in screening.candidates() if c.effects[0] not in blind]
+        worth = [c for c in candidates if c.gain >= context.least_gain][:REFITTED]
+        on = tuple(fit.state.effects)
+        refits = refit(context, fit, [((*on, *c.effects), absent(context, screening, c)) for c in worth])
+        best = next((r for r in refits if r.plausible and r.gain >= context.least_gain), None)
+        if best is None or best.fit is None:
+            steps.append(Step(tuple(candidates), tuple(refits), on, 0.0, False))
+            break
+        share = explained(context, fit, best.fit)
+        bystander = not context.agrees(best.fit) and share < LEAST_SHARE
+        steps.append(Step(tuple(candidates), tuple(refits), best.effects, share, not bystander))
+        if bystander:
+            break
+        fit = best.fit
+        context.report("screen", 0.0)
+        screening = context.score_test(fit)
+        path.append((fit, screening))
+    return steps, path
+
+
+def _pair(
+    context: SearchContext, baseline: GapFit, first: ScoreTest, blind: Sequence[str], steps: Sequence[Step]
+) -> tuple[list[Step], GapFit | None]:
+    """Two effects at once, where no single one explains enough and none after it did."""
+    tried = {frozenset(r.effects) for step in steps for r in step.refits if r.fit is not None}
+    singles = [c for c in first.candidates() if c.effects[0] not in blind]
+    pairs = [c for c in first.pairs(singles) if c.gain >= context.least_gain and frozenset(c.effects) not in tried]
+    if not pairs:
+        return [], None
+    sets = [(c.effects, absent(context, first, c)) for c in pairs[:PAIRS_REFITTED]]
+    refits = refit(context, baseline, sets)
+    best = next((r for r in refits if r.plausible), None)
+    if best is None or best.fit is None:
+        return [Step(tuple(pairs), tuple(refits), (), 0.0, False)], None
+    share = explained(context, baseline, best.fit)
+    enough = context.agrees(best.fit) or share >= EXPLAINED
+    step = Step(tuple(pairs), tuple(refits), best.effects, share, enough)
+    return [step], best.fit if enough else None

@@ -1,0 +1,60 @@
+"""A twin with some effects switched on for good: whoever asks it moves the others only."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import Real
+from analysis.effect_card import EffectCard
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import NO_EFFECTS, Effects, Linearisation, Tangent, TwinModel
+
+
+@dataclass(frozen=True)
+class HeldEffects:
+    """A `analysis.twin_model.TwinModel` whose effects in `held` are always on and never candidates.
+
+    Attributes
+    ----------
+    twin : TwinModel
+    held : mapping
+        Values of these effects.
+    """
+
+    twin: TwinModel
+    held: Effects
+
+    @property
+    def box(self) -> MaterialBox:
+        """Materials within which the twin may be asked."""
+        return self.twin.box
+
+    @property
+    def cards(self) -> Mapping[str, EffectCard]:
+        """The candidates that are left."""
+        return {name: card for name, card in self.twin.cards.items() if name not in self.held}
+
+    def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> "HeldEffects":
+        """Return the same with the twin in the units that these laws make."""
+        return replace(self, twin=self.twin.counted(laws, [*self.held, *effects]))
+
+    def frf(
+        self, laws: LocalLaws, frequency: Real, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
+    ) -> NDArray[np.complex128]:
+        """Transfer, the held effects among those that are on."""
+        return self.twin.frf(laws, frequency, {**self.held, **effects}, point)
+
+    def linearise(
+        self,
+        laws: LocalLaws,
+        frequency: Real,
+        effects: Effects = NO_EFFECTS,
+        point: SweepPoint | None = None,
+        tangents: Sequence[Tangent] = (),
+    ) -> Linearisation:
+        """Transfer and its derivatives, the held effects among those that are on."""
+        return self.twin.linearise(laws, frequency, {**self.held, **effects}, point, tangents)

@@ -1,0 +1,57 @@
+"""Result of model updating."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.material import Material
+
+GOOD_MISFIT = 1.3
+"""Misfit over the noise floor up to which a twin explains the data."""
+
+
+@dataclass(frozen=True)
+class Updated:
+    """Result of model updating, one row per sweep in the order of the FRFs.
+
+    Attributes
+    ----------
+    temperature : (T,) ndarray
+        Mean oven reading, degrees Celsius.
+    material, sigma : Material
+        Estimates and their standard deviations, (T,) arrays; sigma is that of the noise, inflated by
+        sqrt(chi2_per_dof) where the twin misses more than the noise.
+    correlation : (T, 4, 4) ndarray
+        Of log E, nu, log eta and log gain, as one sweep alone would see them.
+    gain, sigma_gain : float
+        Amplifier gain common to all sweeps, V/V.
+    misfit_start, misfit : (T,) ndarray
+        rms|H - gV| / rms|H| where a sweep's fit began, and at the end.
+    noise_floor : (T,) ndarray
+        What the misfit would be were the twin perfect.
+    chi2_per_dof : (T,) ndarray
+    settled : (T,) bool ndarray
+        False where the fit ran into the model's box or did not converge.
+    """
+
+    temperature: NDArray[np.float64]
+    material: Material
+    sigma: Material
+    correlation: NDArray[np.float64]
+    gain: float
+    sigma_gain: float
+    misfit_start: NDArray[np.float64]
+    misfit: NDArray[np.float64]
+    noise_floor: NDArray[np.float64]
+    chi2_per_dof: NDArray[np.float64]
+    settled: NDArray[np.bool_]
+
+    @property
+    def constants(self) -> list[tuple[float, float, float]]:
+        """E [Pa], nu and eta of every sweep."""
+        m = self.material
+        return [
+            (float(e), float(nu), float(eta))
+            for e, nu, eta in zip(m.youngs_modulus, m.poisson_ratio, m.loss_factor, strict=True)
+        ]

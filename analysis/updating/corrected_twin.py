@@ -1,0 +1,178 @@
+"""The twin with its effects on a campaign: laws issued anew, and what it answers to every sweep."""
+
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.estimates import Estimate, FittedLaws
+from analysis.experiment import Protocol
+from analysis.frf import Frf
+from analysis.gap.data.groups import TemperatureGroups, mean_laws
+from analysis.gap.data.sweeps import prepare
+from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.state import GapState, starting_state
+from analysis.material import Material, MaterialLaws
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import TwinModel
+from analysis.updated import Updated
+from analysis.updating.laws import fit_laws
+
+
+@dataclass(frozen=True)
+class CorrectedTwin:
+    """What is known of a plate once its effects are named.
+
+    Attributes
+    ----------
+    effects : mapping of str to tuple of Estimate
+        All that are on.
+    nodes : FittedLaws
+        E, nu and eta at the campaign's temperatures.
+    laws : MaterialLaws or None
+        Through them; None for fewer than three temperatures.
+    updated : Updated
+        The same per sweep, with misfits.
+    frequency : (F,) ndarray
+        Hz.
+    answers : (T, K, F) complex ndarray
+        Gain included, V/V.
+    """
+
+    effects: Mapping[str, tuple[Estimate, ...]]
+    nodes: FittedLaws
+    laws: MaterialLaws | None
+    updated: Updated
+    frequency: NDArray[np.float64]
+    answers: NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class FittedTwin:
+    """Where a fit of laws and gain ended, with the effects that took part.
+
+    Attributes
+    ----------
+    state : GapState
+    laws : FittedLaws
+    sigma_gain : float
+        V/V.
+    effects : mapping of str to tuple of Estimate
+        Fitted and held.
+    """
+
+    state: GapState
+    laws: FittedLaws
+    sigma_gain: float
+    effects: Mapping[str, tuple[Estimate, ...]]
+
+
+def fit_twin(
+    frf: Frf,
+    plain: Updated,
+    model: TwinModel,
+    protocol: Protocol,
+    executor: Executor,
+    effects: Mapping[str, tuple[Estimate, ...]],
+) -> FittedTwin:
+    """Fit laws and gain of `model`, whose `effects` are held, to all sweeps; errors as `analysis.gap.find_gap`."""
+    sweeps, _ = prepare(frf, protocol, plain)
+    fit = fit_gap(model, sweeps, starting_state(plain, sweeps.groups), (), executor)
+    inflation = float(np.sqrt(max(fit.total / fit.dof, 1.0)))
+    gain = float(np.exp(fit.state.log_gain))
+    laws = FittedLaws(sweeps.groups.reference, fit.state.laws, fit.law_sigma * inflation)
+    return FittedTwin(fit.state, laws, gain * fit.sigma_log_gain * inflation, effects)
+
+
+def corrected_twin(
+    frf: Frf, plain: Updated, model: TwinModel, protocol: Protocol, fitted: FittedTwin
+) -> CorrectedTwin:
+    """Issue laws and answers of a fitted twin.
+
+    Parameters
+    ----------
+    frf : Frf
+    plain : Updated
+        Model updating of the same sweeps without effects: its misfits are those before; its correlations, which
+        hang on the twin's sensitivities alone, are kept.
+    model : TwinModel
+        The twin, effects that are not in the state held by it.
+    protocol : Protocol
+        Gives the ramp rate.
+    fitted : FittedTwin
+    """
+    groups = TemperatureGroups.of(frf.temperature)
+    open_slopes = groups.slope_sigma(mean_laws(plain.material, groups))
+    local = groups.laws(fitted.state.laws)
+    model = model.counted(local, fitted.state.effects)
+    rate, gain = protocol.ramp_rate / 60.0, float(np.exp(fitted.state.log_gain))
+    answers, material = [], []
+    for sweep, (reading, way, level) in enumerate(zip(frf.temperature, frf.direction, frf.level, strict=True)):
+        group = groups.of_sweep[sweep]
+        there = float(reading) + float(fitted.state.away[sweep])
+        laws = local[group].tilted(fitted.state.tilt[group] * open_slopes[group], there)
+        point = SweepPoint(there, rate if way == "up" else -rate, float(level))
+        answers.append(gain * model.frf(laws, frf.frequency, fitted.state.effects, point))
+        material.append([laws.youngs_modulus(reading), laws.poisson_ratio(reading), laws.loss_factor(reading)])
+    h = np.array(answers)
+    return CorrectedTwin(
+        effects=fitted.effects,
+        nodes=fitted.laws,
+        laws=_laws(protocol, fitted.laws),
+        updated=_updated(frf, plain, model, groups, fitted, np.array(material, dtype=float), h),
+        frequency=frf.frequency,
+        answers=h,
+    )
+
+
+def _updated(
+    frf: Frf,
+    plain: Updated,
+    model: TwinModel,
+    groups: TemperatureGroups,
+    fitted: FittedTwin,
+    material: NDArray[np.float64],
+    answers: NDArray[np.complex128],
+) -> Updated:
+    """Rows per sweep, as model updating gives them."""
+    used = ~frf.excluded
+    rest = np.abs(frf.h - answers)[:, :, used] ** 2
+    sigma = fitted.laws.sigma[groups.of_sweep]
+    return Updated(
+        temperature=frf.temperature,
+        material=Material(*material.T),
+        sigma=Material(sigma[:, 0] * material[:, 0], sigma[:, 1], sigma[:, 2] * material[:, 2]),
+        correlation=plain.correlation,
+        gain=float(np.exp(fitted.state.log_gain)),
+        sigma_gain=fitted.sigma_gain,
+        misfit_start=plain.misfit,
+        misfit=np.sqrt(rest.sum((1, 2)) / (np.abs(frf.h[:, :, used]) ** 2).sum((1, 2))),
+        noise_floor=frf.noise_floor,
+        chi2_per_dof=(rest / frf.variance[:, :, used]).mean((1, 2)),
+        settled=model.box.inside(material),
+    )
+
+
+def _laws(protocol: Protocol, nodes: FittedLaws) -> MaterialLaws | None:
+    """Smooth laws through the nodes, over the protocol's temperatures that were reached."""
+    material, sigma = material_of(nodes)
+    temperature = nodes.temperature
+    if temperature.size < 3:
+        return None
+    return fit_laws(temperature, material, sigma, temperature_range=reached(protocol, temperature))
+
+
+def reached(protocol: Protocol, temperature: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the range of the protocol's temperatures that readings (T,) reached, degrees Celsius."""
+    nominal, low, high = protocol.temperatures, float(temperature.min()), float(temperature.max())
+    return min((t for t in nominal if t > low - 0.5), default=low), max(
+        (t for t in nominal if t < high + 0.5), default=high
+    )
+
+
+def material_of(nodes: FittedLaws) -> tuple[Material, Material]:
+    """E, nu and eta at the nodes, and their standard deviations."""
+    e, nu, eta = np.exp(nodes.value[:, 0]), nodes.value[:, 1], np.exp(nodes.value[:, 2])
+    return Material(e, nu, eta), Material(nodes.sigma[:, 0] * e, nodes.sigma[:, 1], nodes.sigma[:, 2] * eta)

@@ -1,0 +1,132 @@
+"""A first look at one sweep: which modulus do its resonances say, before a model of minutes is made for another.
+
+Powers of data and plate are smoothed over `WINDOW` of the frequency, so that neither the damping nor a model's
+error of a per cent counts, and compared as levels over the logarithm of the frequency, where another modulus (and
+nearly so another thickness or density) is a shift.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import Real
+from analysis.material import MaterialBox
+
+WINDOW = 0.05
+"""Width of the smoothing, as a share of the frequency."""
+POINTS_PER_WINDOW = 4
+STEP = 0.08
+"""Of log E in the scan: less than a window of frequency."""
+REACH = 9.0
+"""Least ratio of the scan's ends to the declared moduli: half and twice the thickness at one mass."""
+SOFTEST, STIFFEST, FARTHEST = 0.6e9, 300e9, 100.0
+"""Moduli of common plates, Pa, which the scan holds too, as far as they lie within this ratio."""
+AGREES = 0.7
+"""Agreement from which on a modulus is believed: the right one reaches 0.93 on polymers, 0.74 on metals."""
+DIFFERS, FAR = 0.1, 0.3
+"""By which it must exceed what is reached within the range, for a doubt and for the end."""
+FLOOR = 1e-5
+"""Power over the strongest, below which antiresonances count no further."""
+
+
+class CoarseModel(Protocol):
+    """A plate as this look sees it."""
+
+    def frf(self, youngs_modulus: float, poisson_ratio: float, frequency: Real) -> NDArray[np.complex128]:
+        """Sensor volts per actuator volt, (K, F), moderately damped."""
+        ...
+
+
+@dataclass(frozen=True)
+class ModulusScan:
+    """What one sweep says of the modulus.
+
+    Attributes
+    ----------
+    modulus, inside : float
+        Pa, at which levels agree best, of all and of those declared.
+    agreement, agreement_inside : float
+        Correlation of the levels there.
+    """
+
+    modulus: float
+    agreement: float
+    inside: float
+    agreement_inside: float
+
+    @property
+    def outside(self) -> bool:
+        """Whether a modulus beyond the range agrees better, and well."""
+        return self.agreement > AGREES and self.agreement > self.agreement_inside + DIFFERS
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether moreover none within the range comes near."""
+        return self.outside and self.agreement > self.agreement_inside + FAR
+
+
+def scanned_box(box: MaterialBox) -> MaterialBox:
+    """Materials for which the look needs answers."""
+    low, high = box.youngs_modulus
+    lowest = min(low / REACH, max(low / FARTHEST, SOFTEST))
+    highest = max(high * REACH, min(high * FARTHEST, STIFFEST))
+    return MaterialBox((lowest, highest), box.poisson_ratio, box.loss_factor)
+
+
+def scan_modulus(model: CoarseModel, frequency: Real, h: NDArray[np.complex128], box: MaterialBox) -> ModulusScan:
+    """Scan the modulus for the best agreement of one sweep's levels.
+
+    Parameters
+    ----------
+    model : CoarseModel
+        Asked within `scanned_box`.
+    frequency : (F,) ndarray
+        Hz, without lines of mains.
+    h : (K, F) complex ndarray
+        Measured FRF, V/V.
+    box : MaterialBox
+        As declared.
+    """
+    grid = np.geomspace(frequency[0], frequency[-1], _count(frequency))
+    seen = _levels(_smoothed(np.abs(h) ** 2, frequency, grid))
+    low, high = scanned_box(box).youngs_modulus
+    moduli = np.geomspace(low, high, int(np.ceil(np.log(high / low) / STEP)) + 1)
+    nu_low, nu_high = box.poisson_ratio
+
+    def agreement(e: float, nu: float) -> float:
+        power = _smoothed(np.abs(model.frf(e, nu, grid)) ** 2, grid, grid)
+        return float(np.mean((seen * _levels(power)).mean(axis=1)))
+
+    found = np.array([agreement(float(e), 0.5 * (nu_low + nu_high)) for e in moduli])
+    declared = (moduli >= box.youngs_modulus[0] / np.exp(STEP)) & (moduli <= box.youngs_modulus[1] * np.exp(STEP))
+    for chosen in (declared, ~declared):  # each side's best are asked for other Poisson's ratios too
+        for k in np.flatnonzero(chosen)[np.argsort(found[chosen])[-4:]]:
+            others = (nu_low + share * (nu_high - nu_low) for share in (0.15, 0.85))
+            found[k] = max(found[k], *(agreement(float(moduli[k]), nu) for nu in others))
+    best, best_inside = int(found.argmax()), int(np.where(declared, found, -np.inf).argmax())
+    return ModulusScan(
+        float(moduli[best]), float(found[best]), float(moduli[best_inside]), float(found[best_inside])
+    )
+
+
+def _count(frequency: Real) -> int:
+    return int(np.ceil(np.log(frequency[-1] / frequency[0]) * POINTS_PER_WINDOW / WINDOW)) + 1
+
+
+def _smoothed(power: Real, frequency: Real, grid: Real) -> Real:
+    """Mean of powers (K, F) over Hann windows of `WINDOW` about every point of a grid: (K, G)."""
+    distance = np.log(frequency[None, :] / grid[:, None]) / WINDOW
+    weight = np.where(np.abs(distance) < 1.0, 1.0 + np.cos(np.pi * np.clip(distance, -1.0, 1.0)), 0.0)
+    weight *= np.gradient(frequency)
+    return np.asarray((power @ weight.T) / weight.sum(axis=1))
+
+
+def _levels(power: Real) -> Real:
+    """Logarithms of powers (K, G), straightened, of mean 0 and variance 1."""
+    level = np.log(np.maximum(power, FLOOR * power.max(axis=1, keepdims=True)))
+    place = np.linspace(-1.0, 1.0, level.shape[1])
+    trend = np.polynomial.polynomial.polyfit(place, level.T, 1)
+    level = level - np.polynomial.polynomial.polyval(place, trend)
+    return np.asarray(level / np.maximum(level.std(axis=1, keepdims=True), 1e-12))

@@ -1,0 +1,178 @@
+"""What is hidden in one campaign: effects of wanted sizes, and a protocol that can show them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.arrays import Complex
+from analysis.effect_card import EffectCard, Values
+from app.blind_trial.assignments import KINDS, Assignment, shuffled
+from app.blind_trial.effect_size import EffectSize
+from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
+from simulation.effects.library import LIBRARY
+
+SIZES = (6.0, 15.0, 30.0)
+"""Sigma of single effects, in turn; the last is the least of a range of its own."""
+LARGEST = 8.0
+"""Times the least."""
+WITHIN = 0.9
+"""Of an effect's range that is used: an estimate at its end is refused."""
+SHRUNK = 0.7
+"""Of an effect's size that is tried next where the plate cannot answer for it."""
+SETTLED = 0.03
+ALIKE = 0.8
+"""Cosine from which two effects are called alike."""
+STRANGE = ("resonator", *UNLISTED_EFFECTS)
+
+
+@dataclass(frozen=True)
+class DrawnEffects:
+    """What a campaign hides.
+
+    Attributes
+    ----------
+    effects : mapping
+        Parameters by effect.
+    size : dict
+        In sigma of noise and the twin's own error, by effect, each by itself.
+    cosine : float or None
+        Between the signals of two.
+    imitations : dict
+        Cosine of all that is hidden to the nearest that each effect of the library could make; empty for a
+        single effect, which is in the library itself.
+    """
+
+    effects: Mapping[str, Values]
+    size: dict[str, float]
+    cosine: float | None
+    imitations: dict[str, float]
+
+
+def wanted(assignment: Assignment, names: Sequence[str], stream: str, seed: int) -> tuple[str, ...]:
+    """Names that an assignment is about; the second of a pair is chosen with the plate at hand."""
+    word = KINDS.index(assignment.kind)
+    match assignment.kind:
+        case "null":
+            return ()
+        case "outside":
+            return (shuffled(STRANGE, stream, seed, assignment.ordinal, word),)
+        case _:
+            return (shuffled(names, stream, seed, assignment.ordinal, word),)
+
+
+def ways(names: Sequence[str], rng: np.random.Generator) -> tuple[tuple[str, ...], tuple[float, ...]]:
+    """Legs and levels that can show all `names`; two legs else in a third of the campaigns."""
+    legs = ("up", "down") if "thermal_lag" in names or rng.random() < 1.0 / 3.0 else ("up",)
+    levels = (1.0, 2.0) if "amplitude_softening" in names else (1.0,)
+    return legs, levels
+
+
+def partners(legs: Sequence[str], levels: Sequence[float]) -> tuple[str, ...]:
+    """Effects of the library that a campaign with these legs and levels can show."""
+    blind = {"thermal_lag"} if len(legs) < 2 else set()
+    blind |= {"amplitude_softening"} if len(levels) < 2 else set()
+    return tuple(name for name in LIBRARY if name not in blind)
+
+
+def draw_effects(
+    assignment: Assignment, first: Sequence[str], others: Sequence[str], yard: EffectSize, rng: np.random.Generator
+) -> DrawnEffects:
+    """Draw the effects' parameters and bring them to size."""
+    if not first:
+        return DrawnEffects({}, {}, None, {})
+    size = wanted_size(assignment, first[0], rng)
+    effects = {first[0]: of_size(yard, first[0], size, rng)}
+    cosine = None
+    if assignment.kind == "pair":
+        alike = bool(assignment.ordinal % 2)
+        name, values, cosine = _partner(yard, effects, others, wanted_size(assignment, first[0], rng), alike, rng)
+        effects[name] = values
+    sizes = {name: yard.left(yard.signal({name: values})) for name, values in effects.items()}
+    alone = assignment.kind == "single"
+    return DrawnEffects(effects, sizes, cosine, {} if alone else yard.imitations(yard.signal(effects)))
+
+
+def wanted_size(assignment: Assignment, name: str, rng: np.random.Generator) -> float:
+    """Sigma that an effect is to have; single effects meet all `SIZES` in three rounds through the library."""
+    if assignment.kind == "single":
+        turn = (tuple(LIBRARY).index(name) + assignment.ordinal // len(LIBRARY)) % len(SIZES)
+        if turn + 1 < len(SIZES):
+            return SIZES[turn]
+    least = 15.0 if assignment.kind == "pair" else SIZES[-1]
+    return float(least * LARGEST ** rng.random())
+
+
+def of_size(yard: EffectSize, name: str, size: float, rng: np.random.Generator) -> dict[str, float]:
+    """Parameters in a random direction, so large that the effect has `size` sigma, or as large as it may be."""
+    card = yard.specimen.cards[name]
+    direction, shapes = _direction(card, rng)
+    most = min(
+        WITHIN * (p.high if direction[p.name] > 0 else p.low) / direction[p.name]
+        for p in card.amplitudes
+        if direction[p.name]
+    )
+    amount = min(0.1, most)
+    for _ in range(8):
+        signal = answered(yard, {name: _values(direction, shapes, amount)})
+        if signal is None:
+            amount = most = SHRUNK * amount
+            continue
+        seen = yard.size(signal)
+        if abs(seen / size - 1.0) < SETTLED or (seen < size and amount == most):
+            break
+        amount = min(amount * float(np.clip(size / max(seen, 1e-9), 1e-3, 1e3)), most)
+    return _values(direction, shapes, amount)
+
+
+def answered(yard: EffectSize, effects: Mapping[str, Values]) -> Complex | None:
+    """Signal of `effects`; None where they lead beyond what the plate's operators are certified for."""
+    try:
+        return yard.signal(effects)
+    except ValueError:
+        return None
+
+
+def _values(direction: Values, shapes: Values, amount: float) -> dict[str, float]:
+    return {**{p: amount * part for p, part in direction.items()}, **shapes}
+
+
+def _direction(card: EffectCard, rng: np.random.Generator) -> tuple[dict[str, float], dict[str, float]]:
+    """Amplitudes of about one prior standard deviation, and shapes anywhere in the inner part of their ranges."""
+    drawn = {p.name: p.sigma * float(rng.standard_normal()) for p in card.amplitudes}
+    for p in card.amplitudes:
+        if p.low == 0.0 or p.high == 0.0:
+            drawn[p.name] = abs(drawn[p.name]) * (1.0 if p.low == 0.0 else -1.0)
+    shapes = {
+        p.name: float(p.low + rng.uniform(0.15, 0.85) * (p.high - p.low)) for p in card.parameters if p.shape
+    }
+    return drawn, shapes
+
+
+def _partner(
+    yard: EffectSize,
+    first: Mapping[str, Values],
+    known: Sequence[str],
+    size: float,
+    alike: bool,
+    rng: np.random.Generator,
+) -> tuple[str, dict[str, float], float]:
+    """Return a second effect, alike to the first or unlike it, as near as a few draws come."""
+    signal = yard.signal(first)
+    near = yard.imitations(signal)
+    others = [str(name) for name in rng.permutation([name for name in known if name not in first])]
+    if alike:
+        others.sort(key=lambda name: -near.get(name, 0.0))
+    best: tuple[str, dict[str, float], float] | None = None
+    for name in others[:4]:
+        values = of_size(yard, name, size, rng)
+        if answered(yard, {**first, name: values}) is None:
+            continue
+        cosine = abs(yard.cosine(signal, yard.signal({name: values})))
+        if (cosine >= ALIKE) == alike:
+            return name, values, cosine
+        if best is None or (alike and cosine > best[2]):
+            best = (name, values, cosine)
+    if best is None:
+        raise ValueError("no effect is left to make a pair")
+    return best

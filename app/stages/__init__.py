@@ -1,0 +1,13 @@
+"""One module per stage: one half computes, the other saves; verbs, demo and blind trial call the same.
+
+=========================  ================================================================
+``acquire``                an experiment run on a rig into a campaign folder
+``identify``               modes of a campaign or of single FRFs
+``declaration_check``      declared plate compared with one sweep, before its twin is built
+``update``                 E, nu, eta and gain of a campaign, and laws through them
+``gap``                    a campaign compared with its twin
+``issued_twin``            twin file that the gap stage writes
+``panel_inputs``           laws and panel for `focus` and `compensate`
+``uncorrected_filters``    loss of filters that were designed without a named effect
+=========================  ================================================================
+"""

@@ -1,0 +1,94 @@
+"""An experiment run on a rig, into a campaign folder that windows may watch: begun, or taken up again."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from app.files.acquired_campaign import open_campaign
+from app.files.campaign_folder import frozen_protocol, write_index
+from app.files.experiment_toml import AcquiredExperiment
+from app.files.folder_lock import folder_lock
+from app.files.sweep_file import Source
+from app.rig.doctor import require_room
+from app.rig.watched_campaign import WatchedCampaign
+from drivers.ni.errors import DaqError
+from drivers.rig.campaign import Moment, Observer, Outcome, run_campaign
+from drivers.rig.errors import RESUME, RigStopped
+from drivers.rig.occupancy import occupied
+from drivers.rig.session import Session
+from drivers.rig.shot import fire
+
+
+def acquire_campaign(
+    session: Session,
+    experiment: AcquiredExperiment,
+    folder: Path,
+    source: Source,
+    acquired: Mapping[str, Any],
+    observer: Observer,
+    *,
+    again: bool = False,
+    places: Sequence[str] = (),
+) -> Outcome:
+    """Run what is still to be done of a campaign.
+
+    The rig is touched only by whoever holds the folder's lock and the rig's own; it is at rest before either is
+    given up.
+
+    Parameters
+    ----------
+    session : Session
+        Opened and left here; what it could not bring to rest it says afterwards.
+    experiment : AcquiredExperiment
+    folder : Path
+        Of the campaign.
+    source : Source
+        What the experiment was read from.
+    acquired : mapping
+        What the campaign's folder is to know of the rig.
+    observer : callable
+        Called at every reading.
+    again : bool
+        Try once more what was missed or failed.
+    places : sequence of str
+        What of the rig only one process can use.
+
+    Raises
+    ------
+    CampaignFileError
+        If another process runs the campaign, the folder holds another one, or its disk is too small.
+    RigInUse
+        If another process uses the rig.
+    RigStopped, OSError
+        As `drivers.rig.campaign.run_campaign`.
+    """
+    with folder_lock(folder), occupied(places, f"flexura acquire, campaign {folder}"):
+        with session:
+            recorded = experiment.recorded(session.cards.sample_rate)
+            protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, dict(acquired))
+            store = open_campaign(folder, protocol, recorded, source, session.check, experiment.sensitivities)
+            require_room(experiment, folder)
+            if not any(event.get("command") in ("ramp", "hold") for event in store.events()):
+                _require_wired(session, experiment)
+            watched = WatchedCampaign(folder)
+
+            def look(moment: Moment) -> None:
+                observer(moment)
+                watched.observe(moment)
+
+            outcome = run_campaign(session, experiment.protocol, store, look, paused=watched.paused, again=again)
+        write_index(folder)
+    return outcome
+
+
+def _require_wired(session: Session, experiment: AcquiredExperiment) -> None:
+    """Raise RigStopped where a short sweep, before the oven moves, shows that no campaign can succeed."""
+    try:
+        shot = fire(session.cards, experiment.protocol, session.check)
+    except DaqError as error:
+        raise RigStopped(f"the shot before the campaign: {error}", RESUME) from error
+    if shot.faults:
+        raise RigStopped(
+            f"the shot before the campaign, the oven not yet told to move: {'; '.join(shot.faults)}",
+            f"Check cables, terminals of [cards] and levels; --test-shot looks again. {RESUME}",
+        )

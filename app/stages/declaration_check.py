@@ -1,0 +1,71 @@
+"""A declaration held against one sweep before its twin is built: a hopeless one is stopped within seconds."""
+
+import numpy as np
+
+from analysis.experiment import Experiment
+from analysis.frf import Frf
+from analysis.geometry.fault import GeometryError
+from analysis.material_kinds import KINDS
+from analysis.plate_material import material_box
+from analysis.progress import Progress
+from analysis.updating.modulus_scan import ModulusScan, scan_modulus, scanned_box
+from analysis.updating.update import middle_sweep
+from app.files.bad_file import ResultFileError
+from simulation.reduction.coarse_plate import CoarsePlate
+
+STAGE = "first look"
+
+
+def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tuple[str, ...]:
+    """Compare the resonances of one sweep with those of the declared plate; return what is doubtful.
+
+    Raises
+    ------
+    ResultFileError
+        Where two sweeps, the middle and the coldest or warmest, agree with no material that is allowed, but well
+        with another.
+    """
+    report(STAGE, 0.0)
+    box = material_box(experiment.plate.material)
+    try:
+        model = CoarsePlate.of(experiment, scanned_box(box))
+    except (RuntimeError, GeometryError, np.linalg.LinAlgError):
+        return ()  # a look that cannot be had stops nothing
+    used, middle = ~frf.excluded, middle_sweep(frf)
+    report(STAGE, 0.4)
+    looks: dict[int, ModulusScan] = {}
+    for sweep in dict.fromkeys((middle, int(frf.temperature.argmin()), int(frf.temperature.argmax()))):
+        looks[sweep] = scan_modulus(model, frf.frequency[used], frf.h[sweep][:, used], box)
+        if not looks[sweep].outside or len(looks) == 2:
+            break
+    report(STAGE, 1.0)
+    if all(look.hopeless for look in looks.values()):
+        raise ResultFileError(sentence(experiment, float(frf.temperature[middle]), looks[middle]))
+    if all(look.outside for look in looks.values()):
+        return (sentence(experiment, float(frf.temperature[middle]), looks[middle]),)
+    return ()
+
+
+def sentence(experiment: Experiment, temperature: float, look: ModulusScan) -> str:
+    """Say what was declared, what the resonances say, and what to change."""
+    plate = experiment.plate
+    low, high = material_box(plate.material).youngs_modulus
+    ratio = look.modulus / float(np.sqrt(low * high))
+    # at one mass, frequencies follow the root of E h**3
+    thinnest, middle, thickest = (
+        1e3 * plate.thickness * (look.modulus / e) ** (1.0 / 3.0) for e in (high, np.sqrt(low * high), low)
+    )
+    return (
+        f"thickness {1e3 * plate.thickness:.3g} mm declared; the resonances at {temperature:.0f} °C say "
+        f"{middle:.3g} mm ({thinnest:.2g} to {thickest:.2g} mm for E of {high / 1e9:.3g} to {low / 1e9:.3g} GPa), "
+        f"or {ratio:.3g} times the modulus, {look.modulus / 1e9:.3g} GPa. Check thickness, mass, lengths and "
+        f"units; if they are right, declare in [plate.material] {_material(look.modulus)}"
+    )
+
+
+def _material(modulus: float) -> str:
+    kinds = [
+        f'"{name}"' for name, box in KINDS.items() if box.youngs_modulus[0] <= modulus <= box.youngs_modulus[1]
+    ]
+    numbers = f"youngs_modulus = [{0.7 * modulus:.1e}, {1.4 * modulus:.1e}], with poisson_ratio and loss_factor"
+    return f"kind = {' or '.join(kinds)}, or {numbers}" if kinds else numbers

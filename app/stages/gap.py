@@ -1,0 +1,224 @@
+"""Gap stage: a campaign compared with its twin, and the results of the comparison saved."""
+
+from collections.abc import Collection, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.campaign import Campaign
+from analysis.effect_card import EffectCard
+from analysis.estimates import Estimate
+from analysis.frf import Frf
+from analysis.gap.data.numerical_floor import NumericalFloor
+from analysis.gap.gap import find_gap
+from analysis.gap.report import GapReport
+from analysis.held_effects import HeldEffects
+from analysis.progress import Progress
+from analysis.protocol.advice import smeared
+from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
+from app.files.atomic import write_json
+from app.files.frf_file import save_frf
+from app.files.gap_file import GapFigures, save_gap
+from app.files.gap_json import gap_record
+from app.files.laws_file import TwinFrf, save_laws
+from app.files.provenance import provenance, sha256
+from app.files.twin_file import write_twin
+from app.stages.issued_twin import issued_twin
+from app.stages.update import Updating, updated_twin
+from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
+from simulation.effects.library import untried
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
+
+GAP, FIGURES, TWIN, LAWS = "gap.json", "gap.h5", "twin.toml", "laws-corrected.h5"
+
+LEAST_LOSS = 1e-4
+"""Least loss factor at which the error of the twin is estimated: a fit may end below any real plate's."""
+ROUGH = 2e-3
+"""Certified error of the twin with effects above which a note says so; usual twins stay below."""
+
+
+@dataclass(frozen=True)
+class GapComparison:
+    """Result of the gap stage.
+
+    Attributes
+    ----------
+    frf : Frf
+    plain : Updating
+        Model updating without effects.
+    twin : Twin
+        With effects, reduced to the materials of this campaign.
+    given : mapping of str to tuple of Estimate
+        Effects of the twin file from which the comparison started.
+    report : GapReport
+    corrected : CorrectedTwin
+        With the effects claimed; with verdict unknown the effects found are hints and are left out.
+    """
+
+    frf: Frf
+    plain: Updating
+    twin: Twin[EffectPlate]
+    given: Mapping[str, tuple[Estimate, ...]]
+    report: GapReport
+    corrected: CorrectedTwin
+
+
+def compute(
+    campaign: Campaign,
+    mains: float,
+    report: Progress,
+    *,
+    start: Start | None = None,
+    folder: Path | None = None,
+    without: Collection[str] = (),
+) -> GapComparison:
+    """Compare a campaign with its twin.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    mains : float
+        Hz.
+    report : callable
+        Called with a stage's name and the share of it done.
+    start : Start, optional
+        Twin file whose effects are on from the beginning.
+    folder : Path, optional
+        A user's own effects.
+    without : collection of str
+        Effects of the library that are no candidates.
+
+    Raises
+    ------
+    ResultFileError
+        For a campaign that cannot be judged, with the reason.
+    """
+    plain = updated_twin(campaign, mains, report)
+    frf = plain.frf
+    twin, given = campaign_model(campaign.experiment, plain.updated, report, start, folder)
+    twin = replace(twin, library={name: effect for name, effect in twin.library.items() if name not in without})
+    model = HeldEffects(twin, {name: {p.name: p.value for p in values} for name, values in given.items()})
+    protocol = campaign.experiment.protocol
+    report("numerical floor", 0.0)
+    with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
+        floor = _floor(plain, twin)
+        found = find_gap(frf, plain.updated, model, protocol, executor, floor=floor, progress=report)
+        not_tried = untried(campaign.experiment, folder)
+        told = (
+            *smeared(protocol.sweep_duration, protocol.ramp_rate),
+            *missing_words(not_tried),
+            *roughness(twin.error),
+        )
+        found = replace(found, notes=(*found.notes, *told))
+        claimed = {e.name: e.parameters for e in found.effects}
+        if found.verdict == "unknown":
+            fitted = fit_twin(frf, plain.updated, model, protocol, executor, given)
+        else:
+            fitted = FittedTwin(found.state, found.laws_after, found.sigma_gain, {**given, **claimed})
+    return GapComparison(
+        frf, plain, twin, given, found, corrected_twin(frf, plain.updated, model, protocol, fitted)
+    )
+
+
+def _origin(campaign: Campaign, mains: float, start: Path | None, folder: Path | None) -> dict[str, Any]:
+    """Return the provenance: campaign, the twin file it started from, a user's effects."""
+    inputs = dict(campaign.hashes)
+    if start is not None:
+        inputs[f"twin {start.name}"] = sha256(start)
+    if folder is not None:
+        inputs |= {f"effect {file.name}": sha256(file) for file in sorted(folder.glob("[!_]*.py"))}
+    return provenance(inputs, {"mains": mains, "campaign": campaign.name})
+
+
+def save(
+    run: Path,
+    campaign: Campaign,
+    found: GapComparison,
+    mains: float,
+    seconds: float,
+    *,
+    start: Path | None = None,
+    folder: Path | None = None,
+) -> dict[str, Any]:
+    """Write gap.json, gap.h5, frf.h5, twin.toml and laws, and return the content of gap.json.
+
+    ``laws.h5`` is the result of `flexura update`: it is written only if it is not there. Laws under effects go to
+    ``laws-corrected.h5``; without effects that file is removed, because an earlier run may have left it.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder.
+    campaign : Campaign
+    found : GapComparison
+    mains : float
+        Hz.
+    seconds : float
+        Time that the comparison took, s.
+    start : Path, optional
+        Twin file from which the comparison started.
+    folder : Path, optional
+        A user's own effects.
+
+    Raises
+    ------
+    OSError
+        Where the run folder cannot be written.
+    """
+    origin = _origin(campaign, mains, start, folder)
+    record = gap_record(found.report, found.given, origin, seconds)
+    save_frf(run / "frf.h5", campaign.experiment, found.frf, origin)
+    figures = GapFigures.of(found.report, found.corrected.nodes)
+    save_gap(run / FIGURES, figures, found.report.signatures, record, origin)
+    if not (run / "laws.h5").is_file():
+        plain = found.plain
+        save_laws(run / "laws.h5", plain.updated, plain.laws, plain.twin, origin)
+    based_on = None if start is None else sha256(start)
+    issued = issued_twin(campaign, found.corrected, found.twin.error, found.report.verdict, based_on)
+    write_twin(run / TWIN, issued)
+    if found.corrected.effects:
+        _save_corrected_laws(run / LAWS, campaign, found.corrected, found.twin.error, origin)
+    else:
+        (run / LAWS).unlink(missing_ok=True)
+    write_json(run / GAP, record)
+    return record
+
+
+def _save_corrected_laws(
+    target: Path, campaign: Campaign, corrected: CorrectedTwin, error: float, origin: dict[str, Any]
+) -> None:
+    """Write laws and FRFs of a twin with effects, in the form of laws.h5."""
+    density = campaign.experiment.plate.density
+    frequency = corrected.frequency
+    save_laws(
+        target, corrected.updated, corrected.laws, TwinFrf(frequency, corrected.answers, error, density), origin
+    )
+
+
+def missing_words(not_tried: Mapping[str, EffectCard]) -> tuple[str, ...]:
+    """Return a note for each effect that could not be tried because the declaration lacks what it needs."""
+    return tuple(
+        f"{name} was not tried: the campaign's declaration does not say enough for it; it needs {card.needs}"
+        for name, card in not_tried.items()
+    )
+
+
+def roughness(error: float) -> tuple[str, ...]:
+    """Return a note where the certified `error` of the twin, a share of its peak, is larger than usual."""
+    if error <= ROUGH:
+        return ()
+    return (
+        f"the twin with several effects at half of their ranges has an error of {100 * error:.2g} % of its peak "
+        f"(usual: below {100 * ROUGH:.2g} %): large parameters are no more certain than that. Check whether "
+        "patches nearly touch an edge or each other",
+    )
+
+
+def _floor(plain: Updating, twin: Twin[EffectPlate]) -> NumericalFloor:
+    """Return the error of the twin at the least damping found in the campaign."""
+    least = max(float(plain.updated.material.loss_factor.min()), LEAST_LOSS)
+    return NumericalFloor(twin.plate.operators.numerical_error(least), float(np.median(plain.frf.noise_floor)))

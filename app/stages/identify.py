@@ -1,0 +1,193 @@
+"""Identify stage: modes of a campaign, computed and saved; modes of single FRFs of universal files."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.campaign import Campaign
+from analysis.frf import Frf, campaign_frf
+from analysis.identification.automatic import Measured, Settings, identify
+from analysis.identification.modes import Modes
+from analysis.identification.peak_picking import identify_by_peaks
+from analysis.identification.reading import Damping
+from analysis.identification.residual_terms import EVERY_CHOICE, choices_for
+from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.tracking import track
+from analysis.progress import Progress
+from app.files.bad_file import ResultFileError
+from app.files.frf_file import save_frf
+from app.files.modes_file import save_modes, write_table
+from app.files.provenance import provenance
+from app.files.uff58 import UffFrf, write_frfs
+from app.files.uff_campaign import campaign_frfs
+from app.terminal.modes import modes_record
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Options of the identification.
+
+    Attributes
+    ----------
+    settings : Settings
+        Of the search.
+    damping : str
+        How poles are read.
+    method : str
+        ``auto`` or ``peak-picking``.
+    band : (float, float) or None
+        Hz; None for all lines.
+    """
+
+    settings: Settings
+    damping: Damping
+    method: str
+    band: tuple[float, float] | None
+
+    def record(self) -> dict[str, Any]:
+        """Return the options as a result file's provenance holds them."""
+        return {
+            "method": self.method,
+            "damping": self.damping,
+            "band_hz": None if self.band is None else list(self.band),
+            "mains_hz": self.settings.mains,
+            "start_count": self.settings.start_count,
+            "most_count": self.settings.most_count,
+        }
+
+    def cut(self, frf: Frf) -> Frf:
+        """Return a campaign's FRFs inside the band."""
+        if self.band is None:
+            return frf
+        inside = (frf.frequency >= self.band[0]) & (frf.frequency <= self.band[1])
+        return replace(
+            frf,
+            frequency=frf.frequency[inside],
+            h=frf.h[:, :, inside],
+            variance=frf.variance[:, :, inside],
+            coherence=frf.coherence[:, :, inside],
+            excluded=frf.excluded[inside],
+        )
+
+    def one_by_one(self) -> Callable[[Measured, Settings], Modes] | None:
+        """Return the method that takes each sweep alone, or None where sweeps follow from one to the next."""
+        return identify_by_peaks if self.method == "peak-picking" else None
+
+    def identify(self, frfs: Sequence[UffFrf]) -> Modes:
+        """Identify FRFs that share poles and lines; ValueError where there is nothing to be found."""
+        quantities = {frf.quantity for frf in frfs}
+        terms = choices_for(quantities.pop()) if len(quantities) == 1 else EVERY_CHOICE
+        frequency = frfs[0].frequency
+        low, high = self.band or (0.0, np.inf)
+        inside = (frequency >= low) & (frequency <= high)
+        measured = Measured(frequency[inside], np.array([frf.h[inside] for frf in frfs]))
+        settings = replace(self.settings, terms=terms)
+        return (self.one_by_one() or identify)(measured, settings)
+
+
+@dataclass(frozen=True)
+class Identified:
+    """Result of the identify stage.
+
+    Attributes
+    ----------
+    frf : Frf
+        All lines, inside the band and outside.
+    tracked : TrackedModes
+        Of the lines inside the band.
+    """
+
+    frf: Frf
+    tracked: TrackedModes
+
+
+def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> Identified:
+    """Identify every sweep of a campaign, and follow its modes over temperature.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    wanted : Wanted
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Raises
+    ------
+    ResultFileError
+        For a sensor without signal, or a band without lines.
+    """
+    try:
+        frf = campaign_frf(campaign, mains=wanted.settings.mains or 50.0)
+        tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one())
+    except ValueError as error:
+        raise ResultFileError(f"{campaign.name}: {error}") from error
+    return Identified(frf, tracked)
+
+
+def save(run: Path, campaign: Campaign, found: Identified, wanted: Wanted, export: Path | None = None) -> None:
+    """Write frf.h5, modes.h5 and modes.csv, and the FRFs as a universal file where asked for.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder.
+    campaign : Campaign
+    found : Identified
+    wanted : Wanted
+        Goes into the provenance.
+    export : Path, optional
+        Universal file for the FRFs.
+
+    Raises
+    ------
+    OSError
+        Where a file cannot be written.
+    """
+    made_from = provenance(campaign.hashes, {"campaign": campaign.name} | wanted.record())
+    save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
+    if export is not None:
+        write_frfs(export, campaign_frfs(campaign.experiment, found.frf))
+    save_modes(run / "modes.h5", found.tracked, made_from)
+    write_table(run / "modes.csv", found.tracked, wanted.damping)
+
+
+def uff_records(frfs: Sequence[UffFrf], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:
+    """Identify FRFs one by one; an FRF with nothing in it gets a note instead of modes."""
+    records = []
+    for done, frf in enumerate(frfs):
+        report("identify", done / len(frfs))
+        try:
+            found = modes_record(wanted.identify([frf]), wanted.damping)
+        except ValueError as error:
+            found = {"residual_terms": None, "misfit": None, "modes": [], "rejected": [], "note": str(error)}
+        records.append(_named(frf) | found)
+    report("identify", 1.0)
+    return records
+
+
+def shared_records(path: Path, frfs: Sequence[UffFrf], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:
+    """Identify all FRFs with one set of poles; the same modes for each.
+
+    Raises ResultFileError where the FRFs differ in their lines or hold nothing to be found.
+    """
+    for frf in frfs[1:]:
+        same = frf.frequency.shape == frfs[0].frequency.shape
+        if not same or not np.allclose(frf.frequency, frfs[0].frequency, rtol=1e-6):
+            raise ResultFileError(
+                f"{path}: {frf.name!r} and {frfs[0].name!r} have different frequency lines: identify them one by "
+                "one, without --shared-poles"
+            )
+    report("identify", 0.0)
+    try:
+        found = modes_record(wanted.identify(frfs), wanted.damping)
+    except ValueError as error:
+        raise ResultFileError(f"{path}: {error}") from error
+    report("identify", 1.0)
+    return [_named(frf) | found for frf in frfs]
+
+
+def _named(frf: UffFrf) -> dict[str, Any]:
+    return {"name": frf.name, "response": frf.response, "reference": frf.reference, "quantity": frf.quantity}

@@ -1,0 +1,92 @@
+"""The twin that the gap stage issues: declaration, laws, effects and origin, as a twin file holds them."""
+
+import hashlib
+import json
+
+import numpy as np
+from numpy.typing import NDArray
+
+import analysis
+from analysis.campaign import Campaign
+from analysis.gap.report import Verdict
+from analysis.plate_material import material_box
+from analysis.updating.corrected_twin import CorrectedTwin, material_of
+from app.files.effect_cache import operators_key
+from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin
+
+
+def issued_twin(
+    campaign: Campaign, corrected: CorrectedTwin, basis_error: float, verdict: Verdict, based_on: str | None
+) -> TwinFile:
+    """Describe the twin that was issued; numbers to nine digits, standard deviations to four.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    corrected : CorrectedTwin
+    basis_error : float
+        Certified error of the reduced model, as a share of its peak response.
+    verdict : str
+        As in gap.json.
+    based_on : str or None
+        SHA-256 of the twin file from which the comparison started.
+
+    Raises
+    ------
+    ValueError
+        For values that no twin file may hold.
+    """
+    experiment = campaign.experiment
+    laws = corrected.laws
+    low, high = corrected.nodes.temperature[[0, -1]].tolist() if laws is None else laws.temperature_range
+    material, sigma = material_of(corrected.nodes)
+    return TwinFile(
+        title=experiment.title,
+        plate=experiment.plate,
+        patch=experiment.patch,
+        drive=experiment.drive,
+        sensor=experiment.sensor,
+        string=experiment.string,
+        cable=experiment.cable,
+        acquisition=experiment.acquisition,
+        protocol=experiment.protocol,
+        oven=experiment.oven,
+        gain=_estimated(corrected.updated.gain, corrected.updated.sigma_gain, experiment.inputs[0].gain_unit),
+        laws=TwinLaws(
+            temperature_range=(_rounded(low), _rounded(high)),
+            temperature=_column(corrected.nodes.temperature),
+            youngs_modulus=_column(material.youngs_modulus),
+            sigma_youngs_modulus=_column(sigma.youngs_modulus, 4),
+            poisson_ratio=_column(material.poisson_ratio),
+            sigma_poisson_ratio=_column(sigma.poisson_ratio, 4),
+            loss_factor=_column(material.loss_factor),
+            sigma_loss_factor=_column(sigma.loss_factor, 4),
+        ),
+        effect=tuple(
+            TwinEffect(name=name, parameter={p.name: _estimated(p.value, p.sigma, p.unit) for p in values})
+            for name, values in corrected.effects.items()
+        ),
+        basis=Basis(
+            operators=operators_key(experiment, material_box(experiment.plate.material)),
+            error=_rounded(basis_error, 4),
+        ),
+        origin=TwinOrigin(
+            flexura=analysis.__version__,
+            campaign=campaign.name,
+            inputs=hashlib.sha256(json.dumps(sorted(campaign.hashes.items())).encode()).hexdigest(),
+            verdict=verdict,
+            based_on=based_on,
+        ),
+    )
+
+
+def _estimated(value: float, sigma: float, unit: str) -> Estimated:
+    return Estimated(value=_rounded(value), sigma=_rounded(sigma, 4), unit=unit)
+
+
+def _column(values: NDArray[np.float64], digits: int = 9) -> tuple[float, ...]:
+    return tuple(_rounded(float(value), digits) for value in values)
+
+
+def _rounded(value: float, digits: int = 9) -> float:
+    return float(f"{value:.{digits}g}")

@@ -1,0 +1,114 @@
+"""What ``focus`` and ``compensate`` read before they compute: laws, panel, and the range both share."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.focusing.over_temperature import covered
+from analysis.focusing.panel import Panel
+from analysis.material import Material, MaterialLaws
+from analysis.updating.laws import fit_laws
+from app.files.bad_file import ResultFileError
+from app.files.filter_files import load_panel
+from app.files.laws_file import load_laws
+from app.files.panel_file import SECTION_2, panel_of_text, read_panel
+from app.files.run_folder import run_file
+from app.files.twin_file import TwinFile, read_twin
+
+
+def laws_of(run: Path, verb: str) -> tuple[Path, MaterialLaws]:
+    """Return the laws of a run folder, or of a laws file named itself, and where they stand."""
+    path = run if run.is_file() else run_file(run, "laws.h5", verb)
+    return path.resolve(), load_laws(path)
+
+
+def laws_for(run: Path | None, twin: Path | None, verb: str) -> tuple[Path, MaterialLaws, Path]:
+    """Return the laws of a run, or of a twin file if one is named; the file they stand in; the results' folder.
+
+    Results go beside the laws, or with a twin file into `run` where that is a folder. `verb` is for messages.
+    """
+    if twin is None:
+        path, laws = laws_of(run or Path(), verb)
+        return path, laws, path.parent
+    path = twin.resolve()
+    return path, laws_of_twin(read_twin(twin), path), run if run is not None and run.is_dir() else path.parent
+
+
+def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
+    """Smooth laws through the nodes of a twin file; ResultFileError for fewer than three."""
+    nodes = twin.laws
+    material = Material(*(np.array(x) for x in (nodes.youngs_modulus, nodes.poisson_ratio, nodes.loss_factor)))
+    spread = (nodes.sigma_youngs_modulus, nodes.sigma_poisson_ratio, nodes.sigma_loss_factor)
+    sigma = Material(*(np.array(x) for x in spread))
+    try:
+        return fit_laws(np.array(nodes.temperature), material, sigma, temperature_range=nodes.temperature_range)
+    except ValueError as error:
+        raise ResultFileError(f"{origin}: laws: {error}") from error
+
+
+def effects_left_out(twin: Path) -> list[str]:
+    """Say which effects of a twin file a panel does not take along; nothing for none."""
+    effects = list(read_twin(twin).effects)
+    if not effects:
+        return []
+    stay = f"{', '.join(effects)} {'stays' if len(effects) == 1 else 'stay'}"
+    return [f"{twin}: the panel's plate obeys the corrected laws; {stay} with the plate that was measured"]
+
+
+def panel_of(path: Path | None, changes: Mapping[str, Any]) -> tuple[Panel, Path]:
+    """Return the panel of a file, or the shipped one, with filter settings changed where `changes` says so."""
+    path = path or SECTION_2
+    panel = changed(read_panel(path), changes)
+    return panel, path
+
+
+def changed(panel: Panel, changes: Mapping[str, Any]) -> Panel:
+    """Panel with some filter settings replaced and checked anew; None leaves a setting as it is."""
+    given = {name: value for name, value in changes.items() if value is not None}
+    if not given:
+        return panel
+    declared = panel.model_dump(mode="json")
+    declared["filters"] |= given
+    return panel_of_text(json.dumps(declared), "command line")
+
+
+def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, float]:
+    """Return the temperatures panel and laws share, °C; ResultFileError if none."""
+    try:
+        return covered(laws, panel.filters.operating_range)
+    except ValueError as error:
+        raise ResultFileError(f"{origin}: {error}; update a campaign that covers them") from error
+
+
+def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
+    """Return `temperature`, or raise ResultFileError naming the first the laws do not cover."""
+    low, high = laws.temperature_range
+    outside = temperature[(temperature < low - 1e-9) | (temperature > high + 1e-9)]
+    if outside.size:
+        raise ResultFileError(
+            f"{origin}: --temperature {outside[0]:g} °C is outside the laws' range, {low:g} to {high:g} °C"
+        )
+    return temperature
+
+
+def panel_for(path: Path | None, run: Path) -> tuple[Panel, Path]:
+    """Return the panel of a file, or else the one the run's filters were made for, or else the shipped one."""
+    made = run / "filters.h5"
+    if path is None and made.is_file():
+        return load_panel(made), made
+    return panel_of(path, {})
+
+
+def checked_device(device: str) -> None:
+    """Raise ResultFileError unless torch can compute on `device`."""
+    import torch
+
+    try:
+        torch.zeros(1, dtype=torch.float64, device=device)
+    except (RuntimeError, AssertionError, ValueError) as error:
+        reason = str(error).splitlines()[0]
+        raise ResultFileError(f"--device {device}: torch cannot use it ({reason}); take cpu") from error

@@ -1,0 +1,60 @@
+"""What filters lose that were designed with the laws of a twin that lacks an effect."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.focusing.fir import design
+from analysis.focusing.methods import Method, designer
+from analysis.focusing.over_temperature import Aim, aim, responses
+from analysis.focusing.panel import Panel
+from analysis.material import MaterialLaws
+from analysis.plate import Plate
+from app.files.bad_file import ResultFileError
+from app.files.laws_file import effects_in_laws, load_laws
+from app.twins.panel_twin import PanelTwin
+
+
+def uncorrected_aim(
+    model: PanelTwin,
+    panel: Panel,
+    laws: MaterialLaws,
+    uncorrected: MaterialLaws | None,
+    temperature: NDArray[np.float64],
+    method: Method,
+) -> Aim | None:
+    """Aim on a panel that obeys `laws` of FIR filters designed for `uncorrected`, at `temperature` (T,), °C.
+
+    None where there are no uncorrected laws.
+    """
+    if uncorrected is None:
+        return None
+    settings, lines = panel.filters, panel.filters.frequency
+    band = settings.in_band(lines)
+    rule = designer(method, model, panel, lines)
+    real = responses(model, laws, temperature, lines)
+    believed = responses(model, uncorrected, temperature, lines)
+    reached = []
+    for t, ((constants, guess), (_, amplitude)) in enumerate(zip(believed, real, strict=True)):
+        wanted = rule(constants, guess, model.space.forms([guess], panel.target.displacement))
+        filters = design(wanted[None], temperature[t : t + 1], settings).response(lines[band])[0]
+        forms = model.space.forms([amplitude], panel.target.displacement)
+        reached.append(aim(model.space, forms, amplitude, band, filters))
+    return Aim(np.array([c for c, _ in reached]), np.array([s for _, s in reached]))
+
+
+def uncorrected_laws(run: Path, temperature: NDArray[np.float64], plate: Plate) -> MaterialLaws | None:
+    """Laws that `flexura update` left in a run, as they count for a `plate` that may grow.
+
+    None where there are none that cover `temperature` (T,), °C,
+    and where they were fitted with effects switched on (`flexura update --twin`): those are corrected.
+    """
+    try:
+        laws = plate.grown(load_laws(run / "laws.h5"))
+        if effects_in_laws(run / "laws.h5"):
+            return None
+    except ResultFileError:
+        return None
+    low, high = laws.temperature_range
+    return laws if low - 1e-9 <= temperature.min() and temperature.max() <= high + 1e-9 else None

@@ -1,0 +1,177 @@
+"""Update stage: model updating of a campaign, with or without effects, computed and saved."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.campaign import Campaign
+from analysis.frf import Frf, campaign_frf
+from analysis.held_effects import HeldEffects
+from analysis.local_laws import LocalLaws
+from analysis.material import Material, MaterialLaws
+from analysis.progress import Progress
+from analysis.protocol.advice import unresolved
+from analysis.updated import Updated
+from analysis.updating.corrected_twin import corrected_twin, fit_twin, reached
+from analysis.updating.laws import fit_laws
+from analysis.updating.outlier_sweeps import outlier_sweeps
+from analysis.updating.polarity import polarity_corrected
+from analysis.updating.update import update
+from app.files.frf_file import save_frf
+from app.files.laws_file import TwinFrf, save_laws
+from app.files.provenance import provenance, sha256
+from app.stages.declaration_check import check_declaration
+from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
+from app.twins.campaign_twin import campaign_twin, twin_is_built
+from simulation.twin.declared_plate import DeclaredPlate
+from simulation.twin.twin import Twin
+
+
+@dataclass(frozen=True)
+class Updating:
+    """Result of the update stage.
+
+    Attributes
+    ----------
+    frf : Frf
+        As fitted: the sign of inverted channels corrected, outlier sweeps left out.
+    updated : Updated
+        Estimates per sweep.
+    laws : MaterialLaws or None
+        Through the estimates; None for fewer than three temperatures.
+    twin : TwinFrf
+        FRFs of the updated twin.
+    """
+
+    frf: Frf
+    updated: Updated
+    laws: MaterialLaws | None
+    twin: TwinFrf
+
+
+def compute(
+    campaign: Campaign, mains: float, report: Progress, *, start: Start | None = None, folder: Path | None = None
+) -> Updating:
+    """Fit the material of a campaign's twin to its FRFs, and laws through the estimates.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    mains : float
+        Frequency of the mains, Hz.
+    report : callable
+        Called with a stage's name and the share of it done.
+    start : Start, optional
+        Twin file whose effects are held at their values.
+    folder : Path, optional
+        A user's own effects.
+
+    Raises
+    ------
+    ResultFileError
+        For a campaign that cannot be judged, with the reason.
+    """
+    if start is None:
+        return updated_twin(campaign, mains, report)
+    return _updated_under_effects(campaign, mains, start, folder, report)
+
+
+def save(run: Path, campaign: Campaign, found: Updating, mains: float, start: Start | None = None) -> None:
+    """Write frf.h5 and laws.h5: FRFs, estimates, laws and the twin's FRFs.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder.
+    campaign : Campaign
+    found : Updating
+    mains : float
+        Hz.
+    start : Start, optional
+        Twin file whose effects were held.
+
+    Raises
+    ------
+    OSError
+        Where a file cannot be written.
+    """
+    settings: dict[str, Any] = {"mains": mains}
+    if start is not None:
+        settings |= {"twin": sha256(start.path), "effects": start.twin.effects}
+    made_from = provenance(campaign.hashes, {**settings, "campaign": campaign.name})
+    save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
+    save_laws(run / "laws.h5", found.updated, found.laws, found.twin, made_from)
+
+
+def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating:
+    """Fit the twin without effects, as `compute` does; ResultFileError where the campaign cannot be judged."""
+    frf, twin, updated = _fitted(campaign, mains, report)
+    rows = zip(updated.constants, updated.temperature, strict=True)
+    laws = [LocalLaws.of_material(*row, reference=float(temperature)) for row, temperature in rows]
+    with ThreadPoolExecutor(WORKERS) as executor:
+        answers = list(executor.map(lambda law: updated.gain * twin.frf(law, frf.frequency), laws))
+    density = campaign.experiment.plate.density
+    seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
+    return Updating(frf, updated, plain_laws(campaign, updated), seen)
+
+
+def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[DeclaredPlate], Updated]:
+    """Measured FRFs, inverted channels turned; the twin, and its material in every sweep."""
+    with judging(campaign):
+        frf = campaign_frf(campaign, mains=mains)
+        frf.require_noise()  # before a twin is built for nothing
+        if not twin_is_built(campaign.experiment):
+            frf = replace(frf, notes=(*frf.notes, *check_declaration(campaign.experiment, frf, report)))
+        twin = campaign_twin(campaign.experiment, report)
+        frf, begin = polarity_corrected(frf, twin, report)
+        updated = update(frf, twin, begin=begin, progress=report)
+        strays = outlier_sweeps(frf, updated)
+        if strays:
+            frf = frf.without(
+                strays, "no plate explains it as it does its neighbours: clipped, knocked, or mixed up"
+            )
+            updated = update(frf, twin, progress=report)
+        lines = frf.frequency
+        told = unresolved(
+            (float(lines[0]), float(lines[-1])),
+            float(lines[1] - lines[0]),
+            float(np.median(updated.material.loss_factor)),
+        )
+        return replace(frf, notes=(*frf.notes, *told)), twin, updated
+
+
+def _updated_under_effects(
+    campaign: Campaign, mains: float, start: Start, folder: Path | None, report: Progress
+) -> Updating:
+    """Fit with the effects of a twin file held at their values; sweeps at one temperature share E, nu and eta."""
+    protocol = campaign.experiment.protocol
+    frf, _, plain = _fitted(campaign, mains, report)
+    twin, given = campaign_model(campaign.experiment, plain, report, start, folder)
+    model = HeldEffects(twin, start.twin.effects)
+    report("laws under effects", 0.0)
+    with ThreadPoolExecutor(WORKERS) as executor, judging(campaign):
+        fitted = fit_twin(frf, plain, model, protocol, executor, given)
+    found = corrected_twin(frf, plain, model, protocol, fitted)
+    report("laws under effects", 1.0)
+    density = campaign.experiment.plate.density
+    seen = TwinFrf(frf.frequency, found.answers, twin.error, density)
+    return Updating(frf, found.updated, found.laws, seen)
+
+
+def plain_laws(campaign: Campaign, updated: Updated) -> MaterialLaws | None:
+    """Draw laws through the estimates that settled; None where they cover fewer than three temperatures."""
+    good = updated.settled
+    temperature = updated.temperature[good]
+    if temperature.size < 3 or (temperature.max() - temperature.min()) < 1.0:
+        return None
+    span = reached(campaign.experiment.protocol, temperature)
+    return fit_laws(temperature, _rows(updated.material, good), _rows(updated.sigma, good), temperature_range=span)
+
+
+def _rows(material: Material, chosen: NDArray[np.bool_]) -> Material:
+    """Return the chosen rows of estimates or of their standard deviations."""
+    return Material(material.youngs_modulus[chosen], material.poisson_ratio[chosen], material.loss_factor[chosen])

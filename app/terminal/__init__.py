@@ -1,0 +1,11 @@
+"""What is printed: progress, tables, JSON records and closing lines of the verbs.
+
+=======================  ===============================================================
+``progress``             one bar per stage on the error stream
+``campaign_progress``    the bar of a running campaign
+``campaign_ending``      how an acquired campaign ended: record, line, exit status
+``modes``                modes as JSON and as tables
+``update``               estimates of model updating as JSON, as a table and in one line
+``gap``                  tables and sentences from gap.json
+=======================  ===============================================================
+"""

@@ -1,0 +1,93 @@
+"""Estimates of model updating as JSON, as a table and in one line; notes for the user."""
+
+from pathlib import Path
+from typing import Any
+
+from analysis.material import MaterialLaws
+from analysis.updated import GOOD_MISFIT, Updated
+
+
+def record(updated: Updated, seconds: float) -> dict[str, Any]:
+    """Return what ``--json`` prints: SI units, one entry per sweep in the order recorded."""
+    rows = []
+    for t, (e, nu, eta) in enumerate(updated.constants):
+        rows.append(
+            {
+                "temperature_c": float(updated.temperature[t]),
+                "youngs_modulus_pa": e,
+                "poisson_ratio": nu,
+                "loss_factor": eta,
+                "sigma": {
+                    "youngs_modulus_pa": float(updated.sigma.youngs_modulus[t]),
+                    "poisson_ratio": float(updated.sigma.poisson_ratio[t]),
+                    "loss_factor": float(updated.sigma.loss_factor[t]),
+                },
+                "misfit": float(updated.misfit[t]),
+                "misfit_start": float(updated.misfit_start[t]),
+                "noise_floor": float(updated.noise_floor[t]),
+                "chi2_per_dof": float(updated.chi2_per_dof[t]),
+                "settled": bool(updated.settled[t]),
+            }
+        )
+    return {
+        "temperatures": rows,
+        "gain": updated.gain,
+        "sigma_gain": updated.sigma_gain,
+        "seconds": seconds,
+    }
+
+
+def show(updated: Updated) -> None:
+    """Print the estimates as a table for people."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    caption = "σ: what a sweep's own noise leaves open; scatter between sweeps is in the laws' σ (report, laws.h5)"
+    table = Table(
+        title="Updated twin", caption=caption, header_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
+    )
+    for heading in ("T [°C]", "E [GPa]", "σ_E [%]", "ν", "σ_ν", "η [%]", "σ_η [%]", "misfit", "noise"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    sigma = updated.sigma
+    for t, (e, nu, eta) in enumerate(updated.constants):
+        table.add_row(
+            f"{updated.temperature[t]:.2f}{'' if updated.settled[t] else ' ?'}",
+            f"{e / 1e9:.4f}",
+            f"{100 * sigma.youngs_modulus[t] / e:.4f}",
+            f"{nu:.4f}",
+            f"{sigma.poisson_ratio[t]:.5f}",
+            f"{100 * eta:.3f}",
+            f"{100 * sigma.loss_factor[t]:.4f}",
+            f"{100 * updated.misfit[t]:.2f} %",
+            f"{100 * updated.noise_floor[t]:.2f} %",
+        )
+    Console().print(table)
+
+
+def summary(updated: Updated, run: Path, seconds: float, unit: str) -> str:
+    """Return one line for people."""
+    ratio = float((updated.misfit / updated.noise_floor).max())
+    return (
+        f"{len(updated.temperature)} sweeps updated in {seconds:.1f} s, gain {updated.gain:.3f} {unit}, "
+        f"misfit at most {ratio:.2f} times the noise; results in {run}"
+    )
+
+
+def notes(updated: Updated, laws: MaterialLaws | None) -> list[str]:
+    """Say what has to be known before the estimates are trusted."""
+    said = []
+    unsettled = int((~updated.settled).sum())
+    if unsettled:
+        said.append(
+            f"{unsettled} of {len(updated.settled)} sweeps (marked ?) did not settle inside the twin's certified "
+            "range: their values are no estimates. Is the declaration right: mass, thickness, positions, which "
+            "channel is which?"
+        )
+    elif (updated.misfit / updated.noise_floor).max() > GOOD_MISFIT:
+        said.append(
+            "the twin lacks something the plate has: E, nu and eta above absorb part of it. What: flexura gap"
+        )
+    if laws is None:
+        said.append("no laws over temperature: at least 3 temperatures with settled estimates are needed")
+    return said

@@ -1,0 +1,119 @@
+"""The twin with effects as one campaign wants it: small, referred to its laws, a twin file's effects known."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from analysis.campaign import Campaign
+from analysis.effect_card import EffectCard
+from analysis.estimates import Estimate
+from analysis.experiment import Experiment
+from analysis.gap.data.groups import TemperatureGroups, mean_laws
+from analysis.local_laws import LocalLaws
+from analysis.progress import Progress
+from analysis.updated import Updated
+from app.files.bad_file import ResultFileError
+from app.files.twin_file import TwinFile, read_twin, require_known_effects, require_same_plate
+from app.twins.campaign_twin import effect_twin
+from simulation.effects.library import library
+from simulation.reduction.campaign_basis import for_materials
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
+
+MATERIALS = 5
+"""Temperatures whose materials the smaller model is made for."""
+MARGIN = 0.05
+"""Of E, by which the range of these materials is widened: effects move the laws by a few per cent."""
+REFERENCE = 25.0
+"""Temperature to which strain energies are referred, degrees Celsius."""
+WORKERS = 2
+"""Sweeps linearised at a time."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """A twin file, checked, and where it stands."""
+
+    path: Path
+    twin: TwinFile
+
+
+def campaign_model(
+    experiment: Experiment,
+    plain: Updated,
+    report: Progress,
+    start: Start | None,
+    folder: Path | None,
+) -> tuple[Twin[EffectPlate], dict[str, tuple[Estimate, ...]]]:
+    """Return the campaign's twin with its library, and the effects of the twin file it starts from."""
+    twin = effect_twin(experiment, report, folder)
+    given: dict[str, tuple[Estimate, ...]] = {}
+    if start is not None:
+        given = {
+            effect.name: tuple(Estimate(name, p.value, p.sigma, p.unit) for name, p in effect.parameter.items())
+            for effect in start.twin.effect
+        }
+        missing = [name for name in given if name not in twin.library]
+        if missing:
+            raise ResultFileError(f"{start.path}: this plate's mesh leaves no room for {', '.join(missing)}")
+    return made_for(twin, plain), given
+
+
+def made_for(twin: Twin[EffectPlate], plain: Updated) -> Twin[EffectPlate]:
+    """Return a twin on the few directions that the materials of a campaign need, strain energies referred."""
+    groups = TemperatureGroups.of(plain.temperature)
+    laws = groups.laws(mean_laws(plain.material, groups))
+    chosen = [laws[int(i)] for i in np.unique(np.linspace(0, len(laws) - 1, MATERIALS).round())]
+    materials = [_stiffer(laws[0], 1.0 + MARGIN), *chosen, _stiffer(laws[-1], 1.0 - MARGIN)]
+    smaller = replace(twin, plate=EffectPlate(for_materials(twin.plate.operators, materials)))
+    return smaller.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE)))
+
+
+def _stiffer(laws: LocalLaws, by: float) -> LocalLaws:
+    return replace(laws, value=laws.value + np.array([np.log(by), 0.0, 0.0]))
+
+
+def start_of(path: Path | None, experiment: Experiment, folder: Path | None) -> Start | None:
+    """Read the twin to start from, if one is named, and check all that can be before anything is computed.
+
+    Raises
+    ------
+    CampaignFileError
+        For a file that is no twin, a twin of another plate, and effects that the library does not know or allow.
+    ResultFileError
+        For a user's effects in `folder` that cannot be loaded.
+    """
+    cards = known_effects(experiment, folder)
+    if path is None:
+        return None
+    twin = read_twin(path)
+    require_same_plate(path, twin, experiment)
+    require_known_effects(path, twin, cards)
+    return Start(path, twin)
+
+
+def known_effects(experiment: Experiment, folder: Path | None) -> dict[str, EffectCard]:
+    """Cards of the library and of a user's own effects; ResultFileError where these cannot be loaded."""
+    if folder is None:
+        return {name: effect.card(experiment) for name, effect in library(experiment).items()}
+    try:
+        return {name: effect.card(experiment) for name, effect in library(experiment, folder).items()}
+    except ValueError as error:
+        raise ResultFileError(f"--effects: {error}") from error
+
+
+@contextmanager
+def judging(campaign: Campaign) -> Iterator[None]:
+    """Turn what the analysis refuses into a ResultFileError that names the campaign.
+
+    A matrix that cannot be inverted is no refusal but a defect, and keeps its traceback.
+    """
+    try:
+        yield
+    except (np.linalg.LinAlgError, ResultFileError):
+        raise
+    except ValueError as error:
+        raise ResultFileError(f"{campaign.name}: cannot be judged: {error}") from error

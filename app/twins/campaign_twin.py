@@ -1,0 +1,86 @@
+"""The twin of an experiment, as declared or with effects, its matrices taken from the cache if they are there."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.experiment import Experiment, Plate
+from analysis.plate_material import material_box
+from analysis.progress import Progress
+from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
+from app.files.effect_cache import cached_operators
+from simulation.effects.effect import Effect
+from simulation.effects.library import library
+from simulation.reduction.plate_basis import PlateBasis
+from simulation.reduction.reduced_model import ReducedModel
+from simulation.shell.footprints import attached_disc
+from simulation.twin.declared_plate import DeclaredPlate
+from simulation.twin.effect_plate import EffectPlate
+from simulation.twin.twin import Twin
+
+SHAPE_POINTS = 32
+"""Points along the longer side of the box around a plate on which its mode shapes are known."""
+
+
+def campaign_twin(experiment: Experiment, report: Progress) -> Twin[DeclaredPlate]:
+    """Twin of a campaign's plate over its band, certified over its material's box; its shapes known on a grid."""
+    return Twin.of(experiment, DeclaredPlate(campaign_reduction(experiment, report)))
+
+
+def campaign_reduction(experiment: Experiment, report: Progress) -> ReducedModel:
+    """Reduced model of that twin."""
+    return cached_reduction(**_asked(experiment), progress=report)
+
+
+def effect_twin(experiment: Experiment, report: Progress, folder: Path | None = None) -> Twin[EffectPlate]:
+    """Twin of a campaign's plate over its band, with the project's effects and those of a user's `folder`."""
+    known: Mapping[str, Effect] = library(experiment, folder)
+    box = material_box(experiment.plate.material)
+    operators = cached_operators(experiment, box, report, basis=lambda: plate_basis(experiment, report))
+    if not operators.offset_range:
+        known = {name: effect for name, effect in known.items() if name != "sensor_offset"}
+    return Twin.of(experiment, EffectPlate(operators), known)
+
+
+def plate_basis(experiment: Experiment, report: Progress) -> PlateBasis | None:
+    """Functions and vectors behind the twin of `campaign_twin`, which is made where it is not in the cache."""
+    asked = _asked(experiment)
+    file = basis_file(**asked)
+    found = load_plate_basis(file)
+    if found is None:
+        cached_reduction(**asked, progress=report)
+        found = load_plate_basis(file)
+    return found
+
+
+def twin_is_built(experiment: Experiment) -> bool:
+    """Whether `campaign_twin` would find its reduced model in the cache."""
+    return basis_file(**_asked(experiment)).is_file()
+
+
+def _asked(experiment: Experiment) -> dict[str, Any]:
+    """Return what a campaign asks of the plate's reduced model."""
+    plate = experiment.plate
+    return {
+        "plate": plate,
+        "patches": experiment.patch,
+        "box": material_box(plate.material),
+        "band": experiment.protocol.band,
+        "footprints": experiment.footprints,
+        "driven": experiment.driven,
+        "attached": [attached_disc(plate, one) for one in (*experiment.string, *experiment.cable)],
+        "points": shape_points(plate),
+        "field_certified": False,
+    }
+
+
+def shape_points(plate: Plate) -> NDArray[np.float64]:
+    """Points of an even grid over the box around a plate that lie on it, edges included, x slowest, (K, 2), m."""
+    sides = np.array([plate.length_x, plate.length_y])
+    counts = np.maximum(np.round(SHAPE_POINTS * sides / sides.max()), 8).astype(int)
+    axes = [np.linspace(low, high, n) for low, high, n in zip(*plate.bounds, counts, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    return points[plate.contains(points)]

@@ -1,0 +1,102 @@
+"""A focusing panel joined to its reduced twin."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from analysis.arrays import Complex, Real
+from analysis.channel import Footprint
+from analysis.focusing.energy import FieldSpace
+from analysis.focusing.grid import Grid
+from analysis.focusing.methods import Constants, PanelModes
+from analysis.focusing.panel import Panel
+from analysis.material import MaterialLaws
+from analysis.progress import Progress
+from app.files.bad_file import ResultFileError
+from app.files.basis_cache import cached_reduction
+from simulation.reduction.reduce import BasisTraining
+from simulation.reduction.reduced_model import ReducedModel
+from simulation.shell.fineness import Fineness
+
+
+@dataclass(frozen=True)
+class PanelTwin:
+    """What `analysis.focusing.methods.PanelModel` asks for, answered by a reduced twin.
+
+    Attributes
+    ----------
+    reduced : ReducedModel
+        With the deflection at the grid's points, and forces as its only footprints.
+    space : FieldSpace
+    signs : (N,) ndarray
+        Of the actuators: patches 1, forces what `ReducedModel.amplitudes` takes for positive.
+    """
+
+    reduced: ReducedModel
+    space: FieldSpace
+    signs: Real
+
+    @classmethod
+    def of(cls, reduced: ReducedModel, grid: Grid, drives: Sequence[Footprint] = ()) -> Self:
+        """Measure a reduced model's shapes over a grid; the forces' masses move with the plate."""
+        loaded = reduced.loaded(np.array([drive.mass for drive in drives]))
+        signs = np.array([1.0] * reduced.capacitance.size + [-drive.along for drive in drives])
+        return cls(loaded, FieldSpace.of(loaded.deflection, grid), signs)
+
+    def amplitudes(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
+    ) -> Complex:
+        """Generalised coordinates (N, F, r) per volt or newton of every actuator."""
+        found = self.reduced.amplitudes(youngs_modulus, poisson_ratio, loss_factor, frequency)
+        return self.signs[:, None, None] * found
+
+    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
+        """Lowest `count` undamped modes, each with the damping the plate gives it (patches add none)."""
+        values, shapes = self.reduced.modes(youngs_modulus, poisson_ratio, loss_factor, count)
+        return PanelModes(values, shapes, -shapes.T @ (self.reduced.ports * self.signs))
+
+
+def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
+    """Assemble and reduce the twin of a panel, or find it in the cache.
+
+    `laws` say which materials it will be asked about.
+
+    Raises
+    ------
+    ResultFileError
+        Where the laws leave the panel's twin box.
+    """
+    grid = Grid.of(panel)
+    box = panel.box
+    for constants in _materials(laws):
+        if not (box.clip(np.array(constants)) == np.array(constants)).all():
+            e, nu, eta = constants
+            raise ResultFileError(
+                f"the laws ask the panel for E {e:.4g} Pa, nu {nu:.4g}, eta {eta:.4g}, outside the panel's "
+                f"twin: youngs_modulus {list(box.youngs_modulus)}, "
+                f"poisson_ratio {list(box.poisson_ratio)}, "
+                f"loss_factor {list(box.loss_factor)}; widen [twin] in the panel's file"
+            )
+    band = panel.filters.twin_band
+    forces = [drive.footprint for drive in panel.drive]
+    reduced = cached_reduction(
+        panel.plate,
+        panel.patch,
+        box,
+        band,
+        footprints=forces,
+        driven=range(len(forces)),
+        points=grid.points,
+        fineness=Fineness(tolerance=panel.twin.function_tolerance),
+        training=BasisTraining(tolerance=panel.twin.basis_tolerance),
+        progress=report,
+    )
+    return PanelTwin.of(reduced, grid, forces)
+
+
+def _materials(laws: MaterialLaws) -> list[Constants]:
+    law = laws.at(np.linspace(*laws.temperature_range, 241))
+    rows = zip(law.youngs_modulus, law.poisson_ratio, law.loss_factor, strict=True)
+    return [(float(e), float(nu), float(eta)) for e, nu, eta in rows]

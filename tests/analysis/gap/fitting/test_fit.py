@@ -1,0 +1,148 @@
+"""The joint fit finds what was put in, and errs by what it says."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.normal_equations import linearise_all
+
+TEMPERATURES = tuple(np.arange(2.0, 39.0, 4.0))
+
+
+def test_laws_come_out_within_their_errors(toy, pool):
+    sweeps, noise = toy.prepared(temperatures=TEMPERATURES, reading_sigma=0.0)
+    fit = fit_gap(toy.Plate(), sweeps, toy.start(sweeps.groups), (), pool)
+    pull = (fit.state.laws - toy.laws(sweeps.groups.reference)) / fit.law_sigma
+    assert fit.settled
+    assert np.sqrt(np.mean(pull**2)) < 1.6
+    assert abs(noise.z(fit.total, fit.dof)) < 4.0
+    assert fit.state.log_gain == pytest.approx(np.log(toy.gain), abs=5.0 * fit.sigma_log_gain)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("mass", {"grams": 1.5}),
+        ("lag", {"tau": 240.0}),
+        ("stretch", {"delta_e": 0.02, "delta_g": -0.01}),
+        ("bond", {"gamma": 0.08, "softening": 0.04}),
+        ("damage", {"loss": 0.04, "x": 0.29}),
+    ],
+)
+def test_an_effect_comes_out_within_its_errors(toy, pool, name, values):
+    sweeps, noise = toy.prepared(temperatures=TEMPERATURES, effects={name: values})
+    card = toy.cards[name]
+    site = {"x": 0.3} if name == "damage" else card.sites[0]
+    start = toy.start(sweeps.groups).with_effects({name: card.zero(site)})
+    fit = fit_gap(toy.Plate(), sweeps, start, (name,), pool)
+    found = fit.state.effects[name]
+    for (_, parameter), sigma in zip(fit.free.names, fit.sigma, strict=True):
+        # the readings' errors reach the slopes, of which a lag is a multiple
+        slack = 0.02 * abs(values[parameter]) if name == "lag" else 0.0
+        assert found[parameter] == pytest.approx(values[parameter], abs=4.0 * sigma + slack)
+    assert noise.z(fit.total, fit.dof) < 3.0
+    assert fit.on_wall == ()
+
+
+def test_the_gradient_is_that_of_chi2(toy, pool):
+    sweeps, _ = toy.prepared(temperatures=(10.0, 12.0))
+    state = toy.start(sweeps.groups).with_effects({"mass": {"grams": 0.3}})
+    plate = toy.Plate()
+
+    def chi2(at):
+        return sum(e.chi2 for e in linearise_all(plate, sweeps, at, (), pool))
+
+    equations = linearise_all(plate, sweeps, state, [("mass", "grams", {"grams": 0.3})], pool)
+    h = 1e-5
+    up = chi2(state.with_effects({"mass": {"grams": 0.3 + h}}))
+    down = chi2(state.with_effects({"mass": {"grams": 0.3 - h}}))
+    assert (up - down) / (2 * h) == pytest.approx(-2.0 * sum(e.gradient[-1] for e in equations), rel=1e-4)
+    up, down = (chi2(replace(state, log_gain=state.log_gain + s * h)) for s in (1, -1))
+    assert (up - down) / (2 * h) == pytest.approx(-2.0 * sum(e.gradient[7] for e in equations), rel=1e-4)
+
+
+def test_a_parameter_stays_at_the_wall_that_it_is_pushed_against(toy, pool):
+    # what looks like a negative mass: stiffer modes where the cable sits
+    sweeps, _ = toy.prepared(temperatures=TEMPERATURES, effects={"softening": {"a": -0.01, "b": 0.0}})
+    start = toy.start(sweeps.groups).with_effects({"mass": {"grams": 0.0}})
+    fit = fit_gap(toy.Plate(), sweeps, start, ("mass",), pool)
+    assert fit.state.effects["mass"]["grams"] == 0.0
+    assert fit.on_wall == (("mass", "grams"),)
+
+
+def test_held_effects_and_gain_do_not_move(toy, pool):
+    sweeps, _ = toy.prepared(temperatures=TEMPERATURES, effects={"mass": {"grams": 1.0}})
+    start = toy.start(sweeps.groups).with_effects({"mass": {"grams": 0.9}})
+    fit = fit_gap(toy.Plate(), sweeps, start, (), pool, gain_free=False)
+    assert fit.state.effects == {"mass": {"grams": 0.9}}
+    assert fit.state.log_gain == start.log_gain
+    assert fit.sigma_log_gain == 0.0
+
+
+def test_a_model_that_refuses_a_step_is_asked_for_a_smaller_one(toy, pool):
+    class Narrow(toy.Plate):
+        def linearise(self, laws, frequency, effects, point, tangents=()):
+            if effects["mass"]["grams"] > 1.55:
+                raise ValueError("out of the certified range")
+            return super().linearise(laws, frequency, effects, point, tangents)
+
+    sweeps, _ = toy.prepared(temperatures=(10.0, 26.0), effects={"mass": {"grams": 1.5}})
+    start = toy.start(sweeps.groups).with_effects({"mass": {"grams": 0.0}})
+    fit = fit_gap(Narrow(), sweeps, start, ("mass",), pool, most_steps=30)
+    assert fit.state.effects["mass"]["grams"] == pytest.approx(1.5, abs=0.02)
+
+
+def test_an_effect_counted_in_units_of_the_plain_plate_follows_its_laws(toy, pool):
+    """A model whose parameters are in a unit that the loss at 26 degrees makes: laws that move take it along."""
+    truth = toy.start(toy.prepared(temperatures=(10.0, 26.0))[0].groups, off=0.0)
+
+    class Counted(toy.Plate):
+        unit = 1.3
+
+        def counted(self, laws, effects):
+            assert list(effects) == ["softening"]
+            found = Counted()
+            found.unit = np.exp(2.0 * (laws[1].value[2] - truth.laws[1, 2]))
+            return found
+
+        def linearise(self, laws, frequency, effects, point, tangents=()):
+            def scaled(values):
+                return {name: {p: v * self.unit for p, v in entries.items()} for name, entries in values.items()}
+
+            inside = [(name, p, scaled({name: at})[name]) for name, p, at in tangents]
+            line = super().linearise(laws, frequency, scaled(effects), point, inside)
+            return replace(line, by_parameter=self.unit * line.by_parameter)
+
+    values = {"softening": {"a": -0.01, "b": 0.02}}
+    sweeps, _ = toy.prepared(temperatures=(10.0, 26.0), levels=(1.0, 2.0), effects=values)
+    start = toy.start(sweeps.groups).with_effects({"softening": {"a": 0.0, "b": 0.0}})
+    fit = fit_gap(Counted(), sweeps, start, ("softening",), pool, most_steps=30)
+    sigma = np.sqrt(np.diag(fit.covariance))
+    off = np.array([fit.state.effects["softening"][p] - values["softening"][p] for p in ("a", "b")])
+    assert (np.abs(off) < 4.0 * sigma).all()
+    assert (0.3 * np.array([0.01, 0.02]) > 8.0 * sigma).all()  # the unit it began with would be far outside
+
+
+def test_evidence_charges_for_a_parameter_that_explains_nothing(toy, pool):
+    sweeps, _ = toy.prepared(temperatures=TEMPERATURES)
+    plate = toy.Plate()
+    bare = fit_gap(plate, sweeps, toy.start(sweeps.groups), (), pool)
+    more = fit_gap(plate, sweeps, bare.state.with_effects({"drift": {"alpha": 0.0}}), ("drift",), pool)
+    assert more.total <= bare.total + 0.1
+    assert more.log_evidence < bare.log_evidence - 3.0
+
+
+def test_a_fit_that_cannot_reach_what_it_must_is_given_up(toy, pool):
+    sweeps, _ = toy.prepared(temperatures=(10.0, 26.0), effects={"mass": {"grams": 1.5}})
+    start = toy.start(sweeps.groups).with_effects({"mass": {"grams": 0.0}})
+    whole = fit_gap(toy.Plate(), sweeps, start, ("mass",), pool)
+    reached = -2.0 * whole.log_evidence
+    kept = fit_gap(toy.Plate(), sweeps, start, ("mass",), pool, enough=reached)
+    assert kept.settled
+    assert kept.log_evidence == whole.log_evidence
+    gained = fit_gap(toy.Plate(), sweeps, start, (), pool).total - whole.total
+    left = fit_gap(toy.Plate(), sweeps, start, ("mass",), pool, enough=reached - 10.0 * gained)
+    assert not left.settled
+    assert left.passes < whole.passes

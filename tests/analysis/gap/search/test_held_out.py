@@ -1,0 +1,24 @@
+"""When held-out data speak for what was found elsewhere, and when against it."""
+
+import pytest
+
+from analysis.gap.search.held_out import HeldOut
+
+DOF = 5000.0  # one standard deviation of chi2 is 100
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "closure", "holds"),
+    [
+        (9000.0, 5050.0, 0.99, True),
+        (9000.0, 8000.0, 0.25, False),  # most of a gap stays
+        (9000.0, 6500.0, 0.62, True),
+        (5350.0, 5210.0, 0.40, True),  # less than half, but what stays is noise
+        (5350.0, 5340.0, 0.03, False),
+        (5150.0, 5100.0, None, True),  # no gap to close, and yet nearer
+        (5150.0, 5160.0, None, False),
+        (5900.0, 6000.0, 0.0, False),
+    ],
+)
+def test_what_is_left_must_be_noise_or_the_lesser_half(before, after, closure, holds):
+    assert HeldOut("", before, after, DOF, 0.05, 0.02, closure).holds is holds
