@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from analysis.estimation.transfer import Transfer
 from analysis.frf import Frf
 from analysis.identification.automatic import Measured, Settings, identify
 from analysis.identification.modes import Modes
@@ -14,7 +15,6 @@ from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.reading import Damping
 from analysis.identification.residual_terms import EVERY_CHOICE, choices_for
 from app.files.bad_file import ResultFileError
-from app.files.uff58 import UffFrf
 from app.mode_records import modes_record
 from app.progress import Report
 
@@ -69,7 +69,7 @@ class Wanted:
         """Return the method that takes each sweep alone, or None where sweeps follow from one to the next."""
         return identify_by_peaks if self.method == "peak-picking" else None
 
-    def identify(self, frfs: Sequence[UffFrf]) -> Modes:
+    def identify(self, frfs: Sequence[Transfer]) -> Modes:
         """Identify FRFs that share poles and lines; ValueError where there is nothing to be found."""
         quantities = {frf.quantity for frf in frfs}
         terms = choices_for(quantities.pop()) if len(quantities) == 1 else EVERY_CHOICE
@@ -81,7 +81,7 @@ class Wanted:
         return (self.one_by_one() or identify)(measured, settings)
 
 
-def uff_records(frfs: Sequence[UffFrf], wanted: Wanted, report: Report) -> list[dict[str, Any]]:
+def uff_records(frfs: Sequence[Transfer], wanted: Wanted, report: Report) -> list[dict[str, Any]]:
     """Identify FRFs one by one; an FRF with nothing in it gets a note instead of modes."""
     records = []
     for done, frf in enumerate(frfs):
@@ -95,7 +95,7 @@ def uff_records(frfs: Sequence[UffFrf], wanted: Wanted, report: Report) -> list[
     return records
 
 
-def shared_records(path: Path, frfs: Sequence[UffFrf], wanted: Wanted, report: Report) -> list[dict[str, Any]]:
+def shared_records(path: Path, frfs: Sequence[Transfer], wanted: Wanted, report: Report) -> list[dict[str, Any]]:
     """Identify all FRFs with one set of poles; the same modes for each.
 
     Raises ResultFileError where the FRFs differ in their lines or hold nothing to be found.
@@ -116,5 +116,5 @@ def shared_records(path: Path, frfs: Sequence[UffFrf], wanted: Wanted, report: R
     return [_named(frf) | found for frf in frfs]
 
 
-def _named(frf: UffFrf) -> dict[str, Any]:
+def _named(frf: Transfer) -> dict[str, Any]:
     return {"name": frf.name, "response": frf.response, "reference": frf.reference, "quantity": frf.quantity}

@@ -35,5 +35,7 @@ Campaigns:
 ``signal_checks``       samples that can be a measurement
 ======================  ==================================================================
 
+Measurements of other programs: ``measurements``, one module for each format.
+
 Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; one module for each kind.
 """

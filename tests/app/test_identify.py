@@ -9,8 +9,9 @@ import pytest
 from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
+from analysis.estimation.transfer import Transfer
 from analysis.identification.synthetic import SyntheticFrf, r10
-from app.files.uff58 import UffFrf, write_frfs
+from app.files.uff58 import write_frfs
 from app.main import flexura
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
@@ -26,10 +27,10 @@ def typed(*words: str) -> Result:
     return result
 
 
-def of_case(case: SyntheticFrf, name: str, quantity: str = "displacement") -> UffFrf:
+def of_case(case: SyntheticFrf, name: str, quantity: str = "displacement") -> Transfer:
     power = {"displacement": 0, "velocity": 1, "acceleration": 2}[quantity]
     h = case.h * (2j * np.pi * case.frequency) ** power
-    return UffFrf(name, "1:+3", "2:+3", quantity, case.frequency, h)
+    return Transfer(name, "1:+3", "2:+3", quantity, case.frequency, h)
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +78,7 @@ def test_shared_poles_and_band(cases: list[SyntheticFrf], tmp_path: Path) -> Non
     case = cases[0]
     rng = np.random.default_rng(9)
     again = case.h + case.deviation * (rng.normal(size=case.h.shape) + 1j * rng.normal(size=case.h.shape))
-    frfs = [of_case(case, "a"), UffFrf("b", "2:+3", "2:+3", "displacement", case.frequency, -2 * again)]
+    frfs = [of_case(case, "a"), Transfer("b", "2:+3", "2:+3", "displacement", case.frequency, -2 * again)]
     write_frfs(tmp_path / "two.uff", frfs)
     result = typed("identify", str(tmp_path / "two.uff"), "--shared-poles", "--band", "100", "900", "--json")
     first, second = json.loads(result.stdout)["frfs"]
@@ -91,7 +92,7 @@ def test_shared_poles_and_band(cases: list[SyntheticFrf], tmp_path: Path) -> Non
 
 def test_frfs_with_different_lines_cannot_share_poles(cases: list[SyntheticFrf], tmp_path: Path) -> None:
     case = cases[0]
-    short = UffFrf("short", "1:+3", "2:+3", "displacement", case.frequency[:900], case.h[:900])
+    short = Transfer("short", "1:+3", "2:+3", "displacement", case.frequency[:900], case.h[:900])
     write_frfs(tmp_path / "two.uff", [of_case(case, "long"), short])
     result = typed("identify", str(tmp_path / "two.uff"), "--shared-poles")
     assert result.exit_code != 0
@@ -105,7 +106,7 @@ def test_paper_recipe_is_offered(uff: Path) -> None:
 
 def test_a_dead_channel_is_noted_and_does_not_stop_the_others(cases: list[SyntheticFrf], tmp_path: Path) -> None:
     case = cases[1]
-    dead = UffFrf("dead", "3:+3", "2:+3", "displacement", case.frequency, 0 * case.h)
+    dead = Transfer("dead", "3:+3", "2:+3", "displacement", case.frequency, 0 * case.h)
     write_frfs(tmp_path / "two.uff", [dead, of_case(case, "alive")])
     result = typed("identify", str(tmp_path / "two.uff"), "--json")
     assert result.exit_code == 0
@@ -119,7 +120,7 @@ def test_nothing_found_is_exit_status_one(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     f = np.arange(100.0, 500.0, 0.5)
     h = rng.normal(size=len(f)) + 1j * rng.normal(size=len(f))
-    write_frfs(tmp_path / "noise.uff", [UffFrf("noise", "1:+3", "2:+3", "displacement", f, h)])
+    write_frfs(tmp_path / "noise.uff", [Transfer("noise", "1:+3", "2:+3", "displacement", f, h)])
     result = typed("identify", str(tmp_path / "noise.uff"))
     assert result.exit_code == 1
     assert "0 modes" in result.stderr
@@ -159,7 +160,7 @@ def test_measured_beam_has_four_modes_and_no_doublets(tmp_path: Path) -> None:
             f, real, imaginary = np.loadtxt(file.readlines()[9:]).T
         used = (f >= 65.0) & (f <= 1000.0)
         h = (real + 1j * imaginary)[used]
-        frfs.append(UffFrf(f"point {number}", f"{number}:+1", "1:-1", "acceleration", f[used], h))
+        frfs.append(Transfer(f"point {number}", f"{number}:+1", "1:-1", "acceleration", f[used], h))
     write_frfs(tmp_path / "beam.uff", frfs)
     printed = json.loads(typed("identify", str(tmp_path / "beam.uff"), "--json").stdout)
     for frf in printed["frfs"]:
