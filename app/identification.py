@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from analysis.identification.modes import Modes
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.reading import Damping
 from analysis.identification.residual_terms import EVERY_CHOICE, choices_for
-from app.files.bad_file import ResultFileError
 from app.mode_records import modes_record
 from app.progress import Report
 
@@ -51,6 +49,10 @@ class Wanted:
             "most_count": self.settings.most_count,
         }
 
+    def at_mains(self, mains: float | None) -> "Wanted":
+        """Return the options with the mains frequency that a test declares, Hz, if it does."""
+        return self if mains is None else replace(self, settings=replace(self.settings, mains=mains))
+
     def cut(self, frf: Frf) -> Frf:
         """Return a campaign's FRFs inside the band."""
         if self.band is None:
@@ -76,7 +78,9 @@ class Wanted:
         frequency = frfs[0].frequency
         low, high = self.band or (0.0, np.inf)
         inside = (frequency >= low) & (frequency <= high)
-        measured = Measured(frequency[inside], np.array([frf.h[inside] for frf in frfs]))
+        known = [frf.variance[inside] for frf in frfs if frf.variance is not None]
+        variance = np.array(known) if len(known) == len(frfs) else None
+        measured = Measured(frequency[inside], np.array([frf.h[inside] for frf in frfs]), variance)
         settings = replace(self.settings, terms=terms)
         return (self.one_by_one() or identify)(measured, settings)
 
@@ -93,27 +97,6 @@ def uff_records(frfs: Sequence[Transfer], wanted: Wanted, report: Report) -> lis
         records.append(_named(frf) | found)
     report("identify", 1.0)
     return records
-
-
-def shared_records(path: Path, frfs: Sequence[Transfer], wanted: Wanted, report: Report) -> list[dict[str, Any]]:
-    """Identify all FRFs with one set of poles; the same modes for each.
-
-    Raises ResultFileError where the FRFs differ in their lines or hold nothing to be found.
-    """
-    for frf in frfs[1:]:
-        same = frf.frequency.shape == frfs[0].frequency.shape
-        if not same or not np.allclose(frf.frequency, frfs[0].frequency, rtol=1e-6):
-            raise ResultFileError(
-                f"{path}: {frf.name!r} and {frfs[0].name!r} have different frequency lines: identify them one by "
-                "one, without --shared-poles"
-            )
-    report("identify", 0.0)
-    try:
-        found = modes_record(wanted.identify(frfs), wanted.damping)
-    except ValueError as error:
-        raise ResultFileError(f"{path}: {error}") from error
-    report("identify", 1.0)
-    return [_named(frf) | found for frf in frfs]
 
 
 def _named(frf: Transfer) -> dict[str, Any]:

@@ -6,6 +6,7 @@
 ``given_frfs``          FRFs that a file holds as such, checked
 ``frf_set``             FRFs of a structure, with where they were measured
 ``modes_of_test``       modes and shapes of a test: computed, saved, loaded
+``saved``               the files of it
 ``records``             for machines and for people
 ======================  ==================================================================
 """
