@@ -7,6 +7,7 @@
 ``frf_set``             FRFs of a structure, with where they were measured
 ``modes_of_test``       modes and shapes of a test: computed, saved, loaded
 ``saved``               the files of it
+``new_declaration``     a declaration to start from
 ``records``             for machines and for people
 ======================  ==================================================================
 """
