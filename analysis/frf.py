@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Campaign, Sweep
 from analysis.channel import transfer_unit
+from analysis.estimation.ringing import ringing
 from analysis.h1 import bad_repeats, h1, single_repeat_power, smooth_power
 from analysis.mains import mains_lines, other_hums
 
@@ -138,6 +139,9 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     lines = slice(int(inside[0]), int(inside[-1]) + 1)
     frequency, record = grid[lines], samples / rate
     frf = _all_sweeps(campaign, lines, frequency, mains_lines(frequency, mains, record))
+    rings = _still_ringing(campaign)
+    if rings:  # leakage has lines of its own, some of them where a hum would have its harmonics
+        return replace(frf, notes=(*frf.notes, rings))
     rough = np.array([[single_repeat_power(h) for h in sweep] for sweep in frf.h])
     hums = other_hums(frequency, rough / np.maximum(frf.variance, np.finfo(float).tiny), frf.excluded)
     if not hums:
@@ -146,6 +150,23 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     frf = _all_sweeps(campaign, lines, frequency, np.any([frf.excluded, *masked], axis=0))
     told = " and ".join(f"{hum:.2f}" for hum in hums)
     return replace(frf, notes=(*frf.notes, f"mains hum at multiples of {told} Hz: these lines are left out too"))
+
+
+def _still_ringing(campaign: Campaign) -> str:
+    """Say which response rings most where its record ends; empty where all are at rest."""
+    tail, rate = campaign.experiment.protocol.tail, campaign.experiment.acquisition.sample_rate
+    names = [output.id for output in campaign.experiment.outputs]
+    seen = [
+        (found, sweep, name)
+        for sweep in campaign.sweeps
+        for name, response in zip(names, sweep.responses, strict=True)
+        if (found := ringing(response.astype(float), rate, tail)) is not None
+    ]
+    if not seen:
+        return ""
+    worst, sweep, name = max(seen, key=lambda one: one[0].share)
+    of_all = f"{len(seen)} of {len(campaign.sweeps) * len(names)} responses"
+    return f"{name} at {sweep.temperature:.1f} °C ({of_all}) {worst.told(tail, 'lengthen protocol.tail')}"
 
 
 def _all_sweeps(

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 VERBS = {
     "acquire": "acquire",
     "safe": "safe",
+    "new": "new",
     "import": "import_campaign",
     "identify": "identify",
     "update": "update",

@@ -1,4 +1,4 @@
-"""``flexura identify``: poles and residues of a campaign or of FRFs in a universal file."""
+"""``flexura identify``: poles and residues of a campaign, of a test, or of FRFs in a universal file."""
 
 import time
 from pathlib import Path
@@ -19,12 +19,13 @@ EXAMPLES = """\b
 Examples:
   flexura identify plate --out plate-run
   flexura identify plate --band 100 800 --json > modes.json
-  flexura identify frfs.uff --shared-poles --damping viscous
+  flexura identify frfs.uff --shared-poles --out plate-run --damping viscous
+  flexura identify test.toml --out beam-run
 """
 
 
 @click.command(name="identify", epilog=EXAMPLES, short_help="Find modes and follow them over temperature.")
-@click.argument("campaign", metavar="CAMPAIGN|FRFS.uff", type=PATH)
+@click.argument("campaign", metavar="CAMPAIGN|TEST.toml|FRFS.uff", type=PATH)
 @click.option(
     "--damping",
     type=click.Choice(["hysteretic", "viscous"]),
@@ -40,7 +41,7 @@ Examples:
     help="peak-picking is the paper's recipe: what shows no peak of its own is missed.",
 )
 @click.option("--band", nargs=2, type=click.FloatRange(min=0.0), metavar="LOW HIGH", help="Hz (default: all).")
-@click.option("--shared-poles", is_flag=True, help="FRFs.uff: one set of poles for all FRFs of the file.")
+@click.option("--shared-poles", is_flag=True, help="FRFS.uff: one structure, one set of poles, and its shapes.")
 @click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs as a universal file, too.")
 @run_out
 @mains
@@ -57,29 +58,44 @@ def command(
     mains: float,
     output: Output,
 ) -> None:
-    """Find the modes in CAMPAIGN's FRFs, follow them over temperature; or those of FRFS.uff, FRF by FRF.
+    """Find the modes in CAMPAIGN's FRFs, follow them over temperature; or those of a test, or of FRFS.uff.
 
     No order, no band and no start value is asked for: vector fitting proposes, variable projection moves the
     poles to the least-squares optimum, BIC decides how many stay, and every mode carries its standard deviations
-    and the reason for its status. A campaign's result goes into the run folder (frf.h5, modes.h5, modes.csv).
+    and the reason for its status. A campaign's result goes into the run folder (frf.h5, modes.h5, modes.csv), a
+    test's too, with its shapes (flexura new writes TEST.toml). FRFS.uff is taken FRF by FRF and printed; with
+    --shared-poles as one structure, into a run folder too.
     """
     from analysis.identification.automatic import Settings
+    from app.files.modal_test_toml import declares_test
     from app.stages.identify import Wanted
 
     if band is not None and not band[0] < band[1]:
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
     wanted = Wanted(Settings(mains=mains), damping, method, band)
-    suffix = campaign.suffix.lower()
-    if suffix in (".uff", ".unv", ".uf") or (campaign.is_file() and suffix != ".toml"):
-        if out is not None:
-            raise click.BadParameter("a universal file's modes are only printed; use --json", param_hint="--out")
+    if declares_test(campaign):
+        if shared_poles or export is not None:
+            told = "a test's FRFs always share poles; they are written as RUN/frfs.uff"
+            raise click.BadParameter(told, param_hint="--shared-poles" if shared_poles else "--export")
+        identify_structure(campaign, out, wanted, output)
+    elif campaign.suffix.lower() in (".uff", ".unv", ".uf") or (campaign.is_file() and not _is_toml(campaign)):
         if export is not None:
             raise click.BadParameter("the FRFs are in a universal file already", param_hint="--export")
-        identify_uff(campaign, wanted, shared_poles, output)
+        if shared_poles:
+            identify_structure(campaign, out, wanted, output)
+        elif out is not None:
+            told = "FRFs identified one by one are only printed; a run folder needs --shared-poles"
+            raise click.BadParameter(told, param_hint="--out")
+        else:
+            identify_uff(campaign, wanted, output)
     else:
         if shared_poles:
             raise click.BadParameter("a campaign's sensors always share poles", param_hint="--shared-poles")
         identify_campaign(campaign, out, export, wanted, output)
+
+
+def _is_toml(path: Path) -> bool:
+    return path.suffix.lower() == ".toml"
 
 
 def identify_campaign(
@@ -109,16 +125,52 @@ def identify_campaign(
     )
 
 
-def identify_uff(path: Path, wanted: "Wanted", shared_poles: bool, output: Output) -> None:
+def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: Output) -> None:
+    """Identify a test, or the FRFs of a universal file, as one structure; exit status 1 where no mode is found."""
+    from app.files.modal_test_toml import declares_test
+    from app.files.run_folder import run_folder
+    from app.files.uff58 import read_frfs
+    from app.modal_test.declared_test import declared_frfs
+    from app.modal_test.frf_set import cut, of_universal
+    from app.modal_test.modes_of_test import identify_test, save_test
+    from app.modal_test.records import record_of, show_shapes
+    from app.terminal.modes import modes_record, show_modes
+
+    started = time.perf_counter()
+    with output.progress() as report:
+        frfs = declared_frfs(path, report) if declares_test(path) else of_universal(path, read_frfs(path))
+        wanted = wanted.at_mains(frfs.mains)
+        found = identify_test(cut(frfs, wanted.band), wanted, report)
+    run = run_folder(path.parent if path.name == "test.toml" else path, out)
+    save_test(run, found, wanted)
+    seconds = time.perf_counter() - started
+
+    def show() -> None:
+        show_modes(frfs.title, modes_record(found.modes, wanted.damping)["modes"])
+        show_shapes(found, wanted.damping)
+
+    output.result(lambda: record_of(found, wanted.damping, seconds), show)
+    for note in frfs.notes:
+        output.note(note)
+    count = int(found.modes.real.sum())
+    output.summary(
+        f"{len(frfs.transfers)} FRFs, {count} modes at {len(found.shapes.places)} places in {seconds:.1f} s, "
+        f"misfit {100 * found.modes.misfit:.2f} %; results in {run}"
+    )
+    if count == 0:
+        raise click.exceptions.Exit(1)
+
+
+def identify_uff(path: Path, wanted: "Wanted", output: Output) -> None:
     """Identify the FRFs of a universal file and print their modes; exit status 1 where none is found."""
     from app.files.uff58 import read_frfs
-    from app.stages.identify import shared_records, uff_records
+    from app.stages.identify import uff_records
     from app.terminal.modes import show_modes
 
     started = time.perf_counter()
     frfs = read_frfs(path)
     with output.progress() as report:
-        records = shared_records(path, frfs, wanted, report) if shared_poles else uff_records(frfs, wanted, report)
+        records = uff_records(frfs, wanted, report)
     seconds = time.perf_counter() - started
 
     def show_all() -> None:

@@ -46,16 +46,9 @@ Campaigns:
 ``uff_campaign``          FRFs of a campaign as universal files name them
 ========================  ===============================================================================
 
+Measurements of other programs: ``measurements``, one module for each format.
+
 Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml_text`` writes settings:
 
-================  ========================================================
-``frf_file``      ``frf.h5``: FRFs of a campaign
-``modes_file``    ``modes.h5``, ``modes.csv``: identified modes
-``laws_file``     ``laws.h5``: estimates per sweep, laws, FRFs of the twin
-``gap_json``      ``gap.json``: result of the gap workflow, for machines
-``gap_file``      ``gap.h5``: its figures
-``twin_file``     twin files: a plate with its laws and effects
-``panel_file``    a focusing panel
-``filter_files``  ``filters.h5``, ``compensation.h5``
-================  ========================================================
+================  =================================================
 """

@@ -6,6 +6,7 @@ Only for files without a digest of their own bytes; with one, `app.files.seal` t
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import h5py
@@ -20,24 +21,41 @@ PROGRAM = Path(__file__).resolve().parents[2]
 """Where our packages lie."""
 
 
+class SlowReadError(ValueError):
+    """A file was not read in the time that one of its size may take."""
+
+
 def require_readable(path: Path) -> None:
     """Raise ValueError where a file cannot be read to its end, in a time that fits its size."""
-    limit = PATIENCE + path.stat().st_size / SLOWEST
+    try:
+        run_isolated(__name__, [str(path.resolve())], path.stat().st_size)
+    except SlowReadError:
+        raise
+    except ValueError as error:
+        raise ValueError(f"damaged: {error}") from error
+
+
+def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
+    """Run one of our modules on a file of `size` bytes, in a process of its own.
+
+    Raises ValueError with the last line the process said where it fails, SlowReadError where it takes too long.
+    """
+    limit = PATIENCE + size / SLOWEST
     # not from the current folder, which may be anybody's: a package there would be run in the place of ours
     others = [entry for entry in sys.path if Path(entry).resolve() != Path.cwd().resolve()]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(PROGRAM), *others])}
-    words = [sys.executable, "-P", "-m", __name__, str(path.resolve())]
+    words = [sys.executable, "-P", "-m", module, *arguments]
     try:
-        child = subprocess.run(  # noqa: S603 (this module itself, and a file's name)
+        child = subprocess.run(  # noqa: S603 (a module of ours, and a file's name)
             words, env=environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=limit, check=False
         )
     except subprocess.TimeoutExpired as error:
-        raise ValueError(
+        raise SlowReadError(
             f"not read within {limit:.0f} s: damaged, or on a slow disk; try again with a local copy"
         ) from error
     if child.returncode:
         told = child.stderr.decode(errors="replace").strip().splitlines()
-        raise ValueError(f"damaged: {told[-1] if told else f'HDF5 crashed on it ({child.returncode})'}")
+        raise ValueError(told[-1] if told else f"its reader crashed on it ({child.returncode})")
 
 
 def _read_through(path: Path) -> None:

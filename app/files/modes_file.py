@@ -14,6 +14,7 @@ from analysis.identification.modes import Modes, Rejected
 from analysis.identification.reading import Damping
 from analysis.identification.residual_terms import named
 from analysis.identification.tracked_modes import TrackedModes
+from analysis.shapes.participation import ModeShapes
 from app.files.atomic import atomic_hdf5, write_text
 from app.files.hdf5_file import result_file
 from app.files.provenance import stamp
@@ -55,12 +56,19 @@ class _Track:
 SHARED = ("poles", "residues", "covariance", "coefficients", "status", "reason", "band", "misfit", "lines")
 
 
-def save_modes(target: Path, tracked: TrackedModes, made_from: Mapping[str, Any]) -> None:
-    """Write tracked modes, whole or not at all; they rebuild their FRFs exactly when read back."""
+def save_modes(
+    target: Path, tracked: TrackedModes, made_from: Mapping[str, Any], shapes: ModeShapes | None = None
+) -> None:
+    """Write tracked modes, whole or not at all; they rebuild their FRFs exactly when read back.
+
+    `shapes` are those of a test at many places.
+    """
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
         parts = {name: getattr(tracked, name) for name in _Track.__dataclass_fields__}
         write_value(file.create_group("tracked"), _Track(**parts))
+        if shapes is not None:
+            write_value(file.create_group("shapes"), shapes)
         for number, modes in enumerate(tracked.modes):
             same = {name: getattr(modes, name) for name in SHARED}
             sweep = _Sweep(
@@ -79,6 +87,12 @@ def load_modes(path: Path) -> TrackedModes:
         parts = vars(read_value(file["tracked"], _Track))
         modes = tuple(_modes(read_value(file["sweeps"][name], _Sweep)) for name in sorted(file["sweeps"]))
         return TrackedModes(**parts, modes=modes)
+
+
+def load_shapes(path: Path) -> ModeShapes:
+    """Read back the shapes of a test; ResultFileError where the file holds none."""
+    with result_file(path, "identify") as file:
+        return read_value(file["shapes"], ModeShapes)
 
 
 def _modes(sweep: _Sweep) -> Modes:

@@ -6,6 +6,8 @@ from app.files.bad_file import ResultFileError
 
 MADE_BY = {
     "frf.h5": "identify or flexura update",
+    "transfers.h5": "identify",
+    "stabilization.h5": "identify",
     "modes.h5": "identify",
     "laws.h5": "update",
     "gap.h5": "gap",

@@ -1,84 +1,51 @@
 """FRFs in universal files (data set 58), the exchange format of modal software, through pyuff."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyuff
-from numpy.typing import NDArray
 from pyuff.datasets.dataset_58 import prepare_58
 
+from analysis.estimation.coherence import coherence_variance
+from analysis.estimation.transfer import MeasuredTransfer
 from app.files.atomic import atomic_path
 from app.files.bad_file import ResultFileError
 from app.files.parsed_text import read_bytes
 from app.files.uff_sets import data_sets
 
 FRF_FUNCTION = 4
+COHERENCE_FUNCTIONS = (6, 26)
+"""Coherence, and multiple coherence."""
 FUNCTION_TYPES = range(28)
 FUNCTIONS = {0: "general", 1: "time response", 2: "auto spectrum", 3: "cross spectrum", 6: "coherence", 9: "PSD"}
-QUANTITIES = {8: "displacement", 11: "velocity", 12: "acceleration", 13: "force"}
+QUANTITIES = {8: "displacement", 11: "velocity", 12: "acceleration", 13: "force", 15: "pressure"}
 GENERAL = 1
 """Of what the format has no number for: voltage, charge."""
 LARGEST = 2_000_000_000
 """Bytes above which a file is refused rather than read into memory."""
 
-UNEVEN = 0.1
-"""Spread of the lines' spacing, relative to it, that rounding in the file may cause."""
 
-
-@dataclass(frozen=True)
-class UffFrf:
-    """One FRF of a universal file.
-
-    Attributes
-    ----------
-    name : str
-        Its first identification line.
-    response, reference : str
-        Node and direction, as ``5:+3``.
-    quantity : str
-        What was measured: ``displacement``, ``velocity``, ``acceleration``, ``force`` or ``unknown``.
-    frequency : (F,) ndarray
-        Hz, above zero, ascending.
-    h : (F,) complex ndarray
-        In the file's units.
-    reference_quantity : str
-        What drove, in the same words.
-    units : (str, str)
-        Of the response and of the reference, where the file says.
-    """
-
-    name: str
-    response: str
-    reference: str
-    quantity: str
-    frequency: NDArray[np.float64]
-    h: NDArray[np.complex128]
-    reference_quantity: str = "force"
-    units: tuple[str, str] = ("", "")
-
-
-def read_frfs(path: Path) -> list[UffFrf]:
+def read_frfs(path: Path) -> list[MeasuredTransfer]:
     """Read every FRF of a universal file.
 
     Raises
     ------
     ResultFileError
         Where the file cannot be read, holds no FRF, or one of its FRFs is cut short, not finite or has
-        lines out of order or unevenly spaced; data sets that are no FRF are named.
+        lines out of order; data sets that are no FRF are named.
     """
     if not path.is_file():
         raise ResultFileError(f"{path}: no such file")
     try:
-        kinds = data_sets(read_bytes(path, LARGEST))
-        file = pyuff.UFF(str(path))
-        if kinds != [int(kind) for kind in np.atleast_1d(file.get_set_types())]:
-            raise ValueError("a line within a data set ends as if the set did; damaged?")
-        sets = [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
+        kinds, sets = _read_sets(path)
         frfs = [d for n, d in enumerate(sets, start=1) if _function(n, d) == FRF_FUNCTION]
-        read = [_frf(path, number, d) for number, d in enumerate(frfs, start=1)]
+        coherences = {_ends(d): d for d in sets if int(d["func_type"]) in COHERENCE_FUNCTIONS}
+        read = [
+            _with_coherence(path, _frf(path, n, d), coherences.get(_ends(d))) for n, d in enumerate(frfs, start=1)
+        ]
     except ResultFileError:
         raise
     except Exception as error:  # pyuff says what is wrong with a file by bare Exception, and by accident
@@ -87,20 +54,60 @@ def read_frfs(path: Path) -> list[UffFrf]:
         held = sorted({FUNCTIONS.get(int(d.get("func_type", -1)), str(d.get("func_type"))) for d in sets})
         other = sorted({str(kind) for kind in kinds if kind != 58})
         listed = ", ".join([*(f"58 ({h})" for h in held), *other]) or "none"
+        onward = f"; of its signals make FRFs: flexura new test {path}" if "time response" in held else ""
         raise ResultFileError(
-            f"{path}: holds no frequency response function (data set 58, function type 4); found: {listed}"
+            f"{path}: holds no frequency response function (data set 58, function type 4); found: {listed}{onward}"
         )
     return read
 
 
-def write_frfs(path: Path, frfs: Sequence[UffFrf]) -> None:
-    """Write FRFs with evenly spaced lines as ASCII data sets 58, double precision, whole or not at all."""
+def functions(path: Path) -> list[dict[str, Any]]:
+    """Read every data set 58 of a universal file as pyuff's dictionary; ValueError for one that is damaged."""
+    sets = _read_sets(path)[1]
+    for number, data in enumerate(sets, start=1):
+        _function(number, data)
+    return sets
+
+
+def _read_sets(path: Path) -> tuple[list[int], list[dict[str, Any]]]:
+    """Types of all data sets, and those of type 58."""
+    kinds = data_sets(read_bytes(path, LARGEST))
+    file = pyuff.UFF(str(path))
+    if kinds != [int(kind) for kind in np.atleast_1d(file.get_set_types())]:
+        raise ValueError("a line within a data set ends as if the set did; damaged?")
+    return kinds, [_as_dict(file.read_sets(n)) for n, kind in enumerate(kinds) if kind == 58]
+
+
+def _ends(data: dict[str, Any]) -> tuple[str, str]:
+    return dof(data, "rsp"), dof(data, "ref")
+
+
+def _with_coherence(path: Path, frf: MeasuredTransfer, data: dict[str, Any] | None) -> MeasuredTransfer:
+    """Give an FRF the coherence that the file holds for it, and the variance that follows."""
+    if data is None:
+        return frf
+    lines, values = np.asarray(data["x"], dtype=float), np.asarray(data["data"]).real.astype(float)
+    used = lines > 0.0
+    if lines.shape != values.shape or not np.array_equal(lines[used], frf.frequency):
+        raise ResultFileError(
+            f"{path}: the coherence of {frf.name!r} has {len(values)} lines, the FRF {len(frf.frequency)}: export "
+            "both with the same lines, or the FRF alone"
+        )
+    coherence = values[used]
+    try:
+        return replace(frf, coherence=coherence, variance=coherence_variance(frf.h, coherence))
+    except ValueError as error:
+        raise ResultFileError(f"{path}: {frf.name!r}: {error}; export the FRF alone, or correct it") from error
+
+
+def write_frfs(path: Path, frfs: Sequence[MeasuredTransfer]) -> None:
+    """Write FRFs as ASCII data sets 58, double precision, whole or not at all."""
     numbers = {name: number for number, name in QUANTITIES.items()}
     with atomic_path(path) as partial:
         target = pyuff.UFF(str(partial))
         for n, frf in enumerate(frfs):
             (node, direction), (from_node, from_direction) = (
-                (int(part) for part in place.split(":")) for place in (frf.response, frf.reference)
+                (int(part) for part in end.split(":")) for end in (frf.response, frf.reference)
             )
             target.write_sets(
                 prepare_58(
@@ -115,7 +122,7 @@ def write_frfs(path: Path, frfs: Sequence[UffFrf]) -> None:
                     id1=frf.name,
                     rsp_ent_name="NONE",
                     ref_ent_name="NONE",
-                    abscissa_spacing=1,
+                    abscissa_spacing=int(_even(frf)),
                     abscissa_min=float(frf.frequency[0]),
                     abscissa_inc=float(frf.frequency[1] - frf.frequency[0]),
                     abscissa_spec_data_type=18,
@@ -126,6 +133,12 @@ def write_frfs(path: Path, frfs: Sequence[UffFrf]) -> None:
                 ),
                 "overwrite" if n == 0 else "add",
             )
+
+
+def _even(frf: MeasuredTransfer) -> bool:
+    """Whether the lines are those that a start and an increment give."""
+    even = np.linspace(frf.frequency[0], frf.frequency[-1], len(frf.frequency))
+    return bool(np.allclose(frf.frequency, even, rtol=1e-9))
 
 
 def _as_dict(data: Any) -> dict[str, Any]:
@@ -142,7 +155,7 @@ def _function(number: int, data: dict[str, Any]) -> int:
     return function
 
 
-def _frf(path: Path, number: int, data: dict[str, Any]) -> UffFrf:
+def _frf(path: Path, number: int, data: dict[str, Any]) -> MeasuredTransfer:
     """Check one data set and make it an FRF without its line at 0 Hz."""
     name = str(data.get("id1", "")).strip() or f"FRF {number}"
     frequency = np.atleast_1d(np.asarray(data.get("x", ()), dtype=float))
@@ -159,8 +172,6 @@ def _frf(path: Path, number: int, data: dict[str, Any]) -> UffFrf:
         raise ResultFileError(f"{place}: values that are not finite")
     if (np.diff(frequency) <= 0.0).any() or (frequency < 0.0).any():
         raise ResultFileError(f"{place}: frequencies must ascend from 0 Hz or above")
-    if len(frequency) > 2 and np.ptp(np.diff(frequency)) > UNEVEN * np.median(np.diff(frequency)):
-        raise ResultFileError(f"{place}: unevenly spaced frequencies; an FRF with even spacing is needed")
     used = frequency > 0.0
     if used.sum() < 8:
         raise ResultFileError(f"{place}: {int(used.sum())} lines above 0 Hz; at least 8 are needed to identify")
@@ -168,10 +179,11 @@ def _frf(path: Path, number: int, data: dict[str, Any]) -> UffFrf:
     reference = QUANTITIES.get(int(data.get("orddenom_spec_data_type", 13)), "unknown")
     units = tuple(str(data.get(f"{axis}_axis_units_lab", "")).strip() for axis in ("ordinate", "orddenom"))
     known = ("" if units[0] == "NONE" else units[0], "" if units[1] == "NONE" else units[1])
-    return UffFrf(
-        name, _place(data, "rsp"), _place(data, "ref"), quantity, frequency[used], h[used], reference, known
+    return MeasuredTransfer(
+        name, dof(data, "rsp"), dof(data, "ref"), quantity, frequency[used], h[used], reference, known
     )
 
 
-def _place(data: dict[str, Any], end: str) -> str:
+def dof(data: dict[str, Any], end: str) -> str:
+    """Node and direction of one end, ``rsp`` or ``ref``: ``5:+3``."""
     return f"{int(data.get(f'{end}_node', 0))}:{int(data.get(f'{end}_dir', 0)):+d}"

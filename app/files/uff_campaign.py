@@ -5,16 +5,16 @@ along z, out of the top face; what a patch does or reads has none, 0. Mains line
 """
 
 from analysis.channel import Channel
+from analysis.estimation.transfer import MeasuredTransfer
 from analysis.experiment import Experiment
 from analysis.frf import Frf
-from app.files.uff58 import UffFrf
 
 
-def campaign_frfs(experiment: Experiment, frf: Frf) -> list[UffFrf]:
+def campaign_frfs(experiment: Experiment, frf: Frf) -> list[MeasuredTransfer]:
     """Return every sweep's FRFs, sweep by sweep, with what tells them apart in their names."""
     source, outputs = experiment.inputs[0], experiment.outputs
     return [
-        UffFrf(
+        MeasuredTransfer(
             name=f"{label} {temperature:.2f} C {direction} {level:g} {source.unit}",
             response=f"{node}:{_direction(output)}",
             reference=f"{len(outputs) + 1}:{_direction(source)}",

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from analysis.campaign import Campaign
+from analysis.estimation.transfer import MeasuredTransfer
 from analysis.frf import Frf, campaign_frf
 from analysis.identification.automatic import Measured, Settings, identify
 from analysis.identification.modes import Modes
@@ -21,7 +22,7 @@ from app.files.bad_file import ResultFileError
 from app.files.frf_file import save_frf
 from app.files.modes_file import save_modes, write_table
 from app.files.provenance import provenance
-from app.files.uff58 import UffFrf, write_frfs
+from app.files.uff58 import write_frfs
 from app.files.uff_campaign import campaign_frfs
 from app.terminal.modes import modes_record
 
@@ -58,6 +59,10 @@ class Wanted:
             "most_count": self.settings.most_count,
         }
 
+    def at_mains(self, mains: float | None) -> "Wanted":
+        """Return the options with the mains frequency that a test declares, Hz, if it does."""
+        return self if mains is None else replace(self, settings=replace(self.settings, mains=mains))
+
     def cut(self, frf: Frf) -> Frf:
         """Return a campaign's FRFs inside the band."""
         if self.band is None:
@@ -76,14 +81,16 @@ class Wanted:
         """Return the method that takes each sweep alone, or None where sweeps follow from one to the next."""
         return identify_by_peaks if self.method == "peak-picking" else None
 
-    def identify(self, frfs: Sequence[UffFrf]) -> Modes:
+    def identify(self, frfs: Sequence[MeasuredTransfer]) -> Modes:
         """Identify FRFs that share poles and lines; ValueError where there is nothing to be found."""
         quantities = {frf.quantity for frf in frfs}
         terms = choices_for(quantities.pop()) if len(quantities) == 1 else EVERY_CHOICE
         frequency = frfs[0].frequency
         low, high = self.band or (0.0, np.inf)
         inside = (frequency >= low) & (frequency <= high)
-        measured = Measured(frequency[inside], np.array([frf.h[inside] for frf in frfs]))
+        known = [frf.variance[inside] for frf in frfs if frf.variance is not None]
+        variance = np.array(known) if len(known) == len(frfs) else None
+        measured = Measured(frequency[inside], np.array([frf.h[inside] for frf in frfs]), variance)
         settings = replace(self.settings, terms=terms)
         return (self.one_by_one() or identify)(measured, settings)
 
@@ -154,7 +161,7 @@ def save(run: Path, campaign: Campaign, found: Identified, wanted: Wanted, expor
     write_table(run / "modes.csv", found.tracked, wanted.damping)
 
 
-def uff_records(frfs: Sequence[UffFrf], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:
+def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:
     """Identify FRFs one by one; an FRF with nothing in it gets a note instead of modes."""
     records = []
     for done, frf in enumerate(frfs):
@@ -168,26 +175,5 @@ def uff_records(frfs: Sequence[UffFrf], wanted: Wanted, report: Progress) -> lis
     return records
 
 
-def shared_records(path: Path, frfs: Sequence[UffFrf], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:
-    """Identify all FRFs with one set of poles; the same modes for each.
-
-    Raises ResultFileError where the FRFs differ in their lines or hold nothing to be found.
-    """
-    for frf in frfs[1:]:
-        same = frf.frequency.shape == frfs[0].frequency.shape
-        if not same or not np.allclose(frf.frequency, frfs[0].frequency, rtol=1e-6):
-            raise ResultFileError(
-                f"{path}: {frf.name!r} and {frfs[0].name!r} have different frequency lines: identify them one by "
-                "one, without --shared-poles"
-            )
-    report("identify", 0.0)
-    try:
-        found = modes_record(wanted.identify(frfs), wanted.damping)
-    except ValueError as error:
-        raise ResultFileError(f"{path}: {error}") from error
-    report("identify", 1.0)
-    return [_named(frf) | found for frf in frfs]
-
-
-def _named(frf: UffFrf) -> dict[str, Any]:
+def _named(frf: MeasuredTransfer) -> dict[str, Any]:
     return {"name": frf.name, "response": frf.response, "reference": frf.reference, "quantity": frf.quantity}

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from scipy.signal import chirp, lfilter
+from scipy.signal import chirp, fftconvolve, lfilter
 
 from analysis.campaign import Campaign, Sweep
 from analysis.experiment import Experiment
@@ -62,6 +62,24 @@ def test_h1_is_the_filter_between_drive_and_response() -> None:
     assert frf.frequency[-1] <= 1500.0
     np.testing.assert_allclose(frf.h[0, 0], filter_response(frf.frequency), rtol=2e-4)
     assert frf.temperature[0] == pytest.approx(20.0)
+
+
+def test_a_tail_too_short_is_told_as_such_and_not_as_a_hum() -> None:
+    """Modes of loss factor 0.2 %, a tail of 0.4 s; the leakage of this plate has peaks at multiples of 60.3 Hz."""
+    rng = np.random.default_rng(17)
+    count = rng.integers(6, 25)
+    t = np.arange(3 * SAMPLES) / RATE
+    impulse = sum(np.exp(-np.pi * f * 0.002 * t) * np.sin(2 * np.pi * f * t) for f in rng.uniform(80, 1450, count))
+    drive, _ = recorded(rng, noise=0.0)
+    response = fftconvolve(drive, impulse[None] / RATE * 100, axes=1)[:, :SAMPLES]
+    (note,) = campaign_frf(campaign(drive, response + 1e-4 * rng.standard_normal(drive.shape))).notes
+    assert "hum" not in note
+    assert "S1 at 20.0 °C (1 of 1 responses) rings on" in note
+    assert "it is 0.4 s: lengthen protocol.tail" in note
+    loss, hertz = (float(re.search(pattern, note)[1]) for pattern in (r"factor of ([\d.]+) %", r"at (\d+) Hz"))
+    needed = float(re.search(r"tail of ([\d.]+) s", note)[1])
+    assert needed == pytest.approx(np.log(1000.0) / (np.pi * hertz * loss / 100), rel=0.1)
+    assert 0.1 < loss < 0.4
 
 
 def test_stated_variance_is_that_of_repeated_estimates() -> None:

@@ -9,9 +9,12 @@ import pytest
 from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
+from analysis.estimation.transfer import MeasuredTransfer
 from analysis.identification.synthetic import SyntheticFrf, r10
-from app.files.uff58 import UffFrf, write_frfs
+from analysis.shapes.assurance import mac
+from app.files.uff58 import read_frfs, write_frfs
 from app.main import flexura
+from app.modal_test.modes_of_test import load_test, rebuilt
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 BEAM = SHARED / "real" / "beam_roving_hammer"
@@ -26,10 +29,10 @@ def typed(*words: str) -> Result:
     return result
 
 
-def of_case(case: SyntheticFrf, name: str, quantity: str = "displacement") -> UffFrf:
+def of_case(case: SyntheticFrf, name: str, quantity: str = "displacement") -> MeasuredTransfer:
     power = {"displacement": 0, "velocity": 1, "acceleration": 2}[quantity]
     h = case.h * (2j * np.pi * case.frequency) ** power
-    return UffFrf(name, "1:+3", "2:+3", quantity, case.frequency, h)
+    return MeasuredTransfer(name, "1:+3", "2:+3", quantity, case.frequency, h)
 
 
 @pytest.fixture(scope="module")
@@ -77,21 +80,24 @@ def test_shared_poles_and_band(cases: list[SyntheticFrf], tmp_path: Path) -> Non
     case = cases[0]
     rng = np.random.default_rng(9)
     again = case.h + case.deviation * (rng.normal(size=case.h.shape) + 1j * rng.normal(size=case.h.shape))
-    frfs = [of_case(case, "a"), UffFrf("b", "2:+3", "2:+3", "displacement", case.frequency, -2 * again)]
+    frfs = [of_case(case, "a"), MeasuredTransfer("b", "2:+3", "2:+3", "displacement", case.frequency, -2 * again)]
     write_frfs(tmp_path / "two.uff", frfs)
     result = typed("identify", str(tmp_path / "two.uff"), "--shared-poles", "--band", "100", "900", "--json")
-    first, second = json.loads(result.stdout)["frfs"]
-    assert first["modes"] == second["modes"]
+    printed = json.loads(result.stdout)
     f = np.abs(case.poles) / (2 * np.pi)
     inside = f[f < 880.0]
-    found = np.array([mode["frequency_hz"] for mode in first["modes"]])
+    found = np.array([mode["frequency_hz"] for mode in printed["modes"]])
     assert all(np.abs(found / one - 1).min() < 5e-3 for one in inside)
     assert (found < 900.0).all()
+    assert printed["places"] == ["1:+3", "2:+3"]
+    for shape in printed["shapes"]:
+        assert shape["shape"][1] == pytest.approx([1.0, 0.0])
+        assert shape["shape"][0] == pytest.approx([-0.5, 0.0], abs=0.1)
 
 
 def test_frfs_with_different_lines_cannot_share_poles(cases: list[SyntheticFrf], tmp_path: Path) -> None:
     case = cases[0]
-    short = UffFrf("short", "1:+3", "2:+3", "displacement", case.frequency[:900], case.h[:900])
+    short = MeasuredTransfer("short", "1:+3", "2:+3", "displacement", case.frequency[:900], case.h[:900])
     write_frfs(tmp_path / "two.uff", [of_case(case, "long"), short])
     result = typed("identify", str(tmp_path / "two.uff"), "--shared-poles")
     assert result.exit_code != 0
@@ -105,7 +111,7 @@ def test_paper_recipe_is_offered(uff: Path) -> None:
 
 def test_a_dead_channel_is_noted_and_does_not_stop_the_others(cases: list[SyntheticFrf], tmp_path: Path) -> None:
     case = cases[1]
-    dead = UffFrf("dead", "3:+3", "2:+3", "displacement", case.frequency, 0 * case.h)
+    dead = MeasuredTransfer("dead", "3:+3", "2:+3", "displacement", case.frequency, 0 * case.h)
     write_frfs(tmp_path / "two.uff", [dead, of_case(case, "alive")])
     result = typed("identify", str(tmp_path / "two.uff"), "--json")
     assert result.exit_code == 0
@@ -119,7 +125,7 @@ def test_nothing_found_is_exit_status_one(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     f = np.arange(100.0, 500.0, 0.5)
     h = rng.normal(size=len(f)) + 1j * rng.normal(size=len(f))
-    write_frfs(tmp_path / "noise.uff", [UffFrf("noise", "1:+3", "2:+3", "displacement", f, h)])
+    write_frfs(tmp_path / "noise.uff", [MeasuredTransfer("noise", "1:+3", "2:+3", "displacement", f, h)])
     result = typed("identify", str(tmp_path / "noise.uff"))
     assert result.exit_code == 1
     assert "0 modes" in result.stderr
@@ -131,7 +137,7 @@ def test_nothing_found_is_exit_status_one(tmp_path: Path) -> None:
         (("--band", "900", "100"), "LOW must be below HIGH"),
         (("--mains", "0"), "mains"),
         (("--method", "guess"), "peak-picking"),
-        (("--out", "somewhere"), "only printed"),
+        (("--out", "somewhere"), "a run folder needs --shared-poles"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(uff: Path, words: tuple[str, ...], message: str) -> None:
@@ -159,7 +165,7 @@ def test_measured_beam_has_four_modes_and_no_doublets(tmp_path: Path) -> None:
             f, real, imaginary = np.loadtxt(file.readlines()[9:]).T
         used = (f >= 65.0) & (f <= 1000.0)
         h = (real + 1j * imaginary)[used]
-        frfs.append(UffFrf(f"point {number}", f"{number}:+1", "1:-1", "acceleration", f[used], h))
+        frfs.append(MeasuredTransfer(f"point {number}", f"{number}:+1", "1:-1", "acceleration", f[used], h))
     write_frfs(tmp_path / "beam.uff", frfs)
     printed = json.loads(typed("identify", str(tmp_path / "beam.uff"), "--json").stdout)
     for frf in printed["frfs"]:
@@ -188,3 +194,50 @@ def test_recorded_campaign_is_identified_down_to_its_noise(tmp_path: Path) -> No
         share = read.loss_factor[t, known] / eta[t]
         # the patches, a few per cent of the strain energy, have no loss
         assert 0.96 < np.median(share) < 1.02
+
+
+@pytest.mark.slow
+@pytest.mark.shared
+@pytest.mark.skipif(not BEAM.is_dir(), reason="the measured beam lies beside the checkout, and is absent")
+def test_measured_beam_as_one_structure_has_four_bending_shapes(tmp_path: Path) -> None:
+    """Roving hammer over nine points of a beam on soft supports: free bending shapes, 1.3 m long by its points."""
+    frfs = []
+    for number in range(1, 10):
+        with gzip.open(BEAM / f"Hxysv0000{number}.txt.gz", "rt", encoding="latin-1") as file:
+            f, real, imaginary = np.loadtxt(file.readlines()[9:]).T
+        used = (f >= 65.0) & (f <= 1000.0)
+        h = (real + 1j * imaginary)[used]
+        frfs.append(MeasuredTransfer(f"point {number}", "4:-1", f"{number}:+1", "acceleration", f[used], h))
+    write_frfs(tmp_path / "beam.uff", frfs)
+    result = typed("identify", str(tmp_path / "beam.uff"), "--shared-poles", "--out", str(tmp_path / "run"))
+    assert result.exit_code == 0
+    measured, modes, shapes = load_test(tmp_path / "run")
+    reading = modes.reading()
+    assert list(reading.frequency_hz[modes.real]) == pytest.approx([112.0, 306.9, 596.4, 974.2], abs=0.15)
+    x = np.array([0.1, 0.25, 0.375, 0.5, 0.65, 0.8, 0.925, 1.05, 1.2]) / 1.3
+    for shape, beta in zip(shapes.shape, (4.730041, 7.853205, 10.995608, 14.137165), strict=True):
+        s = (np.cosh(beta) - np.cos(beta)) / (np.sinh(beta) - np.sin(beta))
+        free = np.cosh(beta * x) + np.cos(beta * x) - s * (np.sinh(beta * x) + np.sin(beta * x))
+        assert mac(shape[None], free[None].astype(complex))[0, 0] > 0.95
+    again = rebuilt(modes, measured.frequency, measured.window_rate)
+    written = np.array([one.h for one in read_frfs(tmp_path / "run" / "rebuilt.uff")])
+    np.testing.assert_allclose(written, again, rtol=0, atol=1e-11 * np.abs(again).max())
+
+
+def test_lines_spaced_evenly_by_ratio_show_the_same_modes(cases: list[SyntheticFrf], tmp_path: Path) -> None:
+    case = cases[0]
+    rng = np.random.default_rng(12)
+    frequency = np.geomspace(100.0, 1500.0, 2500)
+    h = sum(
+        r / (2j * np.pi * frequency - p) + np.conj(r) / (2j * np.pi * frequency - np.conj(p))
+        for p, r in zip(case.poles, case.residues.ravel(), strict=True)
+    )
+    noise = 0.01 * np.sqrt(np.mean(np.abs(h) ** 2) / 2)
+    h = h + noise * (rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape))
+    write_frfs(tmp_path / "a.uff", [MeasuredTransfer("log", "1:+3", "2:+3", "displacement", frequency, h)])
+    (frf,) = json.loads(typed("identify", str(tmp_path / "a.uff"), "--damping", "viscous", "--json").stdout)[
+        "frfs"
+    ]
+    f = np.array([mode["frequency_hz"] for mode in frf["modes"]])
+    sigma = np.array([mode["sigma_frequency_hz"] for mode in frf["modes"]])
+    assert (np.abs(f - np.abs(case.poles) / (2 * np.pi)) < 5 * sigma).all()

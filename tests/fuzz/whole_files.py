@@ -6,6 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from analysis.estimation.transfer import MeasuredTransfer
 from analysis.updating.laws import fit_laws
 from app.files import control, events
 from app.files.campaign_folder import frozen_protocol, write_protocol
@@ -18,7 +19,7 @@ from app.files.laws_file import TwinFrf, save_laws
 from app.files.modes_file import save_modes
 from app.files.readings import ReadingLine, append_reading
 from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
-from app.files.uff58 import UffFrf, write_frfs
+from app.files.uff58 import write_frfs
 from tests.app.conftest import tiny_campaign
 from tests.app.view.conftest import FREQUENCY, MADE, TEMPERATURE, experiment, frf, tracked, updated
 from tests.fuzz.readers import EXPERIMENTS, PANELS, SWEEP
@@ -97,7 +98,10 @@ def _write_uff(root: Path) -> None:
     h = rng.normal(size=(3, len(lines))) + 1j * rng.normal(size=(3, len(lines)))
     write_frfs(
         root / "frfs.uff",
-        [UffFrf(f"point {n}", f"{n + 1}:+3", "9:+3", "acceleration", lines, one) for n, one in enumerate(h)],
+        [
+            MeasuredTransfer(f"point {n}", f"{n + 1}:+3", "9:+3", "acceleration", lines, one)
+            for n, one in enumerate(h)
+        ],
     )
     common = {"binary": 1, "func_type": 4, "rsp_dir": 3, "ref_node": 9, "ref_dir": 3, "abscissa_spacing": 1}
     common |= {"abscissa_spec_data_type": 18, "ordinate_spec_data_type": 12, "orddenom_spec_data_type": 13}

@@ -7,8 +7,9 @@ import pytest
 import pyuff
 from pyuff.datasets.dataset_58 import prepare_58
 
+from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError
-from app.files.uff58 import UffFrf, read_frfs, write_frfs
+from app.files.uff58 import read_frfs, write_frfs
 
 SAMPLES = Path(__file__).resolve().parents[4] / "shared" / "data" / "real" / "uff58_samples"
 FREQUENCY = np.arange(0.0, 50.0, 0.5)
@@ -64,9 +65,39 @@ def test_big_endian_single_precision_is_read(tmp_path: Path) -> None:
     np.testing.assert_allclose(read_frfs(path)[0].h, H[1:], rtol=1e-6)
 
 
+def coherence_set(values: np.ndarray, **changes: object) -> dict[str, object]:
+    """Make a coherence of the same ends as `data_set`."""
+    return data_set(func_type=6, data=values, ordinate_spec_data_type=0, orddenom_spec_data_type=0, **changes)
+
+
+def test_a_coherence_beside_its_frf_becomes_its_variance(tmp_path: Path) -> None:
+    coherence = np.clip(1.0 - 0.1 * RNG.random(100), 0.0, 1.0)
+    (frf,) = read_frfs(written(tmp_path / "a.uff", data_set(), coherence_set(coherence)))
+    assert frf.coherence is not None
+    assert frf.variance is not None
+    np.testing.assert_allclose(frf.coherence, coherence[1:], rtol=1e-6)
+    ratio = frf.variance / (np.abs(H[1:]) ** 2 * (1 - coherence[1:]) / coherence[1:])
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-4)
+    other = written(tmp_path / "b.uff", data_set(), coherence_set(coherence, rsp_node=9))
+    assert read_frfs(other)[0].variance is None
+    for spoilt, message in ((2.0 * coherence, "0 to 1 allowed"), (np.ones(100), "one average")):
+        with pytest.raises(ResultFileError, match=message):
+            read_frfs(written(tmp_path / f"{message[0]}.uff", data_set(), coherence_set(spoilt)))
+
+
+def test_uneven_lines_are_read_and_written(tmp_path: Path) -> None:
+    uneven = FREQUENCY**1.5
+    (frf,) = read_frfs(written(tmp_path / "a.uff", data_set(x=uneven, abscissa_spacing=0)))
+    np.testing.assert_allclose(frf.frequency, uneven[1:], rtol=1e-5)
+    write_frfs(tmp_path / "b.uff", [frf])
+    (again,) = read_frfs(tmp_path / "b.uff")
+    np.testing.assert_allclose(again.frequency, frf.frequency, rtol=1e-5)
+    np.testing.assert_allclose(again.h, frf.h, rtol=1e-11)
+
+
 def test_what_we_write_we_read(tmp_path: Path) -> None:
     frfs = [
-        UffFrf(f"point {n}", f"{n}:+3", "1:-2", quantity, FREQUENCY[1:], H[1:] * n)
+        MeasuredTransfer(f"point {n}", f"{n}:+3", "1:-2", quantity, FREQUENCY[1:], H[1:] * n)
         for n, quantity in enumerate(("displacement", "velocity", "acceleration", "unknown"), start=1)
     ]
     write_frfs(tmp_path / "a.uff", frfs)
@@ -88,7 +119,6 @@ def test_other_functions_are_named(tmp_path: Path) -> None:
     [
         ({"data": H.real}, "real values"),
         ({"data": H[:6], "x": FREQUENCY[:6]}, "5 lines above 0 Hz"),
-        ({"x": FREQUENCY**1.5, "abscissa_spacing": 0}, "unevenly spaced"),
         ({"x": FREQUENCY[::-1].copy(), "abscissa_spacing": 0}, "ascend"),
     ],
 )

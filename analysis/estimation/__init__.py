@@ -1,0 +1,16 @@
+"""From signals of any test to FRFs: spectra, estimators, hammer tests, what a record is too short for.
+
+=========================  ==================================================================
+``quantities``             force, acceleration, pressure, ...: units, and the names of their ratios
+``recording``              signals of one run, checked
+``windows``                windows over segments, force and exponential windows, and what those do to poles
+``spectra``                auto and cross spectra of all channels, from segments or blocks
+``estimators``             H1, H2 and Hv with coherence and variance, of one drive or several
+``impacts``                blows found in a recording, and why some of them do not count
+``ringing``                responses that still ring where their record ends
+``transfer``               one FRF between two places
+``coherence``              a variance from the coherence that came with an FRF
+=========================  ==================================================================
+
+The sweeps of a campaign are estimated by ``analysis.h1``: periodic, without window or leakage.
+"""

@@ -1,0 +1,41 @@
+"""The variance of an FRF from the coherence that came with it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.h1 import single_repeat_power
+
+LEAST = 1e-6
+"""Coherence below which a line counts as of this coherence: it weighs nothing."""
+
+
+def coherence_variance(
+    h: NDArray[np.complex128], coherence: NDArray[np.float64], averages: float | None = None
+) -> NDArray[np.float64]:
+    """E|h - H|^2 = |h|^2 (1 - c) / (n c), of H1 (Bendat and Piersol, Random Data, 2010, ch. 9).
+
+    Parameters
+    ----------
+    h : (F,) complex ndarray
+    coherence : (F,) ndarray
+        0 to 1.
+    averages : float, optional
+        n; where the file does not tell, the level of the noise is taken from the roughness of `h` along
+        frequency, and only its course from the coherence.
+
+    Raises
+    ------
+    ValueError
+        Where the coherence leaves 0 to 1, or is 1 throughout: that of a single average, which says nothing.
+    """
+    if not ((coherence >= -1e-6) & (coherence <= 1.0 + 1e-4)).all():
+        raise ValueError(f"coherence from {coherence.min():.3g} to {coherence.max():.3g}; 0 to 1 allowed")
+    if (coherence > 1.0 - 1e-9).all():
+        raise ValueError("coherence is 1 on every line, as after one average: it says nothing of the noise")
+    known = np.clip(coherence, LEAST, 1.0 - 1e-9)
+    course: NDArray[np.float64] = np.abs(h) ** 2 * (1.0 - known) / known
+    course = np.maximum(course, 1e-24 * (np.abs(h) ** 2).mean())
+    if averages is not None:
+        return course / averages
+    level = float(np.median(single_repeat_power(h) / course) / np.log(2.0))
+    return course * max(level, 1e-12)

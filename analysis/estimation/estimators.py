@@ -1,0 +1,147 @@
+"""H1, H2 and Hv of one drive or several, with coherence and variance (Bendat and Piersol, Random Data, 2010)."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.estimation.spectra import Spectra
+from analysis.h1 import single_repeat_power, smooth_power
+
+Estimator = Literal["h1", "h2", "hv"]
+
+DEPENDENT = 1e-9
+"""Smallest over largest eigenvalue of the drives' coherence below which they move as one."""
+
+MANY = 30.0
+"""Averages from which each line's own noise is known well enough; below, that of neighbouring lines counts too."""
+
+
+@dataclass(frozen=True)
+class FrfEstimate:
+    """FRFs of every response to every drive.
+
+    Attributes
+    ----------
+    frequency : (F,) ndarray
+        Hz, above zero.
+    h : (K, M, F) complex ndarray
+        Responses by drives, SI.
+    variance : (K, M, F) ndarray
+        E|h - H|^2.
+    coherence : (K, F) ndarray
+        Of each response with all drives together, 0 to 1.
+    averages : float
+        Independent segments.
+    """
+
+    frequency: NDArray[np.float64]
+    h: NDArray[np.complex128]
+    variance: NDArray[np.float64]
+    coherence: NDArray[np.float64]
+    averages: float
+
+
+def estimate(spectra: Spectra, estimator: Estimator = "h1") -> FrfEstimate:
+    """Estimate FRFs from spectra, the line at 0 Hz left out.
+
+    H1 = G_yu G_uu^-1 has least error where the responses are noisy, H2 = G_yy / G_uy where the drive is (at
+    resonances of a shaker test), Hv is total least squares with both scaled to their own power: between the two,
+    for any number of drives.
+
+    Raises
+    ------
+    ValueError
+        Where a drive is silent on all lines, several drives move as one, fewer segments than drives were averaged,
+        or H2 is asked for with several drives.
+    """
+    frequency, drives = spectra.frequency[1:], spectra.g_uu.shape[1]
+    g_uu, g_yu, g_yy = spectra.g_uu[1:], spectra.g_yu[1:], spectra.g_yy[1:].T
+    if estimator == "h2" and drives > 1:
+        raise ValueError(f"H2 of {drives} drives is not defined; choose h1 or hv")
+    if spectra.averages < drives:
+        raise ValueError(
+            f"{spectra.averages:.1f} independent averages of {drives} drives; at least as many averages as drives "
+            "are needed: record longer, or take shorter segments"
+        )
+    inverse = _inverse(g_uu)
+    h1 = np.einsum("fki,fij->kjf", g_yu, inverse)
+    explained = np.einsum("kjf,fkj->kf", h1, g_yu.conj()).real
+    coherence = np.clip(np.divide(explained, g_yy, out=np.zeros_like(g_yy), where=g_yy > 0.0), 0.0, 1.0)
+    if estimator == "h1":
+        h = h1
+    elif estimator == "h2":
+        g_uy = g_yu[:, :, 0].conj().T
+        h = np.divide(g_yy, g_uy, out=np.zeros_like(g_uy), where=g_uy != 0.0)[:, None]
+    else:
+        h = _total_least_squares(g_uu, g_yu, g_yy)
+    return FrfEstimate(
+        frequency, h, _variance(h, g_yy, coherence, inverse, spectra.averages), coherence, spectra.averages
+    )
+
+
+def _inverse(g_uu: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Inverse of the drives' matrix, (F, M, M); lines on which nothing drives get a very small drive."""
+    power = np.einsum("fii->fi", g_uu).real
+    if not (power.max(axis=0) > 0.0).all():
+        silent = int(np.flatnonzero(~(power.max(axis=0) > 0.0))[0])
+        raise ValueError(f"drive {silent + 1} is silent on every line; look at its cable")
+    floor = 1e-24 * power.max(axis=0)
+    size = np.sqrt(np.maximum(power, floor))
+    normal = g_uu / (size[:, :, None] * size[:, None, :]) + 1e-15 * np.eye(g_uu.shape[1])
+    if g_uu.shape[1] > 1:
+        driven = (power > 1e-6 * power.max(axis=0)).all(axis=1)
+        smallest = np.linalg.eigvalsh(normal[driven])[:, 0]
+        if len(smallest) and np.median(smallest) < DEPENDENT:
+            raise ValueError(
+                "the drives move as one: their signals are multiples of each other; drive them with independent "
+                "signals, or declare one of them unused"
+            )
+    normal = np.where(power.min(axis=1)[:, None, None] > 0.0, normal, np.eye(g_uu.shape[1]))
+    inverse: NDArray[np.complex128] = np.linalg.inv(normal) / (size[:, :, None] * size[:, None, :])
+    return inverse
+
+
+def _total_least_squares(
+    g_uu: NDArray[np.complex128], g_yu: NDArray[np.complex128], g_yy: NDArray[np.float64]
+) -> NDArray[np.complex128]:
+    """Hv: the direction of least power of drives and response, each scaled to its own power; (K, M, F)."""
+    lines, responses, drives = g_yu.shape
+    h = np.zeros((responses, drives, lines), dtype=complex)
+    size = np.sqrt(np.maximum(np.einsum("fii->fi", g_uu).real, np.finfo(float).tiny))
+    for k in range(responses):
+        own = np.sqrt(np.maximum(g_yy[k], np.finfo(float).tiny))
+        whole = np.zeros((lines, drives + 1, drives + 1), dtype=complex)
+        whole[:, :drives, :drives] = g_uu
+        whole[:, drives, :drives] = g_yu[:, k]
+        whole[:, :drives, drives] = g_yu[:, k].conj()
+        whole[:, drives, drives] = g_yy[k]
+        scale = np.column_stack([size, own])
+        _, vectors = np.linalg.eigh(whole / (scale[:, :, None] * scale[:, None, :]))
+        least = vectors[:, :, 0].conj() / scale  # least[:M] u + least[M] y = 0
+        last = np.where(least[:, drives] == 0.0, np.inf, least[:, drives])
+        h[k] = (-least[:, :drives] / last[:, None]).T
+    return h
+
+
+def _variance(
+    h: NDArray[np.complex128],
+    g_yy: NDArray[np.float64],
+    coherence: NDArray[np.float64],
+    inverse: NDArray[np.complex128],
+    averages: float,
+) -> NDArray[np.float64]:
+    """E|h - H|^2, (K, M, F): what the drives do not explain, by their inverse."""
+    drives = h.shape[1]
+    freedom = averages - drives
+    if freedom < 0.5:  # one blow, or as many segments as drives: only roughness along frequency is left
+        rough = np.array([[single_repeat_power(one) for one in row] for row in h])
+        return smooth_power(rough, np.zeros(h.shape[2], dtype=bool))
+    noise = g_yy * (1.0 - coherence)
+    if freedom < MANY:
+        noise = smooth_power(noise, np.zeros(h.shape[2], dtype=bool))
+    own = np.einsum("fjj->jf", inverse).real
+    variance: NDArray[np.float64] = noise[:, None] * own / freedom
+    floored: NDArray[np.float64] = np.maximum(variance, 1e-24 * (np.abs(h) ** 2).mean(axis=2, keepdims=True))
+    return floored

@@ -1,0 +1,155 @@
+"""What channels measure: SI units, the units that files use, and the names of ratios of two quantities."""
+
+from dataclasses import dataclass
+
+from analysis.channel import UNITS, Quantity
+
+GRAVITY = 9.80665
+"""m/s2, the standard value."""
+
+SCALES: dict[Quantity, dict[str, float]] = {
+    "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6},
+    "charge": {"C": 1.0, "nC": 1e-9, "pC": 1e-12},
+    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605},
+    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254},
+    "velocity": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "in/s": 0.0254},
+    "acceleration": {"m/s2": 1.0, "mm/s2": 1e-3, "g": GRAVITY, "mg": 1e-3 * GRAVITY, "in/s2": 0.0254},
+    "pressure": {"Pa": 1.0, "mPa": 1e-3, "uPa": 1e-6, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168},
+}
+"""SI value of one unit, by quantity."""
+
+NAMES: dict[tuple[Quantity, Quantity], str] = {
+    ("displacement", "force"): "receptance",
+    ("velocity", "force"): "mobility",
+    ("acceleration", "force"): "accelerance",
+    ("force", "displacement"): "dynamic stiffness",
+    ("force", "velocity"): "impedance",
+    ("force", "acceleration"): "apparent mass",
+    ("pressure", "force"): "acoustic transfer function",
+}
+"""Of a response by what drives it (ISO 7626-1)."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit as a file or a data sheet writes it.
+
+    Attributes
+    ----------
+    quantity : str
+    scale : float
+        SI value of one of it.
+    """
+
+    quantity: Quantity
+    scale: float
+
+
+def unit(text: str) -> Unit:
+    """Read a unit: ``g``, ``mm/s``, ``m/s^2``, ``µm``; ValueError with those that are known."""
+    plain = text.strip().replace("^", "").replace("²", "2").replace("µ", "u").replace("μ", "u").replace("**", "")
+    for quantity, scales in SCALES.items():
+        if plain in scales:
+            return Unit(quantity, scales[plain])
+    known = ", ".join(name for scales in SCALES.values() for name in scales)
+    raise ValueError(f"unit {text!r} is not known; allowed: {known}")
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """How the numbers of a file become a quantity in SI units.
+
+    Attributes
+    ----------
+    quantity : str
+        What was measured.
+    scale : float
+        SI value of one of the file's numbers; below zero where the sensor is turned round.
+    """
+
+    quantity: Quantity
+    scale: float
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        return UNITS[self.quantity]
+
+
+def calibration(file_unit: str, sensitivity: str | None, quantity: Quantity | None = None) -> Calibration:
+    """Work out a channel's calibration.
+
+    Parameters
+    ----------
+    file_unit : str
+        Of the numbers in the file; ``FS`` of sound files, 1 for full scale.
+    sensitivity : str or None
+        What the sensor gives: ``100 mV/g``, ``0.2 FS/g``; None where the file holds the quantity itself.
+    quantity : str, optional
+        What is expected; needed to say that volts are meant as volts.
+
+    Raises
+    ------
+    ValueError
+        For units that are not known or do not fit each other, and for volts of a sensor without a sensitivity.
+    """
+    if sensitivity is None:
+        if file_unit == "FS":
+            raise ValueError('unit "FS" is no quantity; give sensitivity, for example "0.2 FS/g"')
+        plain = unit(file_unit)
+        if quantity is not None and plain.quantity != quantity:
+            raise ValueError(
+                f"{file_unit} is a unit of {plain.quantity}, not of {quantity}; give sensitivity, for example "
+                f'"100 {file_unit}/{UNITS[quantity]}", or correct the unit'
+            )
+        if plain.quantity == "voltage" and quantity is None:
+            raise ValueError(
+                f'in {file_unit}, and no sensitivity; give sensitivity, for example "100 mV/g", or quantity = '
+                '"voltage" where volts are meant'
+            )
+        return Calibration(plain.quantity, plain.scale)
+    value, gives, per = _parts(sensitivity)
+    if gives == file_unit == "FS":
+        output = 1.0
+    else:
+        file, given = unit(file_unit), unit(gives)
+        if file.quantity != given.quantity:
+            raise ValueError(f"sensitivity {sensitivity!r} gives {gives}, but the file is in {file_unit}")
+        output = file.scale / given.scale
+    sensed = unit(per)
+    if quantity is not None and sensed.quantity != quantity:
+        raise ValueError(f"sensitivity {sensitivity!r} is of {sensed.quantity}, not of {quantity}")
+    return Calibration(sensed.quantity, output * sensed.scale / value)
+
+
+def _parts(sensitivity: str) -> tuple[float, str, str]:
+    """Split ``100 mV/g`` into its number, what the sensor gives and what it senses."""
+    number, _, units = sensitivity.strip().partition(" ")
+    gives, slash, per = units.strip().partition("/")
+    try:
+        value = float(number)
+    except ValueError:
+        value = 0.0
+    if not slash or not per or value == 0.0 or abs(value) == float("inf") or value != value:
+        raise ValueError(
+            f'sensitivity {sensitivity!r}: a number other than 0 and a unit such as "100 mV/g" or "2.25 mV/N" is '
+            "wanted; a negative number turns the sensor round"
+        )
+    return value, gives.strip(), per.strip()
+
+
+def frf_name(response: Quantity, reference: Quantity) -> str:
+    """Name an FRF after what it relates: ``accelerance``, ``mobility``, ``transmissibility``."""
+    if response == reference:
+        return "voltage ratio" if response == "voltage" else "transmissibility"
+    return NAMES.get((response, reference), f"{response} per {reference}")
+
+
+def frf_unit(response: Quantity, reference: Quantity) -> str:
+    """SI unit of an FRF: ``m/s2/N``, ``V/V``."""
+    return f"{UNITS[response]}/{UNITS[reference]}"
+
+
+def frf_label(response: Quantity, reference: Quantity) -> str:
+    """Axis label: ``accelerance [m/s2/N]``."""
+    return f"{frf_name(response, reference)} [{frf_unit(response, reference)}]"

@@ -1,0 +1,81 @@
+"""Signals of one run of a test, all sampled together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FEWEST = 16
+"""Samples below which nothing can be estimated."""
+
+
+@dataclass(frozen=True)
+class TestRecording:
+    """What drove a structure, and what it answered.
+
+    Attributes
+    ----------
+    rate : float
+        Samples per second, Hz.
+    drives : (M, N) ndarray
+        Forces or what else drove, SI.
+    responses : (K, N) ndarray
+        SI.
+    """
+
+    rate: float
+    drives: NDArray[np.float64]
+    responses: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.rate) and self.rate > 0.0):
+            raise ValueError(f"sample rate {self.rate:g} Hz; above 0 allowed")
+        if self.drives.ndim != 2 or self.responses.ndim != 2 or not len(self.drives) or not len(self.responses):
+            raise ValueError("at least one drive and one response are needed")
+        if self.drives.shape[1] != self.responses.shape[1]:
+            raise ValueError(
+                f"drives of {self.drives.shape[1]} samples, responses of {self.responses.shape[1]}; all "
+                "channels of a run are as long"
+            )
+        if self.drives.shape[1] < FEWEST:
+            raise ValueError(f"{self.drives.shape[1]} samples; at least {FEWEST} are needed")
+
+    @property
+    def samples(self) -> int:
+        """In each channel."""
+        return int(self.drives.shape[1])
+
+
+def signal_faults(names: Sequence[str], signals: Sequence[NDArray[np.float64]]) -> list[str]:
+    """Say what keeps signals from being measurements: a sentence for each, with what to do next."""
+    said = []
+    for name, signal in zip(names, signals, strict=True):
+        place = f"channel {name!r}"
+        bad = np.flatnonzero(~np.isfinite(signal))
+        if len(bad):
+            said.append(
+                f"{place}: sample {bad[0] + 1} of {len(signal)} is not a finite number ({len(bad)} in all); "
+                "export the recording again, or leave these samples out"
+            )
+        elif not signal.any():
+            said.append(f"{place}: zero throughout; look at cable and sensor, or give it the role unused")
+        elif np.ptp(signal) == 0.0:
+            said.append(
+                f"{place}: constant at {signal[0]:g}; a channel without a sensor? look at cable and coupling, or "
+                "give it the role unused"
+            )
+    return said
+
+
+def clipped(signal: NDArray[np.float64], full_scale: float | None = None) -> bool:
+    """Whether a signal was cut off: at its full scale, or at a largest value that it holds for four samples."""
+    if not signal.any():
+        return False
+    size = np.abs(signal)
+    if full_scale is not None and size.max() >= full_scale * (1.0 - 1e-6):
+        return True
+    flat = ((signal == signal.max()) | (signal == signal.min())) & (size >= 0.5 * size.max())
+    together: NDArray[np.bool_] = flat[3:] & flat[2:-1] & flat[1:-2] & flat[:-3]
+    same = (np.diff(signal)[:-2] == 0.0) & (np.diff(signal)[1:-1] == 0.0) & (np.diff(signal)[2:] == 0.0)
+    return bool((together & same).any())

@@ -1,0 +1,44 @@
+"""One FRF between two places of a structure, whatever measured it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class MeasuredTransfer:
+    """An FRF with its two ends.
+
+    Attributes
+    ----------
+    name : str
+        For people.
+    response, reference : str
+        Node and direction, as ``5:+3``: 1, 2, 3 along x, y, z, 0 where there is none.
+    quantity : str
+        What was measured, a quantity of ``analysis.channel`` or ``unknown``.
+    frequency : (F,) ndarray
+        Hz, above zero, ascending.
+    h : (F,) complex ndarray
+        In `units`.
+    reference_quantity : str
+        What drove, in the same words.
+    units : (str, str)
+        Of the response and of the reference, where the file says.
+    variance : (F,) ndarray, optional
+        E|h - H|^2, where it is known.
+    coherence : (F,) ndarray, optional
+        0 to 1, where the file holds it or it was estimated.
+    """
+
+    name: str
+    response: str
+    reference: str
+    quantity: str
+    frequency: NDArray[np.float64]
+    h: NDArray[np.complex128]
+    reference_quantity: str = "force"
+    units: tuple[str, str] = ("", "")
+    variance: NDArray[np.float64] | None = None
+    coherence: NDArray[np.float64] | None = None

@@ -1,0 +1,9 @@
+"""Mode shapes of structures measured at many places, and how they are judged.
+
+=========================  ==================================================================
+``participation``          residues of one pole as shape times participation; repeated roots
+``assurance``              MAC, AutoMAC and MPC
+``indicator``              CMIF: singular values of the FRFs at every line
+``stabilization``          poles over the order of the model
+=========================  ==================================================================
+"""

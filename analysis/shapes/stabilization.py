@@ -1,0 +1,69 @@
+"""Stabilization chart: which poles stay where they are as the order of the model rises."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.automatic import Measured
+from analysis.identification.averaging import averaged
+from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.vector_fitting import start_poles
+
+STABLE_FREQUENCY = 0.01
+STABLE_DAMPING = 0.05
+"""Relative changes from one order to the next within which a pole is stable (as is usual)."""
+
+
+@dataclass(frozen=True)
+class StabilizationChart:
+    """Poles of every order, one after the other.
+
+    Attributes
+    ----------
+    order : (P,) int ndarray
+        Pole pairs of the model that each comes from.
+    frequency : (P,) ndarray
+        Hz.
+    damping : (P,) ndarray
+        Ratio.
+    stable : (P,) int ndarray
+        0: new, 1: stable in frequency, 2: in damping too.
+    """
+
+    order: NDArray[np.int64]
+    frequency: NDArray[np.float64]
+    damping: NDArray[np.float64]
+    stable: NDArray[np.int64]
+
+
+def stabilization_chart(measured: Measured, terms: ResidualTerms, orders: Sequence[int]) -> StabilizationChart:
+    """Run vector fitting at rising orders; each pole is held against those of the order before."""
+    lines = averaged(measured.lines())
+    low, high = float(lines.frequency[0]), float(lines.frequency[-1])
+    before: tuple[NDArray[np.float64], NDArray[np.float64]] = (np.zeros(0), np.zeros(0))
+    rows: list[tuple[int, float, float, int]] = []
+    for order in orders:
+        poles = start_poles(lines, order, terms)
+        f, zeta = np.abs(poles) / (2.0 * np.pi), -poles.real / np.abs(poles)
+        inside = (f >= low) & (f <= high)
+        for one, damping in zip(f[inside], zeta[inside], strict=True):
+            rows.append((order, float(one), float(damping), _stability(float(one), float(damping), *before)))
+        before = f[inside], zeta[inside]
+    table = np.array(rows, dtype=float).reshape(-1, 4)
+    return StabilizationChart(
+        order=table[:, 0].astype(np.int64),
+        frequency=table[:, 1],
+        damping=table[:, 2],
+        stable=table[:, 3].astype(np.int64),
+    )
+
+
+def _stability(f: float, zeta: float, others: NDArray[np.float64], dampings: NDArray[np.float64]) -> int:
+    if not len(others):
+        return 0
+    nearest = int(np.argmin(np.abs(others - f)))
+    if abs(others[nearest] / f - 1.0) > STABLE_FREQUENCY:
+        return 0
+    return 2 if abs(dampings[nearest] / zeta - 1.0) <= STABLE_DAMPING else 1

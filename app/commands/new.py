@@ -1,0 +1,106 @@
+"""``flexura new``: a declaration to start from."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from app.commands.bad_input import bad_input
+from app.commands.options import PATH, out_folder
+from app.commands.output import Output, output_options
+
+EXAMPLES = """\b
+Examples:
+  flexura new test hits.csv --kind hammer --drive "Hammer=2.25 mV/N" --response "Acc=100 mV/g"
+  flexura new test point*.csv --roving Hammer --drive "Hammer=2.25 mV/N" --response "Acc=100 mV/g"
+  flexura new test frfs.mat --frf-units mm/s N --points points.csv
+  flexura new campaign --plate 0.4 0.3 0.003 0.33 --out my-plate
+"""
+
+
+def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> dict[str, str | None]:
+    """Split ``NAME=SENSITIVITY``."""
+    parts = (value.partition("=") for value in values)
+    return {name.strip(): sensitivity.strip() or None for name, _, sensitivity in parts}
+
+
+@click.command(name="new", epilog=EXAMPLES, short_help="Write a declaration to start from.")
+@click.argument("what", type=click.Choice(["test", "campaign"]))
+@click.argument("files", nargs=-1, type=PATH)
+@click.option(
+    "--kind",
+    type=click.Choice(["hammer", "continuous", "frf"]),
+    help="Of a test: blows, a signal that goes on, or FRFs (default: by its channels).",
+)
+@click.option("--drive", multiple=True, callback=_named, metavar="NAME=SENSITIVITY", help="A channel that drives.")
+@click.option("--response", multiple=True, callback=_named, metavar="NAME=SENSITIVITY", help="One that answers.")
+@click.option("--unused", multiple=True, metavar="NAME", help="A channel that is neither.")
+@click.option(
+    "--rate", type=click.FloatRange(min=0.0, min_open=True), help="Sample rate, Hz (default: the files')."
+)
+@click.option(
+    "--roving", metavar="NAME", help="A channel that is at node 1, 2, ... in the first, second, ... of FILES."
+)
+@click.option("--points", type=PATH, metavar="POINTS.csv", help="Places of the nodes: number, x, y, z in m.")
+@click.option("--frf-units", nargs=2, metavar="RESPONSE REFERENCE", help="Of FRFs (default: m/s2 N).")
+@click.option("--title", default="", help="Of the report (default: the folder's name).")
+@click.option(
+    "--plate",
+    nargs=4,
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="LX LY THICKNESS MASS",
+    help="Of a campaign: m and kg.",
+)
+@out_folder("Folder of the declaration, or its name ending in .toml (default: beside FILES, or here).")
+@output_options("what was declared")
+@bad_input
+def command(
+    what: str,
+    files: tuple[Path, ...],
+    kind: str | None,
+    drive: dict[str, str | None],
+    response: dict[str, str | None],
+    unused: tuple[str, ...],
+    rate: float | None,
+    roving: str | None,
+    points: Path | None,
+    frf_units: tuple[str, str] | None,
+    title: str,
+    plate: tuple[float, float, float, float] | None,
+    out: Path | None,
+    output: Output,
+) -> None:
+    """Write the declaration of a test (test.toml; FILES hold signals or FRFs), or of a campaign (campaign.toml).
+
+    The channels of a test are taken from its first file, their roles guessed where they are not given; volts need
+    a sensitivity, which is asked for at a terminal. The file is yours to correct; flexura identify reads it.
+    """
+    from app.files.modal_test_toml import NAME
+    from app.modal_test.new_declaration import NewTest, new_campaign, new_test
+
+    if what == "campaign":
+        if files:
+            raise click.BadParameter("a campaign is declared before it is recorded: no files", param_hint="FILES")
+        made = new_campaign(out or Path(), plate, title)
+        output.result(lambda: {"declaration": str(made)})
+        output.summary(f"{made}: put your plate, patches, protocol into it, then: flexura import {made.parent}")
+        return
+    folder = out or (files[0].parent if files else Path())
+    target = folder if folder.suffix == ".toml" else folder / NAME
+    if target.exists():
+        raise click.BadParameter(f"{target} is there already; name another or remove it", param_hint="--out")
+    said = NewTest(kind, drive, response, unused, title, rate, roving, points, frf_units)
+    declared, missing = new_test(files, said, target)
+    if missing and sys.stdin.isatty() and not output.quiet:
+        given = {n: click.prompt(f"sensitivity of {n}, such as 100 mV/g", err=True) for n in missing}
+        roles = {name: declared.channels[name].role for name in missing}
+        drives: dict[str, str | None] = {name: value for name, value in given.items() if roles[name] == "drive"}
+        others: dict[str, str | None] = {name: value for name, value in given.items() if roles[name] == "response"}
+        said = replace(said, drives=said.drives | drives, responses=said.responses | others)
+        declared, missing = new_test(files, said, target)
+    channels = {name: channel.role for name, channel in declared.channels.items()}
+    output.result(lambda: {"declaration": str(target), "kind": declared.kind, "channels": channels})
+    for name in missing:
+        output.note(f'channel {name!r} is in volts: give its sensitivity in {target}, for example "100 mV/g"')
+    output.summary(f"{target}: {declared.kind}, {len(channels)} channels; then: flexura identify {target}")

@@ -1,0 +1,80 @@
+"""What a file of another program holds: columns with names, and what it says of them."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+MOST_COLUMNS = 5000
+MOST_BYTES = 2_000_000_000
+"""Of all columns together."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Columns of one file.
+
+    Attributes
+    ----------
+    values : dict of str to (N,) ndarray
+        float64 or complex128, by name; they may differ in length.
+    units : dict of str to str
+        As the file writes them, of those columns for which it does.
+    rates : dict of str to float
+        Samples per second, Hz, of those columns for which the file tells.
+    scalars : dict of str to float
+        Single numbers of the file, among them perhaps a sample rate.
+    """
+
+    values: dict[str, NDArray[Any]]
+    units: dict[str, str] = field(default_factory=dict)
+    rates: dict[str, float] = field(default_factory=dict)
+    scalars: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.values:
+            raise ValueError("holds no column of numbers")
+        if len(self.values) > MOST_COLUMNS:
+            raise ValueError(f"{len(self.values)} columns; at most {MOST_COLUMNS} allowed")
+        size = sum(column.nbytes for column in self.values.values())
+        if size > MOST_BYTES:
+            raise ValueError(f"{size} bytes of numbers; at most {MOST_BYTES} allowed: export a part of it")
+
+
+def of_array(name: str, array: NDArray[Any]) -> dict[str, NDArray[Any]]:
+    """Columns of an array of one or two axes, the longer one that of samples; of two: ``H[1]``, ``H[2]``, ..."""
+    kind = complex if np.iscomplexobj(array) else float
+    squeezed = np.squeeze(array)
+    if squeezed.ndim == 1:
+        return {name: np.asarray(squeezed, dtype=kind)}
+    if squeezed.ndim > 2:
+        raise ValueError(f"{name} has {squeezed.ndim} axes; allowed: 1 or 2. Export it as channels by samples")
+    rows = squeezed if squeezed.shape[1] >= squeezed.shape[0] else squeezed.T
+    if len(rows) > MOST_COLUMNS:
+        raise ValueError(f"{name} is {squeezed.shape[0]} by {squeezed.shape[1]}; at most {MOST_COLUMNS} channels")
+    return {f"{name}[{number}]": np.asarray(row, dtype=kind) for number, row in enumerate(rows, start=1)}
+
+
+def of_named_arrays(arrays: dict[str, NDArray[Any]]) -> Columns:
+    """Columns of a container of arrays with names: single numbers apart, what is no number left out."""
+    values: dict[str, NDArray[Any]] = {}
+    scalars: dict[str, float] = {}
+    for name, array in arrays.items():
+        if array.dtype.kind not in "biufc" or array.size == 0:
+            continue
+        if array.size == 1:
+            scalars[name] = float(np.real(array.reshape(-1)[0]))
+        else:
+            values |= of_array(name, array)
+    return Columns(values, scalars=scalars)
+
+
+def unused_name(name: str, taken: dict[str, Any]) -> str:
+    """Return `name`, or ``name (2)`` and so on where that is taken."""
+    if name not in taken:
+        return name
+    number = 2
+    while f"{name} ({number})" in taken:
+        number += 1
+    return f"{name} ({number})"

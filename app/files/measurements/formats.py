@@ -1,0 +1,45 @@
+"""The table of formats. A new one is a module beside this, whose ``read`` gives `Columns`, and its row here."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format.
+
+    Attributes
+    ----------
+    name : str
+        For people, and the ``format`` of a declaration.
+    endings : tuple of str
+    reader : str
+        Module beside this one, whose ``read`` takes a path.
+    """
+
+    name: str
+    endings: tuple[str, ...]
+    reader: str
+
+
+FORMATS = (
+    Format("csv", (".csv", ".txt", ".dat", ".asc", ".tsv", ".gz"), "text"),
+    Format("lvm", (".lvm",), "lvm"),
+    Format("mat", (".mat",), "matlab"),
+    Format("wav", (".wav",), "wave"),
+    Format("npz", (".npz",), "numpy_archive"),
+    Format("tdms", (".tdms",), "tdms"),
+    Format("uff", (".uff", ".unv", ".uf", ".bunv"), "uff_time"),
+)
+"""Every format that is read into columns."""
+
+
+def format_of(path: Path) -> Format:
+    """Return the format of a file by its ending; ValueError naming those there are."""
+    for one in FORMATS:
+        if path.suffix.lower() in one.endings:
+            return one
+    known = ", ".join(ending for one in FORMATS for ending in one.endings)
+    raise ValueError(
+        f"ending {path.suffix!r} is none of a measurement; allowed: {known}. Export it as one of these"
+    )

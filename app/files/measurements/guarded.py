@@ -1,0 +1,92 @@
+"""Measurements from anybody, read by a process of its own, of bounded time and memory, that leaves plain arrays.
+
+Readers of other people's formats crash, fill the memory or go on for ever on damaged bytes; here that costs a
+message.
+"""
+
+import json
+import sys
+import tempfile
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+from app.files.bad_file import ResultFileError
+from app.files.isolation import run_isolated
+from app.files.measurements.columns import Columns
+from app.files.measurements.formats import FORMATS, format_of
+from app.files.parsed_text import parse_json
+
+LARGEST = 2_000_000_000
+"""Bytes above which a file is refused."""
+MEMORY = 8_000_000_000
+"""Bytes of address space that a reader gets, where the system can hold it to that."""
+NAME = "columns.json"
+
+
+def read_columns(path: Path) -> Columns:
+    """Read a measurement.
+
+    Raises
+    ------
+    ResultFileError
+        Where it is missing, too large, of no known format, damaged, or not read in time.
+    """
+    if not path.is_file():
+        raise ResultFileError(f"{path}: no such file")
+    size = path.stat().st_size
+    if size > LARGEST:
+        raise ResultFileError(f"{path}: {size} bytes; at most {LARGEST} allowed: export a part of it")
+    try:
+        kind = format_of(path)
+        with tempfile.TemporaryDirectory(prefix="flexura-") as folder:
+            run_isolated(__name__, [kind.name, str(path.resolve()), folder], size)
+            return _collected(Path(folder))
+    except ResultFileError:
+        raise
+    except ValueError as error:
+        raise ResultFileError(f"{path}: {error}") from error
+
+
+def _collected(folder: Path) -> Columns:
+    """Load what the other process left."""
+    told = parse_json((folder / NAME).read_bytes())
+    values = {
+        name: np.load(folder / f"{number}.npy", allow_pickle=False) for number, name in enumerate(told["names"])
+    }
+    return Columns(values, told["units"], told["rates"], told["scalars"])
+
+
+def _read_into(kind: str, path: Path, folder: Path) -> None:
+    reader = next(one.reader for one in FORMATS if one.name == kind)
+    columns: Columns = import_module(f"app.files.measurements.{reader}").read(path)
+    for number, values in enumerate(columns.values.values()):
+        np.save(folder / f"{number}.npy", values, allow_pickle=False)
+    told = {
+        "names": list(columns.values),
+        "units": columns.units,
+        "rates": columns.rates,
+        "scalars": {name: value for name, value in columns.scalars.items() if np.isfinite(value)},
+    }
+    (folder / NAME).write_text(json.dumps(told), encoding="utf-8")
+
+
+def _hold_memory() -> None:
+    try:
+        import resource
+    except ImportError:  # Windows has no such limit
+        return
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    limit = MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+
+
+if __name__ == "__main__":
+    try:
+        _hold_memory()
+        _read_into(sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3]))
+    except MemoryError:
+        sys.exit(f"needs more than {MEMORY // 10**9} GB of memory: damaged, or export a part of it")
+    except Exception as error:  # noqa: BLE001 (told to the parent)
+        sys.exit(" ".join(str(error).split()) or type(error).__name__)

@@ -1,0 +1,42 @@
+"""Time responses in universal files (data set 58, function type 1), through pyuff, by node and direction."""
+
+from pathlib import Path
+
+import numpy as np
+
+from app.files.measurements.columns import Columns, unused_name
+from app.files.uff58 import dof, functions
+
+TIME = 1
+UNEVEN = 1e-3
+"""Spread of the samples' spacing, relative to it, that rounding in the file may cause."""
+
+
+def read(path: Path) -> Columns:
+    """Read every time response; ValueError where there is none, with what there is."""
+    held = functions(path)
+    columns: dict[str, np.ndarray] = {}
+    units: dict[str, str] = {}
+    rates: dict[str, float] = {}
+    for data in held:
+        if int(data["func_type"]) != TIME:
+            continue
+        name = unused_name(dof(data, "rsp"), columns)
+        time, values = np.asarray(data["x"], dtype=float), np.asarray(data["data"])
+        if len(time) != len(values) or len(time) < 2:
+            raise ValueError(f"time response {name}: {len(values)} values at {len(time)} times; cut short?")
+        step = np.diff(time)
+        if not (step > 0.0).all() or np.ptp(step) > UNEVEN * np.median(step):
+            raise ValueError(
+                f"time response {name}: its samples are not evenly spaced; resample it where it came from"
+            )
+        columns[name] = np.asarray(values.real, dtype=float)
+        rates[name] = float((len(time) - 1) / (time[-1] - time[0]))
+        unit = str(data.get("ordinate_axis_units_lab", "")).strip()
+        if unit and unit != "NONE":
+            units[name] = unit
+    if not columns:
+        raise ValueError(
+            "no time response (data set 58, function type 1); for FRFs type: flexura identify FILE.uff"
+        )
+    return Columns(columns, units, rates)

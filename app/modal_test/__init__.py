@@ -1,0 +1,13 @@
+"""Modal tests that are no campaign: signals or FRFs of any laboratory, to modes and shapes.
+
+======================  ==================================================================
+``declared_test``       files and channels of a declaration to FRFs
+``signals``             columns of a file to checked signals in SI units
+``given_frfs``          FRFs that a file holds as such, checked
+``frf_set``             FRFs of a structure, with where they were measured
+``modes_of_test``       modes and shapes of a test: computed, saved, loaded
+``saved``               the files of it
+``new_declaration``     a declaration to start from
+``records``             for machines and for people
+======================  ==================================================================
+"""

@@ -1,0 +1,160 @@
+"""Files and channels of a test's declaration to FRFs."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from analysis.channel import UNITS
+from analysis.estimation.estimators import FrfEstimate, estimate
+from analysis.estimation.impacts import Blows, find_blows
+from analysis.estimation.quantities import frf_name
+from analysis.estimation.ringing import ringing
+from analysis.estimation.spectra import pooled, welch
+from analysis.estimation.transfer import MeasuredTransfer
+from analysis.progress import Progress
+from app.files.bad_file import ResultFileError
+from app.files.measurements.guarded import read_columns
+from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
+from app.files.provenance import sha256
+from app.modal_test.frf_set import FrfSet, Position
+from app.modal_test.given_frfs import given_frfs
+from app.modal_test.signals import Signals, signals
+
+
+def declared_frfs(path: Path, report: Progress) -> FrfSet:
+    """Read a test and estimate its FRFs.
+
+    Parameters
+    ----------
+    path : Path
+        Declaration, or the folder in which it is ``test.toml``.
+    report : callable
+        Told how far it is.
+
+    Raises
+    ------
+    CampaignFileError
+        For what is wrong with the declaration.
+    ResultFileError
+        For what is wrong with its files, or with what they hold.
+    """
+    file = path / NAME if path.is_dir() else path
+    test = read_modal_test(file)
+    transfers: list[MeasuredTransfer] = []
+    notes: list[str] = []
+    runs: dict[tuple[tuple[str, str], ...], list[tuple[str, Signals]]] = {}
+    rates = {0.0}
+    hashes = {file.name: sha256(file)}
+    for done, record in enumerate(test.record):
+        report("read", done / len(test.record))
+        target = file.parent / record.file
+        columns = read_columns(target)
+        hashes[record.file] = sha256(target)
+        try:
+            if test.kind == "frf":
+                transfers += given_frfs(record, columns, test)
+            else:
+                held = signals(record.file, columns, test)
+                runs.setdefault(tuple(sorted(_places(record, test).items())), []).append((record.file, held))
+        except ValueError as error:
+            raise ResultFileError(f"{file.parent}: {error}") from error
+    for places, files in runs.items():
+        try:
+            found, rate, said = _estimated(files, test)
+        except ValueError as error:
+            raise ResultFileError(f"{file.parent / files[0][0]}: {error}") from error
+        rates = {rate}
+        notes += said
+        transfers += _transfers(found, files[0][1], dict(places))
+    report("read", 1.0)
+    points: dict[int, Position] = {int(node): place for node, place in test.points.items()}
+    try:
+        return FrfSet(
+            title=test.title or file.parent.resolve().name,
+            transfers=tuple(transfers),
+            points=points,
+            window_rate=rates.pop(),
+            temperature=float("nan") if test.temperature is None else test.temperature,
+            mains=test.mains,
+            notes=tuple(notes),
+            hashes=hashes,
+        )
+    except ValueError as error:
+        raise ResultFileError(f"{file}: {error}") from error
+
+
+def _places(record: RecordOfTest, test: ModalTest) -> dict[str, str]:
+    """Places of all channels in one file: as moved for it, as declared, or numbered in the order declared."""
+    measured = [name for name, channel in test.channels.items() if channel.role in ("drive", "response", "frf")]
+    return {
+        name: dof(record.at.get(name) or test.channels[name].at or str(number))
+        for number, name in enumerate(measured, start=1)
+    }
+
+
+def _estimated(files: list[tuple[str, Signals]], test: ModalTest) -> tuple[FrfEstimate, float, list[str]]:
+    """Estimate the FRFs of runs with all channels at the same places; also the window's rate, and notes."""
+    notes: list[str] = []
+    parts = []
+    rate = 0.0
+    for name, held in files:
+        if test.kind == "continuous":
+            settings = test.segments
+            parts.append(welch(held.recording, settings.seconds, settings.window, settings.overlap))
+            continue
+        blows = find_blows(held.recording, test.hammer.test(), held.full_scales)
+        notes += [
+            f"{name}: blow {number} of {len(blows.hits)} left out, {hit.rejected}"
+            for number, hit in enumerate(blows.hits, start=1)
+            if hit.rejected
+        ]
+        parts.append(blows.spectra())
+        rate = blows.window.rate
+        if not rate:
+            notes += _ringing_notes(name, held, blows)
+    if len({len(part.frequency) for part in parts}) > 1:
+        raise ValueError("its blocks differ in length from those of other files; give hammer.duration")
+    found = estimate(pooled(parts), test.estimator)
+    if test.kind == "continuous" and found.averages < 10:
+        notes.append(
+            f"{files[0][0]}: {found.averages:.0f} independent averages only; record longer, or lessen "
+            "segments.seconds"
+        )
+    return found, rate, notes
+
+
+def _ringing_notes(name: str, held: Signals, blows: Blows) -> list[str]:
+    """Say which responses are cut off while they ring; the worst of a file."""
+    _, answers = blows.blocks(windowed=False)
+    tail = blows.samples / held.recording.rate - blows.test.pretrigger
+    seen = [
+        (found, channel)
+        for number, channel in enumerate(held.responses)
+        if (found := ringing(answers[:, number], held.recording.rate, 0.9 * tail)) is not None
+    ]
+    if not seen:
+        return []
+    worst, channel = max(seen, key=lambda one: one[0].share)
+    remedy = "lengthen hammer.duration and the time between blows, or set hammer.exponential = 0.01"
+    return [f"{name}: {channel} {worst.told(tail, remedy)}"]
+
+
+def _transfers(found: FrfEstimate, held: Signals, places: Mapping[str, str]) -> list[MeasuredTransfer]:
+    made = []
+    for k, response in enumerate(held.responses):
+        for m, drive in enumerate(held.drives):
+            quantities = held.quantities[response], held.quantities[drive]
+            made.append(
+                MeasuredTransfer(
+                    name=f"{frf_name(*quantities)} {response} {places[response]} / {drive} {places[drive]}",
+                    response=places[response],
+                    reference=places[drive],
+                    quantity=quantities[0],
+                    frequency=found.frequency,
+                    h=found.h[k, m],
+                    reference_quantity=quantities[1],
+                    units=(UNITS[quantities[0]], UNITS[quantities[1]]),
+                    variance=found.variance[k, m],
+                    coherence=found.coherence[k],
+                )
+            )
+    return made

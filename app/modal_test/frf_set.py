@@ -1,0 +1,119 @@
+"""FRFs of one structure, with the places of their ends and what they came from."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.channel import UNITS
+from analysis.estimation.quantities import frf_label
+from analysis.estimation.transfer import MeasuredTransfer
+from app.files.bad_file import ResultFileError
+from app.files.provenance import sha256
+
+Position = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class FrfSet:
+    """FRFs that share their lines.
+
+    Attributes
+    ----------
+    title : str
+    transfers : tuple of MeasuredTransfer
+    points : dict of int to (float, float, float)
+        Places of nodes, m, as far as they are known.
+    window_rate : float
+        Of an exponential window, which all poles lie further left by, 1/s.
+    temperature : float
+        Degrees Celsius; NaN where it was not told.
+    mains : float or None
+        Hz, where it was told.
+    notes : tuple of str
+    hashes : dict of str to str
+        SHA-256 of the files they came from.
+    """
+
+    title: str
+    transfers: tuple[MeasuredTransfer, ...]
+    points: Mapping[int, Position] = field(default_factory=dict)
+    window_rate: float = 0.0
+    temperature: float = float("nan")
+    mains: float | None = None
+    notes: tuple[str, ...] = ()
+    hashes: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.transfers:
+            raise ValueError("no FRF")
+        first = self.transfers[0]
+        for one in self.transfers[1:]:
+            same = one.frequency.shape == first.frequency.shape
+            if not same or not np.allclose(one.frequency, first.frequency, rtol=1e-6):
+                raise ValueError(
+                    f"{one.name!r} and {first.name!r} have different frequency lines: identify them one by one, "
+                    "without --shared-poles"
+                )
+
+    @property
+    def frequency(self) -> NDArray[np.float64]:
+        """Lines that all have, Hz."""
+        return self.transfers[0].frequency
+
+    @property
+    def h(self) -> NDArray[np.complex128]:
+        """FRFs, (L, F)."""
+        return np.array([one.h for one in self.transfers])
+
+    @property
+    def variance(self) -> NDArray[np.float64] | None:
+        """E|h - H|^2, (L, F), where it is known of all."""
+        known = [one.variance for one in self.transfers if one.variance is not None]
+        return np.array(known) if len(known) == len(self.transfers) else None
+
+    def label(self, number: int) -> str:
+        """Name an FRF's axis: ``accelerance [m/s2/N]``."""
+        one = self.transfers[number]
+        if one.quantity in UNITS and one.reference_quantity in UNITS:
+            return frf_label(one.quantity, one.reference_quantity)
+        return f"FRF [{one.units[0] or '?'}/{one.units[1] or '?'}]"
+
+
+def ends(transfers: Sequence[MeasuredTransfer]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Places of all responses and of all references, in the order of their first FRF."""
+    responses = tuple(dict.fromkeys(one.response for one in transfers))
+    return responses, tuple(dict.fromkeys(one.reference for one in transfers))
+
+
+def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
+    """FRFs of a universal file as those of one structure; ResultFileError where their lines differ."""
+    try:
+        return FrfSet(title=path.stem, transfers=tuple(transfers), hashes={path.name: sha256(path)})
+    except ValueError as error:
+        raise ResultFileError(f"{path}: {error}") from error
+
+
+def cut(frfs: FrfSet, band: tuple[float, float] | None) -> FrfSet:
+    """Return the FRFs inside a band, Hz; ResultFileError where fewer than 8 lines are in it."""
+    if band is None:
+        return frfs
+    inside = (frfs.frequency >= band[0]) & (frfs.frequency <= band[1])
+    if inside.sum() < 8:
+        raise ResultFileError(
+            f"{frfs.title}: {int(inside.sum())} lines from {band[0]:g} to {band[1]:g} Hz; at least 8 are needed. "
+            f"They reach from {frfs.frequency[0]:g} to {frfs.frequency[-1]:g} Hz: widen --band"
+        )
+    parts = tuple(
+        replace(
+            one,
+            frequency=one.frequency[inside],
+            h=one.h[inside],
+            variance=None if one.variance is None else one.variance[inside],
+            coherence=None if one.coherence is None else one.coherence[inside],
+        )
+        for one in frfs.transfers
+    )
+    return replace(frfs, transfers=parts)

@@ -1,0 +1,75 @@
+"""FRFs that a file holds as such, checked."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.channel import UNITS
+from analysis.estimation.quantities import calibration, frf_name
+from analysis.estimation.transfer import MeasuredTransfer
+from app.files.measurements.columns import Columns
+from app.files.modal_test_toml import ModalTest, RecordOfTest, dof
+from app.modal_test.signals import missing_columns
+
+
+def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[MeasuredTransfer]:
+    """FRFs that a file holds as such; ValueError for lines that cannot be, and for values that are none."""
+    by_role: dict[str, list[str]] = {}
+    for name, channel in test.channels.items():
+        by_role.setdefault(channel.role, []).append(name)
+    used = [n for role in ("frequency", "frf", "real", "imaginary", "coherence") for n in by_role.get(role, ())]
+    lacking = missing_columns(record.file, columns, used)
+    if lacking:
+        raise ValueError("\n".join(lacking))
+    frequency = columns.values[by_role["frequency"][0]].real.astype(float)
+    read = calibration(test.frf.response, None, "voltage" if test.frf.response.endswith("V") else None)
+    drove = calibration(test.frf.reference, None, "voltage" if test.frf.reference.endswith("V") else None)
+    made = []
+    named: list[tuple[str, NDArray[Any], str, str]] = []
+    if "real" in by_role:
+        h = columns.values[by_role["real"][0]] + 1j * columns.values[by_role["imaginary"][0]]
+        named.append((record.file, h, record.at.get("response", "1"), record.at.get("reference", "1")))
+    for number, name in enumerate(by_role.get("frf", ()), start=1):
+        channel = test.channels[name]
+        place = record.at.get(name) or channel.at or str(number)
+        named.append((name, columns.values[name], place, record.at.get("reference") or channel.reference or "1"))
+    for name, h, response, reference in named:
+        used_lines = _checked_lines(record.file, name, frequency, h)
+        made.append(
+            MeasuredTransfer(
+                name=f"{frf_name(read.quantity, drove.quantity)} {name}",
+                response=dof(response),
+                reference=dof(reference),
+                quantity=read.quantity,
+                frequency=frequency[used_lines],
+                h=np.asarray(h[used_lines] * (read.scale / drove.scale), dtype=complex),
+                reference_quantity=drove.quantity,
+                units=(UNITS[read.quantity], UNITS[drove.quantity]),
+            )
+        )
+    return made
+
+
+def _checked_lines(file: str, name: str, frequency: NDArray[np.float64], h: NDArray[Any]) -> NDArray[np.bool_]:
+    """Lines above 0 Hz; ValueError, with what to do, for what is no FRF."""
+    place = f"{file}: FRF {name!r}"
+    if h.shape != frequency.shape:
+        raise ValueError(f"{place}: {len(h)} values at {len(frequency)} frequencies; export both together")
+    if not (np.isfinite(frequency).all() and np.isfinite(h).all()):
+        raise ValueError(f"{place}: values that are not finite; export it again, or without these lines")
+    if (frequency < 0.0).any():
+        raise ValueError(f"{place}: frequencies below 0 Hz; export the one-sided FRF")
+    step = np.diff(frequency)
+    if (step == 0.0).any():
+        raise ValueError(f"{place}: {frequency[1:][step == 0.0][0]:g} Hz stands there twice; export more digits")
+    if (step < 0.0).any():
+        raise ValueError(f"{place}: frequencies do not ascend; sort the lines")
+    used: NDArray[np.bool_] = frequency > 0.0
+    if used.sum() < 8:
+        raise ValueError(f"{place}: {int(used.sum())} lines above 0 Hz; 8 at least: export the whole band")
+    if not np.abs(h[used]).any():
+        raise ValueError(f"{place}: zero on every line; look at the channel, or leave it out")
+    if np.ptp(h[used].real) == np.ptp(h[used].imag) == 0.0:
+        raise ValueError(f"{place}: the same value on every line; this is no FRF of a structure, leave it out")
+    return used

@@ -1,0 +1,70 @@
+"""Modes of a test as JSON for machines and as tables for people."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from analysis.identification.reading import Damping
+from analysis.shapes.assurance import mac, mpc
+from app.modal_test.modes_of_test import TestModes
+from app.terminal.modes import modes_record
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+def record_of(found: TestModes, damping: Damping, seconds: float) -> dict[str, Any]:
+    """Return what ``--json`` prints."""
+    shapes = found.shapes
+    collinear = mpc(shapes.shape)
+    return {
+        "title": found.frfs.title,
+        "frfs": [
+            {"name": t.name, "response": t.response, "reference": t.reference, "quantity": t.quantity}
+            for t in found.frfs.transfers
+        ],
+        **modes_record(found.modes, damping),
+        "places": list(shapes.places),
+        "references": list(shapes.references),
+        "shapes": [
+            {
+                "frequency_hz": float(found.modes.reading(damping).frequency_hz[pole]),
+                "shape": [None if np.isnan(c) else [float(c.real), float(c.imag)] for c in shape],
+                "participation": [[float(c.real), float(c.imag)] for c in partner],
+                "mpc": float(phase),
+                "rank_one": float(share),
+            }
+            for pole, shape, partner, phase, share in zip(
+                shapes.pole, shapes.shape, shapes.participation, collinear, shapes.rank_one, strict=True
+            )
+        ],
+        "auto_mac": mac(shapes.shape, shapes.shape).tolist(),
+        "notes": list(found.frfs.notes),
+        "seconds": seconds,
+    }
+
+
+def show_shapes(found: TestModes, damping: Damping) -> None:
+    """Print how the shapes are judged, where there is more than one place."""
+    from rich.console import Console
+
+    if len(found.shapes.places) > 1:
+        Console().print(shape_table(found, damping))
+
+
+def shape_table(found: TestModes, damping: Damping) -> "Table":
+    """Return the table of the shapes."""
+    from rich.table import Table
+
+    table = Table(title=f"shapes at {len(found.shapes.places)} places", header_style="bold")
+    for heading in ("f [Hz]", "MPC", "rank one [%]", "most alike: MAC"):
+        table.add_column(heading, justify="right")
+    alike = mac(found.shapes.shape, found.shapes.shape)
+    np.fill_diagonal(alike, 0.0)
+    frequency = found.modes.reading(damping).frequency_hz[found.shapes.pole]
+    collinear = mpc(found.shapes.shape)
+    for n, f in enumerate(frequency):
+        other = int(alike[n].argmax())
+        near = f"{frequency[other]:.1f} Hz: {alike[n, other]:.2f}" if len(frequency) > 1 else ""
+        table.add_row(f"{f:.3f}", f"{collinear[n]:.3f}", f"{100 * found.shapes.rank_one[n]:.1f}", near)
+    return table

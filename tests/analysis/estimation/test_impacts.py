@@ -1,0 +1,161 @@
+"""Hammer tests of a plate with known poles: windows and their correction, rejected blows, tails too short."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from analysis.estimation.estimators import estimate
+from analysis.estimation.impacts import HammerTest, find_blows
+from analysis.estimation.recording import TestRecording, clipped, signal_faults
+from analysis.estimation.ringing import ringing
+from analysis.estimation.windows import without_window
+from analysis.identification.automatic import Measured, Settings, identify
+from analysis.identification.modes import Modes
+
+RATE = 8192.0
+F = np.array([180.0, 410.0, 890.0])
+ZETA = np.array([0.004, 0.003, 0.005])
+POLES = 2 * np.pi * F * (-ZETA + 1j * np.sqrt(1 - ZETA**2))
+RESIDUES = np.array([0.9, -0.7, 0.5]) / (2j * POLES.imag)
+SECONDS = 1.0
+
+
+def ring(force: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Displacement of a structure with three modes: its impulse response sampled, folded with the force."""
+    t = np.arange(round(3.0 * RATE)) / RATE
+    impulse = 2.0 * (RESIDUES[:, None] * np.exp(np.outer(POLES, t))).real.sum(0)
+    impulse[0] *= 0.5
+    return np.asarray(np.convolve(force, impulse)[: len(force)] / RATE)
+
+
+def blow(samples: int, at: float, height: float = 50.0, width: float = 4e-4) -> NDArray[np.float64]:
+    t = np.arange(samples) / RATE
+    return height * np.exp(-(((t - at) / width) ** 2))
+
+
+def session(blows: list[tuple[float, float]], seconds: float, noise: float = 0.0, seed: int = 0) -> TestRecording:
+    rng = np.random.default_rng(seed)
+    samples = round(seconds * RATE)
+    force = sum((blow(samples, at, height) for at, height in blows), np.zeros(samples))
+    response = ring(force)
+    response = response + noise * np.abs(response).max() * rng.standard_normal(samples)
+    return TestRecording(RATE, (force + 0.01 * rng.standard_normal(samples))[None], response[None])
+
+
+def identified(recording: TestRecording, test: HammerTest) -> tuple[Modes, float]:
+    blows = find_blows(recording, test)
+    found = estimate(blows.spectra())
+    band = (found.frequency > 60.0) & (found.frequency < 1200.0)
+    measured = Measured(found.frequency[band], found.h[:, 0, band], found.variance[:, 0, band])
+    return identify(measured, Settings(mains=None)), blows.window.rate
+
+
+def test_hits_are_found_and_three_modes_with_their_damping() -> None:
+    recording = session([(0.5 + 3.0 * n, 50.0 + 5 * n) for n in range(4)], 12.5, noise=1e-4)
+    test = HammerTest(trigger=5.0, pretrigger=0.02)
+    blows = find_blows(recording, test)
+    assert [hit.rejected for hit in blows.hits] == ["", "", "", ""]
+    np.testing.assert_allclose([hit.peak for hit in blows.hits], [50, 55, 60, 65], rtol=0.02)
+    modes, rate = identified(recording, test)
+    assert rate == 0.0
+    kept = modes.poles[modes.real]
+    np.testing.assert_allclose(kept.imag, POLES.imag, rtol=2e-5)
+    np.testing.assert_allclose(kept.real, POLES.real, rtol=0.01)
+
+
+def test_the_damping_of_an_exponential_window_is_taken_out_of_the_poles() -> None:
+    """Blocks of a second, in which the lowest mode falls to a hundredth only: the window leaves no leakage."""
+    recording = session([(0.5 + 3.0 * n, 50.0) for n in range(4)], 12.5, noise=1e-5)
+    test = HammerTest(trigger=5.0, pretrigger=0.02, duration=SECONDS, exponential=1e-4)
+    modes, rate = identified(recording, test)
+    assert rate == pytest.approx(np.log(1e4) / SECONDS)
+    raw = modes.poles[modes.real]
+    np.testing.assert_allclose(raw.real, POLES.real - rate, rtol=5e-3)
+    poles, covariance = without_window(raw, modes.covariance[modes.real], rate)
+    np.testing.assert_allclose(poles.imag, POLES.imag, rtol=1e-5)
+    np.testing.assert_allclose(poles.real, POLES.real, rtol=0.02)
+    assert (covariance[:, 1, 1] > modes.covariance[modes.real, 1, 1]).all()
+
+
+def test_the_deviation_of_a_corrected_pole_is_that_of_the_pole_in_the_plane() -> None:
+    rng = np.random.default_rng(3)
+    pole, rate, sigma = np.array([-8.0 + 900j]), 5.0, 0.02
+    scattered = pole + sigma * (rng.standard_normal(20000) + 1j * rng.standard_normal(20000))
+
+    def logs(poles: NDArray[np.complex128]) -> NDArray[np.float64]:
+        return np.array([np.log(np.abs(poles)), np.log(-poles.real / np.abs(poles))])
+
+    _, after = without_window(pole, np.cov(logs(scattered))[None], rate)
+    np.testing.assert_allclose(after[0], np.cov(logs(scattered + rate)), rtol=0.05, atol=1e-9)
+
+
+def test_a_mode_whose_damping_the_window_drowned_is_unknown_and_not_unstable() -> None:
+    poles, covariance = without_window(np.array([-5.0 + 900j]), 1e-4 * np.eye(2)[None], 5.5)
+    assert poles[0].real < 0.0
+    assert covariance[0, 1, 1] > 1.0
+
+
+def test_double_hits_overloads_and_blows_cut_short_are_left_out_and_named() -> None:
+    recording = session([(0.5, 50), (3.5, 50), (3.5625, 20), (6.5, 80), (9.5, 50), (11.9, 50)], 12.0)
+    response = recording.responses.copy()
+    after = slice(round(9.4 * RATE), round(10.5 * RATE))
+    response[0, after] = np.clip(response[0, after], -0.2 * response.max(), 0.2 * response.max())
+    blows = find_blows(
+        TestRecording(RATE, recording.drives, response),
+        HammerTest(trigger=5.0, duration=SECONDS),
+        [79.0, None],
+    )
+    words = [hit.rejected.partition(":")[0] for hit in blows.hits]
+    assert words == ["", "double hit", "overload", "overload", "cut short"]
+    assert "40 % of the force again 62.5 ms later" in blows.hits[1].rejected
+    assert "force was cut off" in blows.hits[2].rejected
+    assert "response 1 was cut off" in blows.hits[3].rejected
+    assert blows.spectra().averages == 1.0
+
+
+def test_no_blow_at_all_says_what_to_do() -> None:
+    recording = session([(0.5, 50.0)], 2.0)
+    with pytest.raises(ValueError, match="lower the trigger"):
+        find_blows(recording, HammerTest(trigger=500.0))
+    doubled = find_blows(session([(0.5, 50.0), (0.52, 40.0)], 2.0), HammerTest(trigger=5.0, duration=1.0))
+    with pytest.raises(ValueError, match=r"double hit.*record this point again"):
+        doubled.spectra()
+    with pytest.raises(ValueError, match="a hammer test has one"):
+        find_blows(TestRecording(RATE, np.vstack([recording.drives] * 2), recording.responses), HammerTest())
+
+
+def test_a_short_tail_is_told_with_the_length_it_needs() -> None:
+    """Loss factor 0.8 % at 180 Hz: a thousandth after ln 1000 / (pi 180 0.008) = 1.53 s."""
+    recording = session([(0.1, 50.0)], 0.6, noise=1e-4)
+    force = recording.drives[0]
+    seen = ringing(np.array([ring(force) for _ in range(3)]), RATE, 0.45)
+    assert seen is not None
+    assert seen.frequency == pytest.approx(180.0, abs=3.0)
+    assert seen.loss_factor == pytest.approx(0.008, rel=0.1)
+    assert seen.needed == pytest.approx(1.53, rel=0.1)
+    assert "needs a tail of 1." in seen.told(0.45, "lengthen duration")
+    assert "it is 0.45 s: lengthen duration" in seen.told(0.45, "lengthen duration")
+
+
+def test_noise_and_hum_at_the_end_are_no_ringing() -> None:
+    rng = np.random.default_rng(4)
+    samples = round(3.0 * RATE)
+    response = ring(blow(samples, 0.1))
+    t = np.arange(samples) / RATE
+    hum = 0.02 * np.abs(response).max() * np.sin(2 * np.pi * 50 * t + rng.uniform(0, 6, (4, 1)))
+    assert ringing(response + hum, RATE, 2.0) is None
+    assert ringing(np.array([response]), RATE, 2.0) is None
+
+
+def test_signals_that_are_no_measurement() -> None:
+    signal = np.sin(np.arange(100.0) / 4.0)
+    spoilt = np.where(np.arange(100) == 7, np.nan, signal)
+    said = signal_faults(["a", "b", "c", "d"], [signal, 0 * signal, 0 * signal + 3.0, spoilt])
+    assert len(said) == 3
+    assert "'b': zero throughout" in said[0]
+    assert "constant at 3" in said[1]
+    assert "sample 8 of 100 is not a finite number" in said[2]
+    assert all("unused" in one or "export" in one for one in said)
+    assert clipped(np.clip(signal, -0.7, 0.7))
+    assert not clipped(signal)
+    assert clipped(signal, 0.9)

@@ -1,0 +1,115 @@
+"""What cannot be a measurement, or is declared wrong: a sentence each, with the next step."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.app.modal_test.conftest import RATE
+
+T = np.arange(800) / RATE
+GOOD = {"t": T, "f": np.exp(-(((T - 0.02) / 1e-3) ** 2)), "y": np.exp(-20 * T) * np.sin(600 * T)}
+CHANNELS = {
+    "t": '{ role = "time" }',
+    "f": '{ role = "drive", unit = "N" }',
+    "y": '{ role = "response", sensitivity = "100 mV/g", unit = "V" }',
+}
+FRF_CHANNELS = {"freq": '{ role = "frequency" }', "H": '{ role = "frf" }'}
+LINES = np.arange(1.0, 201.0)
+H = 1.0 / (50.0**2 - LINES**2 + 2j * LINES)
+
+Arrays = dict[str, np.ndarray]
+Flexura = Callable[..., tuple[int, str, str]]
+
+
+def declared(folder: Path, kind: str, arrays: Arrays, channels: dict[str, str], more: str = "") -> Path:
+    np.savez(folder / "a.npz", **arrays)
+    table = "".join(f"{name} = {value}\n" for name, value in channels.items())
+    (folder / "test.toml").write_text(
+        f'format = "flexura-test/1"\nkind = "{kind}"\n{more}\n[channels]\n{table}[[record]]\nfile = "a.npz"\n',
+        encoding="utf-8",
+    )
+    return folder / "test.toml"
+
+
+def spoilt(name: str, change: Callable[[np.ndarray], np.ndarray]) -> Arrays:
+    return GOOD | {name: change(GOOD[name].copy())}
+
+
+def with_nan(signal: np.ndarray) -> np.ndarray:
+    signal[17] = np.nan
+    return signal
+
+
+@pytest.mark.parametrize(
+    ("arrays", "channels", "message"),
+    [
+        (spoilt("y", lambda y: 0 * y), {}, "'y': zero throughout; look at cable and sensor"),
+        (spoilt("y", lambda y: 0 * y + 2.5), {}, "constant at 245.166"),
+        (spoilt("y", with_nan), {}, "sample 18 of 800 is not a finite number (1 in all); export"),
+        (spoilt("y", lambda y: y[:700]), {}, "[700, 800] samples; all have to be as long: export"),
+        (
+            spoilt("t", lambda t: np.delete(np.append(t, t[-1] + 0.1), 400)),
+            {},
+            "samples are missing, or it was resampled; record",
+        ),
+        (spoilt("t", lambda t: 0 * t + np.arange(800) // 2), {}, "times do not rise"),
+        (spoilt("f", lambda f: 1e-9 * f), {"trigger": 1}, "lower the trigger"),
+        (
+            GOOD,
+            {"y": '{ role = "response", unit = "V" }'},
+            'no sensitivity; give sensitivity, for example "100 mV/g"',
+        ),
+        (GOOD, {"y": '{ role = "response", unit = "furlong" }'}, "unit 'furlong' is not known; allowed: V, mV"),
+        (GOOD, {"y": '{ role = "response" }'}, 'the file tells no unit; give unit, for example unit = "V"'),
+        (GOOD, {"z": '{ role = "response", unit = "g" }'}, "no channel 'z'; it holds: t, f, y. Correct its name"),
+        (GOOD, {"y": '{ role = "drive", unit = "N" }'}, "one with the role response are needed"),
+        (GOOD, {"t": '{ role = "unused" }'}, "the sample rate is not told; give sample_rate"),
+        (GOOD, {"y": '{ role = "respone", unit = "g" }'}, "'drive' or 'response'"),
+    ],
+)
+def test_signals_that_are_no_measurement(
+    tmp_path: Path, arrays: Arrays, channels: dict[str, object], message: str, run_flexura: Flexura
+) -> None:
+    changed = {name: text for name, text in channels.items() if name != "trigger"}
+    table = {name: str(changed.get(name, text)) for name, text in (CHANNELS | changed).items()}
+    more = "hammer = { trigger = 5.0 }" if "trigger" in channels else ""
+    status, _, told = run_flexura("identify", declared(tmp_path, "hammer", arrays, table, more))
+    assert status == 2, told
+    assert message in told
+    assert sorted(child.name for child in tmp_path.iterdir()) == ["a.npz", "test.toml"]
+
+
+@pytest.mark.parametrize(
+    ("frequency", "h", "message"),
+    [
+        (LINES, 0 * H, "zero on every line; look at the channel"),
+        (LINES, 0 * H + 1.0, "the same value on every line"),
+        (LINES, np.where(LINES == 9, np.nan, H), "not finite; export it again"),
+        (LINES[:1], H[:1], "no column of numbers"),
+        (LINES[:5], H[:5], "5 lines above 0 Hz; 8 at least"),
+        (np.round(LINES / 3) * 3, H, "3 Hz stands there twice; export more digits"),
+        (LINES - 100.0, H, "frequencies below 0 Hz; export the one-sided FRF"),
+        (LINES[::-1], H, "frequencies do not ascend; sort the lines"),
+        (LINES[:150], H, "200 values at 150 frequencies; export both together"),
+    ],
+)
+def test_frfs_that_are_none(
+    tmp_path: Path, frequency: np.ndarray, h: np.ndarray, message: str, run_flexura: Flexura
+) -> None:
+    path = declared(tmp_path, "frf", {"freq": frequency, "H": h}, FRF_CHANNELS)
+    status, _, told = run_flexura("identify", path)
+    assert status == 2, told
+    assert message in told
+
+
+def test_a_band_without_lines_and_words_that_do_not_fit(tmp_path: Path, run_flexura: Flexura) -> None:
+    path = declared(tmp_path, "frf", {"freq": LINES, "H": H}, FRF_CHANNELS)
+    status, _, told = run_flexura("identify", path, "--band", 500, 600)
+    assert status == 2
+    assert "They reach from 1 to 200 Hz: widen --band" in told
+    for words in (("--shared-poles",), ("--export", "x.uff")):
+        status, _, told = run_flexura("identify", path, *words)
+        assert status == 2
+        assert "always share poles" in told

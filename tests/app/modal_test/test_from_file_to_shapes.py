@@ -1,0 +1,141 @@
+"""Tests of a beam whose modes are known, from the files of a laboratory to shapes, as typed."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyuff
+from scipy.io import savemat, wavfile
+
+from analysis.shapes.assurance import mac
+from app.files.uff58 import read_frfs
+from app.modal_test.modes_of_test import load_test, rebuilt
+from app.modal_test.saved import load_stabilization
+from tests.app.modal_test.conftest import ETA, POINTS, RATE, SHAPES, Beam, F, hammer_files, typed
+
+
+def found(run: Path, band: tuple[float, float] = (60.0, 700.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frequencies, loss factors and shapes of the modes of a run inside the band."""
+    _, modes, shapes = load_test(run)
+    reading = modes.reading("viscous")
+    f = reading.frequency_hz[shapes.pole]
+    inside = (f > band[0]) & (f < band[1])
+    return f[inside], reading.loss_factor[shapes.pole][inside], shapes.shape[inside]
+
+
+def assert_beam(run: Path, loss: float = 0.03, alike: float = 0.999) -> None:
+    f, eta, shapes = found(run)
+    np.testing.assert_allclose(f, F, rtol=1e-3)
+    np.testing.assert_allclose(eta, ETA, rtol=loss)
+    assert (mac(shapes, SHAPES.astype(complex)).diagonal() > alike).all()
+
+
+def test_a_roving_hammer_in_csv(tmp_path: Path, beam: Beam) -> None:
+    declared = hammer_files(tmp_path, beam)
+    result = typed("identify", declared, "--out", tmp_path / "run", "--band", 40, 700, "--json")
+    assert result.exit_code == 0, result.output
+    assert_beam(tmp_path / "run")
+    printed = json.loads(result.stdout)
+    assert printed["frfs"][0]["name"] == "accelerance Acc 1:+3 / Hammer 1:+3"
+    assert printed["places"] == [f"{n}:+3" for n in range(1, 6)]
+    assert all(shape["mpc"] > 0.98 for shape in printed["shapes"])
+
+
+def test_what_is_saved_rebuilds_what_was_fitted_and_is_read_by_other_programs(tmp_path: Path, beam: Beam) -> None:
+    declared = hammer_files(tmp_path, beam)
+    assert typed("identify", declared, "--out", tmp_path, "--band", 40, 700, "--quiet").exit_code == 0
+    frfs, modes, shapes = load_test(tmp_path)
+    fitted = rebuilt(modes, frfs.frequency, frfs.window_rate)
+    written = read_frfs(tmp_path / "rebuilt.uff")
+    np.testing.assert_allclose([one.h for one in written], fitted, rtol=1e-10, atol=1e-12 * np.abs(fitted).max())
+    from_modes = np.einsum("sk,sm,s->kms", shapes.shape, shapes.participation, modes.poles[shapes.pole] ** 2)
+    np.testing.assert_allclose(from_modes[:, 0], modes.residues[:, shapes.pole], rtol=1e-9)
+    sets = pyuff.UFF(str(tmp_path / "modes.uff")).read_sets()
+    assert [int(one["type"]) for one in sets] == [15, *[55] * len(shapes.pole)]
+    np.testing.assert_allclose(sets[0]["x"], POINTS, rtol=1e-4)
+    np.testing.assert_allclose(sets[1]["r3"], shapes.shape[0], atol=1e-4)
+    assert complex(sets[1]["eig"]) == pytest.approx(complex(modes.poles[shapes.pole[0]]), rel=1e-4)
+    assert len((tmp_path / "modes.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(shapes.pole)
+    assert load_stabilization(tmp_path / "stabilization.h5").order.max() > 4
+
+
+def test_short_blocks_with_an_exponential_window(tmp_path: Path, beam: Beam) -> None:
+    """The lowest mode falls to a sixth within a block; without the window that is told, with it taken out."""
+    declared = hammer_files(tmp_path, beam)
+    text = declared.read_text(encoding="utf-8")
+    short = text + "\n[hammer]\nduration = 0.5\n"
+    declared.write_text(short, encoding="utf-8")
+    told = typed("identify", declared, "--out", tmp_path / "short", "--band", 40, 700)
+    assert "rings on" in told.output
+    assert "lengthen hammer.duration" in told.output
+    declared.write_text(short + "exponential = 0.001\n", encoding="utf-8")
+    told = typed("identify", declared, "--out", tmp_path / "run", "--band", 40, 700)
+    assert "rings on" not in told.output
+    assert_beam(tmp_path / "run", loss=0.1)
+
+
+def test_a_shaker_with_an_accelerometer_at_five_points_in_a_mat_file(tmp_path: Path, beam: Beam) -> None:
+    rng = np.random.default_rng(1)
+    force = rng.standard_normal(round(60 * RATE))
+    acc = np.array([beam.answer(force, i, 1) for i in range(5)])
+    savemat(
+        tmp_path / "shaker.mat", {"fs": RATE, "force": force, "acc": acc + 0.01 * rng.standard_normal(acc.shape)}
+    )
+    channels = "".join(
+        f'"acc[{i}]" = {{ role = "response", unit = "m/s2", at = "{i}:+z" }}\n' for i in range(1, 6)
+    )
+    (tmp_path / "test.toml").write_text(
+        'format = "flexura-test/1"\nkind = "continuous"\nestimator = "hv"\nsample_rate = "fs"\n[channels]\n'
+        f'force = {{ role = "drive", unit = "N", at = "2:+z" }}\n{channels}[segments]\nseconds = 4.0\n'
+        '[[record]]\nfile = "shaker.mat"\n',
+        encoding="utf-8",
+    )
+    result = typed("identify", tmp_path, "--out", tmp_path / "run", "--band", 40, 700)
+    assert result.exit_code == 0, result.output
+    assert_beam(tmp_path / "run", loss=0.1)
+
+
+def test_mobilities_of_a_laser_in_an_npz(tmp_path: Path, beam: Beam) -> None:
+    frequency = np.arange(0.0, 700.0, 0.5)
+    rng = np.random.default_rng(2)
+    h = np.array([beam.frf(frequency, i, 0, 1) for i in range(5)])
+    h = 1e3 * (h + 1e-4 * np.abs(h).max() * (rng.standard_normal(h.shape) + 1j * rng.standard_normal(h.shape)))
+    np.savez(tmp_path / "laser.npz", frequency=frequency, H=h)
+    channels = "".join(f'"H[{i}]" = {{ role = "frf", at = "{i}:+z", reference = "1:+z" }}\n' for i in range(1, 6))
+    (tmp_path / "test.toml").write_text(
+        'format = "flexura-test/1"\nkind = "frf"\n[frf]\nresponse = "mm/s"\nreference = "N"\n[channels]\n'
+        f'frequency = {{ role = "frequency" }}\n{channels}[[record]]\nfile = "laser.npz"\n',
+        encoding="utf-8",
+    )
+    result = typed("identify", tmp_path / "test.toml", "--out", tmp_path / "run", "--json")
+    assert result.exit_code == 0, result.output
+    assert_beam(tmp_path / "run")
+    frfs, _, _ = load_test(tmp_path / "run")
+    assert frfs.label(0) == "mobility [m/s/N]"
+    np.testing.assert_allclose(
+        np.abs(frfs.h[0]), np.abs(beam.frf(frfs.frequency, 0, 0, 1)), atol=2e-3 * np.abs(frfs.h).max()
+    )
+
+
+def test_a_sound_recording_of_a_hammer_and_a_microphone(tmp_path: Path, beam: Beam) -> None:
+    """Pressure in front of one point, in proportion to its acceleration; blows in the left channel."""
+    rng = np.random.default_rng(3)
+    force = 60.0 * sum(
+        np.exp(-(((np.arange(round(8 * RATE)) / RATE - t) / 6e-4) ** 2)) for t in (0.3, 2.2, 4.1, 6.0)
+    )
+    pressure = 0.01 * beam.answer(force, 0, 1)
+    stereo = np.column_stack([force / 100.0, pressure / 2.0]) + 1e-5 * rng.standard_normal((len(force), 2))
+    wavfile.write(tmp_path / "hits.wav", int(RATE), (stereo * 2**31).astype(np.int32))
+    (tmp_path / "test.toml").write_text(
+        'format = "flexura-test/1"\nkind = "hammer"\n[channels]\n'
+        '1 = { role = "drive", sensitivity = "0.01 FS/N" }\n'
+        '2 = { role = "response", sensitivity = "0.5 FS/Pa", at = "1:+z" }\n[[record]]\nfile = "hits.wav"\n',
+        encoding="utf-8",
+    )
+    result = typed("identify", tmp_path / "test.toml", "--out", tmp_path / "run", "--band", 40, 700)
+    assert result.exit_code == 0, result.output
+    f, eta, _ = found(tmp_path / "run")
+    np.testing.assert_allclose(f, F, rtol=1e-3)
+    np.testing.assert_allclose(eta, ETA, rtol=0.05)
+    assert load_test(tmp_path / "run")[0].label(0) == "acoustic transfer function [Pa/N]"

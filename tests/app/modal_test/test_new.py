@@ -1,0 +1,83 @@
+"""Declarations that ``flexura new`` writes are read by the verbs they are for."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.files.campaign_toml import read_experiment
+from app.files.modal_test_toml import read_modal_test
+from tests.app.modal_test.conftest import Beam, hammer_files
+
+Flexura = Callable[..., tuple[int, str, str]]
+
+
+def test_a_hammer_test_is_declared_from_its_files(tmp_path: Path, beam: Beam, run_flexura: Flexura) -> None:
+    hammer_files(tmp_path, beam, seconds=1.0, count=1).unlink()
+    files = sorted(tmp_path.glob("*.csv"))
+    words = ["--roving", "Hammer", "--drive", "Hammer=2.25 mV/N", "--response", "Acc=100 mV/g", "--json"]
+    status, out, err = run_flexura("new", "test", *files, *words)
+    assert status == 0, err
+    assert json.loads(out)["channels"] == {"Time": "time", "Hammer": "drive", "Acc": "response"}
+    test = read_modal_test(tmp_path / "test.toml")
+    assert (test.kind, len(test.record)) == ("hammer", 5)
+    assert test.record[3].at == {"Hammer": "4:+z"}
+    assert test.channels["Acc"].calibration("V").quantity == "acceleration"
+    status, _, err = run_flexura("new", "test", *files)
+    assert status == 2
+    assert "is there already; name another or remove it" in err
+
+
+def test_volts_without_a_sensitivity_are_named(tmp_path: Path, beam: Beam, run_flexura: Flexura) -> None:
+    hammer_files(tmp_path, beam, seconds=1.0, count=1).unlink()
+    status, _, err = run_flexura("new", "test", tmp_path / "point1.csv", "--out", tmp_path / "a.toml")
+    assert status == 0
+    assert "note: channel 'Acc' is in volts: give its sensitivity" in err
+    status, _, err = run_flexura("identify", tmp_path / "a.toml")
+    assert status == 2
+    assert 'channels.Acc: in V, and no sensitivity; give sensitivity, for example "100 mV/g"' in err
+
+
+def test_frfs_with_points_are_declared(tmp_path: Path, run_flexura: Flexura) -> None:
+    np.savez(tmp_path / "a.npz", freq=np.arange(1.0, 50.0), H=np.ones((3, 49)) * 1j)
+    (tmp_path / "points.csv").write_text("node,x,y,z\n1,0,0,0\n2,0.1,0,0\n3,0.2,0,0.5\n", encoding="utf-8")
+    words = ("--points", tmp_path / "points.csv", "--frf-units", "mm/s", "N", "-q")
+    assert run_flexura("new", "test", tmp_path / "a.npz", *words) == (0, "", "")
+    test = read_modal_test(tmp_path / "test.toml")
+    assert (test.kind, test.frf.response) == ("frf", "mm/s")
+    assert [test.channels[f"H[{n}]"].at for n in (1, 2, 3)] == ["1:+z", "2:+z", "3:+z"]
+    assert test.points["3"] == (0.2, 0.0, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("test",), "type: flexura new test FILE"),
+        (("test", "absent.csv"), "no such file"),
+        (("test", "FILE", "--drive", "Hamer"), "no channel 'Hamer'; it holds: 1, 2"),
+        (("test", "FILE", "--kind", "hammer"), "name it with --drive NAME=SENSITIVITY"),
+        (("campaign", "FILE"), "before it is recorded"),
+    ],
+)
+def test_what_cannot_be_declared_says_what_to_type(
+    tmp_path: Path, words: tuple[str, ...], message: str, run_flexura: Flexura
+) -> None:
+    np.savetxt(tmp_path / "a.csv", np.ones((9, 2)), delimiter=",")
+    status, _, err = run_flexura("new", *(str(tmp_path / "a.csv") if word == "FILE" else word for word in words))
+    assert status == 2
+    assert message in err
+    assert [child.name for child in tmp_path.iterdir()] == ["a.csv"]
+
+
+def test_a_campaign_to_start_from_can_be_read(tmp_path: Path, run_flexura: Flexura) -> None:
+    folder = tmp_path / "mine"
+    status, _, err = run_flexura("new", "campaign", "--plate", 0.4, 0.3, 0.003, 0.33, "--out", folder)
+    assert status == 0
+    assert "flexura import" in err
+    plate = read_experiment(folder).plate
+    assert (plate.length_x, plate.mass) == (0.4, 0.33)
+    status, _, err = run_flexura("new", "campaign", "--out", folder)
+    assert status == 2
+    assert "is there already" in err
