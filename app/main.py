@@ -20,6 +20,7 @@ VERBS = {
     "blind-trial": "blind_trial",
     "focus": "focus",
     "compensate": "compensate",
+    "export": "export",
     "report": "report",
     "view": "view",
     "doctor": "doctor",
