@@ -21,6 +21,8 @@ VERBS = {
     "focus": "focus",
     "compensate": "compensate",
     "export": "export",
+    "render": "render",
+    "thermometer": "thermometer",
     "report": "report",
     "view": "view",
     "doctor": "doctor",

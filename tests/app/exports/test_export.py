@@ -1,8 +1,6 @@
 """``flexura export`` on the filters of a panel small enough to be reduced in seconds."""
 
-import importlib.util
 import json
-import sys
 from pathlib import Path
 
 import h5py
@@ -15,32 +13,13 @@ from app.files.provenance import sha256
 from app.main import flexura
 
 
-def _module(name):
-    path = Path(__file__).parents[1] / "test_focus_compensate.py"
-    spec = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
 def flex(*words):
     return CliRunner().invoke(flexura, [str(word) for word in words])
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    """Make a run with filters.h5 and compensation.h5."""
-    small = _module("small_panel")
-    folder = tmp_path_factory.mktemp("shipped")
-    panel = folder / "panel.toml"
-    panel.write_text(small.PANEL, encoding="utf-8")
-    made = small.write_laws(folder / "run", small.laws())
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FLEXURA_CACHE", str(folder / "cache"))
-        for verb in ("focus", "compensate"):
-            assert flex(verb, made, "--panel", panel, "--quiet").exit_code == 0
-    return made
+def run(small_run):
+    return small_run.folder
 
 
 @pytest.mark.parametrize(
@@ -146,13 +125,10 @@ def test_damaged_filters_are_refused(run, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["filters.h5"]
 
 
-def test_filters_of_one_temperature_are_said_to_follow_none(run, tmp_path):
-    small = sys.modules["small_panel"]
-    panel = run.parent / "panel.toml"
-    made = small.write_laws(tmp_path / "run", small.laws())
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FLEXURA_CACHE", str(run.parent / "cache"))
-        assert flex("focus", made, "--panel", panel, "--temperature", 20).exit_code == 0
+def test_filters_of_one_temperature_are_said_to_follow_none(small_run, tmp_path):
+    made = small_run.laws_alone(tmp_path / "run")
+    with small_run.cached():
+        assert flex("focus", made, "--panel", small_run.panel, "--temperature", 20).exit_code == 0
     result = flex("export", made, "--to", "wav")
     assert result.exit_code == 0, result.output
     assert "filters of one temperature, 20 °C; they follow none" in result.stderr
