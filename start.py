@@ -76,7 +76,7 @@ def install() -> None:
         shutil.rmtree(ENVIRONMENT)
     python = getattr(sys, "_base_executable", sys.executable)  # where it is .venv's own, that was just deleted
     subprocess.run([python, "-m", "venv", str(ENVIRONMENT)], check=True)
-    add("drawings,meshes,tests", *torch_index())
+    add("audio,drawings,meshes,onnx,tests", *torch_index())
     STAMP.write_text(pins_digest())  # half a digest is no digest: a torn stamp means another installation
 
 

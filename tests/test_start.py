@@ -125,7 +125,7 @@ def test_installs_once(call: Call, machine: FakeMachine, project: Path) -> None:
     assert len(machine.installs) == 1
     command = machine.installs[0]
     assert command[command.index("-c") + 1] == str(project / "constraints.txt")
-    assert command[command.index("-e") + 1] == f"{project}[drawings,meshes,tests]"
+    assert command[command.index("-e") + 1] == f"{project}[audio,drawings,meshes,onnx,tests]"
 
 
 def test_environment_is_made_by_a_python_that_is_not_its_own(call: Call, machine: FakeMachine) -> None:
@@ -154,7 +154,7 @@ def test_documentation_is_made_with_what_is_installed_for_it_once(
     call("docs", "--quiet")
     call("docs")
     installed = [command[-1] for command in machine.installs]
-    assert installed == [f"{project}[drawings,meshes,tests]", f"{project}[docs]"]
+    assert installed == [f"{project}[audio,drawings,meshes,onnx,tests]", f"{project}[docs]"]
     (command, where), again = machine.started[1:]
     assert command[:3] == [str(machine.python), "-m", "sphinx"]
     assert {"--fail-on-warning", "--quiet"} < set(command)

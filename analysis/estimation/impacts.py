@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimation.recording import TestRecording, clipped
+from analysis.estimation.recording import SampledSignals, clipped
 from analysis.estimation.spectra import Spectra, of_blocks
 from analysis.estimation.windows import RingdownWindow, force_window
 
@@ -80,7 +80,7 @@ class Blows:
 
     Attributes
     ----------
-    recording : TestRecording
+    recording : SampledSignals
     hits : tuple of Hit
         In the order of time, rejected ones too.
     samples : int
@@ -88,7 +88,7 @@ class Blows:
     test : HammerTest
     """
 
-    recording: TestRecording
+    recording: SampledSignals
     hits: tuple[Hit, ...]
     samples: int
     test: HammerTest
@@ -130,13 +130,13 @@ class Blows:
 
 
 def find_blows(
-    recording: TestRecording, test: HammerTest, full_scales: Sequence[float | None] | None = None
+    recording: SampledSignals, test: HammerTest, full_scales: Sequence[float | None] | None = None
 ) -> Blows:
     """Find the blows of a recording with one drive, and reject double hits, overloads and those cut short.
 
     Parameters
     ----------
-    recording : TestRecording
+    recording : SampledSignals
     test : HammerTest
     full_scales : sequence, optional
         Largest value that the drive and each response can have, SI; None where it is not known.
@@ -183,7 +183,7 @@ def _crossings(force: NDArray[np.float64], trigger: float, rate: float) -> NDArr
     return kept
 
 
-def _length(begins: NDArray[np.intp], pre: int, recording: TestRecording, test: HammerTest) -> int:
+def _length(begins: NDArray[np.intp], pre: int, recording: SampledSignals, test: HammerTest) -> int:
     """Return how many samples a block has: as declared, or as far as the next blow well apart."""
     if test.duration is not None:
         return round(test.duration * recording.rate)
@@ -193,7 +193,7 @@ def _length(begins: NDArray[np.intp], pre: int, recording: TestRecording, test: 
 
 
 def _hit(
-    recording: TestRecording,
+    recording: SampledSignals,
     force: NDArray[np.float64],
     start: int,
     samples: int,

@@ -11,7 +11,7 @@ FEWEST = 16
 
 
 @dataclass(frozen=True)
-class TestRecording:
+class SampledSignals:
     """What drove a structure, and what it answered.
 
     Attributes

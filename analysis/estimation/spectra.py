@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.estimation.recording import TestRecording
+from analysis.estimation.recording import SampledSignals
 from analysis.estimation.windows import Shape, effective_averages, segment_window
 
 
@@ -60,12 +60,12 @@ def of_blocks(
     )
 
 
-def welch(recording: TestRecording, segment: float, window: Shape = "hann", overlap: float = 0.5) -> Spectra:
+def welch(recording: SampledSignals, segment: float, window: Shape = "hann", overlap: float = 0.5) -> Spectra:
     """Spectra of a stationary recording from overlapping windowed segments (Welch, 1967), each less its mean.
 
     Parameters
     ----------
-    recording : TestRecording
+    recording : SampledSignals
     segment : float
         Length of a segment, s; lines lie 1/segment apart.
     window : str

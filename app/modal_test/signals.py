@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.channel import Quantity
-from analysis.estimation.recording import TestRecording, signal_faults
+from analysis.estimation.recording import SampledSignals, signal_faults
 from app.files.campaign_error import Problem
 from app.files.measurements.columns import Columns
 from app.files.modal_test_toml import MEASURED, ModalTest
@@ -22,7 +22,7 @@ class Signals:
 
     Attributes
     ----------
-    recording : TestRecording
+    recording : SampledSignals
     drives, responses : tuple of str
         Names of the channels.
     quantities : dict of str to str
@@ -30,7 +30,7 @@ class Signals:
         Of the drives and responses, SI; None where not declared.
     """
 
-    recording: TestRecording
+    recording: SampledSignals
     drives: tuple[str, ...]
     responses: tuple[str, ...]
     quantities: Mapping[str, Quantity]
@@ -70,7 +70,7 @@ def signals(file: str, columns: Columns, test: ModalTest) -> Signals:
     if not problems:
         try:
             rate = sample_rate(file, columns, test)
-            recording = TestRecording(rate, *(np.array([scaled[n] for n in names[role]]) for role in MEASURED))
+            recording = SampledSignals(rate, *(np.array([scaled[n] for n in names[role]]) for role in MEASURED))
             return Signals(recording, (*names["drive"],), (*names["response"],), quantities, tuple(scales))
         except ValueError as error:
             problems.append(f"{file}: {error}")

@@ -1,9 +1,11 @@
 """A recorded campaign small enough to be written, and broken, for every test."""
 
 import copy
+import importlib.util
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -229,3 +231,51 @@ def built_plates(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def _rigs_of_this_test(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let no test meet the rig of another that runs at the same time."""
     monkeypatch.setattr(occupancy, "lock_folder", lambda: tmp_path)
+
+
+@dataclass(frozen=True)
+class SmallRun:
+    """A run of a panel small enough to be reduced in seconds: laws.h5, filters.h5 and compensation.h5."""
+
+    folder: Path
+    panel: Path
+    cache: Path
+    module: Any
+
+    def laws_alone(self, folder: Path) -> Path:
+        """Make a run folder that holds the same laws and nothing else."""
+        made: Path = self.module.write_laws(folder, self.module.laws())
+        return made
+
+    @contextmanager
+    def cached(self) -> Iterator[None]:
+        """Let verbs find the panel's reduced twin."""
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("FLEXURA_CACHE", str(self.cache))
+            yield
+
+
+@pytest.fixture(scope="session")
+def small_run(tmp_path_factory: pytest.TempPathFactory) -> SmallRun:
+    """Focus and compensate on the panel of `test_focus_compensate`."""
+    from click.testing import CliRunner
+
+    from app.main import flexura
+
+    spec = importlib.util.spec_from_file_location(
+        "small_panel", Path(__file__).with_name("test_focus_compensate.py")
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    root = tmp_path_factory.mktemp("small")
+    (root / "panel.toml").write_text(module.PANEL, encoding="utf-8")
+    made = SmallRun(root / "run", root / "panel.toml", root / "cache", module)
+    made.laws_alone(made.folder)
+    with made.cached():
+        for verb in ("focus", "compensate"):
+            words = [verb, str(made.folder), "--panel", str(made.panel), "--quiet"]
+            done = CliRunner().invoke(flexura, words)
+            assert done.exit_code == 0, done.output
+    return made

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from analysis.estimation.estimators import estimate
-from analysis.estimation.recording import TestRecording
+from analysis.estimation.recording import SampledSignals
 from analysis.estimation.spectra import pooled, welch
 from analysis.estimation.windows import effective_averages, segment_window
 
@@ -22,11 +22,11 @@ def gain(b: list[float], a: list[float], frequency: NDArray[np.float64]) -> NDAr
 
 def noisy(
     rng: np.random.Generator, samples: int, at_drive: float = 0.0, at_response: float = 0.0
-) -> TestRecording:
+) -> SampledSignals:
     u = rng.standard_normal(samples)
     y = lfilter(B, A, u)
     u = u + at_drive * rng.standard_normal(samples)
-    return TestRecording(RATE, u[None], (y + at_response * y.std() * rng.standard_normal(samples))[None])
+    return SampledSignals(RATE, u[None], (y + at_response * y.std() * rng.standard_normal(samples))[None])
 
 
 @pytest.mark.parametrize("estimator", ["h1", "h2", "hv"])
@@ -58,7 +58,7 @@ def test_two_drives_at_once_are_told_apart(estimator: str) -> None:
     first, own = rng.standard_normal((2, 300_000))
     u = np.stack([first, 0.6 * first + 0.8 * own])
     y = np.stack([lfilter(B, A, u[0]) + lfilter(*OTHER, u[1]), lfilter(*OTHER, u[0])])
-    found = estimate(welch(TestRecording(RATE, u, y), 0.5), estimator)  # type: ignore[arg-type]
+    found = estimate(welch(SampledSignals(RATE, u, y), 0.5), estimator)  # type: ignore[arg-type]
     assert found.h.shape == (2, 2, len(found.frequency))
     direct, cross = gain(B, A, found.frequency), gain(*OTHER, found.frequency)
     np.testing.assert_allclose(found.h[0], [direct, cross], atol=0.02)
@@ -73,7 +73,7 @@ def test_stated_variance_is_that_of_repeated_estimates(drives: int) -> None:
     for _ in range(120):
         u = rng.standard_normal((drives, 40_000))
         y = lfilter(B, A, u).sum(0) + rng.standard_normal(40_000)
-        found.append(estimate(welch(TestRecording(RATE, u, y[None]), 0.2, overlap=0.5)))
+        found.append(estimate(welch(SampledSignals(RATE, u, y[None]), 0.2, overlap=0.5)))
     real = np.var([one.h[0, 0] for one in found], axis=0)
     stated = np.mean([one.variance[0, 0] for one in found], axis=0)
     assert (real / stated).mean() == pytest.approx(1.0, abs=0.06)
@@ -99,15 +99,15 @@ def test_what_cannot_be_estimated_says_what_to_do() -> None:
     rng = np.random.default_rng(5)
     u = rng.standard_normal(4000)
     with pytest.raises(ValueError, match="shorter segments"):
-        welch(TestRecording(RATE, u[None], u[None]), 5.0)
+        welch(SampledSignals(RATE, u[None], u[None]), 5.0)
     with pytest.raises(ValueError, match=r"0 to 0\.95"):
-        welch(TestRecording(RATE, u[None], u[None]), 0.5, overlap=1.0)
+        welch(SampledSignals(RATE, u[None], u[None]), 0.5, overlap=1.0)
     with pytest.raises(ValueError, match="silent on every line"):
-        estimate(welch(TestRecording(RATE, 0 * u[None], u[None]), 0.5))
-    two = welch(TestRecording(RATE, np.stack([u, 2 * u]), u[None]), 0.1)
+        estimate(welch(SampledSignals(RATE, 0 * u[None], u[None]), 0.5))
+    two = welch(SampledSignals(RATE, np.stack([u, 2 * u]), u[None]), 0.1)
     with pytest.raises(ValueError, match="the drives move as one"):
         estimate(two)
     with pytest.raises(ValueError, match="choose h1 or hv"):
         estimate(two, "h2")
     with pytest.raises(ValueError, match="as many averages as drives"):
-        estimate(welch(TestRecording(RATE, rng.standard_normal((2, 4000)), u[None]), 4.0))
+        estimate(welch(SampledSignals(RATE, rng.standard_normal((2, 4000)), u[None]), 4.0))

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from analysis.estimation.estimators import estimate
 from analysis.estimation.impacts import HammerTest, find_blows
-from analysis.estimation.recording import TestRecording, clipped, signal_faults
+from analysis.estimation.recording import SampledSignals, clipped, signal_faults
 from analysis.estimation.ringing import ringing
 from analysis.estimation.windows import without_window
 from analysis.identification.automatic import Measured, Settings, identify
@@ -33,16 +33,16 @@ def blow(samples: int, at: float, height: float = 50.0, width: float = 4e-4) -> 
     return height * np.exp(-(((t - at) / width) ** 2))
 
 
-def session(blows: list[tuple[float, float]], seconds: float, noise: float = 0.0, seed: int = 0) -> TestRecording:
+def session(blows: list[tuple[float, float]], seconds: float, noise: float = 0.0, seed: int = 0) -> SampledSignals:
     rng = np.random.default_rng(seed)
     samples = round(seconds * RATE)
     force = sum((blow(samples, at, height) for at, height in blows), np.zeros(samples))
     response = ring(force)
     response = response + noise * np.abs(response).max() * rng.standard_normal(samples)
-    return TestRecording(RATE, (force + 0.01 * rng.standard_normal(samples))[None], response[None])
+    return SampledSignals(RATE, (force + 0.01 * rng.standard_normal(samples))[None], response[None])
 
 
-def identified(recording: TestRecording, test: HammerTest) -> tuple[Modes, float]:
+def identified(recording: SampledSignals, test: HammerTest) -> tuple[Modes, float]:
     blows = find_blows(recording, test)
     found = estimate(blows.spectra())
     band = (found.frequency > 60.0) & (found.frequency < 1200.0)
@@ -101,7 +101,7 @@ def test_double_hits_overloads_and_blows_cut_short_are_left_out_and_named() -> N
     after = slice(round(9.4 * RATE), round(10.5 * RATE))
     response[0, after] = np.clip(response[0, after], -0.2 * response.max(), 0.2 * response.max())
     blows = find_blows(
-        TestRecording(RATE, recording.drives, response),
+        SampledSignals(RATE, recording.drives, response),
         HammerTest(trigger=5.0, duration=SECONDS),
         [79.0, None],
     )
@@ -121,7 +121,7 @@ def test_no_blow_at_all_says_what_to_do() -> None:
     with pytest.raises(ValueError, match=r"double hit.*record this point again"):
         doubled.spectra()
     with pytest.raises(ValueError, match="a hammer test has one"):
-        find_blows(TestRecording(RATE, np.vstack([recording.drives] * 2), recording.responses), HammerTest())
+        find_blows(SampledSignals(RATE, np.vstack([recording.drives] * 2), recording.responses), HammerTest())
 
 
 def test_a_short_tail_is_told_with_the_length_it_needs() -> None:

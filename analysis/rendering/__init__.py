@@ -1,0 +1,11 @@
+"""Sound through filters that follow the temperature.
+
+=================  =============================================================================
+``following``      filters at any temperature as weighted sums of a few fixed banks
+``fixed_point``    the same in 16-bit integers
+``convolution``    uniformly partitioned convolution
+``fading``         when the filters are changed, and how without a click
+``renderer``       audio and temperature in, one signal per actuator out
+``programme``      temperature over time
+=================  =============================================================================
+"""

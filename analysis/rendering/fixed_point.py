@@ -1,0 +1,59 @@
+"""Filters that follow the temperature, in 16-bit integers."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import Real
+from analysis.rendering.following import FollowingBank
+
+Short = NDArray[np.int16]
+LARGEST = 32_767
+
+
+@dataclass(frozen=True)
+class FixedPoint:
+    """Banks, taps and signals of 16 bits.
+
+    Attributes
+    ----------
+    banks : (N, K, M) int16 ndarray
+    bank_scale : (N, K) ndarray
+        V per unit of audio signal of one count of `banks`.
+    tap_scale : float
+        V per unit of audio signal of one count of a tap, the same for all actuators and temperatures.
+    shift : int
+        Bits by which the sum of tap times sample is shifted to the right to make an output of 16 bits, so that no
+        input whatever overflows it.
+    """
+
+    banks: Short
+    bank_scale: Real
+    tap_scale: float
+    shift: int
+
+    @classmethod
+    def of(cls, following: FollowingBank, temperatures: int = 241) -> Self:
+        """Round a bank; how large its taps become is looked up at so many temperatures of its range."""
+        peak = np.abs(following.banks).max(axis=2)
+        scale = np.where(peak > 0.0, peak, 1.0) / LARGEST
+        banks = np.round(following.banks / scale[:, :, None]).astype(np.int16)
+        taps = following.taps(np.linspace(*following.input.temperature_range, temperatures))
+        tap_scale = 1.001 * max(float(np.abs(taps).max()), float(np.finfo(np.float32).tiny)) / LARGEST
+        # The sum of |tap| bounds the output whatever the input is: -32768 at every sample, in the worst order.
+        loudest = 32_768.0 * (float(np.abs(taps).sum(axis=2).max()) / tap_scale + 0.5 * taps.shape[2])
+        return cls(banks, scale, tap_scale, max(0, int(np.ceil(np.log2(loudest / (LARGEST - 1))))))
+
+    @property
+    def volts_per_count(self) -> float:
+        """Volts of one count of the output, where full scale of the input is one unit of audio signal."""
+        return self.tap_scale * 2.0**self.shift / 32_768.0
+
+    def taps(self, following: FollowingBank, temperature: Real) -> Short:
+        """Taps (T, N, M) that the program on the target computes, in counts."""
+        weights = following.weights.at(following.input.at(temperature)) * self.bank_scale
+        volts = np.einsum("tnk,nkm->tnm", weights, self.banks.astype(float))
+        counts: Short = np.clip(np.round(volts / self.tap_scale), -LARGEST, LARGEST).astype(np.int16)
+        return counts

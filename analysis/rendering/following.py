@@ -1,0 +1,185 @@
+"""Filters at any temperature as weighted sums of a few fixed banks.
+
+A network with a linear output layer, a spline through filters, straight lines between them, principal filters and
+a single filter have one form: taps(T) = Σₖ wₖ(x(T)) · bankₖ. Only the weights, a handful of numbers, follow the
+temperature; so one update costs the same few multiplications per tap for all of them, and one program runs them.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
+
+from analysis.arrays import Real
+from analysis.compensation.network import InputMap, NetworkBank
+from analysis.focusing.fir import FirBank
+
+
+@dataclass(frozen=True)
+class TanhWeights:
+    """Weights of a network: its hidden nodes, and 1 for the output biases.
+
+    Attributes
+    ----------
+    slope, bias : (N, H) ndarray
+        Node h of actuator n is tanh(slope · x + bias).
+    """
+
+    slope: Real
+    bias: Real
+
+    @property
+    def count(self) -> int:
+        """Number of weights K = H + 1."""
+        return int(self.slope.shape[1]) + 1
+
+    def at(self, x: Real) -> Real:
+        """Weights (T, N, K) at `x` (T,)."""
+        hidden = np.tanh(x[:, None, None] * self.slope + self.bias)
+        return np.concatenate([hidden, np.ones((*hidden.shape[:2], 1))], axis=2)
+
+
+@dataclass(frozen=True)
+class CubicWeights:
+    """Weights that are cubics between knots, the same for every actuator.
+
+    Attributes
+    ----------
+    knots : (n,) ndarray
+        Ascending; outside, the weights of the ends hold.
+    coefficients : (max(n - 1, 1), 4, K) ndarray
+        Of 1, s, s², s³ with s = x - knots[i], between knots i and i + 1.
+    """
+
+    knots: Real
+    coefficients: Real
+
+    def __post_init__(self) -> None:
+        pieces = max(len(self.knots) - 1, 1)
+        if self.coefficients.shape[:2] != (pieces, 4) or not (np.diff(self.knots) > 0.0).all():
+            raise ValueError(
+                f"coefficients {self.coefficients.shape} must be ({pieces}, 4, K) for "
+                f"{len(self.knots)} ascending knots"
+            )
+
+    @property
+    def count(self) -> int:
+        """Number of weights K."""
+        return int(self.coefficients.shape[2])
+
+    def at(self, x: Real) -> Real:
+        """Weights (T, 1, K) at `x` (T,)."""
+        inside = np.clip(x, self.knots[0], self.knots[-1])
+        piece = np.clip(np.searchsorted(self.knots, inside, side="right") - 1, 0, len(self.coefficients) - 1)
+        s = (inside - self.knots[piece])[:, None]
+        c = self.coefficients[piece]
+        weights: Real = c[:, 0] + s * (c[:, 1] + s * (c[:, 2] + s * c[:, 3]))
+        return weights[:, None]
+
+
+@dataclass(frozen=True)
+class FollowingBank:
+    """Filters of N actuators and M taps that follow the temperature.
+
+    Attributes
+    ----------
+    input : InputMap
+        From temperature to x; its ends are the range, outside of which the filters of the ends hold.
+    weights : TanhWeights or CubicWeights
+        From x to K weights.
+    banks : (N, K, M) ndarray
+        V per unit of audio signal.
+    sample_rate : float
+        Hz.
+    delay : int
+        Modelling delay in the taps, samples.
+    """
+
+    input: InputMap
+    weights: TanhWeights | CubicWeights
+    banks: Real
+    sample_rate: float
+    delay: int
+
+    def __post_init__(self) -> None:
+        if self.banks.ndim != 3 or self.banks.shape[1] != self.weights.count:
+            raise ValueError(
+                f"banks {self.banks.shape} must be (N, {self.weights.count}, M), one for every weight"
+            )
+        if not np.isfinite(self.banks).all():
+            raise ValueError("banks hold values that are not finite")
+
+    @classmethod
+    def of_networks(cls, networks: NetworkBank, sample_rate: float, delay: int) -> Self:
+        """Trained networks as they are."""
+        weights = TanhWeights(networks.slope, networks.bias)
+        return cls(networks.input, weights, networks.output, sample_rate, delay)
+
+    @classmethod
+    def of_filters(cls, filters: FirBank, kind: str = "cubic", feed: InputMap | None = None) -> Self:
+        """Join filters at a few temperatures by a not-a-knot spline or by straight lines.
+
+        Parameters
+        ----------
+        filters : FirBank
+            At ascending temperatures; a single one holds everywhere.
+        kind : str
+            ``cubic`` or ``linear``. Fewer than four temperatures make a spline of lower degree.
+        feed : InputMap, optional
+            What the weights are taken at instead of the temperature.
+
+        Raises
+        ------
+        ValueError
+            For temperatures that do not ascend, or another kind.
+        """
+        known = filters.temperature
+        if not (np.diff(known) > 0.0).all():
+            raise ValueError("temperatures of the filters must ascend")
+        fed = feed or _temperature_itself(known)
+        x = fed.at(known)
+        order = np.argsort(x)
+        weights = CubicWeights(x[order], _cardinal(x[order], kind)[:, :, np.argsort(order)])
+        return cls(fed, weights, filters.taps.transpose(1, 0, 2), filters.sample_rate, filters.delay)
+
+    @property
+    def temperature_range(self) -> tuple[float, float]:
+        """Where filters follow the temperature, degrees Celsius; one temperature for a single filter."""
+        low, high = self.input.temperature_range
+        return (low, high) if self.weights.count > 1 else (0.5 * (low + high),) * 2
+
+    def taps(self, temperature: ArrayLike) -> Real:
+        """Return filters (T, N, M) at `temperature` (T,), degrees Celsius; outside the range, those of its end."""
+        weights = self.weights.at(self.input.at(temperature))
+        taps: Real = np.einsum(
+            "tnk,nkm->tnm", np.broadcast_to(weights, (len(weights), *self.banks.shape[:2])), self.banks
+        )
+        return taps
+
+    def bank(self, temperature: ArrayLike) -> FirBank:
+        """Return filters at `temperature` (T,) with what belongs to them."""
+        t = np.atleast_1d(np.asarray(temperature, dtype=float))
+        return FirBank(self.taps(t), t, self.sample_rate, self.delay)
+
+
+def _temperature_itself(known: Real) -> InputMap:
+    if len(known) == 1:  # a range is needed for the map, and any will do: the one filter holds everywhere
+        return InputMap(known[0] + np.array([-0.5, 0.5]), known[0] + np.array([-0.5, 0.5]))
+    return InputMap(known[[0, -1]], known[[0, -1]])
+
+
+def _cardinal(x: Real, kind: str) -> Real:
+    """Coefficients (n - 1, 4, n) of the curves that are 1 at one of `x` (n,) and 0 at the others."""
+    count = len(x)
+    if count == 1:
+        return np.array([[[1.0], [0.0], [0.0], [0.0]]])
+    if kind == "cubic":
+        return np.ascontiguousarray(CubicSpline(x, np.eye(count)).c[::-1].transpose(1, 0, 2))
+    if kind != "linear":
+        raise ValueError(f"kind {kind!r}: cubic or linear")
+    coefficients = np.zeros((count - 1, 4, count))
+    coefficients[:, 0] = np.eye(count)[:-1]
+    coefficients[:, 1] = np.diff(np.eye(count), axis=0) / np.diff(x)[:, None]
+    return coefficients

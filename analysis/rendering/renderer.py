@@ -1,0 +1,84 @@
+"""Audio and temperature in, one signal per actuator out."""
+
+from dataclasses import dataclass, field
+
+from analysis.arrays import Complex, Real
+from analysis.rendering.convolution import Past, partitions
+from analysis.rendering.fading import FADE, STEP, raised_cosine
+from analysis.rendering.following import FollowingBank
+
+
+@dataclass
+class Renderer:
+    """Filters audio in blocks; the exported C code does the same.
+
+    Attributes
+    ----------
+    filters : FollowingBank
+    temperature : float
+        Of the filters in use, or faded to, degrees Celsius. At first, that of the first block.
+    block : int
+        Samples of a block.
+    changes : int
+        Fades begun so far.
+    """
+
+    filters: FollowingBank
+    temperature: float
+    block: int = 512
+    changes: int = 0
+    _past: Past = field(init=False, repr=False)
+    _now: Complex = field(init=False, repr=False)
+    _before: Complex = field(init=False, repr=False)
+    _faded: int = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.block < 1:
+            raise ValueError(f"block {self.block} samples; allowed: 1 or more")
+        self.temperature = self._inside(self.temperature)
+        self._now = self._before = self._spectra()
+        self._past = Past(self.block, len(self._now))
+        self._faded = self._fade
+
+    @property
+    def _fade(self) -> int:
+        return round(FADE * self.filters.sample_rate)
+
+    def follow(self, temperature: float) -> bool:
+        """Take note of a temperature, °C, and say whether the filters begin to fade to it; NaN is passed over.
+
+        A reading nearer than `STEP` to the filters in use, or one during a fade, changes nothing.
+        """
+        told = self._inside(temperature)
+        if not abs(told - self.temperature) >= STEP or self._faded < self._fade:
+            return False
+        self.temperature, self._before, self._faded = told, self._now, 0
+        self._now = self._spectra()
+        self.changes += 1
+        return True
+
+    def process(self, samples: Real) -> Real:
+        """Filter a block (block,) into (N, block), V per unit of the signal.
+
+        Raises
+        ------
+        ValueError
+            For a block of another length.
+        """
+        if samples.shape != (self.block,):
+            raise ValueError(f"a block of {samples.shape} samples; allowed: ({self.block},)")
+        self._past.take(samples)
+        new = self._past.through(self._now)
+        if self._faded >= self._fade:
+            return new
+        old = self._past.through(self._before)
+        share = raised_cosine(self._faded, self.block, self._fade)
+        self._faded = min(self._faded + self.block, self._fade)
+        return old + share * (new - old)
+
+    def _inside(self, temperature: float) -> float:
+        low, high = self.filters.input.temperature_range
+        return min(max(temperature, low), high) if temperature == temperature else temperature
+
+    def _spectra(self) -> Complex:
+        return partitions(self.filters.taps(self.temperature)[0], self.block)

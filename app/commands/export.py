@@ -1,0 +1,155 @@
+"""``flexura export``: filters in the forms in which other programs take them."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from app.commands.bad_input import bad_input
+from app.commands.options import PATH, out_folder
+from app.commands.output import Output, output_options
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from app.exports.cost import Cost
+    from app.exports.shipment import Shipment
+
+FORMS = ("c", "onnx", "npz", "wav", "csv")
+METHODS = ("network", "cubic-spline", "cubic-spline-rigidity", "linear")
+
+EXAMPLES = """\b
+Examples:
+  flexura export plate-run --to c
+  flexura export plate-run --to c --number int16 --out firmware
+  flexura export plate-run --to wav --temperature 20 --temperature 45
+"""
+
+
+@click.command(name="export", epilog=EXAMPLES, short_help="Write filters for a target: C, ONNX, NPZ, WAV, CSV.")
+@click.argument("run", type=PATH, required=False)
+@click.option("--to", "form", type=click.Choice(FORMS), required=True, help="What is written.")
+@click.option(
+    "--method",
+    type=click.Choice(METHODS),
+    help="How filters follow the temperature (default: the best that compensate found, else a spline).",
+)
+@click.option(
+    "--number",
+    type=click.Choice(("float32", "int16")),
+    default="float32",
+    show_default=True,
+    help="Numbers of the C code.",
+)
+@click.option(
+    "--temperature",
+    "temperatures",
+    type=float,
+    multiple=True,
+    help="°C, for npz, wav and csv; repeat for more (default: every 5 °C).",
+)
+@out_folder("Folder for the files (default: RUN).")
+@output_options("files, bytes and operations")
+@bad_input
+def command(
+    run: Path | None,
+    form: str,
+    method: str | None,
+    number: str,
+    temperatures: tuple[float, ...],
+    out: Path | None,
+    output: Output,
+) -> None:
+    """Write the filters of RUN so that other programs run them.
+
+    RUN is a run folder with compensation.h5 (of flexura compensate) or filters.h5 (of flexura focus), the current
+    folder unless given. c: a C99 header and one file that allocate nothing, with the update for a new temperature
+    and the convolution. onnx: temperature in, taps out. npz and csv: taps at some temperatures, npz with all that
+    gives them at any other. wav: impulse responses, a file per temperature. Every file says what it was made from.
+    """
+    from app.exports.c_code import BLOCK, write_c
+    from app.exports.cost import Cost
+    from app.exports.numbers import write_csv, write_npz
+    from app.exports.onnx_graph import write_onnx
+    from app.exports.responses import write_wav
+    from app.exports.shipment import shipment
+    from app.files.run_folder import run_folder
+
+    if number == "int16" and form != "c":
+        raise click.UsageError(f"--number int16 is for --to c; {form} holds floats")
+    if temperatures and form in ("c", "onnx"):
+        raise click.UsageError(f"--temperature is for npz, wav and csv; {form} follows every temperature")
+    beside = run or Path()
+    sent = shipment(beside, method, "export").chosen({"to": form, "number": number})
+    wanted = _temperatures(sent, temperatures)
+    cost = Cost.of(sent.filters, number == "int16", BLOCK) if form == "c" else None
+    folder = run_folder(beside, out or beside)
+    if form == "c":
+        written = write_c(sent, folder, number == "int16")
+    elif form == "onnx":
+        written = write_onnx(sent, folder)
+    else:
+        written = {"npz": write_npz, "wav": write_wav, "csv": write_csv}[form](sent, folder, wanted)
+    output.result(lambda: record(sent, written, cost))
+    for note in sent.notes:
+        output.note(note)
+    output.summary(summary(sent, written, cost))
+
+
+def _temperatures(sent: "Shipment", given: tuple[float, ...]) -> "NDArray[np.float64]":
+    """Return those asked for, or every 5 °C; ResultFileError for one the filters do not cover."""
+    import numpy as np
+
+    from analysis.focusing.over_temperature import spaced
+    from app.files.bad_file import ResultFileError
+
+    low, high = sent.filters.temperature_range
+    for t in given:
+        if not low - 1e-9 <= t <= high + 1e-9:
+            raise ResultFileError(
+                f"--temperature {t:g} °C is outside what the filters cover, {low:g} to {high:g} °C"
+            )
+    if given:
+        return np.array(sorted(set(given)))
+    return spaced(low, high, 5.0) if low < high else np.array([low])
+
+
+def record(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") -> dict[str, Any]:
+    """Return what ``--json`` prints."""
+    _, weights, taps = sent.filters.banks.shape
+    low, high = sent.filters.temperature_range
+    found: dict[str, Any] = {
+        "files": [str(path) for path in written],
+        "bytes": sum(path.stat().st_size for path in written),
+        "method": sent.method,
+        "actuators": list(sent.names),
+        "taps": taps,
+        "banks": weights,
+        "sample_rate_hz": sent.filters.sample_rate,
+        "delay_samples": sent.filters.delay,
+        "temperature_range_c": [low, high],
+    }
+    if cost is not None:
+        found["target"] = {
+            "constant_bytes": cost.constant_bytes,
+            "state_bytes": cost.state_bytes,
+            "multiply_adds_per_update": cost.update_operations,
+            "multiply_adds_per_sample": cost.sample_operations,
+        }
+    return found
+
+
+def summary(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") -> str:
+    """Return one line for people."""
+    actuators, _, taps = sent.filters.banks.shape
+    low, high = sent.filters.temperature_range
+    span = f"{low:g} to {high:g} °C" if low < high else f"{low:g} °C"
+    what = f"{sent.method}, {actuators} filters of {taps} taps, {span}"
+    if cost is not None:
+        what += (
+            f"; on the target {cost.constant_bytes / 1e3:.1f} kB constant, {cost.state_bytes / 1e3:.1f} kB RAM, "
+            f"{cost.update_operations} multiply-adds an update, {cost.sample_operations} a sample "
+            f"({cost.sample_operations * sent.filters.sample_rate / 1e6:.0f} million a second)"
+        )
+    return f"{what}; {written[0] if len(written) == 1 else f'{len(written)} files in {written[0].parent}'}"

@@ -1,0 +1,159 @@
+"""``flexura render``: sound through filters that follow the temperature."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from app.commands.bad_input import bad_input
+from app.commands.options import PATH, laws_of_twin, out_folder
+from app.commands.output import Output, output_options
+
+if TYPE_CHECKING:
+    from analysis.rendering.programme import TemperatureProgramme
+    from app.exports.shipment import Shipment
+    from app.sound.rendering import Rendering
+    from app.sound.trace import Trace
+
+METHODS = ("network", "cubic-spline", "cubic-spline-rigidity", "linear")
+
+EXAMPLES = """\b
+Examples:
+  flexura render music.wav plate-run --temperature 20:45
+  flexura render music.flac plate-run --temperature readings.csv --method network
+"""
+
+
+@click.command(name="render", epilog=EXAMPLES, short_help="Play a sound file through the filters.")
+@click.argument("sound", type=PATH)
+@click.argument("run", type=PATH, required=False)
+@click.option(
+    "--temperature",
+    required=True,
+    metavar="T[:T...]|FILE",
+    help="°C: one, a way between several over the sound, or a CSV file of seconds and °C.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(METHODS),
+    help="How filters follow the temperature (default: the best that compensate found, else a spline).",
+)
+@click.option(
+    "--block",
+    type=click.IntRange(16, 65_536),
+    default=512,
+    show_default=True,
+    help="Samples filtered at a time, after which a new temperature is heeded.",
+)
+@laws_of_twin
+@out_folder("Folder for the results (default: RUN).")
+@output_options("contrast along the way and the real-time factor")
+@bad_input
+def command(
+    sound: Path,
+    run: Path | None,
+    temperature: str,
+    method: str | None,
+    block: int,
+    twin: Path | None,
+    out: Path | None,
+    output: Output,
+) -> None:
+    """Filter SOUND as the panel of RUN would be driven while its temperature moves.
+
+    SOUND is WAV, FLAC or what else libsndfile reads, at the sample rate of the filters; channels are averaged. RUN
+    is a run folder with laws.h5 and filters.h5 or compensation.h5 (default: the current folder). Writes
+    SOUND-rendered.wav, one channel per actuator in volts, and SOUND-rendered.csv: temperature and contrast of the
+    twin's field along the way, with the filters in use and with those of the beginning kept.
+    """
+    from app.exports.shipment import shipment
+    from app.files.run_folder import run_folder
+    from app.files.sound_file import opened_sound
+    from app.sound.rendering import render
+    from app.sound.temperatures import programme
+    from app.sound.trace import Trace
+    from app.stages.panel_inputs import laws_for
+    from app.twins.panel_twin import panel_twin
+
+    given = run or Path()
+    sent = shipment(given, method, "render").chosen({"sound": sound.name, "temperature": temperature})
+    _, laws, _ = laws_for(given, twin, "render")
+    laws = sent.panel.plate.grown(laws)
+    with opened_sound(sound, sent.filters.sample_rate) as opened:
+        course = programme(temperature, opened.seconds)
+        covered(sent, course)
+        folder = run_folder(given, out or given)
+        with output.progress() as report:
+            trace = Trace(panel_twin(sent.panel, laws, report), sent.panel, laws, sent.filters)
+            done = render(opened, sent, course, folder, block, trace, report)
+        channels = opened.channels
+    output.result(lambda: record(sent, done, trace, block))
+    for note in (*sent.notes, *notes(channels, trace)):
+        output.note(note)
+    output.summary(summary(sent, done, trace))
+
+
+def covered(sent: "Shipment", course: "TemperatureProgramme") -> None:
+    """Raise ResultFileError where the temperature leaves what the filters cover."""
+    from app.files.bad_file import ResultFileError
+
+    low, high = sent.filters.input.temperature_range
+    if sent.filters.weights.count == 1:  # one filter, which follows nothing; its panel's range counts
+        low, high = sent.panel.filters.operating_range
+    outside = course.temperature[(course.temperature < low - 1e-9) | (course.temperature > high + 1e-9)]
+    if outside.size:
+        raise ResultFileError(
+            f"--temperature {outside[0]:g} °C is outside what the filters cover, {low:g} to {high:g} °C"
+        )
+
+
+def record(sent: "Shipment", done: "Rendering", trace: "Trace", block: int) -> dict[str, Any]:
+    """Return what ``--json`` prints; null for a contrast of silence."""
+    return {
+        "sound": str(done.sound),
+        "trace": str(done.trace),
+        "method": sent.method,
+        "seconds": done.seconds,
+        "changes": done.changes,
+        "largest_v": dict(zip(sent.names, done.largest.tolist(), strict=True)),
+        "latency_samples": block + sent.filters.delay,
+        "processing_seconds": done.processing,
+        "real_time_factor": done.real_time_factor,
+        "moments": [
+            {
+                "time_s": m.time,
+                "temperature_c": m.temperature,
+                "filters_c": m.filters,
+                "contrast_mean": m.following.mean,
+                "contrast_worst": m.following.worst,
+                "contrast_sound": None if m.following.sound != m.following.sound else m.following.sound,
+                "kept_mean": m.kept.mean,
+            }
+            for m in trace.moments
+        ],
+    }
+
+
+def notes(channels: int, trace: "Trace") -> list[str]:
+    """Return what has to be known of the sound."""
+    found = [] if channels == 1 else [f"the mean of its {channels} channels is played"]
+    silent = sum(m.following.sound != m.following.sound for m in trace.moments)
+    if silent:
+        found.append(f"at {silent} of {len(trace.moments)} moments the sound is silent in the panel's band")
+    return found
+
+
+def summary(sent: "Shipment", done: "Rendering", trace: "Trace") -> str:
+    """Return one line for people."""
+    t = [m.temperature for m in trace.moments]
+    used, kept = ([m.mean for m in way] for way in _ways(trace))
+    return (
+        f"{done.seconds:.1f} s at {min(t):.1f} to {max(t):.1f} °C, {done.changes} changes of the filters "
+        f"({sent.method}): contrast {min(used):.3f} to {max(used):.3f}, with the first filters kept down to "
+        f"{min(kept):.3f}; up to {done.largest.max():.3g} V; {done.real_time_factor:.0f} times real time on one "
+        f"core; {done.sound}"
+    )
+
+
+def _ways(trace: "Trace") -> tuple[list[Any], list[Any]]:
+    return [m.following for m in trace.moments], [m.kept for m in trace.moments]

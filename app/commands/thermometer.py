@@ -1,0 +1,224 @@
+"""``flexura thermometer``: the temperature of a panel from its own patches while it plays."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from app.commands.bad_input import bad_input
+from app.commands.options import PATH, laws_of_twin, out_folder
+from app.commands.output import Output, output_options
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from analysis.progress import Progress
+    from analysis.rendering.programme import TemperatureProgramme
+    from app.exports.shipment import Shipment
+    from app.sound.listening import ListeningPanel, Look, Signals
+
+EXAMPLES = """\b
+Examples:
+  flexura thermometer plate-run --drive drive.wav --response charge.wav --sensor A6
+  flexura thermometer plate-run --simulate music.wav --temperature 20:22 --snr 20
+"""
+
+
+@click.command(name="thermometer", epilog=EXAMPLES, short_help="Tell a panel's temperature from its own patches.")
+@click.argument("run", type=PATH, required=False)
+@click.option("--drive", type=PATH, help="Sound file of the volts on every patch, as flexura render writes it.")
+@click.option("--response", type=PATH, help="Sound file of the listening patch's charge, recorded with the drive.")
+@click.option("--sensor", metavar="PATCH", help="The patch that listens (default: the panel's last).")
+@click.option("--simulate", type=PATH, help="Instead of a recording: a sound, played and answered by the twin.")
+@click.option("--temperature", metavar="T[:T...]|FILE", help="°C of the simulated panel, as for flexura render.")
+@click.option(
+    "--snr",
+    type=click.FloatRange(-20.0, 120.0),
+    default=20.0,
+    show_default=True,
+    help="dB between simulated response and white noise.",
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the simulated noise.")
+@click.option(
+    "--stretch",
+    type=click.FloatRange(0.25, 30.0),
+    default=1.0,
+    show_default=True,
+    help="Seconds of sound to a reading.",
+)
+@click.option(
+    "--largest-sigma",
+    type=click.FloatRange(0.01, 10.0),
+    default=1.0,
+    show_default=True,
+    help="K above which a reading is refused.",
+)
+@laws_of_twin
+@out_folder("Folder for thermometer.csv (default: RUN).")
+@output_options("the last temperature and every reading")
+@bad_input
+def command(
+    run: Path | None,
+    drive: Path | None,
+    response: Path | None,
+    sensor: str | None,
+    simulate: Path | None,
+    temperature: str | None,
+    snr: float,
+    seed: int,
+    stretch: float,
+    largest_sigma: float,
+    twin: Path | None,
+    out: Path | None,
+    output: Output,
+) -> None:
+    """Tell the temperature of RUN's panel from what one patch answers while the others play music.
+
+    RUN is a run folder with laws.h5 and filters.h5 or compensation.h5 (default: the current folder). The gain
+    between drive and response need not be known. Writes thermometer.csv: a reading for every stretch, its standard
+    deviation by the noise, and a track through all of them. A stretch whose signal does not tell the temperature
+    is refused. Exit status 1 where every stretch is.
+    """
+    import numpy as np
+
+    from analysis.thermometry.listening import Listener
+    from app.exports.shipment import shipment
+    from app.files.bad_file import ResultFileError
+    from app.files.run_folder import run_folder
+    from app.sound.listening import SPACING, ListeningPanel, listen, write_looks
+    from app.stages.panel_inputs import laws_for, range_of
+    from app.twins.panel_twin import panel_twin
+
+    _asked(drive, response, simulate, temperature)
+    given = run or Path()
+    sent = shipment(given, None, "thermometer")
+    laws_path, laws, _ = laws_for(given, twin, "thermometer")
+    laws = sent.panel.plate.grown(laws)
+    low, high = range_of(sent.panel, laws, laws_path)
+    place = _sensor(sent, sensor)
+    folder = run_folder(given, out or given)
+    with output.progress() as report:
+        panel = ListeningPanel(panel_twin(sent.panel, laws, report), laws, place)
+        signals, course = _signals(sent, panel, (drive, response, simulate), (temperature, snr, seed), report)
+        grid = np.linspace(low, high, max(round((high - low) / SPACING), 8) + 1)
+        listener = Listener.of(panel, grid, signals.sample_rate, sent.panel.filters.edges, stretch, largest_sigma)
+        looks = list(listen(listener, signals, report))
+    if not looks:
+        seconds = len(signals.response) / signals.sample_rate
+        raise ResultFileError(f"{simulate or drive}: {seconds:.1f} s are too short for a stretch of {stretch:g} s")
+    true = None if course is None else course.at([look.time for look in looks])
+    target = write_looks(looks, folder, true)
+    output.result(lambda: record(looks, panel, true, target))
+    told = [look for look in looks if not look.reading.refused]
+    for reason in sorted({look.reading.refused for look in looks} - {""})[:3]:
+        output.note(f"refused: {reason}")
+    if not told:
+        output.failure(f"none of {len(looks)} stretches tells a temperature; {target}")
+        raise click.exceptions.Exit(1)
+    output.summary(summary(looks, panel, true, target))
+
+
+def _asked(drive: Path | None, response: Path | None, simulate: Path | None, temperature: str | None) -> None:
+    if simulate is None and (drive is None or response is None):
+        raise click.UsageError("name --drive and --response of a recording, or --simulate SOUND --temperature T")
+    if simulate is not None and (drive is not None or response is not None):
+        raise click.UsageError("--simulate takes the place of --drive and --response")
+    if (simulate is None) != (temperature is None):
+        raise click.UsageError("--simulate and --temperature belong together")
+
+
+def _sensor(sent: "Shipment", sensor: str | None) -> int:
+    """Place of the listening patch; ResultFileError where there is none."""
+    from app.files.bad_file import ResultFileError
+
+    names = [patch.id for patch in sent.panel.patch]
+    if len(names) < 2:
+        raise ResultFileError(
+            "a panel that is its own thermometer has two or more patches: one listens to the others"
+        )
+    if sensor is None:
+        return len(names) - 1
+    if sensor not in names:
+        raise ResultFileError(f"--sensor {sensor}: no patch of this panel; allowed: {', '.join(names)}")
+    return names.index(sensor)
+
+
+def _signals(
+    sent: "Shipment",
+    panel: "ListeningPanel",
+    files: tuple[Path | None, Path | None, Path | None],
+    simulation: tuple[str | None, float, int],
+    report: "Progress",
+) -> tuple["Signals", "TemperatureProgramme | None"]:
+    import numpy as np
+
+    from app.commands.render import covered
+    from app.files.sound_file import opened_sound
+    from app.sound.listening import recorded, simulated
+    from app.sound.temperatures import programme
+
+    drive, response, sound = files
+    temperature, snr, seed = simulation
+    if sound is not None and temperature is not None:
+        with opened_sound(sound, sent.filters.sample_rate) as opened:
+            course = programme(temperature, opened.seconds)
+            covered(sent, course)
+            report("Simulated panel", 0.0)
+            signals = simulated(opened, sent, panel, course, snr, np.random.default_rng(seed))
+            report("Simulated panel", 1.0)
+            return signals, course
+    if drive is None or response is None:
+        raise TypeError("neither a recording nor a simulation")  # _asked has seen to that
+    highest = sent.panel.filters.edges[1]
+    with opened_sound(drive) as played, opened_sound(response) as heard:
+        return recorded(played, heard, panel, sent.names, highest), None
+
+
+def record(
+    looks: list["Look"], panel: "ListeningPanel", true: "NDArray[np.float64] | None", target: Path
+) -> dict[str, Any]:
+    """Return what ``--json`` prints; null where a stretch was refused."""
+    told = [look for look in looks if not look.reading.refused]
+    last = looks[-1]
+    found: dict[str, Any] = {
+        "file": str(target),
+        "stretches": len(looks),
+        "refused": len(looks) - len(told),
+        "temperature_c": last.temperature if told else None,
+        "sigma_k": last.sigma if told else None,
+        "sigma_by_laws_k": panel.law_sigma(last.temperature) if told else None,
+        "readings": [
+            {
+                "time_s": look.time,
+                "temperature_c": None if look.reading.refused else look.reading.temperature,
+                "sigma_k": None if look.reading.refused else look.reading.sigma,
+                "explained": look.reading.explained,
+                "refused": look.reading.refused,
+            }
+            for look in looks
+        ],
+    }
+    if true is not None and told:
+        found["rms_error_k"] = _rms(looks, true)
+    return found
+
+
+def summary(looks: list["Look"], panel: "ListeningPanel", true: "NDArray[np.float64] | None", target: Path) -> str:
+    """Return one line for people."""
+    last = looks[-1]
+    refused = sum(bool(look.reading.refused) for look in looks)
+    line = (
+        f"{last.temperature:.2f} ± {last.sigma:.2f} °C at the end by noise, "
+        f"± {panel.law_sigma(last.temperature):.2f} by the law of E; {len(looks)} stretches, {refused} refused"
+    )
+    if true is not None:
+        line += f"; rms error {_rms(looks, true):.3f} K"
+    return f"{line}; {target}"
+
+
+def _rms(looks: list["Look"], true: "NDArray[np.float64]") -> float:
+    import numpy as np
+
+    error = np.array([look.temperature for look in looks]) - true
+    return float(np.sqrt(np.nanmean(error**2)))

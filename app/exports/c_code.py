@@ -1,0 +1,123 @@
+"""Filters as C99: a header and one file, nothing allocated, in float32 or int16."""
+
+import hashlib
+from collections.abc import Iterable
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.rendering.fading import FADE, STEP
+from analysis.rendering.fixed_point import FixedPoint
+from analysis.rendering.following import FollowingBank, TanhWeights
+from app.exports.destination import written_together
+from app.exports.shipment import Shipment
+
+BLOCK = 256
+"""Samples filtered at a time; longer blocks are cut, shorter ones taken as they are."""
+NAMES = ("flexura_filters.h", "flexura_filters.c")
+WIDTH = 118
+
+
+def write_c(shipment: Shipment, folder: Path, fixed_point: bool) -> tuple[Path, ...]:
+    """Write ``flexura_filters.h`` and ``flexura_filters.c``; ValueError for numbers that float32 does not hold."""
+    header, code = c_texts(shipment, fixed_point)
+    with written_together(folder, NAMES) as (header_path, code_path):
+        header_path.write_text(header, encoding="ascii", newline="\n")
+        code_path.write_text(code, encoding="ascii", newline="\n")
+    return tuple(folder / name for name in NAMES)
+
+
+def c_texts(shipment: Shipment, fixed_point: bool) -> tuple[str, str]:
+    """Return header and code."""
+    filters = shipment.filters
+    short = FixedPoint.of(filters) if fixed_point else None
+    data = "".join(_data(shipment, short))
+    # Compared by the compiler, so that a header and a file of two exports do not make one program.
+    digest = f"0x{hashlib.sha256(data.encode()).hexdigest()[:8]}UL"
+    sizes = "".join(f"#define FLEXURA_{name} {value}\n" for name, value in _sizes(filters, short, digest).items())
+    template = files("app.exports")
+    header = template.joinpath("filters.h.in").read_text(encoding="ascii").replace("@SIZES@\n", sizes)
+    code = template.joinpath("filters.c.in").read_text(encoding="ascii")
+    return header, code.replace("@EXPORT@", digest).replace("@DATA@\n", data)
+
+
+def _sizes(filters: FollowingBank, short: FixedPoint | None, digest: str) -> dict[str, str]:
+    actuators, weights, taps = filters.banks.shape
+    coldest, hottest = filters.input.temperature_range
+    network = isinstance(filters.weights, TanhWeights)
+    sizes = {
+        "EXPORT": digest,
+        "FIXED_POINT": str(int(short is not None)),
+        "NETWORK": str(int(network)),
+        "ACTUATORS": str(actuators),
+        "WEIGHTS": str(weights),
+        "TAPS": str(taps),
+        "TABLE": str(len(filters.input.temperature)),
+        "BLOCK": str(BLOCK),
+        "FADE": str(round(FADE * filters.sample_rate)),
+        "DELAY": str(filters.delay),
+        "SAMPLE_RATE": _number(filters.sample_rate),
+        "STEP": _number(STEP),
+        "COLDEST": _number(coldest),
+        "HOTTEST": _number(hottest),
+    }
+    if not isinstance(filters.weights, TanhWeights):
+        sizes["KNOTS"] = str(len(filters.weights.knots))
+    if short is not None:
+        sizes["DIVISOR"] = f"((int64_t)1 << {short.shift})"
+        sizes["VOLTS_PER_COUNT"] = _number(short.volts_per_count)
+    return sizes
+
+
+def _data(shipment: Shipment, short: FixedPoint | None) -> Iterable[str]:
+    filters = shipment.filters
+    yield _text("flexura_provenance", shipment.stamp)
+    yield _array("float", "table_temperature", filters.input.temperature, "TABLE")
+    yield _array("float", "table_value", filters.input.value, "TABLE")
+    if isinstance(filters.weights, TanhWeights):
+        yield _array("float", "slope", filters.weights.slope, "ACTUATORS", "WEIGHTS - 1")
+        yield _array("float", "bias", filters.weights.bias, "ACTUATORS", "WEIGHTS - 1")
+    else:
+        yield _array("float", "knot", filters.weights.knots, "KNOTS")
+        pieces = filters.weights.coefficients
+        yield f"static const float cubic[{len(pieces)}][4][FLEXURA_WEIGHTS] = {_braces(pieces)};\n\n"
+    if short is None:
+        yield _array("float", "bank", filters.banks, "ACTUATORS", "WEIGHTS", "TAPS")
+    else:
+        yield _array("float", "bank_scale", short.bank_scale / short.tap_scale, "ACTUATORS", "WEIGHTS")
+        yield _array("int16_t", "bank", short.banks, "ACTUATORS", "WEIGHTS", "TAPS")
+
+
+def _array(kind: str, name: str, values: ArrayLike, *sizes: str) -> str:
+    shape = "".join(f"[FLEXURA_{size}]" for size in sizes)
+    return f"static const {kind} {name}{shape} = {_braces(np.asarray(values))};\n\n"
+
+
+def _braces(values: NDArray[np.generic]) -> str:
+    if values.ndim > 1:
+        return "{\n" + ",\n".join(_braces(row) for row in values) + "}"
+    lines, line = [], ""
+    for word in (_number(float(v)) if values.dtype.kind == "f" else str(int(v)) for v in values):
+        if len(line) + len(word) + 2 > WIDTH:
+            lines.append(line)
+            line = ""
+        line += f"{', ' if line else ''}{word}"
+    return "{" + ",\n".join([*lines, line]) + "}"
+
+
+def _number(value: float) -> str:
+    """Write a constant of type float, to the last bit."""
+    single = np.float32(value)
+    if not np.isfinite(single):
+        raise ValueError(f"{value:g} is too large for float32")
+    text = f"{single:.9g}"
+    return text + ("f" if set(".e") & set(text) else ".0f")
+
+
+def _text(name: str, text: str) -> str:
+    """Write a text as a constant; question marks escaped, since C99 knows trigraphs."""
+    escaped = [{"\\": "\\\\", '"': '\\"', "?": "\\?"}.get(letter, letter) for letter in text]
+    lines = ["".join(escaped[start : start + 100]) for start in range(0, len(escaped), 100)]
+    return f"const char {name}[] =\n" + "\n".join(f'    "{line}"' for line in lines) + ";\n\n"

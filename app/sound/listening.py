@@ -1,0 +1,201 @@
+"""The temperature of a panel from what one of its patches answers while the others play."""
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from analysis.arrays import Complex, Real
+from analysis.material import MaterialLaws
+from analysis.progress import Progress
+from analysis.rendering.programme import TemperatureProgramme
+from analysis.rendering.renderer import Renderer
+from analysis.thermometry.bands import Decimator
+from analysis.thermometry.listening import Listener, ThermometerReading
+from analysis.thermometry.simulated import simulated_response
+from analysis.thermometry.tracking import Track
+from app.exports.destination import written_together
+from app.exports.shipment import Shipment
+from app.files.bad_file import ResultFileError
+from app.files.sound_file import Sound
+from app.twins.panel_twin import PanelTwin
+
+NAME = "thermometer.csv"
+BLOCK = 4096
+SPACING = 0.5
+"""K between the temperatures at which the twin is asked; between them its answers are interpolated."""
+SILENT = 1e-3
+"""Share of the loudest channel that the listening patch's own channel may hold."""
+
+
+@dataclass(frozen=True)
+class ListeningPanel:
+    """A panel whose patches drive, but for one, whose charge is measured.
+
+    Attributes
+    ----------
+    twin : PanelTwin
+    laws : MaterialLaws
+        Of the panel's plate.
+    sensor : int
+        The patch that listens.
+    """
+
+    twin: PanelTwin
+    laws: MaterialLaws
+    sensor: int
+
+    @property
+    def driven(self) -> list[int]:
+        """The other patches."""
+        return [n for n in range(self.twin.reduced.capacitance.size) if n != self.sensor]
+
+    def transfer(self, temperature: float, frequency: Real) -> Complex:
+        """Charge (N - 1, F) of the listening patch per volt on each of the others, C/V."""
+        material = self.laws.at(temperature)
+        constants = (material.youngs_modulus, material.poisson_ratio, material.loss_factor)
+        e, nu, eta = (float(value[0]) for value in constants)
+        whole = self.twin.reduced.compliance(e, nu, eta, frequency)
+        chosen: Complex = whole[self.sensor, self.driven]
+        return chosen
+
+    def law_sigma(self, temperature: float) -> float:
+        """K by which one standard deviation of the law of E moves the reading."""
+        spread = float(
+            self.laws.sigma(temperature).youngs_modulus[0] / self.laws.at(temperature).youngs_modulus[0]
+        )
+        slope = abs(float(self.laws.local(temperature).slope[0]))
+        return spread / slope if slope > 0.0 else np.inf
+
+
+@dataclass(frozen=True)
+class Signals:
+    """Drive and response at the low rate the band needs.
+
+    Attributes
+    ----------
+    drive : (N - 1, n) ndarray
+        V, of the patches that drive.
+    response : (n,) ndarray
+        Of the patch that listens, in any unit.
+    sample_rate : float
+        Hz.
+    """
+
+    drive: Real
+    response: Real
+    sample_rate: float
+
+
+@dataclass(frozen=True)
+class Look:
+    """One stretch of a recording.
+
+    Attributes
+    ----------
+    time : float
+        Of its middle, s.
+    reading : ThermometerReading
+    temperature, sigma : float
+        Of the track, degrees Celsius; NaN and infinite before the first reading.
+    """
+
+    time: float
+    reading: ThermometerReading
+    temperature: float
+    sigma: float
+
+
+def recorded(
+    drive: Sound, response: Sound, panel: ListeningPanel, names: tuple[str, ...], highest: float
+) -> Signals:
+    """Read two files that were recorded together.
+
+    Raises
+    ------
+    ResultFileError
+        For files that do not belong together, and a listening patch that is driven.
+    """
+    if drive.channels != len(names):
+        raise ResultFileError(f"{drive.path}: {drive.channels} channels; the panel has {len(names)} patches")
+    if response.channels != 1:
+        raise ResultFileError(f"{response.path}: {response.channels} channels; allowed: 1, of the listening patch")
+    if (drive.sample_rate, drive.frames) != (response.sample_rate, response.frames):
+        raise ResultFileError(
+            f"{response.path}: {response.frames} samples at {response.sample_rate} Hz; those of {drive.path.name} "
+            f"are {drive.frames} at {drive.sample_rate} Hz: record both together"
+        )
+    down = Decimator(len(names) + 1, drive.sample_rate, highest)
+    kept, loudest = [], np.zeros(len(names))
+    for played, heard in zip(drive.blocks(BLOCK), response.blocks(BLOCK), strict=True):
+        loudest = np.maximum(loudest, np.abs(played).max(axis=1))
+        kept.append(down.take(np.vstack([played, heard])))
+    if loudest[panel.sensor] > SILENT * loudest.max():
+        raise ResultFileError(
+            f"{drive.path}: {names[panel.sensor]}, the patch that listens, is driven by up to "
+            f"{loudest[panel.sensor]:.3g} V; leave it out of the drive, or name another with --sensor"
+        )
+    every = np.hstack(kept)
+    return Signals(every[panel.driven], every[-1], down.rate)
+
+
+def simulated(
+    sound: Sound,
+    shipment: Shipment,
+    panel: ListeningPanel,
+    programme: TemperatureProgramme,
+    signal_to_noise: float,
+    rng: np.random.Generator,
+) -> Signals:
+    """Play a sound through the panel's filters, the listening patch left out, and let the twin answer."""
+    settings = shipment.panel.filters
+    renderer = Renderer(shipment.filters, float(programme.at(0.0)), BLOCK)
+    down = Decimator(len(panel.driven), sound.sample_rate, settings.edges[1])
+    kept = []
+    for place, block in enumerate(sound.blocks(BLOCK)):
+        renderer.follow(float(programme.at(place * BLOCK / sound.sample_rate)))
+        mono = np.zeros(BLOCK)
+        mono[: block.shape[1]] = block.mean(axis=0)
+        kept.append(down.take(renderer.process(mono)[panel.driven]))
+    drive = np.hstack(kept)
+    response = simulated_response(panel, drive, down.rate, settings.edges, programme, signal_to_noise, rng)
+    return Signals(drive, response, down.rate)
+
+
+def listen(listener: Listener, signals: Signals, report: Progress = lambda _stage, _share: None) -> Iterator[Look]:
+    """Yield what every stretch says, and the track through all of them."""
+    track, seconds = Track(), listener.frame / signals.sample_rate
+    starts = range(listener.before, len(signals.response) - (listener.whole - listener.before) + 1, listener.frame)
+    for first in starts:
+        begin = first - listener.before
+        drive = signals.drive[:, begin : begin + listener.whole]
+        reading = listener.read(drive, signals.response[first : first + listener.frame])
+        track.step(reading, seconds)
+        report("Listening", (first + listener.frame) / len(signals.response))
+        yield Look(first / signals.sample_rate + 0.5 * seconds, reading, track.temperature, track.sigma)
+    report("Listening", 1.0)
+
+
+def write_looks(looks: list[Look], folder: Path, true: Real | None) -> Path:
+    """Write ``thermometer.csv``: a row a stretch; empty where there is no number. `true` (n,), °C, where known."""
+    with written_together(folder, (NAME,)) as (path,), path.open("w", encoding="utf-8", newline="") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        heading = [
+            "time_s",
+            "temperature_c",
+            "sigma_k",
+            "reading_c",
+            "reading_sigma_k",
+            "gain",
+            "explained",
+            "refused",
+        ]
+        rows.writerow(heading if true is None else [*heading, "true_c"])
+        for n, look in enumerate(looks):
+            r = look.reading
+            values = (look.time, look.temperature, look.sigma, r.temperature, r.sigma, r.gain, r.explained)
+            told = [f"{value:.6g}" if np.isfinite(value) else "" for value in values]
+            rows.writerow([*told, r.refused] if true is None else [*told, r.refused, f"{true[n]:.4f}"])
+    return folder / NAME

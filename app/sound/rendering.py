@@ -1,0 +1,152 @@
+"""A file of sound through filters that follow the temperature: to a file of one channel per actuator."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.progress import Progress
+from analysis.rendering.programme import TemperatureProgramme
+from analysis.rendering.renderer import Renderer
+from app.exports.destination import written_together
+from app.exports.shipment import Shipment
+from app.files.bad_file import ResultFileError
+from app.files.sound_file import Sound
+from app.files.wav_file import WavFile, WavFileError, create_wav
+from app.sound.trace import Trace
+
+LOOKS = 60
+"""Times that the field is looked at, at most."""
+APART = 1.0
+"""Seconds between two looks, at least."""
+
+
+@dataclass(frozen=True)
+class Rendering:
+    """What came of a piece of sound.
+
+    Attributes
+    ----------
+    sound, trace : Path
+        WAV of one channel per actuator, in volts, and CSV of temperatures and contrast.
+    seconds : float
+        Of sound.
+    changes : int
+        Of the filters.
+    largest : (N,) ndarray
+        Largest value of each actuator, V or N.
+    processing : float
+        Seconds of processor time in filters and fades, in one thread.
+    """
+
+    sound: Path
+    trace: Path
+    seconds: float
+    changes: int
+    largest: Real
+    processing: float
+
+    @property
+    def real_time_factor(self) -> float:
+        """Seconds of sound to a second of processor time."""
+        return self.seconds / max(self.processing, 1e-9)
+
+
+def render(
+    sound: Sound,
+    shipment: Shipment,
+    programme: TemperatureProgramme,
+    folder: Path,
+    block: int,
+    trace: Trace,
+    report: Progress = lambda _stage, _share: None,
+    clock: Callable[[], float] = time.thread_time,
+) -> Rendering:
+    """Filter a file; both results are written whole, or not at all.
+
+    Channels are averaged. The output is longer than the input by the taps, less one, so that nothing is cut off.
+
+    Raises
+    ------
+    ResultFileError
+        For what is wrong with the sound, or a folder that cannot be written.
+    """
+    stem = f"{sound.path.stem}-rendered"
+    names = (f"{stem}.wav", f"{stem}.csv")
+    work = _Work(Renderer(shipment.filters, float(programme.at(0.0)), block), clock)
+    frames = sound.frames + shipment.filters.banks.shape[2] - 1
+    actuators = len(shipment.filters.banks)
+    try:
+        with written_together(folder, names) as (wav_path, trace_path):
+            with create_wav(wav_path, sound.sample_rate, actuators, frames, shipment.stamp) as file:
+                work.whole(sound, programme, file, frames, trace, report)
+            with trace_path.open("w", encoding="utf-8", newline="") as text:
+                trace.write(text)
+    except WavFileError as error:
+        raise ResultFileError(f"{sound.path}: {error}") from error
+    return Rendering(
+        folder / names[0],
+        folder / names[1],
+        sound.seconds,
+        work.renderer.changes,
+        work.largest,
+        work.processing,
+    )
+
+
+class _Work:
+    """A renderer at work, its time taken."""
+
+    def __init__(self, renderer: Renderer, clock: Callable[[], float]) -> None:
+        self.renderer, self.clock = renderer, clock
+        self.processing = 0.0
+        self.largest = np.zeros(len(renderer.filters.banks))
+
+    def whole(
+        self,
+        sound: Sound,
+        programme: TemperatureProgramme,
+        file: WavFile,
+        frames: int,
+        trace: Trace,
+        report: Progress,
+    ) -> None:
+        """Filter a whole file, and what rings after it."""
+        block, written, looked = self.renderer.block, 0, -np.inf
+        spacing = max(APART, sound.seconds / LOOKS)
+        recent: list[Real] = []
+        for samples in _padded(sound, block, frames):
+            now = written / sound.sample_rate
+            temperature = float(programme.at(now))
+            out = self._block(samples, temperature)[:, : frames - written]
+            file.write(out)
+            written += out.shape[1]
+            recent.append(samples)
+            if now - looked >= spacing and now < sound.seconds:
+                trace.look(now, temperature, self.renderer.temperature, np.concatenate(recent))
+                recent, looked = [], now
+                report("Sound", min(now / sound.seconds, 1.0))
+        report("Sound", 1.0)
+
+    def _block(self, samples: Real, temperature: float) -> Real:
+        begun = self.clock()
+        self.renderer.follow(temperature)
+        out = self.renderer.process(samples)
+        self.processing += self.clock() - begun
+        self.largest = np.maximum(self.largest, np.abs(out).max(axis=1))
+        return out
+
+
+def _padded(sound: Sound, block: int, frames: int) -> Iterator[Real]:
+    """Mean of the channels in whole blocks (block,), with silence behind, until `frames` samples are covered."""
+    given = 0
+    for channels in sound.blocks(block):
+        mean = channels.mean(axis=0)
+        given += block
+        yield mean if len(mean) == block else np.concatenate([mean, np.zeros(block - len(mean))])
+    while given < frames:
+        given += block
+        yield np.zeros(block)

@@ -1,0 +1,65 @@
+"""What ``--temperature`` says: one, a way between several, or a file of readings."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from analysis.rendering.programme import TemperatureProgramme
+from app.files.bad_file import ResultFileError
+from app.files.parsed_text import read_text
+
+LARGEST = 100_000_000
+"""Bytes of a file of readings."""
+
+
+def programme(said: str, duration: float) -> TemperatureProgramme:
+    """Read temperatures over a piece of sound.
+
+    Parameters
+    ----------
+    said : str
+        ``20``, ``20:45``, ``20:45:30``, evenly spread over the sound, or a CSV file of seconds and °C.
+    duration : float
+        Of the sound, s.
+
+    Raises
+    ------
+    ResultFileError
+        For what is neither.
+    """
+    try:
+        given = [float(word) for word in said.split(":")]
+    except ValueError:
+        return _readings(Path(said))
+    if not np.isfinite(given).all():
+        raise ResultFileError(f"--temperature {said}: allowed are finite numbers of °C")
+    return TemperatureProgramme.spread(np.array(given), duration)
+
+
+def _readings(path: Path) -> TemperatureProgramme:
+    if not path.is_file():
+        raise ResultFileError(
+            f"--temperature {path}: neither °C, as in 20 or 20:45, nor a CSV file of seconds and °C"
+        )
+    rows: list[tuple[float, float]] = []
+    try:
+        text = read_text(path, LARGEST)
+    except (OSError, ValueError) as error:
+        raise ResultFileError(f"{path}: cannot be read ({error}); allowed: CSV of seconds and °C") from error
+    for number, row in enumerate(csv.reader(text.splitlines()), start=1):
+        if not row or row[0].startswith("#"):
+            continue
+        try:
+            rows.append((float(row[0]), float(row[1])))
+        except (ValueError, IndexError) as error:
+            if not rows and number <= 2:  # a heading
+                continue
+            told = f"{path}: line {number} is {','.join(row)[:60]!r}; allowed: seconds,°C"
+            raise ResultFileError(told) from error
+    if not rows:
+        raise ResultFileError(f"{path}: holds no readings; allowed: CSV of seconds and °C")
+    try:
+        return TemperatureProgramme(*np.array(rows).T)
+    except ValueError as error:
+        raise ResultFileError(f"{path}: {error}") from error

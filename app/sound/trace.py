@@ -1,0 +1,92 @@
+"""Contrast of the simulated field along the way, beside that of filters that do not follow."""
+
+import csv
+from dataclasses import dataclass, field
+from typing import TextIO
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.focusing.over_temperature import responses
+from analysis.focusing.panel import Panel
+from analysis.material import MaterialLaws
+from analysis.rendering.field import FieldContrast, field_contrast, power_spectrum
+from analysis.rendering.following import FollowingBank
+from app.twins.panel_twin import PanelTwin
+
+HEADING = (
+    "time_s",
+    "temperature_c",
+    "filters_c",
+    "contrast_mean",
+    "contrast_worst",
+    "contrast_sound",
+    "kept_mean",
+    "kept_worst",
+    "kept_sound",
+)
+
+
+@dataclass(frozen=True)
+class TraceMoment:
+    """One look at the field.
+
+    Attributes
+    ----------
+    time : float
+        s.
+    temperature, filters : float
+        Of the plate, and of the filters in use, degrees Celsius.
+    following, kept : FieldContrast
+        With the filters in use, and with those of the beginning.
+    """
+
+    time: float
+    temperature: float
+    filters: float
+    following: FieldContrast
+    kept: FieldContrast
+
+
+@dataclass
+class Trace:
+    """The panel's twin, asked for its field at some moments of a piece of sound.
+
+    Attributes
+    ----------
+    twin : PanelTwin
+    panel : Panel
+    laws : MaterialLaws
+        Of the panel's plate.
+    filters : FollowingBank
+    moments : list of TraceMoment
+    """
+
+    twin: PanelTwin
+    panel: Panel
+    laws: MaterialLaws
+    filters: FollowingBank
+    moments: list[TraceMoment] = field(default_factory=list)
+
+    def look(self, time: float, temperature: float, held: float, samples: Real) -> TraceMoment:
+        """Judge the field of `samples` (n,), played at `time`, s, through the filters of `held`, °C."""
+        lines = self.panel.filters.frequency
+        lines = lines[self.panel.filters.in_band(lines)]
+        (_, amplitude), *_ = responses(self.twin, self.laws, np.array([temperature]), lines)
+        forms = self.twin.space.forms([amplitude], self.panel.target.displacement)
+        spectrum = power_spectrum(samples, self.filters.sample_rate, lines)
+        first = self.moments[0].filters if self.moments else held
+        used, kept = (
+            field_contrast(forms, response, spectrum)
+            for response in self.filters.bank([held, first]).response(lines)
+        )
+        self.moments.append(TraceMoment(time, temperature, held, used, kept))
+        return self.moments[-1]
+
+    def write(self, file: TextIO) -> None:
+        """Write the moments as CSV."""
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(HEADING)
+        for m in self.moments:
+            shares = [f"{v:.6f}" for c in (m.following, m.kept) for v in (c.mean, c.worst, c.sound)]
+            rows.writerow([f"{m.time:.3f}", f"{m.temperature:.4f}", f"{m.filters:.4f}", *shares])

@@ -1,0 +1,187 @@
+"""The C code, compiled with every warning an error and both sanitizers, against the renderer in Python."""
+
+import json
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from analysis.rendering.fixed_point import FixedPoint
+from analysis.rendering.renderer import Renderer
+from app.exports.c_code import BLOCK, NAMES, c_texts, write_c
+from app.exports.cost import Cost
+
+GCC = shutil.which("gcc")
+SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O1", "-g"]
+KINDS = ("network", "cubic-spline", "cubic-spline-rigidity", "linear", "single")
+MAIN = r"""
+#include "flexura_filters.h"
+#include <stdio.h>
+static flexura_filters filters;
+static flexura_tap taps[FLEXURA_ACTUATORS][FLEXURA_TAPS];
+static flexura_sample in[%(piece)d], result[FLEXURA_ACTUATORS][%(piece)d];
+int main(void)
+{
+    flexura_sample *out[FLEXURA_ACTUATORS];
+    float temperature;
+    int n, changes = 0, first = 1;
+    fprintf(stderr, "{\"state\": %%d, \"provenance\": %%s,", (int)sizeof filters, flexura_provenance);
+    for (n = 0; n < FLEXURA_ACTUATORS; n++)
+        out[n] = result[n];
+    while (fread(&temperature, sizeof temperature, 1, stdin) == 1 && fread(in, sizeof in, 1, stdin) == 1) {
+        if (first)
+            flexura_start(&filters, temperature);
+        else
+            changes += flexura_temperature(&filters, temperature);
+        first = 0;
+        flexura_process(&filters, in, out, %(piece)d);
+        fwrite(result, sizeof result, 1, stdout);
+        flexura_taps(temperature, taps);
+        fwrite(taps, sizeof taps, 1, stdout);
+    }
+    fprintf(stderr, "\"changes\": %%d}\n", changes);
+    return 0;
+}
+"""
+
+pytestmark = pytest.mark.skipif(GCC is None, reason="needs gcc")
+
+
+def run(folder, shipment, fixed_point, temperature, signal):
+    """Output (N, samples), taps (pieces, N, M) and what the program says, for a temperature a piece of signal."""
+    folder.mkdir(exist_ok=True)
+    write_c(shipment, folder, fixed_point)
+    piece = len(signal) // len(temperature)
+    (folder / "main.c").write_text(MAIN % {"piece": piece})
+    sources = [folder / "main.c", folder / "flexura_filters.c"]
+    command = [GCC, *STRICT, *SANITIZED, "-o", folder / "program", *sources, "-lm"]
+    subprocess.run([str(word) for word in command], check=True)
+    kind = np.int16 if fixed_point else np.float32
+    told = b"".join(
+        np.float32(t).tobytes() + part.astype(kind).tobytes()
+        for t, part in zip(temperature, signal.reshape(len(temperature), -1), strict=True)
+    )
+    done = subprocess.run([folder / "program"], input=told, capture_output=True, check=True)
+    actuators, _, taps = shipment.filters.banks.shape
+    rows = np.frombuffer(done.stdout, kind).reshape(len(temperature), actuators * (piece + taps))
+    out = rows[:, : actuators * piece].reshape(-1, actuators, piece).transpose(1, 0, 2).reshape(actuators, -1)
+    return out.astype(float), rows[:, actuators * piece :].reshape(-1, actuators, taps), json.loads(done.stderr)
+
+
+def ride(piece):
+    """Temperatures that stand, creep, jump, leave the range and fail; noise beside them."""
+    temperature = np.array(
+        [20.0, 20.2, 20.3, 25.0, 33.0, 33.0, 33.1, 61.0, 70.0, np.nan, -20.0, -20.0, 59.9, 59.8]
+    )
+    rng = np.random.default_rng(3)
+    return temperature, np.clip(0.3 * rng.standard_normal(len(temperature) * piece), -1.0, 32_767 / 32_768)
+
+
+def in_python(shipment, temperature, signal):
+    piece = len(signal) // len(temperature)
+    renderer = Renderer(shipment.filters, float(temperature[0]), piece)
+    out = []
+    for t, part in zip(temperature, signal.reshape(len(temperature), -1), strict=True):
+        renderer.follow(float(t))
+        out.append(renderer.process(part))
+    return np.hstack(out), renderer.changes
+
+
+def relative_energy(found, expected):
+    return np.sum((found - expected) ** 2) / np.sum(expected**2)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("piece", [100, 7 * BLOCK + 3])
+def test_float32_is_what_python_renders(tmp_path, shipments, kind, piece):
+    temperature, signal = ride(piece)
+    shipment = shipments[kind]
+    out, taps, told = run(tmp_path, shipment, False, temperature, signal)
+    expected, changes = in_python(shipment, temperature, signal)
+    assert told["changes"] == changes
+    assert changes > 2 or kind == "single"
+    assert relative_energy(out, expected) < 1e-10
+    known = np.isfinite(temperature)
+    exact = shipment.filters.taps(temperature[known])
+    assert relative_energy(taps[known], exact) < 1e-11
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_int16_is_what_python_renders_to_its_last_bits(tmp_path, shipments, kind):
+    temperature, signal = ride(300)
+    shipment, short = shipments[kind], FixedPoint.of(shipments[kind].filters)
+    counts = np.round(32_768.0 * signal)
+    out, taps, told = run(tmp_path, shipment, True, temperature, counts)
+    expected, changes = in_python(shipment, temperature, counts / 32_768.0)
+    assert told["changes"] == changes
+    assert relative_energy(out * short.volts_per_count, expected) < 1e-6
+    known = np.isfinite(temperature)
+    by_python = short.taps(shipment.filters, temperature[known])
+    assert np.abs(taps[known].astype(int) - by_python).max() <= 1
+
+
+def test_int16_does_not_overflow_at_the_loudest_input_there_is(tmp_path, shipments):
+    shipment = shipments["cubic-spline"]
+    short = FixedPoint.of(shipment.filters)
+    taps = shipment.filters.taps(0.0)[0]
+    worst = np.where(taps[np.abs(taps).sum(axis=1).argmax()][::-1] > 0.0, 32_767.0, -32_768.0)
+    signal = np.concatenate([worst, np.clip(-worst, -32_768.0, 32_767.0)])
+    out, _, _ = run(tmp_path, shipment, True, np.zeros(2), signal)
+    expected, _ = in_python(shipment, np.zeros(2), signal / 32_768.0)
+    assert np.abs(out).max() > 8_000
+    assert relative_energy(out * short.volts_per_count, expected) < 1e-6
+
+
+COUNTED = r"""
+#include "flexura_filters.c"
+#include <stdio.h>
+int main(void)
+{
+    size_t held = sizeof table_temperature + sizeof table_value + sizeof bank;
+#if FLEXURA_NETWORK
+    held += sizeof slope + sizeof bias;
+#else
+    held += sizeof knot + sizeof cubic;
+#endif
+#if FLEXURA_FIXED_POINT
+    held += sizeof bank_scale;
+#endif
+    printf("%d %d", (int)held, (int)sizeof(flexura_filters));
+    return 0;
+}
+"""
+
+
+@pytest.mark.parametrize("fixed_point", [False, True])
+@pytest.mark.parametrize("kind", ["network", "cubic-spline", "single"])
+def test_the_stated_bytes_are_the_compiler_s(tmp_path, shipments, kind, fixed_point):
+    write_c(shipments[kind], tmp_path, fixed_point)
+    (tmp_path / "main.c").write_text(COUNTED)
+    subprocess.run([GCC, "-std=c99", "-o", "program", "main.c", "-lm"], cwd=tmp_path, check=True)
+    said = subprocess.run([tmp_path / "program"], capture_output=True, text=True, check=True).stdout
+    cost = Cost.of(shipments[kind].filters, fixed_point, BLOCK)
+    assert [cost.constant_bytes, cost.state_bytes] == [int(word) for word in said.split()]
+
+
+def test_provenance_comes_back_from_the_program(tmp_path, shipments):
+    _, _, told = run(tmp_path, shipments["linear"], False, np.array([20.0]), np.zeros(64))
+    assert told["provenance"]["format"] == "flexura-filters/1"
+    assert told["provenance"]["inputs"] == {"filters.h5": "0" * 64}
+    assert told["provenance"]["settings"]["method"] == 'a "name" with \\ and ??( in it'
+
+
+def test_header_and_file_of_two_exports_do_not_compile(tmp_path, shipments):
+    write_c(shipments["linear"], tmp_path, False)
+    (tmp_path / "flexura_filters.h").write_text(c_texts(shipments["network"], False)[0])
+    command = [GCC, "-std=c99", "-c", "flexura_filters.c"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "are of two exports" in done.stderr
+
+
+def test_the_same_filters_give_the_same_bytes(tmp_path, shipments):
+    assert c_texts(shipments["network"], True) == c_texts(shipments["network"], True)
+    write_c(shipments["network"], tmp_path, True)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(NAMES)

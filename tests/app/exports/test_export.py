@@ -1,0 +1,137 @@
+"""``flexura export`` on the filters of a panel small enough to be reduced in seconds."""
+
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from app.files.filter_files import load_compensation, load_focusing
+from app.files.provenance import sha256
+from app.main import flexura
+
+
+def flex(*words):
+    return CliRunner().invoke(flexura, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def run(small_run):
+    return small_run.folder
+
+
+@pytest.mark.parametrize(
+    ("form", "names"),
+    [
+        ("c", ["flexura_filters.h", "flexura_filters.c"]),
+        ("onnx", ["flexura_filters.onnx"]),
+        ("npz", ["flexura_filters.npz"]),
+        ("csv", ["flexura_filters.csv"]),
+        ("wav", [f"flexura_filters_+{t:06.2f}C.wav" for t in range(0, 61, 5)]),
+    ],
+)
+def test_every_form_is_written_and_told(run, tmp_path, form, names):
+    result = flex("export", run, "--to", form, "--method", "network", "--out", tmp_path / "out", "--json")
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert [Path(file).name for file in told["files"]] == names
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(names)
+    assert told["bytes"] == sum(path.stat().st_size for path in (tmp_path / "out").iterdir())
+    assert (told["method"], told["actuators"], told["taps"]) == ("network", ["A1", "A2"], 64)
+    assert ("target" in told) == (form == "c")
+    assert "network, 2 filters of 64 taps, 0 to 60 °C" in result.stderr
+
+
+def test_the_file_says_what_it_was_made_from(run, tmp_path):
+    assert flex("export", run, "--to", "npz", "--method", "network", "--out", tmp_path).exit_code == 0
+    with np.load(tmp_path / "flexura_filters.npz", allow_pickle=False) as held:
+        stamp = json.loads(str(held["provenance"]))
+    assert stamp["inputs"] == {"compensation.h5": sha256(run / "compensation.h5")}
+    assert stamp["settings"] == {"method": "network", "to": "npz", "number": "float32"}
+    assert "laws.h5" in stamp["made_from"]["compensation.h5"]["inputs"]
+    assert stamp["format"] == "flexura-filters/1"
+
+
+@pytest.mark.parametrize("method", ["network", "cubic-spline", "cubic-spline-rigidity", "linear"])
+def test_methods_give_back_the_filters_at_the_training_temperatures(run, tmp_path, method):
+    words = ("--to", "npz", "--method", method, "--temperature", 10, "--temperature", 45, "--out", tmp_path)
+    result = flex("export", run, *words)
+    assert result.exit_code == 0, result.output
+    _, focusing, _ = load_focusing(run / "filters.h5")
+    known = [focusing.temperature.tolist().index(t) for t in (10.0, 45.0)]
+    exact = focusing.bank.taps[known]
+    with np.load(tmp_path / "flexura_filters.npz", allow_pickle=False) as held:
+        assert held["temperature"].tolist() == [10.0, 45.0]
+        error = np.sum((held["taps"] - exact) ** 2) / np.sum(exact**2)
+    assert error < (5e-4 if method == "network" else 1e-20)
+
+
+def test_left_out_the_method_is_the_recommended_one_or_said_to_be_another(run, tmp_path):
+    _, found = load_compensation(run / "compensation.h5")
+    result = flex("export", run, "--to", "c", "--out", tmp_path, "--json")
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)["method"]
+    assert told == found.best or f"{found.best}, the best here, is no sum of fixed banks; {told}" in result.stderr
+
+
+def test_filters_of_focus_alone_can_be_exported(run, tmp_path):
+    (tmp_path / "filters.h5").write_bytes((run / "filters.h5").read_bytes())
+    result = flex("export", tmp_path, "--to", "c", "--number", "int16", "--json")
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert told["method"] == "cubic-spline"
+    assert told["target"]["multiply_adds_per_sample"] == 2 * 64
+    assert "int16" in (tmp_path / "flexura_filters.c").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ("--to", "wav", "--temperature", "61"),
+            "--temperature 61 °C is outside what the filters cover, 0 to 60 °C",
+        ),
+        (("--to", "npz", "--temperature", "nan"), "--temperature nan °C is outside what the filters cover"),
+        (("--to", "c", "--temperature", "20"), "c follows every temperature"),
+        (("--to", "csv", "--number", "int16"), "--number int16 is for --to c"),
+        (("--to", "mp3"), "mp3"),
+        ((), "--to"),
+    ],
+)
+def test_what_is_wrong_is_told_in_a_sentence_and_nothing_is_written(run, tmp_path, words, said):
+    result = CliRunner().invoke(flexura, ["export", str(run), "--out", str(tmp_path / "out"), *words])
+    assert result.exit_code != 0
+    assert said in result.output
+    assert "Traceback" not in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_run_without_filters_says_how_to_make_them(tmp_path):
+    result = flex("export", tmp_path, "--to", "c")
+    assert "holds no filters.h5; make it with: flexura focus" in result.output
+    result = flex("export", tmp_path, "--to", "c", "--method", "network")
+    assert "holds no compensation.h5; make it with: flexura compensate" in result.output
+
+
+def test_damaged_filters_are_refused(run, tmp_path):
+    held = bytearray((run / "filters.h5").read_bytes())
+    held[len(held) // 2] ^= 0xFF
+    (tmp_path / "filters.h5").write_bytes(held)
+    result = flex("export", tmp_path, "--to", "onnx")
+    assert result.exit_code != 0
+    assert "not a readable filters.h5" in result.output
+    assert [path.name for path in tmp_path.iterdir()] == ["filters.h5"]
+
+
+def test_filters_of_one_temperature_are_said_to_follow_none(small_run, tmp_path):
+    made = small_run.laws_alone(tmp_path / "run")
+    with small_run.cached():
+        assert flex("focus", made, "--panel", small_run.panel, "--temperature", 20).exit_code == 0
+    result = flex("export", made, "--to", "wav")
+    assert result.exit_code == 0, result.output
+    assert "filters of one temperature, 20 °C; they follow none" in result.stderr
+    assert [path.name for path in made.glob("*.wav")] == ["flexura_filters_+020.00C.wav"]
+    with h5py.File(made / "filters.h5") as file:
+        assert file["focusing/temperature"][:].tolist() == [20.0]

@@ -1,0 +1,167 @@
+"""``flexura render`` on a small panel."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.io import wavfile
+
+from app.files.filter_files import load_compensation
+from app.main import flexura
+
+soundfile = pytest.importorskip("soundfile")
+RATE = 4_000
+
+
+def flex(*words):
+    return CliRunner().invoke(flexura, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def signal():
+    return 0.3 * np.random.default_rng(4).standard_normal(5 * RATE + 123)
+
+
+@pytest.fixture
+def sound(tmp_path, signal):
+    path = tmp_path / "noise.wav"
+    soundfile.write(path, signal, RATE, subtype="DOUBLE")
+    return path
+
+
+@pytest.fixture(autouse=True)
+def _cached(small_run):
+    with small_run.cached():
+        yield
+
+
+def test_at_a_steady_temperature_it_is_one_convolution(small_run, sound, signal, tmp_path):
+    out = tmp_path / "out"
+    words = ("--temperature", 31.3, "--method", "network", "--out", out, "--json")
+    result = flex("render", sound, small_run.folder, *words)
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    _, found = load_compensation(small_run.folder / "compensation.h5")
+    taps = found.trained.networks.taps(31.3)[0]
+    rate, rendered = wavfile.read(out / "noise-rendered.wav")
+    expected = np.array([np.convolve(row, signal) for row in taps])
+    assert rate == RATE
+    assert rendered.shape == (len(signal) + taps.shape[1] - 1, 2)
+    np.testing.assert_allclose(rendered.T, expected, atol=1e-6 * np.abs(expected).max())
+    assert told["largest_v"] == pytest.approx(dict(zip(("A1", "A2"), np.abs(expected).max(axis=1), strict=True)))
+    assert (told["changes"], told["latency_samples"]) == (0, 512 + 32)
+    assert told["real_time_factor"] > 0.0
+    assert sorted(path.name for path in out.iterdir()) == ["noise-rendered.csv", "noise-rendered.wav"]
+
+
+def test_filters_follow_and_the_field_shows_what_it_is_worth(small_run, sound, tmp_path):
+    result = flex("render", sound, small_run.folder, "--temperature", "5:55", "--out", tmp_path, "--block", 64)
+    assert result.exit_code == 0, result.output
+    with (tmp_path / "noise-rendered.csv").open(encoding="utf-8") as file:
+        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    assert len(rows) == 5
+    assert [row["time_s"] for row in rows] == pytest.approx(np.arange(5), abs=0.1)
+    for row in rows:
+        assert row["temperature_c"] == pytest.approx(5.0 + 50.0 * row["time_s"] / (5.0 + 123 / RATE), abs=0.01)
+        assert abs(row["temperature_c"] - row["filters_c"]) < 0.75  # a step, and what passes during a fade
+        assert row["contrast_worst"] <= row["contrast_sound"] <= 1.0
+    assert rows[0]["contrast_mean"] == rows[0]["kept_mean"]
+    assert rows[-1]["contrast_mean"] > rows[-1]["kept_mean"] + 0.05
+    assert "times real time" in result.stderr
+
+
+def test_the_result_says_what_it_was_made_from_and_is_the_same_again(small_run, sound, tmp_path):
+    words = ("render", sound, small_run.folder, "--temperature", "20:30", "--out", tmp_path)
+    assert flex(*words).exit_code == 0
+    first = (tmp_path / "noise-rendered.wav").read_bytes()
+    comment = first.index(b"ICMT") + 8
+    stamp = json.loads(first[comment : first.index(b"\0", comment)])
+    assert stamp["settings"]["temperature"] == "20:30"
+    assert stamp["format"] == "flexura-filters/1"
+    assert flex(*words).exit_code == 0
+    assert (tmp_path / "noise-rendered.wav").read_bytes() == first
+
+
+def test_flac_and_stereo_are_read_and_averaged(small_run, signal, tmp_path):
+    left, right = tmp_path / "left.flac", tmp_path / "both.flac"
+    soundfile.write(left, 0.5 * signal, RATE)
+    soundfile.write(right, np.column_stack([signal * 0.4, signal * 0.6]), RATE)
+    for path in (left, right):
+        result = flex("render", path, small_run.folder, "--temperature", 20, "--out", tmp_path)
+        assert result.exit_code == 0, result.output
+    assert "the mean of its 2 channels is played" in result.stderr
+    one, two = (wavfile.read(tmp_path / f"{name}-rendered.wav")[1] for name in ("left", "both"))
+    np.testing.assert_allclose(one, two, atol=2e-4 * np.abs(one).max())
+
+
+def test_silence_is_played_and_said(small_run, tmp_path):
+    soundfile.write(tmp_path / "silence.wav", np.zeros(2 * RATE), RATE)
+    result = flex("render", tmp_path / "silence.wav", small_run.folder, "--temperature", 20, "--json")
+    assert result.exit_code == 0, result.output
+    assert "silent in the panel's band" in result.stderr
+    assert json.loads(result.stdout)["moments"][0]["contrast_sound"] is None
+    for path in small_run.folder.glob("silence-rendered.*"):
+        path.unlink()
+
+
+def _write(path, samples, rate=RATE, **words):
+    soundfile.write(path, samples, rate, **words)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("make", "temperature", "said"),
+    [
+        (lambda p: _write(p, np.zeros(100), 44_100), "20", "sampled at 44100 Hz; the filters run at 4000 Hz"),
+        (
+            lambda p: _write(p, np.append(np.zeros(900), np.nan), subtype="FLOAT"),
+            "20",
+            "sample 900, at 0.225 s, is NaN",
+        ),
+        (lambda p: _write(p, np.append(np.zeros(90), np.inf), subtype="FLOAT"), "20", "is infinite"),
+        (lambda p: _write(p, np.zeros(0)), "20", "holds no samples"),
+        (lambda p: p.write_bytes(b""), "20", "cannot be read as sound"),
+        (lambda p: p.write_bytes(b"RIFF no sound at all"), "20", "cannot be read as sound"),
+        (lambda p: p, "20", "no such file"),
+        (
+            lambda p: _write(p, np.zeros(100)),
+            "20:61",
+            "--temperature 61 °C is outside what the filters cover, 0 to 60",
+        ),
+        (lambda p: _write(p, np.zeros(100)), "warm", "neither °C"),
+    ],
+)
+def test_what_is_wrong_is_one_sentence_and_nothing_is_written(small_run, tmp_path, make, temperature, said):
+    path, out = tmp_path / "a.wav", tmp_path / "out"
+    make(path)
+    result = flex("render", path, small_run.folder, "--temperature", temperature, "--out", out)
+    assert result.exit_code != 0
+    assert said in result.output
+    assert "Traceback" not in result.output
+    assert not out.exists() or not list(out.iterdir())
+
+
+def test_a_file_that_was_cut_short_is_refused(small_run, sound, tmp_path):
+    flac = tmp_path / "cut.flac"
+    soundfile.write(flac, soundfile.read(sound)[0], RATE)
+    held = flac.read_bytes()
+    flac.write_bytes(held[: len(held) // 2])
+    out = tmp_path / "out"
+    result = flex("render", flac, small_run.folder, "--temperature", 20, "--out", out)
+    assert result.exit_code != 0
+    assert "cut.flac" in result.output
+    assert not list(out.iterdir())
+
+
+def test_the_renderer_s_blocks_do_not_matter(small_run, sound, tmp_path):
+    found = []
+    for block in (16, 4096):
+        out = tmp_path / str(block)
+        assert (
+            flex("render", sound, small_run.folder, "--temperature", 40, "--block", block, "--out", out).exit_code
+            == 0
+        )
+        found.append(wavfile.read(out / "noise-rendered.wav")[1])
+    np.testing.assert_allclose(*found, atol=1e-6 * np.abs(found[0]).max())

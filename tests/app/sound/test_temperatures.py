@@ -1,0 +1,45 @@
+"""``--temperature`` in all its forms."""
+
+import numpy as np
+import pytest
+
+from app.files.bad_file import ResultFileError
+from app.sound.temperatures import programme
+
+
+@pytest.mark.parametrize(
+    ("said", "at", "expected"),
+    [("20", [0.0, 9.0], [20.0, 20.0]), ("20:45", [0.0, 5.0, 10.0], [20.0, 32.5, 45.0]), ("-5:5:0", [5.0], [5.0])],
+)
+def test_numbers_are_spread_over_the_sound(said, at, expected):
+    np.testing.assert_allclose(programme(said, 10.0).at(at), expected)
+
+
+def test_readings_may_have_a_heading_and_remarks(tmp_path):
+    path = tmp_path / "readings.csv"
+    path.write_text("# of the car\ntime_s,temperature_c\n1,20\n3,30,ok\n\n7,10\n")
+    np.testing.assert_allclose(programme(str(path), 10.0).at([0.0, 2.0, 5.0, 9.0]), [20.0, 25.0, 20.0, 10.0])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "holds no readings"),
+        ("0,20\n0,21\n", "moments must ascend"),
+        ("0,20\n1,warm\n", "line 2 is '1,warm'"),
+        ("0,20\n1\n", "line 2 is '1'"),
+        ("0,nan\n", "finite"),
+        (b"\xff\xfe0,1", "cannot be read"),
+    ],
+)
+def test_readings_that_are_none_are_told(tmp_path, text, said):
+    path = tmp_path / "readings.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(ResultFileError, match=said):
+        programme(str(path), 10.0)
+
+
+@pytest.mark.parametrize(("said", "told"), [("warm", "neither °C"), ("20:nan", "finite"), ("", "neither °C")])
+def test_other_words_are_told(said, told):
+    with pytest.raises(ResultFileError, match=told):
+        programme(said, 10.0)
