@@ -1,6 +1,7 @@
 """What ``focus`` and ``compensate`` read before they compute: laws, panel, and the range both share."""
 
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.focusing.methods import Method
 from analysis.focusing.over_temperature import covered
 from analysis.focusing.panel import Panel
 from analysis.material import Material, MaterialLaws
 from analysis.updating.laws import fit_laws
 from app.files.bad_file import ResultFileError
-from app.files.filter_files import load_panel
+from app.files.filter_files import load_method, load_panel
 from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
 from app.files.run_folder import run_file
@@ -75,6 +77,8 @@ def changed(panel: Panel, changes: Mapping[str, Any]) -> Panel:
         return panel
     declared = panel.model_dump(mode="json")
     declared["filters"] |= given
+    if "taps" in given and "delay" not in given:
+        declared["filters"]["delay"] = None  # it follows the length
     return panel_of_text(json.dumps(declared), "command line")
 
 
@@ -89,7 +93,7 @@ def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, flo
 def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
     """Return `temperature`, or raise ResultFileError naming the first the laws do not cover."""
     low, high = laws.temperature_range
-    outside = temperature[(temperature < low - 1e-9) | (temperature > high + 1e-9)]
+    outside = temperature[~np.isfinite(temperature) | (temperature < low - 1e-9) | (temperature > high + 1e-9)]
     if outside.size:
         raise ResultFileError(
             f"{origin}: --temperature {outside[0]:g} °C is outside the laws' range, {low:g} to {high:g} °C"
@@ -97,12 +101,26 @@ def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
     return temperature
 
 
-def panel_for(path: Path | None, run: Path) -> tuple[Panel, Path]:
-    """Return the panel of a file, or else the one the run's filters were made for, or else the shipped one."""
+def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple[Panel, Path]:
+    """Return the panel of a file, or else the one the run's filters were made for, or else the shipped one.
+
+    With filter settings changed where `changes` says so.
+    """
     made = run / "filters.h5"
     if path is None and made.is_file():
-        return load_panel(made), made
-    return panel_of(path, {})
+        return changed(load_panel(made), changes), made
+    return panel_of(path, changes)
+
+
+def method_for(named: Method | None, path: Path | None, run: Path) -> Method:
+    """Return the method named, or else that of the run's filters where their panel is taken, or STIF."""
+    made = run / "filters.h5"
+    return named or (load_method(made) if path is None and made.is_file() else "stif")
+
+
+def workers() -> int:
+    """Threads to compute temperatures on: one for each core, as far as the memory of their fields goes."""
+    return min(os.cpu_count() or 1, 16)
 
 
 def checked_device(device: str) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from analysis.compensation.arrow import Weights, predict
 from analysis.compensation.bayesian import Fit, Problem, train
 from analysis.compensation.network import InputMap, NetworkBank
+from analysis.compensation.outcome import Trained
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
 from analysis.focusing.fir import FirBank
@@ -19,41 +20,6 @@ Real = NDArray[np.float64]
 
 class EvidenceCollapseError(RuntimeError):
     """No training of some actuator came out good enough; the message says which and what to try."""
-
-
-@dataclass(frozen=True)
-class Trained:
-    """A network bank and how its training went; arrays are per actuator (N,).
-
-    Attributes
-    ----------
-    networks : NetworkBank
-    settings : Training
-    training_error : ndarray
-        Largest relative error at the temperatures trained on, %.
-    gamma : ndarray
-        Parameters the data determine, of 2H + M(H+1).
-    alpha, beta : ndarray
-        Weight of the squared parameters and of the squared scaled errors.
-    log_evidence : ndarray
-    epochs : ndarray
-        Steps tried.
-    restart : ndarray
-        Which restart was kept.
-    used : (N, T) ndarray
-        1 for temperatures trained on, 0 for those left out by the split.
-    """
-
-    networks: NetworkBank
-    settings: Training
-    training_error: Real
-    gamma: Real
-    alpha: Real
-    beta: Real
-    log_evidence: Real
-    epochs: Real
-    restart: Real
-    used: Real
 
 
 @dataclass(frozen=True)

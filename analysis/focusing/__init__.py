@@ -6,8 +6,11 @@
 ``energy``       what filters and contrast need of the fields, as N by N forms
 ``inversion``    STIF: Tikhonov or truncated inverse per temperature and frequency
 ``rivals``       time reversal, modal control and no control
-``fir``          512-tap filters by inverse FFT, and what the cut costs
-``performance``  contrast and spot error
+``design``       from filters wanted to taps played, within what the patches bear
+``field_fir``    taps by least squares of the field
+``prolate``      the few combinations of taps that a band can hear
+``fir``          taps by inverse FFT as in the paper, and what the cut costs
+``performance``  contrast, level and phase, spot error
 ``placement``    actuator positions tuned on contrast
 ===============  ===========================================================================
 """

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Panel
-from analysis.focusing.performance import contrast, spot_error
+from analysis.focusing.performance import contrast, mean_response, spot_error
 from analysis.focusing.rivals import modal_control, nearest_actuator, time_reversal
 
 Real = NDArray[np.float64]
@@ -63,7 +63,8 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
     band = settings.in_band(lines)
 
     def stif(_constants: Constants, _amplitude: Complex, forms: EnergyForms) -> Complex:
-        filters: Complex = invert(forms, settings.tolerance, settings.regularisation).filters[0]
+        weighed = forms.weighted(settings.kappa)
+        filters: Complex = invert(weighed, settings.tolerance, settings.regularisation).filters[0]
         return filters
 
     def reversal(_constants: Constants, amplitude: Complex, _forms: EnergyForms) -> Complex:
@@ -79,7 +80,18 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
         centers = np.array(panel.centers)
         return _loud(model, panel, amplitude, band, nearest_actuator(centers, panel.target_center, len(lines)))
 
-    return {"stif": stif, "time-reversal": reversal, "modal-control": modal, "none": none}[method]
+    rule = {"stif": stif, "time-reversal": reversal, "modal-control": modal, "none": none}[method]
+    if settings.level is None:
+        return rule
+    wanted, asked = 10.0 ** (settings.level / 20.0), model.space.asked(displacement)
+
+    def levelled(constants: Constants, amplitude: Complex, forms: EnergyForms) -> Complex:
+        filters = rule(constants, amplitude, forms)
+        reached = mean_response(forms, filters, asked)[0]
+        scaled: Complex = filters * (wanted / np.maximum(np.abs(reached), 1e-6))[:, None]
+        return scaled
+
+    return levelled
 
 
 def _at_center(model: PanelModel, panel: Panel, amplitude: Complex) -> Complex:

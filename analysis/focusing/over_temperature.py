@@ -1,22 +1,25 @@
 """Filters over temperature: what they reach, and what one of them reaches everywhere (paper 5.1)."""
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.focusing.design import TapDesign
 from analysis.focusing.energy import EnergyForms, FieldSpace
-from analysis.focusing.fir import FirBank, FirEnergy, design, energy
-from analysis.focusing.inversion import invert
+from analysis.focusing.fir import FirBank, FirEnergy, energy, suited_delay
+from analysis.focusing.inversion import InverseFilters, invert
 from analysis.focusing.methods import Constants, Method, PanelModel, designer
 from analysis.focusing.panel import Panel
-from analysis.focusing.performance import contrast, spot_error
+from analysis.focusing.performance import contrast, decibels, mean_response, spot_error
 from analysis.material import MaterialLaws
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Report = Callable[[str, float], None]
+Aimed = tuple[Real, Real, Complex]
 
 
 @dataclass(frozen=True)
@@ -29,10 +32,28 @@ class Aim:
         Paper eq. (9), literal.
     spot_error : (T, F) ndarray
         Share of the plate's length Lx.
+    response : (T, F) ndarray
+        Complex: mean displacement of the target over what was asked for, modelling delay taken out.
     """
 
     contrast: Real
     spot_error: Real
+    response: Complex
+
+    @property
+    def level(self) -> Real:
+        """Level (T, F) of the target, dB of the displacement asked for."""
+        return decibels(self.response)
+
+    @property
+    def level_ripple(self) -> Real:
+        """Loudest less softest line of the band (T,), dB."""
+        return np.asarray(np.ptp(self.level, axis=1))
+
+    @property
+    def phase_error(self) -> Real:
+        """Largest deviation of the target's phase from a pure delay in the band (T,), degrees."""
+        return np.asarray(np.abs(np.angle(self.response, deg=True)).max(axis=1))
 
 
 @dataclass(frozen=True)
@@ -59,7 +80,7 @@ class Focusing:
     bank : FirBank
         The filters cut to length.
     energy : FirEnergy
-        What the cut costs.
+        Where the uncut filters' energy lies about the taps.
     uncut, direct, fixed : Aim
         Reached with the complex filters, with the FIR filters of each temperature, and with the FIR
         filters of `reference_temperature` at every temperature.
@@ -104,29 +125,40 @@ def focus(
     temperature: Real,
     method: Method = "stif",
     report: Report = lambda _stage, _share: None,
+    workers: int = 1,
 ) -> Focusing:
     """Design filters at `temperature` (T,), °C, and try those of the reference temperature at each of them."""
     settings, lines = panel.filters, panel.filters.frequency
     reference = reference_temperature(panel, laws)
     band = settings.in_band(lines)
     rule = designer(method, model, panel, lines)
-    (constants, amplitude), *_ = responses(model, laws, np.array([reference]), lines)
-    first = rule(constants, amplitude, model.space.forms([amplitude], panel.target.displacement))
-    kept = design(first[None], np.array([reference]), settings).response(lines[band])[0]
-    filters, ranks, conditions = [], [], []
-    aims: dict[str, list[tuple[Real, Real]]] = {"uncut": [], "direct": [], "fixed": []}
-    for t, (constants, amplitude) in enumerate(responses(model, laws, temperature, lines)):
+    design = tap_design(method, model, panel, laws)
+    asked = model.space.asked(panel.target.displacement)
+
+    def answer(constants: Constants) -> tuple[Complex, EnergyForms, Complex, Real]:
+        amplitude = model.amplitudes(*constants, lines)
         forms = model.space.forms([amplitude], panel.target.displacement)
+        wanted = rule(constants, amplitude, forms)
+        return amplitude, forms, wanted, design.taps(forms, wanted)
+
+    def heard(taps: Real) -> Complex:
+        return np.asarray(design.bank(taps[None], np.zeros(1)).response(lines[band])[0])
+
+    kept = heard(answer(_constants(laws, np.array([reference]))[0])[-1])
+
+    def at(constants: Constants) -> tuple[Complex, Real, InverseFilters, list[Aimed]]:
+        amplitude, forms, wanted, taps = answer(constants)
         plant = invert(forms, settings.tolerance, settings.regularisation)
-        here = rule(constants, amplitude, forms)
-        cut = design(here[None], temperature[t : t + 1], settings).response(lines[band])[0]
-        for name, tried in (("uncut", here[band]), ("direct", cut), ("fixed", kept)):
-            aims[name].append(aim(model.space, forms, amplitude, band, tried))
-        filters.append(here)
-        ranks.append(plant.rank[0])
-        conditions.append(plant.condition[0])
-        report("Filters", (t + 1) / len(temperature))
-    every = np.array(filters)
+        tried = (wanted[band], heard(taps), kept)
+        return wanted, taps, plant, [aim(model.space, forms, amplitude, band, one, asked) for one in tried]
+
+    found = []
+    with ThreadPoolExecutor(workers) as pool:
+        for done, one in enumerate(pool.map(at, _constants(laws, temperature)), start=1):
+            found.append(one)
+            report("Filters", done / len(temperature))
+    every = np.array([one[0] for one in found])
+    uncut, direct, fixed = (joined([one[3][kind] for one in found]) for kind in range(3))
     return Focusing(
         method=method,
         regularisation=settings.regularisation,
@@ -135,34 +167,66 @@ def focus(
         lines=lines,
         frequency=lines[band],
         filters=every,
-        rank=np.array(ranks),
-        condition=np.array(conditions),
-        bank=design(every, temperature, settings),
-        energy=energy(every, settings),
-        uncut=_joined(aims["uncut"]),
-        direct=_joined(aims["direct"]),
-        fixed=_joined(aims["fixed"]),
+        rank=np.array([one[2].rank[0] for one in found]),
+        condition=np.array([one[2].condition[0] for one in found]),
+        bank=design.bank(np.array([one[1] for one in found]), temperature),
+        energy=energy(every, settings, design.delay),
+        uncut=uncut,
+        direct=direct,
+        fixed=fixed,
         reference_temperature=reference,
         target_share=model.space.grid.target_share,
     )
 
 
+def tap_design(method: Method, model: PanelModel, panel: Panel, laws: MaterialLaws) -> TapDesign:
+    """How a method's filters become taps, with the delay declared or else the one that suits the method.
+
+    That is half the taps for STIF, and for the others where the taps hold most of their energy, judged at the
+    reference temperature.
+    """
+    settings = panel.filters
+    if method == "stif" or settings.delay is not None:
+        return TapDesign.of(panel, settings.middle)
+    (constants,) = _constants(laws, np.array([reference_temperature(panel, laws)]))
+    amplitude = model.amplitudes(*constants, settings.frequency)
+    forms = model.space.forms([amplitude], panel.target.displacement)
+    wanted = designer(method, model, panel, settings.frequency)(constants, amplitude, forms)
+    return TapDesign.of(panel, suited_delay(wanted[None], settings))
+
+
 def aim(
-    space: FieldSpace, forms: EnergyForms, amplitude: Complex, band: NDArray[np.bool_], filters: Complex
-) -> tuple[Real, Real]:
-    """Contrast and spot error (F,) of `filters` (F, N) in the `band` of one temperature's forms and amplitudes."""
+    space: FieldSpace,
+    forms: EnergyForms,
+    amplitude: Complex,
+    band: NDArray[np.bool_],
+    filters: Complex,
+    asked: float,
+) -> Aimed:
+    """Contrast, spot error and response (F,) of `filters` (F, N) in the `band` of one temperature's forms."""
     within = forms.at(slice(None), band)
-    return contrast(within, filters)[0], spot_error(space, amplitude[:, band], filters)
+    spot = spot_error(space, amplitude[:, band], filters)
+    return contrast(within, filters)[0], spot, mean_response(within, filters, asked)[0]
+
+
+def joined(rows: list[Aimed]) -> Aim:
+    """One `Aim` of what `aim` found at each temperature."""
+    contrasts, spots, responded = (np.array(part) for part in zip(*rows, strict=True))
+    return Aim(contrasts, spots, responded)
 
 
 def responses(
     model: PanelModel, laws: MaterialLaws, temperature: Real, frequency: Real
 ) -> Iterator[tuple[Constants, Complex]]:
     """E, nu, eta and the panel's amplitudes (N, F, r), one temperature after the other."""
-    material = laws.at(temperature)
-    for e, nu, eta in zip(material.youngs_modulus, material.poisson_ratio, material.loss_factor, strict=True):
-        constants = (float(e), float(nu), float(eta))
+    for constants in _constants(laws, temperature):
         yield constants, model.amplitudes(*constants, frequency)
+
+
+def _constants(laws: MaterialLaws, temperature: Real) -> list[Constants]:
+    material = laws.at(temperature)
+    rows = zip(material.youngs_modulus, material.poisson_ratio, material.loss_factor, strict=True)
+    return [(float(e), float(nu), float(eta)) for e, nu, eta in rows]
 
 
 def covered(laws: MaterialLaws, wanted: tuple[float, float]) -> tuple[float, float]:
@@ -186,7 +250,3 @@ def spaced(low: float, high: float, spacing: float) -> Real:
     """Temperatures every `spacing` from `low`, and `high` itself."""
     steps = np.arange(low, high + 1e-9, spacing)
     return steps if high - steps[-1] < 1e-6 * spacing else np.append(steps, high)
-
-
-def _joined(rows: list[tuple[Real, Real]]) -> Aim:
-    return Aim(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]))

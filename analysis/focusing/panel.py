@@ -51,7 +51,20 @@ class Filters(Declared):
     transform_length: Annotated[int, Field(ge=64, le=1_048_576, description="samples of the fine inverse FFT")] = (
         16_384
     )
-    delay: Annotated[int, Field(ge=0, description="modelling delay, samples")] = 256
+    delay: Annotated[
+        int | None, Field(ge=0, description="modelling delay, samples; left out, what suits taps and method")
+    ] = None
+    design: Annotated[
+        Literal["field", "inverse-fft"], Field(description="least squares of the field, or a cut inverse FFT")
+    ] = "field"
+    outside_weight: Annotated[
+        float | None,
+        Field(ge=1.0, le=1e4, description="energy outside the target over energy inside; 3, or 1 for inverse-fft"),
+    ] = None
+    level: Annotated[
+        float | None,
+        Field(ge=-80.0, le=20.0, description="dB of displacement, at every line of the band; left out, free"),
+    ] = None
     regularisation: Literal["tikhonov", "truncation"] = "tikhonov"
     tolerance: Annotated[
         float, Field(ge=1e-6, le=0.9, description="share of the largest singular value at each frequency")
@@ -81,9 +94,23 @@ class Filters(Declared):
         coldest, hottest = self.operating_range
         if not coldest < hottest:
             raise ValueError(f"operating_range [{coldest:g}, {hottest:g}] °C must ascend")
-        if self.delay >= self.taps:
-            raise ValueError(f"delay {self.delay} samples must lie inside the {self.taps} taps")
+        if self.delay is not None and self.delay >= self.taps:
+            raise ValueError(
+                f"delay {self.delay} samples must lie inside the {self.taps} taps; leave it out, or take 0 to "
+                f"{self.taps - 1}"
+            )
         return self
+
+    @property
+    def kappa(self) -> float:
+        """Weight of the energy outside the target against that inside, in the design."""
+        plain = 3.0 if self.design == "field" else 1.0
+        return plain if self.outside_weight is None else self.outside_weight
+
+    @property
+    def middle(self) -> int:
+        """Delay as declared, else half the taps, for filters that ring as long as they pre-ring, samples."""
+        return self.taps // 2 if self.delay is None else self.delay
 
     @property
     def frequency(self) -> NDArray[np.float64]:
@@ -220,3 +247,8 @@ class Panel(Sparse):
     def centers(self) -> tuple[Point, ...]:
         """Centres of the actuators, m."""
         return tuple(patch.center for patch in self.patch) or tuple(drive.point for drive in self.drive)
+
+    @property
+    def limits(self) -> NDArray[np.float64]:
+        """Peak drive (N,) that each actuator bears, V: rated field times thickness; forces have none."""
+        return np.array([patch.rated_voltage for patch in self.patch] or [np.inf] * len(self.drive))

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
-from analysis.compensation.study import NETWORK, Compensation
+from analysis.compensation.outcome import NETWORK, Compensation
 from analysis.focusing.methods import Comparison
 from analysis.focusing.over_temperature import Aim, Focusing
 from analysis.focusing.panel import Panel

@@ -10,7 +10,8 @@ from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
 from app.files.bad_file import ResultFileError
-from app.files.filter_files import load_compensation, load_focusing, load_uncorrected
+from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
 from app.files.laws_file import load_laws, load_updated
 from app.files.modes_file import load_modes

@@ -1,6 +1,8 @@
 """``flexura focus`` and ``flexura compensate`` on a panel small enough to be reduced in seconds."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,7 +14,8 @@ from click.testing import CliRunner
 from analysis.material import MaterialLaws
 from app import panel_run
 from app.files.atomic import atomic_hdf5
-from app.files.filter_files import load_compensation, load_focusing
+from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_focusing
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import read_stamp
 from app.files.values import write_value
@@ -160,17 +163,16 @@ def test_compensate_prints_every_method_and_keeps_the_networks(run, panel):
     assert printed["temperatures"] == 241
     network = printed["methods"]["network"]
     assert network["relative_error_max_percent"] == pytest.approx(found.relative_error[0].max())
-    assert network["relative_error_max_percent"] <= 0.05
     assert network["contrast_loss"] <= 0.005
     assert printed["methods"]["linear"]["relative_error_max_percent"] > network["relative_error_max_percent"]
-    assert printed["methods"][printed["best"]]["relative_error_max_percent"] == min(
-        m["relative_error_max_percent"] for m in printed["methods"].values()
+    assert printed["methods"][printed["best"]]["contrast_loss"] == min(
+        m["contrast_loss"] for m in printed["methods"].values()
     )
     # The file holds the network itself: what it says at a training temperature is the filter there.
     flex("focus", run, "--panel", panel, "--temperature", 20)
     _, focused, _ = load_focusing(run / "filters.h5")
     np.testing.assert_allclose(
-        found.trained.networks.taps([20.0]), focused.bank.taps, atol=1e-3 * np.abs(focused.bank.taps).max()
+        found.trained.networks.taps([20.0]), focused.bank.taps, atol=3e-3 * np.abs(focused.bank.taps).max()
     )
 
 
@@ -205,7 +207,11 @@ def test_laws_that_end_early_are_used_as_far_as_they_go_and_it_is_said(tmp_path,
     ("words", "said"),
     [
         (("--temperature", 61), "--temperature 61 °C is outside the laws' range, 0 to 60 °C"),
+        (("--temperature", "nan"), "--temperature nan °C is outside the laws' range, 0 to 60 °C"),
         (("--tolerance", 2), "filters.tolerance"),
+        (("--delay", 64), "filters: delay 64 samples must lie inside the 64 taps; leave it out, or take 0 to 63"),
+        (("--taps", 400), "transform_length 512 must be at least twice taps"),
+        (("--outside-weight", 0.5), "filters.outside_weight = 0.5"),
         (("--method", "magic"), "magic"),
         (("--panel", "nowhere.toml"), "nowhere.toml: cannot be read: No such file or directory; allowed"),
     ],
@@ -218,6 +224,52 @@ def test_focus_names_what_is_wrong(run, panel, words, said):
     assert said in result.output
     assert "Traceback" not in result.output
     assert not (run / "filters.h5").exists()
+
+
+def test_another_length_brings_its_own_delay(run, panel):
+    """The panel's file declares 64 taps and a delay of 32; half of 48 suits 48."""
+    assert flex("focus", run, "--panel", panel, "--taps", 24, "--temperature", 20).exit_code == 0
+    _, found, _ = load_focusing(run / "filters.h5")
+    assert (found.bank.taps.shape[2], found.bank.delay) == (24, 12)
+
+
+def test_what_is_compensated_is_what_was_focused(run, panel):
+    words = ("--method", "time-reversal", "--temperature", 20)
+    assert flex("focus", run, "--panel", panel, *words).exit_code == 0
+    result = flex("compensate", run)
+    assert "those of time-reversal" in result.stderr
+    _, found = load_compensation(run / "compensation.h5")
+    assert found.focusing == "time-reversal"
+    _, focused, _ = load_focusing(run / "filters.h5")
+    np.testing.assert_allclose(found.filters.taps[4], focused.bank.taps[0])
+    assert found.filters.delay == focused.bank.delay
+
+
+def test_filters_that_follow_the_paper_closely_and_the_sound_badly_end_with_status_1(run, panel):
+    """MATLAB's split leaves temperatures out: hardly seen in the relative error, heard in the contrast."""
+    words = ("--feed", "temperature", "--scale", "tap", "--start", "random", "--split", "matlab", "--seed", 7)
+    result = flex("compensate", run, "--panel", panel, "--json", "--design", "inverse-fft", *words)
+    _, found = load_compensation(run / "compensation.h5")
+    assert result.exit_code == int(found.largest_loss[0] > 0.02)
+    assert json.loads(result.stdout)["methods"]["network"]["contrast_loss"] == pytest.approx(found.largest_loss[0])
+
+
+def test_focus_does_without_torch(run, panel):
+    code = "import sys; from app.main import flexura; flexura(sys.argv[1:], standalone_mode=False)"
+    code += "; sys.exit('torch' in sys.modules)"
+    words = [
+        sys.executable,
+        "-c",
+        code,
+        "focus",
+        str(run),
+        "--panel",
+        str(panel),
+        "--temperature",
+        "20",
+        "--quiet",
+    ]
+    assert subprocess.run(words, check=False).returncode == 0
 
 
 def test_compensate_names_what_is_wrong(run, panel):

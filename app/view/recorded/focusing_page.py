@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidget
 
-from analysis.compensation.study import Compensation
+from analysis.compensation.outcome import Compensation
 from analysis.focusing.over_temperature import Aim, Focusing
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from analysis.compensation.interpolation import log_root_rigidity
+from analysis.compensation.outcome import METHODS
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
-from analysis.compensation.study import METHODS, compensate
+from analysis.compensation.study import compensate
 from analysis.focusing.over_temperature import focus
 
 
@@ -32,22 +33,21 @@ def test_every_method_is_judged_at_every_temperature(studied):
     np.testing.assert_array_equal(studied.seconds, 1.0)  # two readings of the clock handed in
 
 
-def test_the_networks_keep_the_target_of_a_twentieth_of_a_percent(studied):
-    assert studied.relative_error[0].max() < 0.05
+def test_the_networks_lose_next_to_no_contrast_at_any_line_of_any_temperature(studied):
     assert studied.contrast_loss[0].max() < 0.005
+    assert studied.largest_loss[0] == studied.contrast_loss[0].max()
 
 
 def test_interpolations_are_exact_where_they_were_fitted(studied):
     knots = np.isin(studied.temperature, studied.training_temperature)
     assert studied.relative_error[1:4][:, knots].max() < 1e-20
-    assert studied.relative_error[4, knots].max() < 1e-6
+    assert studied.relative_error[4, knots].max() > studied.relative_error[1:4, knots].max()  # refitted
     assert studied.relative_error[1, ~knots].min() > 1e-9
 
 
-def test_the_best_method_is_the_one_of_the_smallest_largest_error(studied):
-    largest = studied.relative_error.max(axis=(1, 2))
+def test_the_best_method_is_the_one_that_loses_least_contrast_on_the_worst_line(studied):
+    largest = (studied.contrast_direct - studied.contrast).max(axis=(1, 2))
     assert studied.best == studied.methods[int(largest.argmin())]
-    assert largest[1] == largest.max()
 
 
 def test_errors_and_contrasts_are_those_of_filters_designed_on_the_spot(plain, softening, studied):
@@ -70,7 +70,8 @@ def test_spot_errors_belong_to_their_temperatures(plain, softening, studied):
 def test_what_is_left_out_is_missed_by_more_than_what_is_trained_on(studied):
     trained_on = studied.relative_error[:, 5:-5:5]
     assert trained_on.shape == studied.left_out.shape
-    assert np.all(studied.left_out.max(axis=2) > 10.0 * trained_on.max(axis=2))
+    fitted = slice(0, 4)  # the last, refitted to the taps, is not exact where it was fitted
+    assert np.all(studied.left_out[fitted].max(axis=2) > 10.0 * trained_on[fitted].max(axis=2))
 
 
 def test_stiffness_alone_orders_the_temperatures(softening):
