@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
 from analysis.focusing.over_temperature import covered
 from analysis.focusing.panel import Panel
@@ -19,6 +20,7 @@ from app.files.filter_files import load_method, load_panel
 from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
 from app.files.run_folder import run_file
+from app.files.transfers_file import read_transfers
 from app.files.twin_file import TwinFile, read_twin
 
 Real = NDArray[np.float64]
@@ -110,6 +112,26 @@ def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple
     if path is None and made.is_file():
         return changed(load_panel(made), changes), made
     return panel_of(path, changes)
+
+
+def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) -> MeasuredPanel:
+    """Join a panel to its measured transfers; ResultFileError where the two do not fit each other."""
+    if len(temperatures) > 1 or not np.isfinite(temperatures).all():
+        raise ResultFileError(f"--temperature {temperatures}: one, at which {path} was measured, in °C")
+    transfers = read_transfers(path, panel.filters.edges, *temperatures or (panel.filters.reference_temperature,))
+    count = transfers.transfer.shape[1]
+    if count != len(panel.centers):
+        raise ResultFileError(f"{path}: transfers of {count} actuators; the panel declares {len(panel.centers)}")
+    off = ~panel.plate.contains(transfers.points)
+    if off.any():
+        x, y = transfers.points[int(np.argmax(off))]
+        raise ResultFileError(f"{path}: point {int(np.argmax(off)) + 1} at ({x:g}, {y:g}) m lies off the plate")
+    measured = MeasuredPanel(panel, transfers)
+    try:
+        measured.grid  # noqa: B018 - made here, so that what it refuses is told
+    except ValueError as error:
+        raise ResultFileError(f"{path}: {error}; measure points on the target") from error
+    return measured
 
 
 def method_for(named: Method | None, path: Path | None, run: Path) -> Method:

@@ -2,6 +2,8 @@
 
 ===============  ===========================================================================
 ``panel``        the focusing panel as declared: plate, actuators, target, grid, filters
+``target``       what is to be moved: rectangle, ellipse, polygon, several
+``measured``     a panel known by its measured transfers alone
 ``grid``         the points on which a field is aimed and judged
 ``energy``       what filters and contrast need of the fields, as N by N forms
 ``inversion``    STIF: Tikhonov or truncated inverse per temperature and frequency

@@ -54,6 +54,23 @@ class PanelModel(Protocol):
         """Return the lowest `count` modes."""
 
 
+@dataclass(frozen=True)
+class NoModes:
+    """A panel known by its fields alone: enough for STIF, time reversal and no control."""
+
+    space: FieldSpace
+
+    def amplitudes(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
+    ) -> Complex:
+        """Raise ValueError: nothing is known of another material."""
+        raise ValueError("measured transfers hold for the plate that was measured only")
+
+    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> Modes:
+        """Raise ValueError: there is no model."""
+        raise ValueError("measured transfers have no modes")
+
+
 Designer = Callable[[Constants, Complex, EnergyForms], Complex]
 
 
@@ -95,7 +112,8 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
 
 
 def _at_center(model: PanelModel, panel: Panel, amplitude: Complex) -> Complex:
-    response: Complex = model.space.at_point(amplitude, panel.target_center).T
+    centers = [loop.centroid for loop in panel.target_loops]
+    response: Complex = np.mean([model.space.at_point(amplitude, center) for center in centers], axis=0).T
     return response
 
 

@@ -1,8 +1,9 @@
 """Filters over temperature: what they reach, and what one of them reaches everywhere (paper 5.1)."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,8 @@ from analysis.focusing.design import TapDesign
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.fir import FirBank, FirEnergy, energy, suited_delay
 from analysis.focusing.inversion import InverseFilters, invert
-from analysis.focusing.methods import Constants, Method, PanelModel, designer
+from analysis.focusing.measured import MeasuredPanel
+from analysis.focusing.methods import Comparison, Constants, Method, NoModes, PanelModel, designer
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast, decibels, mean_response, spot_error
 from analysis.material import MaterialLaws
@@ -54,6 +56,24 @@ class Aim:
     def phase_error(self) -> Real:
         """Largest deviation of the target's phase from a pure delay in the band (T,), degrees."""
         return np.asarray(np.abs(np.angle(self.response, deg=True)).max(axis=1))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a panel answers at one temperature, and the filters wanted there.
+
+    Attributes
+    ----------
+    amplitude : (N, F, r) ndarray
+    forms, judged : EnergyForms
+        For the design and for judging; they differ where transfers are measured with noise.
+    wanted : (F, N) ndarray
+    """
+
+    amplitude: Complex
+    forms: EnergyForms
+    judged: EnergyForms
+    wanted: Complex
 
 
 @dataclass(frozen=True)
@@ -128,33 +148,102 @@ def focus(
     workers: int = 1,
 ) -> Focusing:
     """Design filters at `temperature` (T,), °C, and try those of the reference temperature at each of them."""
-    settings, lines = panel.filters, panel.filters.frequency
-    reference = reference_temperature(panel, laws)
-    band = settings.in_band(lines)
+    lines, reference = panel.filters.frequency, reference_temperature(panel, laws)
     rule = designer(method, model, panel, lines)
-    design = tap_design(method, model, panel, laws)
-    asked = model.space.asked(panel.target.displacement)
 
-    def answer(constants: Constants) -> tuple[Complex, EnergyForms, Complex, Real]:
+    def answer(constants: Constants) -> Answer:
         amplitude = model.amplitudes(*constants, lines)
         forms = model.space.forms([amplitude], panel.target.displacement)
-        wanted = rule(constants, amplitude, forms)
-        return amplitude, forms, wanted, design.taps(forms, wanted)
+        return Answer(amplitude, forms, forms, rule(constants, amplitude, forms))
+
+    places = [partial(answer, constants) for constants in _constants(laws, temperature)]
+    kept = partial(answer, _constants(laws, np.array([reference]))[0])
+    design = tap_design(method, model, panel, laws)
+    return _tried(panel, model.space, method, design, temperature, places, (reference, kept), report, workers)
+
+
+def focus_measured(
+    measured: MeasuredPanel,
+    method: Method = "stif",
+    report: Report = lambda _stage, _share: None,
+    workers: int = 1,
+) -> Focusing:
+    """Design filters from measured transfers, at the temperatures these were measured at.
+
+    Raises
+    ------
+    ValueError
+        For modal control, which needs a model's modes.
+    """
+    panel, temperature = measured.panel, measured.transfers.temperature
+    settings, displacement = panel.filters, panel.target.displacement
+    if method == "modal-control":
+        raise ValueError("modal-control needs the modes of a model; measured transfers allow the other methods")
+    rule = designer(method, NoModes(measured.space), panel, settings.frequency)
+
+    def answer(t: int) -> Answer:
+        amplitude = measured.amplitudes(t)
+        forms, judged = measured.forms(t, displacement)
+        return Answer(amplitude, forms, judged, rule((0.0, 0.0, 0.0), amplitude, forms))
+
+    near = int(np.argmin(np.abs(temperature - settings.reference_temperature)))
+    late = method != "stif" and settings.delay is None
+    delay = suited_delay(answer(near).wanted[None], settings) if late else settings.middle
+    places = [partial(answer, t) for t in range(len(temperature))]
+    kept = (float(temperature[near]), places[near])
+    design = TapDesign.of(panel, delay)
+    return _tried(panel, measured.space, method, design, temperature, places, kept, report, workers)
+
+
+def compare_measured(measured: MeasuredPanel) -> Comparison:
+    """Contrast and spot error of every method that needs no model, at the temperature nearest to the reference."""
+    panel, space = measured.panel, measured.space
+    settings = panel.filters
+    lines, band = settings.frequency, settings.in_band(settings.frequency)
+    t = int(np.argmin(np.abs(measured.transfers.temperature - settings.reference_temperature)))
+    amplitude = measured.amplitudes(t)
+    forms, judged = measured.forms(t, panel.target.displacement)
+    methods: tuple[Method, ...] = ("stif", "time-reversal", "none")
+    found = []
+    for method in methods:
+        filters = designer(method, NoModes(space), panel, lines)((0.0, 0.0, 0.0), amplitude, forms)
+        found.append(aim(space, judged, amplitude, band, filters[band], 1.0))
+    contrasts, spots = np.array([one[0] for one in found]), np.array([one[1] for one in found])
+    return Comparison(methods, (0.0, 0.0, 0.0), lines[band], contrasts, spots)
+
+
+def _tried(
+    panel: Panel,
+    space: FieldSpace,
+    method: Method,
+    design: TapDesign,
+    temperature: Real,
+    places: Sequence[Callable[[], Answer]],
+    kept: tuple[float, Callable[[], Answer]],
+    report: Report,
+    workers: int,
+) -> Focusing:
+    """Design taps for what a panel answers at each of its `places` and judge them, beside those `kept` of one."""
+    settings, lines = panel.filters, panel.filters.frequency
+    band, asked = settings.in_band(lines), space.asked(panel.target.displacement)
 
     def heard(taps: Real) -> Complex:
         return np.asarray(design.bank(taps[None], np.zeros(1)).response(lines[band])[0])
 
-    kept = heard(answer(_constants(laws, np.array([reference]))[0])[-1])
+    first = kept[1]()
+    fixed_filters = heard(design.taps(first.forms, first.wanted))
 
-    def at(constants: Constants) -> tuple[Complex, Real, InverseFilters, list[Aimed]]:
-        amplitude, forms, wanted, taps = answer(constants)
-        plant = invert(forms, settings.tolerance, settings.regularisation)
-        tried = (wanted[band], heard(taps), kept)
-        return wanted, taps, plant, [aim(model.space, forms, amplitude, band, one, asked) for one in tried]
+    def at(place: Callable[[], Answer]) -> tuple[Complex, Real, InverseFilters, list[Aimed]]:
+        here = place()
+        taps = design.taps(here.forms, here.wanted)
+        plant = invert(here.forms, settings.tolerance, settings.regularisation)
+        tried = (here.wanted[band], heard(taps), fixed_filters)
+        aims = [aim(space, here.judged, here.amplitude, band, one, asked) for one in tried]
+        return here.wanted, taps, plant, aims
 
     found = []
     with ThreadPoolExecutor(workers) as pool:
-        for done, one in enumerate(pool.map(at, _constants(laws, temperature)), start=1):
+        for done, one in enumerate(pool.map(at, places), start=1):
             found.append(one)
             report("Filters", done / len(temperature))
     every = np.array([one[0] for one in found])
@@ -174,8 +263,8 @@ def focus(
         uncut=uncut,
         direct=direct,
         fixed=fixed,
-        reference_temperature=reference,
-        target_share=model.space.grid.target_share,
+        reference_temperature=kept[0],
+        target_share=space.grid.target_share,
     )
 
 

@@ -8,37 +8,18 @@ from pydantic import Field, model_validator
 
 from analysis.declared import Point, Sparse
 from analysis.experiment import Declared, Drive, Patch, Plate, Temperature, check_patches
+from analysis.focusing.target import Target
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import leaves, overlap
-from analysis.geometry.shapes import rectangle
 from analysis.material import MaterialBox
 from analysis.plate_material import material_box
 
-Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
 Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
 Modulus = Annotated[float, Field(ge=1e6, le=1e12, description="Pa")]
 Ratio = Annotated[float, Field(ge=0.0, le=0.499)]
 Loss = Annotated[float, Field(ge=1e-4, le=0.5)]
 Count = Annotated[int, Field(ge=4, le=400)]
-
-
-class Target(Declared):
-    """The rectangle to be moved alone, in fractions of the plate's lengths: of the box around its outline."""
-
-    center: tuple[Fraction, Fraction]
-    size: tuple[Fraction, Fraction]
-    displacement: Annotated[float, Field(ge=1e-12, le=1e-2, description="m per unit of audio signal")] = 1e-6
-
-    @model_validator(mode="after")
-    def _inside(self) -> Self:
-        for axis, (center, size) in enumerate(zip(self.center, self.size, strict=True)):
-            if center - size / 2.0 < 0.0 or center + size / 2.0 > 1.0:
-                raise ValueError(
-                    f"target spans {center - size / 2:g} to {center + size / 2:g} of the plate along "
-                    f"{'xy'[axis]}; allowed 0 to 1"
-                )
-        return self
 
 
 class Filters(Declared):
@@ -203,10 +184,12 @@ class Panel(Sparse):
                 f"{len(self.patch)} patches and {len(self.drive)} drives; a panel has at least one actuator, and "
                 "actuators of one kind: volts and newtons cannot be weighed against each other"
             )
-        place = leaves(self.target_loop, self.plate.loop)
-        for hole in self.plate.hole_loops:
-            place = overlap(self.target_loop, hole) if place is None else place
-        if place is not None:
+        for loop in self.target_loops:
+            place = leaves(loop, self.plate.loop)
+            for hole in self.plate.hole_loops:
+                place = overlap(loop, hole) if place is None else place
+            if place is None:
+                continue
             raise GeometryError(
                 f"target reaches over the plate's edge at {at(place)}; move it onto the plate", place
             )
@@ -233,15 +216,14 @@ class Panel(Sparse):
 
     @property
     def target_center(self) -> tuple[float, float]:
-        """Centre of the target, m."""
-        (x, y), plate = self.plate.bounds[0], self.plate
-        return x + self.target.center[0] * plate.length_x, y + self.target.center[1] * plate.length_y
+        """Centre of the target, of its first spot where it has several, m."""
+        return self.target_loops[0].centroid
 
     @property
-    def target_loop(self) -> Loop:
-        """Border of the target."""
-        along, across = self.target.size
-        return rectangle(self.target_center, (along * self.plate.length_x, across * self.plate.length_y))
+    def target_loops(self) -> tuple[Loop, ...]:
+        """Borders of the target's spots, m."""
+        (x, y), plate = self.plate.bounds[0], self.plate
+        return self.target.loops((float(x), float(y)), (plate.length_x, plate.length_y))
 
     @property
     def centers(self) -> tuple[Point, ...]:

@@ -48,7 +48,7 @@ def decibels(response: Complex) -> Real:
 
 
 def spot_error(space: FieldSpace, amplitude: Complex, filters: Complex) -> Real:
-    """Distance (F,) from the target's centre to the largest |U|, as a share of the plate's length Lx.
+    """Distance (F,) from the target's centre, the nearest of several, to the largest |U|, over the plate's Lx.
 
     Parameters
     ----------
@@ -59,8 +59,9 @@ def spot_error(space: FieldSpace, amplitude: Complex, filters: Complex) -> Real:
     """
     field = space.deflection @ np.einsum("nfr,fn->rf", amplitude, filters)
     peak = space.grid.points[np.argmax(np.abs(field), axis=0)]
-    distance: Real = np.hypot(*(peak - np.asarray(space.grid.center)).T)
-    return distance / space.grid.length[0]
+    away = np.linalg.norm(peak[:, None] - space.grid.centers, axis=-1)
+    distance: Real = away.min(axis=1) / space.grid.length[0]
+    return distance
 
 
 def _energy(form: Complex, filters: Complex) -> Real:

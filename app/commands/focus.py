@@ -28,6 +28,7 @@ Examples:
   flexura focus plate-run --taps 128 --outside-weight 10
   flexura focus plate-run --design inverse-fft
   flexura focus plate-run --twin plate-run/twin.toml
+  flexura focus --transfers scan.uff --panel scanned.toml --temperature 21.5 --out scan-run
 """
 
 
@@ -49,6 +50,11 @@ Examples:
     "--tolerance", type=float, help="Share of the largest singular value, 1e-6 to 0.9 (default: the panel's)."
 )
 @filter_options
+@click.option(
+    "--transfers",
+    type=PATH,
+    help="Measured transfers (UFF58 with nodes, or HDF5) in place of RUN's laws and the panel's twin.",
+)
 @laws_of_twin
 @out_folder("Folder for filters.h5 (default: beside the laws).")
 @output_options("the figures")
@@ -61,6 +67,7 @@ def command(
     regularisation: str | None,
     tolerance: float | None,
     filters: dict[str, Any],
+    transfers: Path | None,
     twin: Path | None,
     out: Path | None,
     output: Output,
@@ -73,6 +80,10 @@ def command(
     eq. 9, mean and worst line), the same normalised by area, level and phase over the band, latency and peak
     drive, with the filters of each temperature and with those of 20 °C everywhere. Writes filters.h5.
     """
+    changes = {"regularisation": regularisation, "tolerance": tolerance} | filters
+    if transfers is not None:
+        _focus_measured(transfers, panel, temperatures, method, changes, out, output)
+        return
     import numpy as np
 
     from analysis.focusing.methods import compare
@@ -85,7 +96,7 @@ def command(
     from app.uncorrected_filters import uncorrected_aim, uncorrected_laws
 
     started = time.perf_counter()
-    declared, panel_path = panel_of(panel, {"regularisation": regularisation, "tolerance": tolerance} | filters)
+    declared, panel_path = panel_of(panel, changes)
     laws_path, laws, beside = laws_for(run, twin, "focus")
     laws = declared.plate.grown(laws)
     low, high = range_of(declared, laws, laws_path)
@@ -111,6 +122,42 @@ def command(
     )
     left_out = effects_left_out(twin) if twin is not None else []
     for note in (*notes(declared, focusing), *left_out, *correction(focusing, lost), *gone):
+        output.note(note)
+    output.summary(summary(focusing, folder / "filters.h5", seconds))
+
+
+def _focus_measured(
+    transfers: Path,
+    panel: Path | None,
+    temperatures: tuple[float, ...],
+    method: str,
+    changes: dict[str, Any],
+    out: Path | None,
+    output: Output,
+) -> None:
+    """Design filters from measured transfers alone."""
+    from analysis.focusing.over_temperature import compare_measured, focus_measured
+    from app.files.filter_files import save_focusing
+    from app.files.provenance import provenance, sha256
+    from app.files.run_folder import run_folder
+    from app.panel_run import measured_panel, panel_of, workers
+
+    started = time.perf_counter()
+    declared, panel_path = panel_of(panel, changes)
+    if method == "modal-control":
+        raise click.UsageError("--method modal-control needs the modes of a model; --transfers has none")
+    measured = measured_panel(declared, transfers, temperatures)
+    folder = run_folder(transfers.parent, out or transfers.parent)
+    with output.progress() as report:
+        focusing = focus_measured(measured, method, report, workers())  # type: ignore[arg-type]
+        comparison = compare_measured(measured)
+    inputs = {transfers.name: sha256(transfers), panel_path.name: sha256(panel_path)}
+    settings = {"method": method, "panel": declared.model_dump(mode="json"), "measured": True}
+    gone = replaced(folder / "filters.h5", focusing.temperature)
+    save_focusing(folder / "filters.h5", declared, focusing, comparison, provenance(inputs, settings))
+    seconds = time.perf_counter() - started
+    output.result(lambda: record(declared, focusing, comparison, seconds), lambda: show(declared, focusing))
+    for note in (*notes(declared, focusing), *gone):
         output.note(note)
     output.summary(summary(focusing, folder / "filters.h5", seconds))
 
