@@ -20,6 +20,7 @@ VERBS = {
     "blind-trial": "blind_trial",
     "focus": "focus",
     "compensate": "compensate",
+    "study": "study",
     "report": "report",
     "view": "view",
     "doctor": "doctor",

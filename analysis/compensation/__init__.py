@@ -4,6 +4,7 @@
 ``settings``        how networks are trained
 ``study``           every method put to the test
 ``outcome``         what came of it
+``parameter_studies``  networks over nodes and spacing
 ``network``         trained networks: temperature in, taps out, clamped to their range
 ``training``        scale, rotate, train, choose, refuse
 ``bayesian``        Levenberg–Marquardt with MacKay's evidence

@@ -144,3 +144,23 @@ class Compensation:
     def best(self) -> str:
         """Method of the smallest largest loss of contrast."""
         return self.methods[int(np.argmin(self.largest_loss))]
+
+
+@dataclass(frozen=True)
+class NetworkStudy:
+    """Networks trained with one choice after another; NaN where the evidence collapsed, with every restart.
+
+    Attributes
+    ----------
+    nodes, spacing : (k,) ndarray
+        Of each choice; spacing in °C.
+    squared_error : (k, N) ndarray
+        Mean over the temperatures of the relative error, paper eq. (13), %, for each actuator.
+    contrast_loss : (k,) ndarray
+        At the worst line of the worst temperature.
+    """
+
+    nodes: Real
+    spacing: Real
+    squared_error: Real
+    contrast_loss: Real

@@ -57,7 +57,7 @@ def compensate(
     Raises
     ------
     ValueError
-        Where the range gives too few training temperatures for the nodes.
+        Where the range gives fewer than four training temperatures.
     EvidenceCollapseError
         Where no network of some actuator is good enough.
     """

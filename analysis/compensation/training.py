@@ -61,7 +61,7 @@ def train_networks(
     Raises
     ------
     ValueError
-        For more nodes than the temperatures carry.
+        For fewer than four training temperatures.
     EvidenceCollapseError
         Where every restart of an actuator misses its own training filters by more than
         `settings.largest_error`.

@@ -13,6 +13,7 @@
 ``prolate``      the few combinations of taps that a band can hear
 ``fir``          taps by inverse FFT as in the paper, and what the cut costs
 ``performance``  contrast, level and phase, spot error
+``played``       a sweep through taps and panel in the time domain
 ``placement``    actuator positions tuned on contrast
 ===============  ===========================================================================
 """

@@ -121,5 +121,4 @@ class MeasuredPanel:
         place = np.clip(np.searchsorted(frequency, lines, side="right") - 1, 0, len(frequency) - 2)
         share = np.clip((lines - frequency[place]) / (frequency[place + 1] - frequency[place]), 0.0, 1.0)
         weight = share[None, :, None]
-        found: Complex = (1.0 - weight) * values[:, place] + weight * values[:, place + 1]
-        return found
+        return np.asarray((1.0 - weight) * values[:, place] + weight * values[:, place + 1], dtype=complex)

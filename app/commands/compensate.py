@@ -82,6 +82,9 @@ Examples:
     type=click.Choice(FOCUSING_METHODS),
     help="How the filters are designed that are followed (default: as in RUN's filters.h5, else stif).",
 )
+@click.option(
+    "--as-paper", is_flag=True, help="Feed, scale, start, split and design as in the paper, all at once."
+)
 @filter_options
 @laws_of_twin
 @out_folder("Folder for compensation.h5 (default: beside the laws).")
@@ -100,6 +103,7 @@ def command(
     seed: int,
     device: str,
     method: str | None,
+    as_paper: bool,
     filters: dict[str, Any],
     twin: Path | None,
     out: Path | None,
@@ -122,6 +126,7 @@ def command(
 
     started = time.perf_counter()
     laws_path, laws, beside = laws_for(run, twin, "compensate")
+    filters = filters | ({"design": "inverse-fft"} if as_paper else {})
     declared, panel_path = panel_for(panel, beside, filters)
     followed = method_for(method, panel, beside)  # type: ignore[arg-type]
     laws = declared.plate.grown(laws)
@@ -129,13 +134,12 @@ def command(
     training = Training(
         nodes=nodes, feed=feed, scale=scale, start=start, split=split, restarts=restarts, seed=seed
     )
+    training = training.as_paper() if as_paper else training
     checked_device(device)
     try:
         training.check_temperatures(len(spaced(low, high, spacing)))
     except ValueError as error:
-        raise click.UsageError(
-            f"--nodes {nodes}, --spacing {spacing:g}, {low:g} to {high:g} °C: {error}"
-        ) from error
+        raise click.UsageError(f"--spacing {spacing:g}, {low:g} to {high:g} °C: {error}") from error
     folder = run_folder(beside, out or beside)
     found = trained_and_judged(declared, laws, spacing, training, device, output, followed)
     inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}

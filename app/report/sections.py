@@ -18,7 +18,7 @@ from app.files.modes_file import load_modes
 from app.files.run_folder import MADE_BY, run_file
 from app.gap_words import with_sigma
 from app.progress import Report
-from app.report import focusing, identified, measured, paper, updated
+from app.report import focusing, identified, measured, paper, studies, updated
 from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
 from app.report.gap_section import gap_section
 from app.report.origin import origin, outdated, stamps
@@ -26,7 +26,7 @@ from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, 
 from app.report.summary import summary
 from app.updating import GOOD_MISFIT
 
-OPTIONAL = ("gap.h5",)
+OPTIONAL = ("gap.h5", "studies.h5")
 """Stages that a run is complete without."""
 
 
@@ -51,6 +51,7 @@ def sections(run: Path, report: Report) -> Found:
         ("What the twin lacks", "gap.h5", lambda: gap_section(run / "gap.h5")),
         ("Focusing", "filters.h5", lambda: _focusing(run, rows)),
         ("Compensation", "compensation.h5", lambda: _compensation(run, rows)),
+        ("The paper's studies", "studies.h5", lambda: studies.items(run / "studies.h5", rows)),
     ]
     lines = [(verb, line) for verb, line in summary(run).items() if verb != "import"]
     made = [Section("In short", [Table(("stage", "found"), lines)])] if lines else []

@@ -278,8 +278,8 @@ def test_focus_does_without_torch(run, panel):
 
 
 def test_compensate_names_what_is_wrong(run, panel):
-    result = flex("compensate", run, "--panel", panel, "--nodes", 12)
-    assert "12 nodes need at least 14 training temperatures; 13 are given (take 11 or fewer, or a" in result.output
+    result = flex("compensate", run, "--panel", panel, "--spacing", 30)
+    assert "3 training temperatures; at least 4 are needed: take a smaller spacing" in result.output
     assert result.exit_code == 2
     result = flex("compensate", run, "--panel", panel, "--device", "abacus")
     assert "--device abacus: torch cannot use it" in result.output

@@ -84,5 +84,5 @@ def test_too_few_training_temperatures_are_refused_before_any_work(plain, soften
     def clock():
         raise AssertionError("nothing should have been timed")
 
-    with pytest.raises(ValueError, match="10 nodes need at least 12 training temperatures; 7 are given"):
-        compensate(plain, plain.panel, softening, 10.0, Training(), clock)
+    with pytest.raises(ValueError, match="3 training temperatures; at least 4 are needed"):
+        compensate(plain, plain.panel, softening, 30.0, Training(), clock)
