@@ -10,6 +10,7 @@
 ``bayesian``        Levenberg–Marquardt with MacKay's evidence
 ``arrow``           its normal matrix, a block arrow that is never formed
 ``interpolation``   the rivals: linear, cubic spline, equal reduced frequency
+``low_rank``        a mean and a few principal filters
 ``leave_one_out``   how far a training filter is missed when it is left out
 ``relative_error``  paper eq. (13)
 ==================  ========================================================================

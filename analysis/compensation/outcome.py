@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import NetworkBank
 from analysis.compensation.settings import Training
 from analysis.focusing.fir import FirBank
@@ -14,13 +15,17 @@ from analysis.focusing.performance import decibels
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-NETWORK, LINEAR, SPLINE, RIGIDITY_SPLINE, REDUCED_FREQUENCY = METHODS = (
+NETWORK, LINEAR, SPLINE, RIGIDITY_SPLINE, REDUCED_FREQUENCY, LOW_RANK = METHODS = (
     "network",
     "linear",
     "cubic-spline",
     "cubic-spline-rigidity",
     "reduced-frequency",
+    "low-rank",
 )
+
+FAIR_LOSS = 0.005
+"""Contrast at the worst line not worth mentioning; of methods that lose no more, the smallest is recommended."""
 
 
 @dataclass(frozen=True)
@@ -87,8 +92,14 @@ class Compensation:
         Largest drive any audio within ±1 can bring about, V or N.
     seconds : (m,) ndarray
         Training or fitting, and all T evaluations.
+    size : (m,) ndarray
+        Of what has to be kept where the filters run, bytes in single precision.
+    update_cost : (m,) ndarray
+        Multiplications for a new set of taps.
     trained : Trained
         The networks.
+    low_rank : LowRankBank
+        The principal filters.
     aim_temperature : (A,) ndarray
         Degrees Celsius.
     direct_aim, network_aim : Aim
@@ -109,7 +120,10 @@ class Compensation:
     response: Complex
     peak_drive: Real
     seconds: Real
+    size: Real
+    update_cost: Real
     trained: Trained
+    low_rank: LowRankBank
     aim_temperature: Real
     direct_aim: Aim
     network_aim: Aim
@@ -139,6 +153,12 @@ class Compensation:
     def level_ripple(self) -> Real:
         """Loudest less softest line of the band (m,), dB, at the worst temperature."""
         return np.asarray(np.ptp(decibels(self.response), axis=2).max(axis=1))
+
+    @property
+    def recommended(self) -> str:
+        """Smallest method that loses no contrast worth mentioning; the best one where each loses some."""
+        fair = self.largest_loss <= FAIR_LOSS
+        return self.methods[int(np.argmin(np.where(fair, self.size, np.inf)))] if fair.any() else self.best
 
     @property
     def best(self) -> str:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.compensation.interpolation import cubic_spline, linear, log_root_rigidity, reduced_frequency
 from analysis.compensation.leave_one_out import leave_one_out, leave_one_out_networks
+from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import InputMap
 from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained
 from analysis.compensation.relative_error import relative_error
@@ -25,6 +26,7 @@ from analysis.focusing.over_temperature import (
     covered,
     joined,
     responses,
+    robust_forms,
     spaced,
     tap_design,
 )
@@ -88,6 +90,9 @@ def compensate(
     at_places = [int(np.argmin(np.abs(everywhere - place))) for place in places]
     aims = _aims(model, panel, laws, everywhere[at_places], truth, truth.taps[at_places], taps[NETWORK][at_places])
     report("Leave one out", 1.0)
+    held, cost = _burden(
+        filters, training.nodes, len(LowRankBank.of(filters).filters), len(panel.filters.frequency)
+    )
     asked = model.space.asked(panel.target.displacement)
     heard = [replace(truth, taps=taps[name]).response(_band_lines(panel)) for name in METHODS]
     return Compensation(
@@ -103,11 +108,31 @@ def compensate(
         response=np.array([mean_response(forms, one, asked) for one in heard]),
         peak_drive=np.array([peak_drive(taps[name]) for name in METHODS]),
         seconds=seconds,
+        size=4.0 * held,
+        update_cost=cost,
         trained=trained[0],
+        low_rank=LowRankBank.of(filters),
         aim_temperature=everywhere[at_places],
         direct_aim=aims[0],
         network_aim=aims[1],
         target_share=model.space.grid.target_share,
+    )
+
+
+def _burden(filters: FirBank, nodes: int, rank: int, lines: int) -> tuple[Real, Real]:
+    """Numbers to keep and multiplications an update, of every method (m,).
+
+    Interpolation keeps the training filters; a spline's value is a sum over all of them with weights that follow
+    from the temperature alone. Equal reduced frequency stretches four responses and fits a filter to each
+    actuator.
+    """
+    count, actuators, taps = filters.taps.shape
+    one = float(actuators * taps)
+    interpolated = count * one
+    fit = 4.0 * 8.0 * lines * actuators + 2.0 * lines * one
+    held = [actuators * (2 * nodes + (nodes + 1) * taps), *[interpolated] * 4, (rank + 1) * one + count * rank]
+    return np.array(held, dtype=float), np.array(
+        [nodes * one, 2.0 * one, count * one, count * one, fit, rank * one]
     )
 
 
@@ -149,7 +174,10 @@ def rivals(panel: Panel, laws: MaterialLaws) -> tuple[Predictor, ...]:
         wanted = reduced_frequency(bank, u(bank.temperature), u(temperature), lines)
         return fitted(wanted, temperature, panel.filters, bank.delay).taps
 
-    return linear, spline, rigidity_spline, equal_reduced_frequency
+    def low_rank(bank: FirBank, temperature: Real) -> Real:
+        return LowRankBank.of(bank).taps(temperature)
+
+    return linear, spline, rigidity_spline, equal_reduced_frequency, low_rank
 
 
 def _rigidity(laws: MaterialLaws, temperature: Real) -> Real:
@@ -180,7 +208,8 @@ def direct_filters(
     def at(t: int) -> tuple[Real, EnergyForms]:
         (constants, amplitude), *_ = responses(model, laws, temperature[t : t + 1], lines)
         form = model.space.forms([amplitude], panel.target.displacement)
-        return design.taps(form, rule(constants, amplitude, form)), form.at(slice(None), band)
+        wanted = robust_forms(model, panel, laws, float(temperature[t]), form)
+        return design.taps(wanted, rule(constants, amplitude, wanted)), form.at(slice(None), band)
 
     taps, forms = [], []
     with ThreadPoolExecutor(workers) as pool:

@@ -151,13 +151,14 @@ def focus(
     lines, reference = panel.filters.frequency, reference_temperature(panel, laws)
     rule = designer(method, model, panel, lines)
 
-    def answer(constants: Constants) -> Answer:
-        amplitude = model.amplitudes(*constants, lines)
-        forms = model.space.forms([amplitude], panel.target.displacement)
-        return Answer(amplitude, forms, forms, rule(constants, amplitude, forms))
+    def answer(here: float) -> Answer:
+        ((constants, amplitude),) = responses(model, laws, np.array([here]), lines)
+        judged = model.space.forms([amplitude], panel.target.displacement)
+        forms = robust_forms(model, panel, laws, here, judged)
+        return Answer(amplitude, forms, judged, rule(constants, amplitude, forms))
 
-    places = [partial(answer, constants) for constants in _constants(laws, temperature)]
-    kept = partial(answer, _constants(laws, np.array([reference]))[0])
+    places = [partial(answer, float(here)) for here in temperature]
+    kept = partial(answer, reference)
     design = tap_design(method, model, panel, laws)
     return _tried(panel, model.space, method, design, temperature, places, (reference, kept), report, workers)
 
@@ -266,6 +267,25 @@ def _tried(
         reference_temperature=kept[0],
         target_share=space.grid.target_share,
     )
+
+
+def robust_forms(
+    model: PanelModel, panel: Panel, laws: MaterialLaws, temperature: float, forms: EnergyForms
+) -> EnergyForms:
+    """Energy forms for a design at `temperature`, °C, where a thermometer may err; `forms` are exactly its own.
+
+    The mean over T ± `thermometer_error`, all alike likely (five Gauss points): the filters that follow from it
+    make the mean squared error of the field smallest, whatever the temperature really is.
+    """
+    width = panel.filters.thermometer_error
+    if width == 0.0:
+        return forms
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    around = np.clip(temperature + width * nodes, *laws.temperature_range)
+    amplitudes = (amplitude for _, amplitude in responses(model, laws, around, panel.filters.frequency))
+    found = model.space.forms(amplitudes, panel.target.displacement)
+    mean = [np.tensordot(0.5 * weights, part, axes=1)[None] for part in (found.plate, found.target, found.aim)]
+    return EnergyForms(*mean)
 
 
 def tap_design(method: Method, model: PanelModel, panel: Panel, laws: MaterialLaws) -> TapDesign:

@@ -46,6 +46,9 @@ class Filters(Declared):
         float | None,
         Field(ge=-80.0, le=20.0, description="dB of displacement, at every line of the band; left out, free"),
     ] = None
+    thermometer_error: Annotated[
+        float, Field(ge=0.0, le=30.0, description="°C either way, for which filters are to be robust")
+    ] = 0.0
     regularisation: Literal["tikhonov", "truncation"] = "tikhonov"
     tolerance: Annotated[
         float, Field(ge=1e-6, le=0.9, description="share of the largest singular value at each frequency")

@@ -113,9 +113,9 @@ def command(
 
     RUN is a run folder with laws.h5, or a laws file (default: the current folder). Trains on the filters every
     SPACING °C, designed as in RUN's filters.h5 unless said otherwise, and judges networks, linear interpolation,
-    cubic splines and interpolation at equal reduced frequency against the filters computed every 0.25 °C. Writes
-    compensation.h5. Exit status 1 where a network is refused, or loses more than 0.02 of contrast at any line of
-    any temperature.
+    cubic splines, interpolation at equal reduced frequency and principal filters against the filters computed
+    every 0.25 °C. Writes compensation.h5. Exit status 1 where a network is refused, or loses more than 0.02 of
+    contrast at any line of any temperature.
     """
     from analysis.compensation.settings import Training
     from analysis.focusing.over_temperature import spaced
@@ -223,6 +223,8 @@ def record(found: "Compensation", seconds: float) -> dict[str, Any]:
                 "phase_error_deg": float(found.phase_error[m]),
                 "level_ripple_db": float(found.level_ripple[m]),
                 "peak_drive": float(found.peak_drive[m].max()),
+                "bytes": int(found.size[m]),
+                "multiplications_per_update": int(found.update_cost[m]),
                 "relative_error_max_percent": _largest(found, m),
                 "relative_error_mean_percent": float(found.relative_error[m].mean()),
                 "left_out_max_percent": float(found.left_out[m].max()),
@@ -231,6 +233,7 @@ def record(found: "Compensation", seconds: float) -> dict[str, Any]:
             for m, name in enumerate(found.methods)
         },
         "best": found.best,
+        "recommended": found.recommended,
         "focusing": found.focusing,
         "taps": found.filters.taps.shape[2],
         "latency_ms": 1e3 * found.filters.delay / found.filters.sample_rate,
@@ -273,7 +276,7 @@ def show(found: "Compensation") -> None:
     )
     table.add_column("", no_wrap=True)
     for name in found.methods:
-        table.add_column(name, justify="right")
+        table.add_column(name.replace("-", "-\n"), justify="right")
     share = found.target_share
     for figure, values in (
         ("contrast, mean", [f"{c.mean():.3f}" for c in found.contrast]),
@@ -284,6 +287,8 @@ def show(found: "Compensation") -> None:
         ("phase error [°]", [f"{c:.1f}" for c in found.phase_error]),
         ("level ripple [dB]", [f"{c:.1f}" for c in found.level_ripple]),
         ("peak drive", [f"{c.max():.3g}" for c in found.peak_drive]),
+        ("kilobytes", [f"{c / 1e3:.0f}" for c in found.size]),
+        ("multiplications [10³]", [f"{c / 1e3:.0f}" for c in found.update_cost]),
         ("time [s]", [f"{c:.2f}" for c in found.seconds]),
         ("relative error [%]", [f"{_largest(found, m):.1g}" for m in range(len(found.methods))]),
     ):
@@ -297,7 +302,8 @@ def summary(found: "Compensation", target: Path, seconds: float) -> str:
     return (
         f"{len(found.training_temperature)} training temperatures, judged at {len(t)} from {t[0]:g} to {t[-1]:g} "
         f"°C: the networks lose at most {found.largest_loss[0]:.2g} of contrast (relative error "
-        f"{_largest(found, 0):.2g} % of energy); best here: {found.best}; {seconds:.1f} s; {target}"
+        f"{_largest(found, 0):.2g} % of energy); best here: {found.best}, "
+        f"recommended: {found.recommended}; {seconds:.1f} s; {target}"
     )
 
 

@@ -56,6 +56,7 @@ FILTER_OPTIONS = (
         type=float,
         help="Weight of what moves outside the target, 1 to 10000 (default: 3; 1 for inverse-fft).",
     ),
+    click.option("--thermometer-error", type=float, help="°C either way that filters are robust to (default: 0)."),
     click.option("--level", type=float, help="dB of the displacement asked for, at every line (default: free)."),
 )
 
@@ -65,7 +66,7 @@ def filter_options(verb: Verb) -> Verb:
 
     @functools.wraps(verb)
     def designing(*args: Any, **options: Any) -> object:
-        names = ("design", "taps", "delay", "outside_weight", "level")
+        names = ("design", "taps", "delay", "outside_weight", "thermometer_error", "level")
         given = {name: options.pop(name) for name in names}
         return verb(*args, filters=given, **options)
 

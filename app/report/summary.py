@@ -73,5 +73,5 @@ def _compensated(path: Path) -> str:
     error, loss = found.relative_error[place].max(), found.largest_loss[place]
     return (
         f"the networks lose at most {loss:.2g} of contrast, relative error at most {error:.1g} % of energy; "
-        f"best here: {found.best}"
+        f"best here: {found.best}, recommended: {found.recommended}"
     )

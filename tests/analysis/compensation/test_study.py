@@ -27,9 +27,9 @@ def test_every_method_is_judged_at_every_temperature(studied):
     assert studied.methods == METHODS
     np.testing.assert_allclose(studied.temperature, np.arange(0.0, 60.5, 1.0))
     np.testing.assert_allclose(studied.training_temperature, np.arange(0.0, 60.5, 5.0))
-    assert studied.relative_error.shape == (5, 61, 6)
-    assert studied.left_out.shape == (5, 11, 6)
-    assert studied.contrast.shape == (5, 61, len(studied.frequency))
+    assert studied.relative_error.shape == (6, 61, 6)
+    assert studied.left_out.shape == (6, 11, 6)
+    assert studied.contrast.shape == (6, 61, len(studied.frequency))
     np.testing.assert_array_equal(studied.seconds, 1.0)  # two readings of the clock handed in
 
 
@@ -72,6 +72,19 @@ def test_what_is_left_out_is_missed_by_more_than_what_is_trained_on(studied):
     assert trained_on.shape == studied.left_out.shape
     fitted = slice(0, 4)  # the last, refitted to the taps, is not exact where it was fitted
     assert np.all(studied.left_out[fitted].max(axis=2) > 10.0 * trained_on[fitted].max(axis=2))
+
+
+def test_the_recommended_method_is_the_smallest_that_loses_nothing_worth_mentioning(studied):
+    fair = studied.largest_loss <= 0.005
+    assert studied.recommended in np.array(studied.methods)[fair]
+    assert studied.size[studied.methods.index(studied.recommended)] == studied.size[fair].min()
+    count, actuators, taps = studied.filters.taps.shape
+    assert studied.size[studied.methods.index("linear")] == 4 * count * actuators * taps
+    network = studied.trained.networks
+    parts = (network.slope, network.bias, network.output)
+    assert studied.size[0] == 4 * sum(part.size for part in parts)
+    kept = studied.low_rank
+    assert studied.size[-1] == 4 * (kept.coefficient.size + kept.filters.size + kept.mean.size)
 
 
 def test_stiffness_alone_orders_the_temperatures(softening):
