@@ -13,6 +13,10 @@ from analysis.geometry.relations import overlap
 
 UNSET = float("nan")
 
+RATED_FIELD = {"NCE51": 5e5, "PIC255": 5e5, "PZT-5A": 5e5, "PZT-5H": 3e5}
+"""Field strength, V/m, either way, that soft ceramics bear for long without losing their poling: half of the
+coercive field and less. For a patch with a better known limit, declare `rated_field`."""
+
 
 class Patch(Sparse):
     """A piezo patch glued to one face: of `size`, its first side turned by `angle`, or round, of `diameter`.
@@ -33,6 +37,14 @@ class Patch(Sparse):
     thickness: Annotated[float, Field(ge=5e-5, le=5e-3, description="m")]
     side: Literal["top", "bottom"] = "top"
     material: Literal["NCE51", "PIC255", "PZT-5A", "PZT-5H"] = "NCE51"
+    rated_field: Annotated[
+        float | None, Field(ge=1e3, le=1e7, description="V/m, peak, either way; left out, the material's")
+    ] = None
+
+    @property
+    def rated_voltage(self) -> float:
+        """Peak voltage it may be driven with, V."""
+        return (self.rated_field or RATED_FIELD[self.material]) * self.thickness
 
     @cached_property
     def loop(self) -> Loop:

@@ -24,6 +24,7 @@ VERBS = {
     "export": "export",
     "render": "render",
     "thermometer": "thermometer",
+    "study": "study",
     "report": "report",
     "view": "view",
     "doctor": "doctor",

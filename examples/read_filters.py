@@ -21,6 +21,7 @@ def main() -> None:
         known, value = networks["input/temperature"][:], networks["input/value"][:]
         slope, bias, output = (networks[name][:] for name in ("slope", "bias", "output"))
         panel = json.loads(file.attrs["panel"])
+        rate, delay = (file["compensation/filters"].attrs[name] for name in ("sample_rate", "delay"))
     temperature = float(sys.argv[2])
     if not known[0] <= temperature <= known[-1]:
         print(f"{temperature:g} °C is beyond {known[0]:g} to {known[-1]:g} °C: the end's filters", file=sys.stderr)
@@ -28,7 +29,6 @@ def main() -> None:
     taps = np.einsum("nh,nhm->mn", hidden, output[:, :-1]) + output[:, -1].T  # (M, N)
     names = ",".join(patch["id"] for patch in panel["patch"])
     np.savetxt(sys.argv[3], taps, delimiter=",", header=names, comments="")
-    rate, delay = panel["filters"]["sample_rate"], panel["filters"]["delay"]
     print(f"{taps.shape[1]} filters of {taps.shape[0]} taps at {rate:g} Hz, modelling delay {delay} samples")
 
 

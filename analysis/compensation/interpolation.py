@@ -6,6 +6,9 @@ from scipy.interpolate import CubicSpline
 from analysis.arrays import Complex, Real
 from analysis.focusing.fir import FirBank
 
+FINER = 32
+"""Lines of a response in the width of one peak its taps can resolve: a spline through them is exact to 1e-5."""
+
 
 def linear(filters: FirBank, temperature: Real) -> Real:
     """Taps (T, N, M) on straight lines between neighbouring training temperatures."""
@@ -35,8 +38,8 @@ def log_root_rigidity(youngs_modulus: Real, poisson_ratio: Real) -> Real:
     return u
 
 
-def reduced_frequency(filters: Complex, lines: Real, knots: Real, places: Real, frequency: Real) -> Complex:
-    """Complex filters (T, F, N) interpolated at equal reduced frequency f/√D.
+def reduced_frequency(filters: FirBank, knots: Real, places: Real, frequency: Real) -> Complex:
+    """Complex responses (T, F, N) interpolated at equal reduced frequency f/√D, modelling delay taken out.
 
     A plate of another stiffness answers at f as this one does at f √(D'/D), D'/D times as much, as far as
     ν, η and the patches leave it alike. Interpolating what is left over four neighbours, the resonances
@@ -44,20 +47,20 @@ def reduced_frequency(filters: Complex, lines: Real, knots: Real, places: Real, 
 
     Parameters
     ----------
-    filters : (n, L, N) ndarray
-        STIF filters at the training temperatures, untapered.
-    lines : (L,) ndarray
-        Their frequencies, Hz: `frequency` and, as far as possible, its neighbourhood. Beyond the lines a
-        filter is held at its last value.
+    filters : FirBank
+        At the training temperatures; taps answer at any frequency.
     knots, places : (n,) and (T,) ndarray
         log √D at the training and at the wanted temperatures.
     frequency : (F,) ndarray, Hz
     """
     ascending = np.argsort(knots)
-    knots, filters = knots[ascending], filters[ascending]
-    along = [CubicSpline(lines, stiff * np.exp(-2.0 * knot)) for stiff, knot in zip(filters, knots, strict=True)]
+    knots = knots[ascending]
+    reach = np.exp(knots[-1] - knots[0])
+    spacing = filters.sample_rate / (FINER * filters.taps.shape[2])
+    lines = np.arange(frequency[0] / reach, frequency[-1] * reach + 2.0 * spacing, spacing)
+    along = [CubicSpline(lines, response) for response in filters.response(lines)[ascending]]
     width = min(4, len(knots))
-    result = np.empty((len(places), len(frequency), filters.shape[2]), dtype=complex)
+    result = np.empty((len(places), len(frequency), filters.taps.shape[1]), dtype=complex)
     for t, place in enumerate(np.clip(places, knots[0], knots[-1])):
         first = int(np.clip(np.searchsorted(knots, place) - width // 2, 0, len(knots) - width))
         stencil = np.arange(first, first + width)
@@ -65,7 +68,6 @@ def reduced_frequency(filters: Complex, lines: Real, knots: Real, places: Real, 
         for i in stencil:
             others = knots[stencil[stencil != i]]
             weight = np.prod((place - others) / (knots[i] - others))
-            shifted = np.clip(frequency * np.exp(knots[i] - place), lines[0], lines[-1])
-            total += weight * along[i](shifted)
-        result[t] = total * np.exp(2.0 * place)
+            total += weight * np.exp(2.0 * (place - knots[i])) * along[i](frequency * np.exp(knots[i] - place))
+        result[t] = total
     return result

@@ -7,9 +7,10 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.compensation.bayesian import train
+from analysis.compensation.outcome import Trained
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
-from analysis.compensation.training import Trained, outputs_at, prepare
+from analysis.compensation.training import outputs_at, prepare
 from analysis.focusing.fir import FirBank
 
 

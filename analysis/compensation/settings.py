@@ -1,6 +1,9 @@
 """How networks are trained."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+FEWEST = 4
+"""Training temperatures: one is left out to see how far it is missed, and a curve bends from three on."""
 
 
 @dataclass(frozen=True)
@@ -10,7 +13,7 @@ class Training:
     Attributes
     ----------
     nodes : int
-        Hidden tanh nodes; at most the training temperatures less 2.
+        Hidden tanh nodes.
     feed : str
         ``rigidity``: log √D(T) of the panel's plate, along which its modes move evenly, so that a wrinkle of a
         measured law costs nothing; ``temperature``: the temperature itself, as in the paper.
@@ -58,11 +61,16 @@ class Training:
             raise ValueError(f"largest_error {self.largest_error:g} % is outside 0 to 100 %")
 
     def check_temperatures(self, count: int) -> None:
-        """Raise ValueError where `count` training temperatures are too few for the nodes."""
-        most = count - 2
-        if self.nodes > most:
-            fewer = f"take {most} or fewer, or a smaller spacing" if most > 0 else "take a smaller spacing"
+        """Raise ValueError where `count` training temperatures are too few to tell a curve from noise.
+
+        Networks may have more nodes than temperatures, as the paper's have: the evidence weighs them, and a
+        network that misses its own filters is refused.
+        """
+        if count < FEWEST:
             raise ValueError(
-                f"{self.nodes} nodes need at least {self.nodes + 2} training temperatures; {count} are given "
-                f"({fewer})"
+                f"{count} training temperatures; at least {FEWEST} are needed: take a smaller spacing"
             )
+
+    def as_paper(self) -> "Training":
+        """Return the same with the paper's feed, scale, start and split."""
+        return replace(self, feed="temperature", scale="tap", start="random", split="matlab")

@@ -2,92 +2,40 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
 from analysis.arrays import Real
 from analysis.compensation.interpolation import cubic_spline, linear, log_root_rigidity, reduced_frequency
 from analysis.compensation.leave_one_out import leave_one_out, leave_one_out_networks
+from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import InputMap
+from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
-from analysis.compensation.training import Trained, train_networks
+from analysis.compensation.training import train_networks
+from analysis.focusing.design import fitted, peak_drive
 from analysis.focusing.energy import EnergyForms
-from analysis.focusing.fir import FirBank, design
-from analysis.focusing.inversion import invert
-from analysis.focusing.methods import PanelModel
-from analysis.focusing.over_temperature import Aim, aim, covered, responses, spaced
+from analysis.focusing.fir import FirBank
+from analysis.focusing.methods import Method, PanelModel, designer
+from analysis.focusing.over_temperature import (
+    Aim,
+    Aimed,
+    aim,
+    covered,
+    joined,
+    responses,
+    robust_forms,
+    spaced,
+    tap_design,
+)
 from analysis.focusing.panel import Panel
-from analysis.focusing.performance import contrast
+from analysis.focusing.performance import contrast, mean_response
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 
 Predictor = Callable[[FirBank, Real], Real]
-
-NETWORK, LINEAR, SPLINE, RIGIDITY_SPLINE, REDUCED_FREQUENCY = METHODS = (
-    "network",
-    "linear",
-    "cubic-spline",
-    "cubic-spline-rigidity",
-    "reduced-frequency",
-)
-
-
-@dataclass(frozen=True)
-class Compensation:
-    """What every method makes of the filters at a few temperatures; m methods, N actuators.
-
-    Attributes
-    ----------
-    methods : tuple of str
-    training_temperature : (n,) ndarray
-        Degrees Celsius.
-    temperature : (T,) ndarray
-        Where all is judged, degrees Celsius.
-    frequency : (F,) ndarray
-        Lines of the band, Hz.
-    relative_error : (m, T, N) ndarray
-        Paper eq. (13), %.
-    left_out : (m, n-2, N) ndarray
-        Relative error at inner training temperatures left out, %: known without the filters in between.
-    contrast_direct : (T, F) ndarray
-        With the FIR filters computed at that temperature.
-    contrast : (m, T, F) ndarray
-        With those of each method.
-    seconds : (m,) ndarray
-        Training or fitting, and all T evaluations.
-    trained : Trained
-        The networks.
-    aim_temperature : (A,) ndarray
-        Degrees Celsius.
-    direct_aim, network_aim : Aim
-        Contrast and spot error there (A, F), with filters computed directly and by the networks.
-    """
-
-    methods: tuple[str, ...]
-    training_temperature: Real
-    temperature: Real
-    frequency: Real
-    relative_error: Real
-    left_out: Real
-    contrast_direct: Real
-    contrast: Real
-    seconds: Real
-    trained: Trained
-    aim_temperature: Real
-    direct_aim: Aim
-    network_aim: Aim
-
-    @property
-    def contrast_loss(self) -> Real:
-        """Contrast (m, T, F) lost against the filters computed directly."""
-        return self.contrast_direct - self.contrast
-
-    @property
-    def best(self) -> str:
-        """Method of the smallest largest relative error."""
-        return self.methods[int(np.argmin(self.relative_error.max(axis=(1, 2))))]
 
 
 def compensate(
@@ -100,21 +48,27 @@ def compensate(
     step: float = 0.25,
     device: str = "cpu",
     report: Progress = lambda _stage, _share: None,
+    method: Method = "stif",
+    workers: int = 1,
 ) -> Compensation:
     """Train on filters every `spacing` °C, judge every `step` °C of the range laws and panel share.
+
+    `method` is how the filters are designed that the networks and their rivals have to follow.
 
     Raises
     ------
     ValueError
-        Where the range gives too few training temperatures for the nodes.
+        Where the range gives fewer than four training temperatures.
     EvidenceCollapseError
         Where no network of some actuator is good enough.
     """
     low, high = covered(laws, panel.filters.operating_range)
     knots, everywhere = spaced(low, high, spacing), spaced(low, high, step)
     training.check_temperatures(len(knots))
-    truth, forms = _direct(model, panel, laws, everywhere, report)
-    filters, _ = _direct(model, panel, laws, knots, report, stage="Training filters")
+    truth, forms = direct_filters(model, panel, laws, everywhere, method, report, workers)
+    filters = _at_knots(truth, knots)
+    if filters is None:
+        filters, _ = direct_filters(model, panel, laws, knots, method, report, workers, stage="Training filters")
     trained: list[Trained] = []
     fed = InputMap.of(everywhere, everywhere if training.feed == "temperature" else _rigidity(laws, everywhere))
 
@@ -126,30 +80,67 @@ def compensate(
         )
         return trained[-1].networks.taps(temperature)
 
-    predictors = dict(zip(METHODS, (networks, *rivals(model, panel, laws, knots)), strict=True))
+    predictors = dict(zip(METHODS, (networks, *rivals(panel, laws)), strict=True))
     taps, seconds = _predicted(predictors, filters, everywhere, clock)
     report("Networks", 1.0)
     left_out = [leave_one_out_networks(filters, trained[0], training, device)]
     left_out += [leave_one_out(filters, predictors[name]) for name in METHODS[1:]]
     places = spaced(low, high, 5.0)
     at_places = [int(np.argmin(np.abs(everywhere - place))) for place in places]
-    aims = _aims(model, panel, laws, everywhere[at_places], truth.taps[at_places], taps[NETWORK][at_places])
+    aims = _aims(model, panel, laws, everywhere[at_places], truth, truth.taps[at_places], taps[NETWORK][at_places])
     report("Leave one out", 1.0)
+    held, cost = _burden(
+        filters, training.nodes, len(LowRankBank.of(filters).filters), len(panel.filters.frequency)
+    )
+    asked = model.space.asked(panel.target.displacement)
+    heard = [replace(truth, taps=taps[name]).response(_band_lines(panel)) for name in METHODS]
     return Compensation(
         methods=METHODS,
-        training_temperature=knots,
+        focusing=method,
+        filters=filters,
         temperature=everywhere,
         frequency=_band_lines(panel),
         relative_error=np.array([relative_error(taps[name], truth.taps) for name in METHODS]),
         left_out=np.array(left_out),
-        contrast_direct=_contrast(forms, panel, everywhere, truth.taps),
-        contrast=np.array([_contrast(forms, panel, everywhere, taps[name]) for name in METHODS]),
+        contrast_direct=contrast(forms, truth.response(_band_lines(panel))),
+        contrast=np.array([contrast(forms, one) for one in heard]),
+        response=np.array([mean_response(forms, one, asked) for one in heard]),
+        peak_drive=np.array([peak_drive(taps[name]) for name in METHODS]),
         seconds=seconds,
+        size=4.0 * held,
+        update_cost=cost,
         trained=trained[0],
+        low_rank=LowRankBank.of(filters),
         aim_temperature=everywhere[at_places],
         direct_aim=aims[0],
         network_aim=aims[1],
+        target_share=model.space.grid.target_share,
     )
+
+
+def _burden(filters: FirBank, nodes: int, rank: int, lines: int) -> tuple[Real, Real]:
+    """Numbers to keep and multiplications an update, of every method (m,).
+
+    Interpolation keeps the training filters; a spline's value is a sum over all of them with weights that follow
+    from the temperature alone. Equal reduced frequency stretches four responses and fits a filter to each
+    actuator.
+    """
+    count, actuators, taps = filters.taps.shape
+    one = float(actuators * taps)
+    interpolated = count * one
+    fit = 4.0 * 8.0 * lines * actuators + 2.0 * lines * one
+    held = [actuators * (2 * nodes + (nodes + 1) * taps), *[interpolated] * 4, (rank + 1) * one + count * rank]
+    return np.array(held, dtype=float), np.array(
+        [nodes * one, 2.0 * one, count * one, count * one, fit, rank * one]
+    )
+
+
+def _at_knots(truth: FirBank, knots: Real) -> FirBank | None:
+    """Return the filters at the `knots` (n,), °C, where all of them are at hand."""
+    place = np.argmin(np.abs(truth.temperature - knots[:, None]), axis=1)
+    if np.abs(truth.temperature[place] - knots).max() > 1e-9:
+        return None
+    return replace(truth, taps=truth.taps[place], temperature=knots)
 
 
 def _predicted(
@@ -164,8 +155,8 @@ def _predicted(
     return taps, np.array(seconds)
 
 
-def rivals(model: PanelModel, panel: Panel, laws: MaterialLaws, knots: Real) -> tuple[Predictor, ...]:
-    """Methods that interpolate, in the order of `METHODS`, given the training temperatures `knots`."""
+def rivals(panel: Panel, laws: MaterialLaws) -> tuple[Predictor, ...]:
+    """Methods that interpolate, in the order of `METHODS`."""
 
     def u(temperature: Real) -> Real:
         return _rigidity(laws, temperature)
@@ -176,21 +167,16 @@ def rivals(model: PanelModel, panel: Panel, laws: MaterialLaws, knots: Real) -> 
     def rigidity_spline(bank: FirBank, temperature: Real) -> Real:
         return cubic_spline(bank, u(bank.temperature), u(temperature))
 
-    lines = _wide_lines(panel)
-    settings = panel.filters
-    amplitudes = (amplitude for _, amplitude in responses(model, laws, knots, lines))
-    wide = invert(
-        model.space.forms(amplitudes, panel.target.displacement), settings.tolerance, settings.regularisation
-    ).filters
+    lines = panel.filters.frequency
 
     def equal_reduced_frequency(bank: FirBank, temperature: Real) -> Real:
-        known = np.searchsorted(knots, bank.temperature - 1e-9)
-        complex_filters = reduced_frequency(
-            wide[known], lines, u(bank.temperature), u(temperature), settings.frequency
-        )
-        return design(complex_filters, temperature, settings).taps
+        wanted = reduced_frequency(bank, u(bank.temperature), u(temperature), lines)
+        return fitted(wanted, temperature, panel.filters, bank.delay).taps
 
-    return linear, spline, rigidity_spline, equal_reduced_frequency
+    def low_rank(bank: FirBank, temperature: Real) -> Real:
+        return LowRankBank.of(bank).taps(temperature)
+
+    return linear, spline, rigidity_spline, equal_reduced_frequency, low_rank
 
 
 def _rigidity(laws: MaterialLaws, temperature: Real) -> Real:
@@ -198,68 +184,56 @@ def _rigidity(laws: MaterialLaws, temperature: Real) -> Real:
     return log_root_rigidity(material.youngs_modulus, material.poisson_ratio)
 
 
-def _wide_lines(panel: Panel) -> Real:
-    """Lines of the settings and beyond, as far as the panel's twin is asked to reach."""
-    lines = panel.filters.frequency
-    spacing = lines[1] - lines[0]
-    low, high = panel.filters.twin_band
-    below = np.arange(lines[0] - spacing, low, -spacing)[::-1]
-    return np.concatenate([below, lines, np.arange(lines[-1] + spacing, high, spacing)])
-
-
 def _band_lines(panel: Panel) -> Real:
     lines = panel.filters.frequency
     return lines[panel.filters.in_band(lines)]
 
 
-def _direct(
+def direct_filters(
     model: PanelModel,
     panel: Panel,
     laws: MaterialLaws,
     temperature: Real,
-    report: Progress,
+    method: Method = "stif",
+    report: Progress = lambda _stage, _share: None,
+    workers: int = 1,
     stage: str = "Filters everywhere",
 ) -> tuple[FirBank, EnergyForms]:
     """FIR filters computed at every temperature, and the energy forms of the band there."""
-    settings = panel.filters
-    lines = settings.frequency
-    band = settings.in_band(lines)
+    lines = panel.filters.frequency
+    band = panel.filters.in_band(lines)
+    rule, design = designer(method, model, panel, lines), tap_design(method, model, panel, laws)
 
     def at(t: int) -> tuple[Real, EnergyForms]:
-        here = temperature[t : t + 1]
-        (_, amplitude), *_ = responses(model, laws, here, lines)
+        (constants, amplitude), *_ = responses(model, laws, temperature[t : t + 1], lines)
         form = model.space.forms([amplitude], panel.target.displacement)
-        filters = invert(form, settings.tolerance, settings.regularisation).filters
-        return design(filters, here, settings).taps, form.at(slice(None), band)
+        wanted = robust_forms(model, panel, laws, float(temperature[t]), form)
+        return design.taps(wanted, rule(constants, amplitude, wanted)), form.at(slice(None), band)
 
     taps, forms = [], []
-    with ThreadPoolExecutor(2) as pool:
+    with ThreadPoolExecutor(workers) as pool:
         for done, (tap, form) in enumerate(pool.map(at, range(len(temperature))), start=1):
             taps.append(tap)
             forms.append(form)
             report(stage, done / len(temperature))
-    bank = FirBank(np.concatenate(taps), temperature, settings.sample_rate, settings.delay)
-    return bank, EnergyForms(
+    return design.bank(np.array(taps), temperature), EnergyForms(
         np.concatenate([part.plate for part in forms]),
         np.concatenate([part.target for part in forms]),
         np.concatenate([part.aim for part in forms]),
     )
 
 
-def _contrast(forms: EnergyForms, panel: Panel, temperature: Real, taps: Real) -> Real:
-    bank = FirBank(taps, temperature, panel.filters.sample_rate, panel.filters.delay)
-    return contrast(forms, bank.response(_band_lines(panel)))
-
-
-def _aims(model: PanelModel, panel: Panel, laws: MaterialLaws, temperature: Real, *banks: Real) -> tuple[Aim, ...]:
-    """Judge the taps (A, N, M) of several banks at `temperature` (A,)."""
+def _aims(
+    model: PanelModel, panel: Panel, laws: MaterialLaws, temperature: Real, like: FirBank, *banks: Real
+) -> tuple[Aim, ...]:
+    """Judge the taps (A, N, M) of several banks `like` one at `temperature` (A,)."""
     lines = _band_lines(panel)
     whole = np.ones(len(lines), dtype=bool)
-    settings = panel.filters
-    found: list[list[tuple[Real, Real]]] = [[] for _ in banks]
+    asked = model.space.asked(panel.target.displacement)
+    found: list[list[Aimed]] = [[] for _ in banks]
     for t, (_, amplitude) in enumerate(responses(model, laws, temperature, lines)):
-        forms = model.space.forms([amplitude])
+        forms = model.space.forms([amplitude], panel.target.displacement)
         for rows, taps in zip(found, banks, strict=True):
-            bank = FirBank(taps[t : t + 1], temperature[t : t + 1], settings.sample_rate, settings.delay)
-            rows.append(aim(model.space, forms, amplitude, whole, bank.response(lines)[0]))
-    return tuple(Aim(np.array([r[0] for r in rows]), np.array([r[1] for r in rows])) for rows in found)
+            bank = replace(like, taps=taps[t : t + 1], temperature=temperature[t : t + 1])
+            rows.append(aim(model.space, forms, amplitude, whole, bank.response(lines)[0], asked))
+    return tuple(joined(rows) for rows in found)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 from analysis.compensation.bayesian import BayesianFit, TrainingProblem, train
 from analysis.compensation.network import InputMap, NetworkBank
+from analysis.compensation.outcome import Trained
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.schur_complement import Weights, predict
 from analysis.compensation.settings import Training
@@ -18,41 +19,6 @@ from analysis.focusing.fir import FirBank
 
 class EvidenceCollapseError(RuntimeError):
     """No training of some actuator came out good enough; the message says which and what to try."""
-
-
-@dataclass(frozen=True)
-class Trained:
-    """A network bank and how its training went; arrays are per actuator (N,).
-
-    Attributes
-    ----------
-    networks : NetworkBank
-    settings : Training
-    training_error : ndarray
-        Largest relative error at the temperatures trained on, %.
-    gamma : ndarray
-        Parameters the data determine, of 2H + M(H+1).
-    alpha, beta : ndarray
-        Weight of the squared parameters and of the squared scaled errors.
-    log_evidence : ndarray
-    epochs : ndarray
-        Steps tried.
-    restart : ndarray
-        Which restart was kept.
-    used : (N, T) ndarray
-        1 for temperatures trained on, 0 for those left out by the split.
-    """
-
-    networks: NetworkBank
-    settings: Training
-    training_error: Real
-    gamma: Real
-    alpha: Real
-    beta: Real
-    log_evidence: Real
-    epochs: Real
-    restart: Real
-    used: Real
 
 
 @dataclass(frozen=True)
@@ -94,7 +60,7 @@ def train_networks(
     Raises
     ------
     ValueError
-        For more nodes than the temperatures carry.
+        For fewer than four training temperatures.
     EvidenceCollapseError
         Where every restart of an actuator misses its own training filters by more than
         `settings.largest_error`.

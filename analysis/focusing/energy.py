@@ -42,6 +42,10 @@ class EnergyForms:
                 "(T, F, N, N), (T, F, N, N) and (T, F, N)"
             )
 
+    def weighted(self, kappa: float) -> Self:
+        """Forms whose `plate` counts what moves outside the target `kappa` times: Hᴴ W H of the design."""
+        return type(self)(self.target + kappa * (self.plate - self.target), self.target, self.aim)
+
     def at(self, temperatures: NDArray[np.intp] | slice, lines: NDArray[np.bool_] | slice = slice(None)) -> Self:
         """Forms of some temperatures (by index) and lines."""
         return type(self)(
@@ -89,6 +93,10 @@ class FieldSpace:
             np.asarray(np.linalg.qr(covered, mode="r")),
             deflection.T @ (grid.area * grid.target),
         )
+
+    def asked(self, displacement: float) -> float:
+        """φᵀ W φ of a target `displacement`, m4: what `aim` gives where the field is the target shape itself."""
+        return displacement**2 * float(self.grid.area @ self.grid.target**2)
 
     def forms(self, amplitudes: Iterable[Complex], displacement: float = 1.0) -> EnergyForms:
         """Energy forms of `amplitudes`, one (N, F, r) array a temperature, so that few are alive at once.

@@ -1,5 +1,6 @@
 """FIR filters by inverse FFT, with modelling delay and band taper, and what the cut costs."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,8 +80,8 @@ def taper(frequency: Real, settings: Filters) -> Real:
     return gain
 
 
-def design(filters: Complex, temperature: Real, settings: Filters) -> FirBank:
-    """Cut `filters` (T, F, N), given at `settings.frequency`, to `settings.taps` taps.
+def inverse_fft(filters: Complex, temperature: Real, settings: Filters, delay: int) -> FirBank:
+    """Cut `filters` (T, F, N), given at `settings.frequency`, to `settings.taps` taps, as the paper does.
 
     Notes
     -----
@@ -89,23 +90,21 @@ def design(filters: Complex, temperature: Real, settings: Filters) -> FirBank:
     """
     spectrum = _spectrum(filters, settings)
     count = settings.taps
-    time = (np.arange(count) - settings.delay) / settings.sample_rate
+    time = (np.arange(count) - delay) / settings.sample_rate
     phase = 2.0 * np.pi * np.outer(settings.frequency, time)
     turned = spectrum.transpose(0, 2, 1)
     taps = turned.real @ np.cos(phase) - turned.imag @ np.sin(phase)
-    return FirBank(2.0 / settings.transform_length * taps, temperature, settings.sample_rate, settings.delay)
+    return FirBank(2.0 / settings.transform_length * taps, temperature, settings.sample_rate, delay)
 
 
-def energy(filters: Complex, settings: Filters) -> FirEnergy:
-    """Where the energy of the uncut impulse responses of `filters` (T, F, N) lies."""
-    lines = np.round(settings.frequency * settings.transform_length / settings.sample_rate).astype(int)
+def energy(filters: Complex, settings: Filters, delay: int) -> FirEnergy:
+    """Where the energy of the uncut impulse responses of `filters` (T, F, N) lies about taps that begin early.
+
+    They begin `delay` samples ahead of the sound's own time.
+    """
     temperatures, _, actuators = filters.shape
-    squares = []
-    for spectrum in _spectrum(filters, settings):  # one temperature at a time: the uncut response is long
-        full = np.zeros((actuators, settings.transform_length // 2 + 1), dtype=complex)
-        full[:, lines] = spectrum.T
-        squares.append(np.fft.irfft(full, settings.transform_length) ** 2)
-    delay, taps, length = settings.delay, settings.taps, settings.transform_length
+    squares = [np.square(impulse) for impulse in _impulses(filters, settings)]
+    taps, length = settings.taps, settings.transform_length
     # The transform is periodic: sample 0 is time 0, the half farthest from the taps is parted evenly.
     turned = np.roll(np.array(squares), delay, axis=-1).reshape(temperatures, actuators, length)
     middle = taps + (length - taps) // 2
@@ -116,6 +115,27 @@ def energy(filters: Complex, settings: Filters) -> FirEnergy:
         after=turned[..., taps:middle].sum(axis=-1) / whole,
         pre_ringing=turned[..., :delay].sum(axis=-1) / whole,
     )
+
+
+def suited_delay(filters: Complex, settings: Filters) -> int:
+    """Modelling delay, samples, for which the taps hold most of the energy of `filters` (T, F, N).
+
+    STIF rings as long as it pre-rings; time reversal only pre-rings, and half the taps would lose most of it.
+    """
+    squares = sum(np.square(impulse).sum(axis=0) for impulse in _impulses(filters, settings))
+    # Sample -d first: the window of a delay d holds the samples -d to taps - 1 - d.
+    around = np.concatenate([squares[-(settings.taps - 1) :], squares[: settings.taps]])
+    held = np.convolve(around, np.ones(settings.taps), mode="valid")[::-1]
+    return int(np.argmax(held))
+
+
+def _impulses(filters: Complex, settings: Filters) -> Iterator[Real]:
+    """Uncut impulse responses (N, transform_length), one temperature at a time: they are long."""
+    lines = np.round(settings.frequency * settings.transform_length / settings.sample_rate).astype(int)
+    for spectrum in _spectrum(filters, settings):
+        full = np.zeros((filters.shape[2], settings.transform_length // 2 + 1), dtype=complex)
+        full[:, lines] = spectrum.T
+        yield np.fft.irfft(full, settings.transform_length)
 
 
 def _spectrum(filters: Complex, settings: Filters) -> Complex:

@@ -1,14 +1,16 @@
 """The grid on which a field is aimed and judged."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from analysis.arrays import Real
+from analysis.arrays import Mask, Real
 from analysis.experiment import Plate
 from analysis.focusing.panel import Panel
+from analysis.geometry.loop import Loop
 
 FINE = 8
 """Points along each side of a cell by which the part of it that lies on the plate is found."""
@@ -31,6 +33,8 @@ class Grid:
         Of the plate: of the box around it, m.
     center : (float, float)
         Of the target, m.
+    spots : (S, 2) ndarray, optional
+        Centres of the target's parts, m, where it has several.
     """
 
     points: Real
@@ -38,6 +42,7 @@ class Grid:
     target: Real
     length: tuple[float, float]
     center: tuple[float, float]
+    spots: Real | None = None
 
     def __post_init__(self) -> None:
         count = len(self.area)
@@ -54,20 +59,28 @@ class Grid:
         """Grid of a panel, x slowest."""
         plate = panel.plate
         lengths = (plate.length_x, plate.length_y)
-        middles, cover = [], []
-        for axis, count in enumerate(panel.grid):
-            edges = np.linspace(0.0, 1.0, count + 1)
-            half = panel.target.size[axis] / 2.0
-            low, high = panel.target.center[axis] - half, panel.target.center[axis] + half
-            overlap = np.minimum(edges[1:], high) - np.maximum(edges[:-1], low)
-            cover.append(np.clip(np.round(overlap * count, 12), 0.0, 1.0))
-            middles.append(plate.bounds[0][axis] + 0.5 * (edges[1:] + edges[:-1]) * lengths[axis])
+        middles = [
+            plate.bounds[0][axis] + (np.arange(count) + 0.5) / count * lengths[axis]
+            for axis, count in enumerate(panel.grid)
+        ]
         points = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, 2)
-        target = np.outer(*cover).ravel()
+        loops, cell = panel.target_loops, (lengths[0] / panel.grid[0], lengths[1] / panel.grid[1])
+        # Parts do not overlap, so that their shares add up; a corner of one may touch another.
+        target = (
+            _rectangle(panel)
+            if panel.target.plain
+            else np.minimum(sum(_share(loop.contains, (loop,), points, cell) for loop in loops), 1.0)
+        )
         area = np.full(len(points), lengths[0] * lengths[1] / len(points))
         if plate.outline is not None or plate.hole:
             points, area, target = _cut(plate, points, area, target, panel.grid)
-        return cls(points, area, target, lengths, panel.target_center)
+        spots = np.array([loop.centroid for loop in loops])
+        return cls(points, area, target, lengths, panel.target_center, spots)
+
+    @property
+    def centers(self) -> Real:
+        """Centres (S, 2) of the target's parts, m."""
+        return np.array([self.center]) if self.spots is None else self.spots
 
     @property
     def target_share(self) -> float:
@@ -75,9 +88,25 @@ class Grid:
         return float(self.area @ self.target / self.area.sum())
 
 
+def _rectangle(panel: Panel) -> Real:
+    """Share (K,) of the cells that one rectangle along the plate's sides covers, exactly."""
+    cover = []
+    (low_corner, high_corner), plate = panel.target_loops[0].bounds, panel.plate
+    lengths = (plate.length_x, plate.length_y)
+    for axis, count in enumerate(panel.grid):
+        edges = np.linspace(0.0, 1.0, count + 1)
+        low, high = (
+            (corner[axis] - plate.bounds[0][axis]) / lengths[axis] for corner in (low_corner, high_corner)
+        )
+        overlap = np.minimum(edges[1:], high) - np.maximum(edges[:-1], low)
+        cover.append(np.clip(np.round(overlap * count, 9), 0.0, 1.0))
+    return np.asarray(np.outer(*cover).ravel())
+
+
 def _cut(plate: Plate, points: Real, area: Real, target: Real, count: tuple[int, int]) -> tuple[Real, Real, Real]:
     """Leave out the points off the plate: what their cells have on it goes to the nearest cell that is kept."""
-    share = _on_plate(plate, points, (plate.length_x / count[0], plate.length_y / count[1]))
+    borders = (plate.loop, *plate.hole_loops)
+    share = _share(plate.contains, borders, points, (plate.length_x / count[0], plate.length_y / count[1]))
     kept = plate.contains(points)
     if not kept.any():
         raise ValueError(f"no point of a grid of {count[0]} by {count[1]} lies on the plate; take a finer one")
@@ -92,14 +121,16 @@ def _cut(plate: Plate, points: Real, area: Real, target: Real, count: tuple[int,
     return points[kept], found, np.minimum(aimed / found, 1.0)
 
 
-def _on_plate(plate: Plate, points: Real, cell: tuple[float, float]) -> Real:
-    """Share (K,) of the cells about `points` (K, 2) that lies on the plate."""
-    inside = plate.contains(points)
-    away = np.min([loop.distance(points) for loop in (plate.loop, *plate.hole_loops)], axis=0)
+def _share(
+    contains: Callable[[Real], Mask], borders: Sequence[Loop], points: Real, cell: tuple[float, float]
+) -> Real:
+    """Share (K,) of the cells about `points` (K, 2) that lies within a region of these `borders`."""
+    inside = contains(points)
+    away = np.min([loop.distance(points) for loop in borders], axis=0)
     cut = np.flatnonzero(away <= 0.51 * np.hypot(*cell))
     steps = (np.arange(FINE) + 0.5) / FINE - 0.5
     fine = np.stack(np.meshgrid(steps * cell[0], steps * cell[1]), axis=-1).reshape(-1, 2)
     share = inside.astype(float)
     samples = (points[cut, None] + fine).reshape(-1, 2)
-    share[cut] = plate.contains(samples).reshape(len(cut), -1).mean(axis=1)
+    share[cut] = contains(samples).reshape(len(cut), -1).mean(axis=1)
     return share

@@ -11,7 +11,7 @@ from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Panel
-from analysis.focusing.performance import contrast, spot_error
+from analysis.focusing.performance import contrast, mean_response, spot_error
 from analysis.focusing.rivals import modal_control, nearest_actuator, time_reversal
 
 Constants = tuple[float, float, float]
@@ -53,6 +53,23 @@ class PanelModel(Protocol):
         """Return the lowest `count` modes."""
 
 
+@dataclass(frozen=True)
+class NoModes:
+    """A panel known by its fields alone: enough for STIF, time reversal and no control."""
+
+    space: FieldSpace
+
+    def amplitudes(
+        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
+    ) -> Complex:
+        """Raise ValueError: nothing is known of another material."""
+        raise ValueError("measured transfers hold for the plate that was measured only")
+
+    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
+        """Raise ValueError: there is no model."""
+        raise ValueError("measured transfers have no modes")
+
+
 Designer = Callable[[Constants, Complex, EnergyForms], Complex]
 
 
@@ -62,7 +79,8 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
     band = settings.in_band(lines)
 
     def stif(_constants: Constants, _amplitude: Complex, forms: EnergyForms) -> Complex:
-        filters: Complex = invert(forms, settings.tolerance, settings.regularisation).filters[0]
+        weighed = forms.weighted(settings.kappa)
+        filters: Complex = invert(weighed, settings.tolerance, settings.regularisation).filters[0]
         return filters
 
     def reversal(_constants: Constants, amplitude: Complex, _forms: EnergyForms) -> Complex:
@@ -78,11 +96,23 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
         centers = np.array(panel.centers)
         return _loud(model, panel, amplitude, band, nearest_actuator(centers, panel.target_center, len(lines)))
 
-    return {"stif": stif, "time-reversal": reversal, "modal-control": modal, "none": none}[method]
+    rule = {"stif": stif, "time-reversal": reversal, "modal-control": modal, "none": none}[method]
+    if settings.level is None:
+        return rule
+    wanted, asked = 10.0 ** (settings.level / 20.0), model.space.asked(displacement)
+
+    def levelled(constants: Constants, amplitude: Complex, forms: EnergyForms) -> Complex:
+        filters = rule(constants, amplitude, forms)
+        reached = mean_response(forms, filters, asked)[0]
+        scaled: Complex = filters * (wanted / np.maximum(np.abs(reached), 1e-6))[:, None]
+        return scaled
+
+    return levelled
 
 
 def _at_center(model: PanelModel, panel: Panel, amplitude: Complex) -> Complex:
-    response: Complex = model.space.at_point(amplitude, panel.target_center).T
+    centers = [loop.centroid for loop in panel.target_loops]
+    response: Complex = np.mean([model.space.at_point(amplitude, center) for center in centers], axis=0).T
     return response
 
 

@@ -1,20 +1,26 @@
 """Filters over temperature: what they reach, and what one of them reaches everywhere (paper 5.1)."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
+from analysis.focusing.design import TapDesign
 from analysis.focusing.energy import EnergyForms, FieldSpace
-from analysis.focusing.fir import FirBank, FirEnergy, design, energy
-from analysis.focusing.inversion import invert
-from analysis.focusing.methods import Constants, Method, PanelModel, designer
+from analysis.focusing.fir import FirBank, FirEnergy, energy, suited_delay
+from analysis.focusing.inversion import InverseFilters, invert
+from analysis.focusing.measured import MeasuredPanel
+from analysis.focusing.methods import Constants, Method, MethodComparison, NoModes, PanelModel, designer
 from analysis.focusing.panel import Panel
-from analysis.focusing.performance import contrast, spot_error
+from analysis.focusing.performance import contrast, decibels, mean_response, spot_error
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
+
+Aimed = tuple[Real, Real, Complex]
 
 
 @dataclass(frozen=True)
@@ -27,10 +33,46 @@ class Aim:
         Paper eq. (9), literal.
     spot_error : (T, F) ndarray
         Share of the plate's length Lx.
+    response : (T, F) ndarray
+        Complex: mean displacement of the target over what was asked for, modelling delay taken out.
     """
 
     contrast: Real
     spot_error: Real
+    response: Complex
+
+    @property
+    def level(self) -> Real:
+        """Level (T, F) of the target, dB of the displacement asked for."""
+        return decibels(self.response)
+
+    @property
+    def level_ripple(self) -> Real:
+        """Loudest less softest line of the band (T,), dB."""
+        return np.asarray(np.ptp(self.level, axis=1))
+
+    @property
+    def phase_error(self) -> Real:
+        """Largest deviation of the target's phase from a pure delay in the band (T,), degrees."""
+        return np.asarray(np.abs(np.angle(self.response, deg=True)).max(axis=1))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a panel answers at one temperature, and the filters wanted there.
+
+    Attributes
+    ----------
+    amplitude : (N, F, r) ndarray
+    forms, judged : EnergyForms
+        For the design and for judging; they differ where transfers are measured with noise.
+    wanted : (F, N) ndarray
+    """
+
+    amplitude: Complex
+    forms: EnergyForms
+    judged: EnergyForms
+    wanted: Complex
 
 
 @dataclass(frozen=True)
@@ -57,7 +99,7 @@ class Focusing:
     bank : FirBank
         The filters cut to length.
     energy : FirEnergy
-        What the cut costs.
+        Where the uncut filters' energy lies about the taps.
     uncut, direct, fixed : Aim
         Reached with the complex filters, with the FIR filters of each temperature, and with the FIR
         filters of `reference_temperature` at every temperature.
@@ -102,29 +144,110 @@ def focus(
     temperature: Real,
     method: Method = "stif",
     report: Progress = lambda _stage, _share: None,
+    workers: int = 1,
 ) -> Focusing:
     """Design filters at `temperature` (T,), °C, and try those of the reference temperature at each of them."""
-    settings, lines = panel.filters, panel.filters.frequency
-    reference = reference_temperature(panel, laws)
-    band = settings.in_band(lines)
+    lines, reference = panel.filters.frequency, reference_temperature(panel, laws)
     rule = designer(method, model, panel, lines)
-    (constants, amplitude), *_ = responses(model, laws, np.array([reference]), lines)
-    first = rule(constants, amplitude, model.space.forms([amplitude], panel.target.displacement))
-    kept = design(first[None], np.array([reference]), settings).response(lines[band])[0]
-    filters, ranks, conditions = [], [], []
-    aims: dict[str, list[tuple[Real, Real]]] = {"uncut": [], "direct": [], "fixed": []}
-    for t, (constants, amplitude) in enumerate(responses(model, laws, temperature, lines)):
-        forms = model.space.forms([amplitude], panel.target.displacement)
-        plant = invert(forms, settings.tolerance, settings.regularisation)
-        here = rule(constants, amplitude, forms)
-        cut = design(here[None], temperature[t : t + 1], settings).response(lines[band])[0]
-        for name, tried in (("uncut", here[band]), ("direct", cut), ("fixed", kept)):
-            aims[name].append(aim(model.space, forms, amplitude, band, tried))
-        filters.append(here)
-        ranks.append(plant.rank[0])
-        conditions.append(plant.condition[0])
-        report("Filters", (t + 1) / len(temperature))
-    every = np.array(filters)
+
+    def answer(here: float) -> Answer:
+        ((constants, amplitude),) = responses(model, laws, np.array([here]), lines)
+        judged = model.space.forms([amplitude], panel.target.displacement)
+        forms = robust_forms(model, panel, laws, here, judged)
+        return Answer(amplitude, forms, judged, rule(constants, amplitude, forms))
+
+    places = [partial(answer, float(here)) for here in temperature]
+    kept = partial(answer, reference)
+    design = tap_design(method, model, panel, laws)
+    return _tried(panel, model.space, method, design, temperature, places, (reference, kept), report, workers)
+
+
+def focus_measured(
+    measured: MeasuredPanel,
+    method: Method = "stif",
+    report: Progress = lambda _stage, _share: None,
+    workers: int = 1,
+) -> Focusing:
+    """Design filters from measured transfers, at the temperatures these were measured at.
+
+    Raises
+    ------
+    ValueError
+        For modal control, which needs a model's modes.
+    """
+    panel, temperature = measured.panel, measured.transfers.temperature
+    settings, displacement = panel.filters, panel.target.displacement
+    if method == "modal-control":
+        raise ValueError("modal-control needs the modes of a model; measured transfers allow the other methods")
+    rule = designer(method, NoModes(measured.space), panel, settings.frequency)
+
+    def answer(t: int) -> Answer:
+        amplitude = measured.amplitudes(t)
+        forms, judged = measured.forms(t, displacement)
+        return Answer(amplitude, forms, judged, rule((0.0, 0.0, 0.0), amplitude, forms))
+
+    near = int(np.argmin(np.abs(temperature - settings.reference_temperature)))
+    late = method != "stif" and settings.delay is None
+    delay = suited_delay(answer(near).wanted[None], settings) if late else settings.middle
+    places = [partial(answer, t) for t in range(len(temperature))]
+    kept = (float(temperature[near]), places[near])
+    design = TapDesign.of(panel, delay)
+    return _tried(panel, measured.space, method, design, temperature, places, kept, report, workers)
+
+
+def compare_measured(measured: MeasuredPanel) -> MethodComparison:
+    """Contrast and spot error of every method that needs no model, at the temperature nearest to the reference."""
+    panel, space = measured.panel, measured.space
+    settings = panel.filters
+    lines, band = settings.frequency, settings.in_band(settings.frequency)
+    t = int(np.argmin(np.abs(measured.transfers.temperature - settings.reference_temperature)))
+    amplitude = measured.amplitudes(t)
+    forms, judged = measured.forms(t, panel.target.displacement)
+    methods: tuple[Method, ...] = ("stif", "time-reversal", "none")
+    found = []
+    for method in methods:
+        filters = designer(method, NoModes(space), panel, lines)((0.0, 0.0, 0.0), amplitude, forms)
+        found.append(aim(space, judged, amplitude, band, filters[band], 1.0))
+    contrasts, spots = np.array([one[0] for one in found]), np.array([one[1] for one in found])
+    return MethodComparison(methods, (0.0, 0.0, 0.0), lines[band], contrasts, spots)
+
+
+def _tried(
+    panel: Panel,
+    space: FieldSpace,
+    method: Method,
+    design: TapDesign,
+    temperature: Real,
+    places: Sequence[Callable[[], Answer]],
+    kept: tuple[float, Callable[[], Answer]],
+    report: Progress,
+    workers: int,
+) -> Focusing:
+    """Design taps for what a panel answers at each of its `places` and judge them, beside those `kept` of one."""
+    settings, lines = panel.filters, panel.filters.frequency
+    band, asked = settings.in_band(lines), space.asked(panel.target.displacement)
+
+    def heard(taps: Real) -> Complex:
+        return np.asarray(design.bank(taps[None], np.zeros(1)).response(lines[band])[0])
+
+    first = kept[1]()
+    fixed_filters = heard(design.taps(first.forms, first.wanted))
+
+    def at(place: Callable[[], Answer]) -> tuple[Complex, Real, InverseFilters, list[Aimed]]:
+        here = place()
+        taps = design.taps(here.forms, here.wanted)
+        plant = invert(here.forms, settings.tolerance, settings.regularisation)
+        tried = (here.wanted[band], heard(taps), fixed_filters)
+        aims = [aim(space, here.judged, here.amplitude, band, one, asked) for one in tried]
+        return here.wanted, taps, plant, aims
+
+    found = []
+    with ThreadPoolExecutor(workers) as pool:
+        for done, one in enumerate(pool.map(at, places), start=1):
+            found.append(one)
+            report("Filters", done / len(temperature))
+    every = np.array([one[0] for one in found])
+    uncut, direct, fixed = (joined([one[3][kind] for one in found]) for kind in range(3))
     return Focusing(
         method=method,
         regularisation=settings.regularisation,
@@ -133,34 +256,85 @@ def focus(
         lines=lines,
         frequency=lines[band],
         filters=every,
-        rank=np.array(ranks),
-        condition=np.array(conditions),
-        bank=design(every, temperature, settings),
-        energy=energy(every, settings),
-        uncut=_joined(aims["uncut"]),
-        direct=_joined(aims["direct"]),
-        fixed=_joined(aims["fixed"]),
-        reference_temperature=reference,
-        target_share=model.space.grid.target_share,
+        rank=np.array([one[2].rank[0] for one in found]),
+        condition=np.array([one[2].condition[0] for one in found]),
+        bank=design.bank(np.array([one[1] for one in found]), temperature),
+        energy=energy(every, settings, design.delay),
+        uncut=uncut,
+        direct=direct,
+        fixed=fixed,
+        reference_temperature=kept[0],
+        target_share=space.grid.target_share,
     )
 
 
+def robust_forms(
+    model: PanelModel, panel: Panel, laws: MaterialLaws, temperature: float, forms: EnergyForms
+) -> EnergyForms:
+    """Energy forms for a design at `temperature`, °C, where a thermometer may err; `forms` are exactly its own.
+
+    The mean over T ± `thermometer_error`, all alike likely (five Gauss points): the filters that follow from it
+    make the mean squared error of the field smallest, whatever the temperature really is.
+    """
+    width = panel.filters.thermometer_error
+    if width == 0.0:
+        return forms
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    around = np.clip(temperature + width * nodes, *laws.temperature_range)
+    amplitudes = (amplitude for _, amplitude in responses(model, laws, around, panel.filters.frequency))
+    found = model.space.forms(amplitudes, panel.target.displacement)
+    mean = [np.tensordot(0.5 * weights, part, axes=1)[None] for part in (found.plate, found.target, found.aim)]
+    return EnergyForms(*mean)
+
+
+def tap_design(method: Method, model: PanelModel, panel: Panel, laws: MaterialLaws) -> TapDesign:
+    """How a method's filters become taps, with the delay declared or else the one that suits the method.
+
+    That is half the taps for STIF, and for the others where the taps hold most of their energy, judged at the
+    reference temperature.
+    """
+    settings = panel.filters
+    if method == "stif" or settings.delay is not None:
+        return TapDesign.of(panel, settings.middle)
+    (constants,) = _constants(laws, np.array([reference_temperature(panel, laws)]))
+    amplitude = model.amplitudes(*constants, settings.frequency)
+    forms = model.space.forms([amplitude], panel.target.displacement)
+    wanted = designer(method, model, panel, settings.frequency)(constants, amplitude, forms)
+    return TapDesign.of(panel, suited_delay(wanted[None], settings))
+
+
 def aim(
-    space: FieldSpace, forms: EnergyForms, amplitude: Complex, band: NDArray[np.bool_], filters: Complex
-) -> tuple[Real, Real]:
-    """Contrast and spot error (F,) of `filters` (F, N) in the `band` of one temperature's forms and amplitudes."""
+    space: FieldSpace,
+    forms: EnergyForms,
+    amplitude: Complex,
+    band: NDArray[np.bool_],
+    filters: Complex,
+    asked: float,
+) -> Aimed:
+    """Contrast, spot error and response (F,) of `filters` (F, N) in the `band` of one temperature's forms."""
     within = forms.at(slice(None), band)
-    return contrast(within, filters)[0], spot_error(space, amplitude[:, band], filters)
+    spot = spot_error(space, amplitude[:, band], filters)
+    return contrast(within, filters)[0], spot, mean_response(within, filters, asked)[0]
+
+
+def joined(rows: list[Aimed]) -> Aim:
+    """One `Aim` of what `aim` found at each temperature."""
+    contrasts, spots, responded = (np.array(part) for part in zip(*rows, strict=True))
+    return Aim(contrasts, spots, responded)
 
 
 def responses(
     model: PanelModel, laws: MaterialLaws, temperature: Real, frequency: Real
 ) -> Iterator[tuple[Constants, Complex]]:
     """E, nu, eta and the panel's amplitudes (N, F, r), one temperature after the other."""
-    material = laws.at(temperature)
-    for e, nu, eta in zip(material.youngs_modulus, material.poisson_ratio, material.loss_factor, strict=True):
-        constants = (float(e), float(nu), float(eta))
+    for constants in _constants(laws, temperature):
         yield constants, model.amplitudes(*constants, frequency)
+
+
+def _constants(laws: MaterialLaws, temperature: Real) -> list[Constants]:
+    material = laws.at(temperature)
+    rows = zip(material.youngs_modulus, material.poisson_ratio, material.loss_factor, strict=True)
+    return [(float(e), float(nu), float(eta)) for e, nu, eta in rows]
 
 
 def covered(laws: MaterialLaws, wanted: tuple[float, float]) -> tuple[float, float]:
@@ -184,7 +358,3 @@ def spaced(low: float, high: float, spacing: float) -> Real:
     """Temperatures every `spacing` from `low`, and `high` itself."""
     steps = np.arange(low, high + 1e-9, spacing)
     return steps if high - steps[-1] < 1e-6 * spacing else np.append(steps, high)
-
-
-def _joined(rows: list[tuple[Real, Real]]) -> Aim:
-    return Aim(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]))

@@ -8,37 +8,18 @@ from pydantic import Field, model_validator
 
 from analysis.declared import Point, Sparse
 from analysis.experiment import Declared, Drive, Patch, Plate, Temperature, check_patches
+from analysis.focusing.target import Target
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from analysis.geometry.relations import leaves, overlap
-from analysis.geometry.shapes import rectangle
 from analysis.material import MaterialBox
 from analysis.plate_material import material_box
 
-Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
 Hertz = Annotated[float, Field(ge=1.0, le=20_000.0)]
 Modulus = Annotated[float, Field(ge=1e6, le=1e12, description="Pa")]
 Ratio = Annotated[float, Field(ge=0.0, le=0.499)]
 Loss = Annotated[float, Field(ge=1e-4, le=0.5)]
 Count = Annotated[int, Field(ge=4, le=400)]
-
-
-class Target(Declared):
-    """The rectangle to be moved alone, in fractions of the plate's lengths: of the box around its outline."""
-
-    center: tuple[Fraction, Fraction]
-    size: tuple[Fraction, Fraction]
-    displacement: Annotated[float, Field(ge=1e-12, le=1e-2, description="m per unit of audio signal")] = 1e-6
-
-    @model_validator(mode="after")
-    def _inside(self) -> Self:
-        for axis, (center, size) in enumerate(zip(self.center, self.size, strict=True)):
-            if center - size / 2.0 < 0.0 or center + size / 2.0 > 1.0:
-                raise ValueError(
-                    f"target spans {center - size / 2:g} to {center + size / 2:g} of the plate along "
-                    f"{'xy'[axis]}; allowed 0 to 1"
-                )
-        return self
 
 
 class Filters(Declared):
@@ -51,7 +32,23 @@ class Filters(Declared):
     transform_length: Annotated[int, Field(ge=64, le=1_048_576, description="samples of the fine inverse FFT")] = (
         16_384
     )
-    delay: Annotated[int, Field(ge=0, description="modelling delay, samples")] = 256
+    delay: Annotated[
+        int | None, Field(ge=0, description="modelling delay, samples; left out, what suits taps and method")
+    ] = None
+    design: Annotated[
+        Literal["field", "inverse-fft"], Field(description="least squares of the field, or a cut inverse FFT")
+    ] = "field"
+    outside_weight: Annotated[
+        float | None,
+        Field(ge=1.0, le=1e4, description="energy outside the target over energy inside; 3, or 1 for inverse-fft"),
+    ] = None
+    level: Annotated[
+        float | None,
+        Field(ge=-80.0, le=20.0, description="dB of displacement, at every line of the band; left out, free"),
+    ] = None
+    thermometer_error: Annotated[
+        float, Field(ge=0.0, le=30.0, description="°C either way, for which filters are to be robust")
+    ] = 0.0
     regularisation: Literal["tikhonov", "truncation"] = "tikhonov"
     tolerance: Annotated[
         float, Field(ge=1e-6, le=0.9, description="share of the largest singular value at each frequency")
@@ -81,9 +78,23 @@ class Filters(Declared):
         coldest, hottest = self.operating_range
         if not coldest < hottest:
             raise ValueError(f"operating_range [{coldest:g}, {hottest:g}] °C must ascend")
-        if self.delay >= self.taps:
-            raise ValueError(f"delay {self.delay} samples must lie inside the {self.taps} taps")
+        if self.delay is not None and self.delay >= self.taps:
+            raise ValueError(
+                f"delay {self.delay} samples must lie inside the {self.taps} taps; leave it out, or take 0 to "
+                f"{self.taps - 1}"
+            )
         return self
+
+    @property
+    def kappa(self) -> float:
+        """Weight of the energy outside the target against that inside, in the design."""
+        plain = 3.0 if self.design == "field" else 1.0
+        return plain if self.outside_weight is None else self.outside_weight
+
+    @property
+    def middle(self) -> int:
+        """Delay as declared, else half the taps, for filters that ring as long as they pre-ring, samples."""
+        return self.taps // 2 if self.delay is None else self.delay
 
     @property
     def frequency(self) -> NDArray[np.float64]:
@@ -176,10 +187,12 @@ class Panel(Sparse):
                 f"{len(self.patch)} patches and {len(self.drive)} drives; a panel has at least one actuator, and "
                 "actuators of one kind: volts and newtons cannot be weighed against each other"
             )
-        place = leaves(self.target_loop, self.plate.loop)
-        for hole in self.plate.hole_loops:
-            place = overlap(self.target_loop, hole) if place is None else place
-        if place is not None:
+        for loop in self.target_loops:
+            place = leaves(loop, self.plate.loop)
+            for hole in self.plate.hole_loops:
+                place = overlap(loop, hole) if place is None else place
+            if place is None:
+                continue
             raise GeometryError(
                 f"target reaches over the plate's edge at {at(place)}; move it onto the plate", place
             )
@@ -206,17 +219,21 @@ class Panel(Sparse):
 
     @property
     def target_center(self) -> tuple[float, float]:
-        """Centre of the target, m."""
-        (x, y), plate = self.plate.bounds[0], self.plate
-        return x + self.target.center[0] * plate.length_x, y + self.target.center[1] * plate.length_y
+        """Centre of the target, of its first spot where it has several, m."""
+        return self.target_loops[0].centroid
 
     @property
-    def target_loop(self) -> Loop:
-        """Border of the target."""
-        along, across = self.target.size
-        return rectangle(self.target_center, (along * self.plate.length_x, across * self.plate.length_y))
+    def target_loops(self) -> tuple[Loop, ...]:
+        """Borders of the target's spots, m."""
+        (x, y), plate = self.plate.bounds[0], self.plate
+        return self.target.loops((float(x), float(y)), (plate.length_x, plate.length_y))
 
     @property
     def centers(self) -> tuple[Point, ...]:
         """Centres of the actuators, m."""
         return tuple(patch.center for patch in self.patch) or tuple(drive.point for drive in self.drive)
+
+    @property
+    def limits(self) -> NDArray[np.float64]:
+        """Peak drive (N,) that each actuator bears, V: rated field times thickness; forces have none."""
+        return np.array([patch.rated_voltage for patch in self.patch] or [np.inf] * len(self.drive))

@@ -1,4 +1,4 @@
-"""How well a field is focused: contrast (paper eq. 9) and spot error."""
+"""How well a field is focused: contrast (paper eq. 9), level and phase, spot error."""
 
 import numpy as np
 
@@ -6,32 +6,46 @@ from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms, FieldSpace
 
 
-def contrast(forms: EnergyForms, filters: Complex, target_share: float | None = None) -> Real:
-    """Contrast (T, F) of `filters` (T, F, N): energy over the target over energy over the plate.
+def contrast(forms: EnergyForms, filters: Complex) -> Real:
+    """Contrast (T, F) of `filters` (T, F, N): energy over the target over energy over the plate, 0 to 1.
 
-    Parameters
-    ----------
-    forms : EnergyForms
-    filters : (T, F, N) ndarray, or (F, N) for the same filters at every temperature
-    target_share : float, optional
-        Area of the target over area of the plate. Left out, the contrast is paper eq. (9) as it
-        stands, 0 to 1. Given, it is the area-normalised ratio d/(d + o) of the mean energy densities
-        inside (d) and outside (o) the target, also 0 to 1, which a uniform field brings to 1/2.
+    Paper eq. (9) as it stands; `filters` may be (F, N) for the same filters at every temperature.
     """
     inside = _energy(forms.target, filters)
     whole = _energy(forms.plate, filters)
     # A line where the filters are silent has no contrast; the tiny floor makes it 0 and not NaN.
     literal: Real = np.clip(inside / np.maximum(whole, np.finfo(float).tiny), 0.0, 1.0)
-    if target_share is None:
-        return literal
-    density_inside = literal / target_share
-    density_outside = (1.0 - literal) / (1.0 - target_share)
-    normalised: Real = density_inside / (density_inside + density_outside)
+    return literal
+
+
+def area_normalised(literal: Real, target_share: float) -> Real:
+    """Turn a `literal` contrast (...) into d/(d + o), d and o the mean energy densities inside and outside.
+
+    Also 0 to 1; a uniform field brings it to 1/2 whatever the size of the target, `target_share` of the plate.
+    """
+    inside = literal / target_share
+    outside = (1.0 - literal) / (1.0 - target_share)
+    normalised: Real = inside / (inside + outside)
     return normalised
 
 
+def mean_response(forms: EnergyForms, filters: Complex, asked: float) -> Complex:
+    """Mean displacement (T, F) of the target over what was `asked` of it: 1 is full level at the right phase.
+
+    `asked` is φᵀ W φ (`FieldSpace.asked`); the mean is weighed by the target shape.
+    """
+    response: Complex = np.sum(forms.aim.conj() * filters, axis=-1) / asked
+    return response
+
+
+def decibels(response: Complex) -> Real:
+    """Level (...) of a `response`, dB; silence is -200 dB."""
+    level: Real = 20.0 * np.log10(np.maximum(np.abs(response), 1e-10))
+    return level
+
+
 def spot_error(space: FieldSpace, amplitude: Complex, filters: Complex) -> Real:
-    """Distance (F,) from the target's centre to the largest |U|, as a share of the plate's length Lx.
+    """Distance (F,) from the target's centre, the nearest of several, to the largest |U|, over the plate's Lx.
 
     Parameters
     ----------
@@ -42,8 +56,9 @@ def spot_error(space: FieldSpace, amplitude: Complex, filters: Complex) -> Real:
     """
     field = space.deflection @ np.einsum("nfr,fn->rf", amplitude, filters)
     peak = space.grid.points[np.argmax(np.abs(field), axis=0)]
-    distance: Real = np.hypot(*(peak - np.asarray(space.grid.center)).T)
-    return distance / space.grid.length[0]
+    away = np.linalg.norm(peak[:, None] - space.grid.centers, axis=-1)
+    distance: Real = away.min(axis=1) / space.grid.length[0]
+    return distance
 
 
 def _energy(form: Complex, filters: Complex) -> Real:

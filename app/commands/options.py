@@ -1,8 +1,9 @@
 """Options that several verbs share: one name, one wording, one range."""
 
+import functools
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 import click
 
@@ -38,3 +39,37 @@ def out_folder(what: str) -> Callable[[Verb], Verb]:
 
 
 run_out = out_folder("Run folder (default: NAME-run beside CAMPAIGN).")
+
+FOCUSING_METHODS = ("stif", "time-reversal", "modal-control", "none")
+FILTER_OPTIONS = (
+    click.option(
+        "--design",
+        type=click.Choice(("field", "inverse-fft")),
+        help="Least squares of the field (default), or a cut inverse FFT as in the paper.",
+    ),
+    click.option("--taps", type=int, help="Length of a filter, 16 to 16384 (default: the panel's)."),
+    click.option(
+        "--delay", type=int, help="Modelling delay, samples (default: the panel's, else what suits taps)."
+    ),
+    click.option(
+        "--outside-weight",
+        type=float,
+        help="Weight of what moves outside the target, 1 to 10000 (default: 3; 1 for inverse-fft).",
+    ),
+    click.option("--thermometer-error", type=float, help="°C either way that filters are robust to (default: 0)."),
+    click.option("--level", type=float, help="dB of the displacement asked for, at every line (default: free)."),
+)
+
+
+def filter_options(verb: Verb) -> Verb:
+    """Give a verb the options on how taps are designed; it takes them as one mapping, `filters`."""
+
+    @functools.wraps(verb)
+    def designing(*args: Any, **options: Any) -> object:
+        names = ("design", "taps", "delay", "outside_weight", "thermometer_error", "level")
+        given = {name: options.pop(name) for name in names}
+        return verb(*args, filters=given, **options)
+
+    for option in reversed(FILTER_OPTIONS):
+        designing = option(designing)
+    return cast("Verb", designing)

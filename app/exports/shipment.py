@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from analysis.compensation.network import InputMap
-from analysis.compensation.study import NETWORK, Compensation
+from analysis.compensation.outcome import NETWORK, Compensation
 from analysis.focusing.fir import FirBank
 from analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
 from app.files.bad_file import ResultFileError
-from app.files.filter_files import load_compensation, load_focusing
+from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_focusing
 from app.files.hdf5_file import result_file
 from app.files.provenance import provenance, read_stamp, sha256
 from app.files.run_folder import run_file
@@ -89,7 +90,7 @@ def shipment(run: Path, method: str | None, verb: str) -> Shipment:
         wanted = RIGIDITY_SPLINE
     if wanted != NETWORK:
         return _joined(run, wanted, verb, found, note)
-    rate, delay = panel.filters.sample_rate, panel.filters.delay
+    rate, delay = found.filters.sample_rate, found.filters.delay
     networks = FollowingBank.of_networks(found.trained.networks, rate, delay)
     return _shipment(networks, wanted, panel, [path])
 

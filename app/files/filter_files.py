@@ -1,13 +1,12 @@
-"""``filters.h5`` and ``compensation.h5``: focusing filters, networks, and how well they do."""
+"""``filters.h5``: focusing filters over temperature, and how well they do."""
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import h5py
 
-from analysis.compensation.study import Compensation
-from analysis.focusing.methods import MethodComparison
+from analysis.focusing.methods import METHODS, Method, MethodComparison
 from analysis.focusing.over_temperature import Aim, Focusing
 from analysis.focusing.panel import Panel
 from app.files.atomic import atomic_hdf5
@@ -15,8 +14,6 @@ from app.files.hdf5_file import result_file
 from app.files.panel_file import panel_of_text
 from app.files.provenance import stamp
 from app.files.values import read_value, write_value
-
-Value = TypeVar("Value")
 
 
 def save_focusing(
@@ -32,7 +29,7 @@ def save_focusing(
     `uncorrected` is what filters reach that were designed with the laws of a twin without its effects.
     """
     with atomic_hdf5(target) as file:
-        _begin(file, panel, made_from)
+        begin_result(file, panel, made_from)
         if uncorrected is not None:
             write_value(file.create_group("uncorrected"), uncorrected)
         write_value(file.create_group("focusing"), focusing)
@@ -52,28 +49,23 @@ def load_uncorrected(path: Path) -> Aim | None:
         return read_value(file["uncorrected"], Aim) if "uncorrected" in file else None
 
 
+def load_method(path: Path) -> Method:
+    """Read only how the filters were designed: by STIF or by a rival of it."""
+    with result_file(path, "focus") as file:
+        found = str(file["focusing"].attrs["method"])
+        for method in METHODS:
+            if method == found:
+                return method
+        raise ValueError(f"focusing: method {found!r}: {', '.join(METHODS)}")
+
+
 def load_panel(path: Path) -> Panel:
     """Read only the panel a result was made for."""
     with result_file(path, "focus") as file:
         return panel_of_text(str(file.attrs["panel"]), str(path))
 
 
-def save_compensation(
-    target: Path, panel: Panel, compensation: Compensation, made_from: Mapping[str, Any]
-) -> None:
-    """Write networks and the test of every method, whole or not at all."""
-    with atomic_hdf5(target) as file:
-        _begin(file, panel, made_from)
-        write_value(file.create_group("compensation"), compensation)
-
-
-def load_compensation(path: Path) -> tuple[Panel, Compensation]:
-    """Read back what `save_compensation` wrote."""
-    with result_file(path, "compensate") as file:
-        panel = panel_of_text(str(file.attrs["panel"]), str(path))
-        return panel, read_value(file["compensation"], Compensation)
-
-
-def _begin(file: h5py.File, panel: Panel, made_from: Mapping[str, Any]) -> None:
+def begin_result(file: h5py.File, panel: Panel, made_from: Mapping[str, Any]) -> None:
+    """Stamp a result file with what it was made from, and the panel it holds for."""
     stamp(file, made_from)
     file.attrs["panel"] = panel.model_dump_json()

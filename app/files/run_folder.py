@@ -13,6 +13,7 @@ MADE_BY = {
     "gap.h5": "gap",
     "filters.h5": "focus",
     "compensation.h5": "compensate",
+    "studies.h5": "study all",
 }
 
 

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
-from analysis.compensation.study import NETWORK, Compensation
+from analysis.compensation.outcome import NETWORK, Compensation
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Aim, Focusing
 from analysis.focusing.panel import Panel
@@ -122,7 +122,9 @@ def layout(panel: Panel) -> Figure:
         axes.add_patch(Polygon(loop.polygon, fill=False, lw=width, ec="0.3"))
     for loop in plate.zone_loops:
         axes.add_patch(Polygon(loop.polygon, fill=False, lw=1.0, ls="--", ec="0.6"))
-    axes.add_patch(Polygon(panel.target_loop.polygon, fc="#f4d35e", ec="none", label="target"))
+    for number, loop in enumerate(panel.target_loops):
+        label = None if number else "target"
+        axes.add_patch(Polygon(loop.polygon, fc="#f4d35e", ec="none", label=label))
     for number, patch in enumerate(panel.patch):
         label = "actuators" if number == 0 else None
         axes.add_patch(Polygon(patch.loop.polygon, fc="#00798c", ec="none", label=label))

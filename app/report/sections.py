@@ -12,12 +12,13 @@ from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.updated import GOOD_MISFIT
 from app.files.bad_file import ResultFileError
-from app.files.filter_files import load_compensation, load_focusing, load_uncorrected
+from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_focusing, load_uncorrected
 from app.files.frf_file import load_frf
 from app.files.laws_file import load_laws, load_updated
 from app.files.modes_file import load_modes
 from app.files.run_folder import MADE_BY, run_file
-from app.report import focusing, identified, measured, paper, updated
+from app.report import focusing, identified, measured, paper, studies, updated
 from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
 from app.report.gap_section import gap_section
 from app.report.origin import origin, outdated, stamps
@@ -25,7 +26,7 @@ from app.report.page import Absent, Item, Listing, PageTable, Paragraph, Picture
 from app.report.summary import summary
 from app.terminal.gap import with_sigma
 
-OPTIONAL = ("gap.h5",)
+OPTIONAL = ("gap.h5", "studies.h5")
 """Stages that a run is complete without."""
 
 
@@ -50,6 +51,7 @@ def sections(run: Path, report: Progress) -> Found:
         ("What the twin lacks", "gap.h5", lambda: gap_section(run / "gap.h5")),
         ("Focusing", "filters.h5", lambda: _focusing(run, rows)),
         ("Compensation", "compensation.h5", lambda: _compensation(run, rows)),
+        ("The paper's studies", "studies.h5", lambda: studies.items(run / "studies.h5", rows)),
     ]
     lines = [(verb, line) for verb, line in summary(run).items() if verb != "import"]
     made = [Section("In short", [PageTable(("stage", "found"), lines)])] if lines else []

@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from analysis.compensation.study import NETWORK
-from app.files.filter_files import load_compensation, load_focusing
+from analysis.compensation.outcome import NETWORK
+from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_focusing
 from app.files.frf_file import load_frf
 from app.files.gap_file import load_gap
 from app.files.laws_file import load_updated
@@ -69,8 +70,8 @@ def _focused(path: Path) -> str:
 def _compensated(path: Path) -> str:
     _, found = load_compensation(path)
     place = found.methods.index(NETWORK)
-    error, loss = found.relative_error[place].max(), found.contrast_loss[place].max()
+    error, loss = found.relative_error[place].max(), found.largest_loss[place]
     return (
-        f"relative error of the networks at most {error:.1g} % of energy, contrast lost {loss:.1g}; "
-        f"best here: {found.best}"
+        f"the networks lose at most {loss:.2g} of contrast, relative error at most {error:.1g} % of energy; "
+        f"best here: {found.best}, recommended: {found.recommended}"
     )

@@ -1,6 +1,7 @@
 """What ``focus`` and ``compensate`` read before they compute: laws, panel, and the range both share."""
 
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,15 +9,18 @@ from typing import Any
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.focusing.measured import MeasuredPanel
+from analysis.focusing.methods import Method
 from analysis.focusing.over_temperature import covered
 from analysis.focusing.panel import Panel
 from analysis.material import Material, MaterialLaws
 from analysis.updating.laws import fit_laws
 from app.files.bad_file import ResultFileError
-from app.files.filter_files import load_panel
+from app.files.filter_files import load_method, load_panel
 from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
 from app.files.run_folder import run_file
+from app.files.transfers_file import read_transfers
 from app.files.twin_file import TwinFile, read_twin
 
 
@@ -73,6 +77,8 @@ def changed(panel: Panel, changes: Mapping[str, Any]) -> Panel:
         return panel
     declared = panel.model_dump(mode="json")
     declared["filters"] |= given
+    if "taps" in given and "delay" not in given:
+        declared["filters"]["delay"] = None  # it follows the length
     return panel_of_text(json.dumps(declared), "command line")
 
 
@@ -87,7 +93,7 @@ def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, flo
 def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
     """Return `temperature`, or raise ResultFileError naming the first the laws do not cover."""
     low, high = laws.temperature_range
-    outside = temperature[(temperature < low - 1e-9) | (temperature > high + 1e-9)]
+    outside = temperature[~np.isfinite(temperature) | (temperature < low - 1e-9) | (temperature > high + 1e-9)]
     if outside.size:
         raise ResultFileError(
             f"{origin}: --temperature {outside[0]:g} °C is outside the laws' range, {low:g} to {high:g} °C"
@@ -95,12 +101,46 @@ def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
     return temperature
 
 
-def panel_for(path: Path | None, run: Path) -> tuple[Panel, Path]:
-    """Return the panel of a file, or else the one the run's filters were made for, or else the shipped one."""
+def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple[Panel, Path]:
+    """Return the panel of a file, or else the one the run's filters were made for, or else the shipped one.
+
+    With filter settings changed where `changes` says so.
+    """
     made = run / "filters.h5"
     if path is None and made.is_file():
-        return load_panel(made), made
-    return panel_of(path, {})
+        return changed(load_panel(made), changes), made
+    return panel_of(path, changes)
+
+
+def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) -> MeasuredPanel:
+    """Join a panel to its measured transfers; ResultFileError where the two do not fit each other."""
+    if len(temperatures) > 1 or not np.isfinite(temperatures).all():
+        raise ResultFileError(f"--temperature {temperatures}: one, at which {path} was measured, in °C")
+    transfers = read_transfers(path, panel.filters.edges, *temperatures or (panel.filters.reference_temperature,))
+    count = transfers.transfer.shape[1]
+    if count != len(panel.centers):
+        raise ResultFileError(f"{path}: transfers of {count} actuators; the panel declares {len(panel.centers)}")
+    off = ~panel.plate.contains(transfers.points)
+    if off.any():
+        x, y = transfers.points[int(np.argmax(off))]
+        raise ResultFileError(f"{path}: point {int(np.argmax(off)) + 1} at ({x:g}, {y:g}) m lies off the plate")
+    measured = MeasuredPanel(panel, transfers)
+    try:
+        measured.grid  # noqa: B018 - made here, so that what it refuses is told
+    except ValueError as error:
+        raise ResultFileError(f"{path}: {error}; measure points on the target") from error
+    return measured
+
+
+def method_for(named: Method | None, path: Path | None, run: Path) -> Method:
+    """Return the method named, or else that of the run's filters where their panel is taken, or STIF."""
+    made = run / "filters.h5"
+    return named or (load_method(made) if path is None and made.is_file() else "stif")
+
+
+def workers() -> int:
+    """Threads to compute temperatures on: one for each core, as far as the memory of their fields goes."""
+    return min(os.cpu_count() or 1, 16)
 
 
 def checked_device(device: str) -> None:

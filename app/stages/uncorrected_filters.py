@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.focusing.fir import design
 from analysis.focusing.methods import Method, designer
-from analysis.focusing.over_temperature import Aim, aim, responses
+from analysis.focusing.over_temperature import Aim, aim, joined, responses, tap_design
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.plate import Plate
@@ -32,16 +31,18 @@ def uncorrected_aim(
         return None
     settings, lines = panel.filters, panel.filters.frequency
     band = settings.in_band(lines)
-    rule = designer(method, model, panel, lines)
+    rule, design = designer(method, model, panel, lines), tap_design(method, model, panel, laws)
+    asked = model.space.asked(panel.target.displacement)
     real = responses(model, laws, temperature, lines)
     believed = responses(model, uncorrected, temperature, lines)
     reached = []
-    for t, ((constants, guess), (_, amplitude)) in enumerate(zip(believed, real, strict=True)):
-        wanted = rule(constants, guess, model.space.forms([guess], panel.target.displacement))
-        filters = design(wanted[None], temperature[t : t + 1], settings).response(lines[band])[0]
+    for (constants, guess), (_, amplitude) in zip(believed, real, strict=True):
+        guessed = model.space.forms([guess], panel.target.displacement)
+        taps = design.taps(guessed, rule(constants, guess, guessed))
+        filters = design.bank(taps[None], np.zeros(1)).response(lines[band])[0]
         forms = model.space.forms([amplitude], panel.target.displacement)
-        reached.append(aim(model.space, forms, amplitude, band, filters))
-    return Aim(np.array([c for c, _ in reached]), np.array([s for _, s in reached]))
+        reached.append(aim(model.space, forms, amplitude, band, filters, asked))
+    return joined(reached)
 
 
 def uncorrected_laws(run: Path, temperature: NDArray[np.float64], plate: Plate) -> MaterialLaws | None:

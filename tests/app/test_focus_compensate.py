@@ -1,22 +1,30 @@
 """``flexura focus`` and ``flexura compensate`` on a panel small enough to be reduced in seconds."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
+import pyuff
 from click.testing import CliRunner
 
+from analysis.focusing.over_temperature import responses
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
-from app.files.filter_files import load_compensation, load_focusing
+from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_focusing
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import read_stamp
+from app.files.transfers_file import read_transfers, write_transfers
+from app.files.uff58 import UffFrf, write_frfs
 from app.files.values import write_value
 from app.main import flexura
 from app.stages import panel_inputs as panel_run
+from app.twins.panel_twin import panel_twin
 
 PANEL = """\
 format = "panel/1"
@@ -160,17 +168,16 @@ def test_compensate_prints_every_method_and_keeps_the_networks(run, panel):
     assert printed["temperatures"] == 241
     network = printed["methods"]["network"]
     assert network["relative_error_max_percent"] == pytest.approx(found.relative_error[0].max())
-    assert network["relative_error_max_percent"] <= 0.05
     assert network["contrast_loss"] <= 0.005
     assert printed["methods"]["linear"]["relative_error_max_percent"] > network["relative_error_max_percent"]
-    assert printed["methods"][printed["best"]]["relative_error_max_percent"] == min(
-        m["relative_error_max_percent"] for m in printed["methods"].values()
+    assert printed["methods"][printed["best"]]["contrast_loss"] == min(
+        m["contrast_loss"] for m in printed["methods"].values()
     )
     # The file holds the network itself: what it says at a training temperature is the filter there.
     flex("focus", run, "--panel", panel, "--temperature", 20)
     _, focused, _ = load_focusing(run / "filters.h5")
     np.testing.assert_allclose(
-        found.trained.networks.taps([20.0]), focused.bank.taps, atol=1e-3 * np.abs(focused.bank.taps).max()
+        found.trained.networks.taps([20.0]), focused.bank.taps, atol=3e-3 * np.abs(focused.bank.taps).max()
     )
 
 
@@ -205,7 +212,11 @@ def test_laws_that_end_early_are_used_as_far_as_they_go_and_it_is_said(tmp_path,
     ("words", "said"),
     [
         (("--temperature", 61), "--temperature 61 °C is outside the laws' range, 0 to 60 °C"),
+        (("--temperature", "nan"), "--temperature nan °C is outside the laws' range, 0 to 60 °C"),
         (("--tolerance", 2), "filters.tolerance"),
+        (("--delay", 64), "filters: delay 64 samples must lie inside the 64 taps; leave it out, or take 0 to 63"),
+        (("--taps", 400), "transform_length 512 must be at least twice taps"),
+        (("--outside-weight", 0.5), "filters.outside_weight = 0.5"),
         (("--method", "magic"), "magic"),
         (("--panel", "nowhere.toml"), "nowhere.toml: cannot be read: No such file or directory; allowed"),
     ],
@@ -220,9 +231,55 @@ def test_focus_names_what_is_wrong(run, panel, words, said):
     assert not (run / "filters.h5").exists()
 
 
+def test_another_length_brings_its_own_delay(run, panel):
+    """The panel's file declares 64 taps and a delay of 32; half of 48 suits 48."""
+    assert flex("focus", run, "--panel", panel, "--taps", 24, "--temperature", 20).exit_code == 0
+    _, found, _ = load_focusing(run / "filters.h5")
+    assert (found.bank.taps.shape[2], found.bank.delay) == (24, 12)
+
+
+def test_what_is_compensated_is_what_was_focused(run, panel):
+    words = ("--method", "time-reversal", "--temperature", 20)
+    assert flex("focus", run, "--panel", panel, *words).exit_code == 0
+    result = flex("compensate", run)
+    assert "those of time-reversal" in result.stderr
+    _, found = load_compensation(run / "compensation.h5")
+    assert found.focusing == "time-reversal"
+    _, focused, _ = load_focusing(run / "filters.h5")
+    np.testing.assert_allclose(found.filters.taps[4], focused.bank.taps[0])
+    assert found.filters.delay == focused.bank.delay
+
+
+def test_filters_that_follow_the_paper_closely_and_the_sound_badly_end_with_status_1(run, panel):
+    """MATLAB's split leaves temperatures out: hardly seen in the relative error, heard in the contrast."""
+    words = ("--feed", "temperature", "--scale", "tap", "--start", "random", "--split", "matlab", "--seed", 7)
+    result = flex("compensate", run, "--panel", panel, "--json", "--design", "inverse-fft", *words)
+    _, found = load_compensation(run / "compensation.h5")
+    assert result.exit_code == int(found.largest_loss[0] > 0.02)
+    assert json.loads(result.stdout)["methods"]["network"]["contrast_loss"] == pytest.approx(found.largest_loss[0])
+
+
+def test_focus_does_without_torch(run, panel):
+    code = "import sys; from app.main import flexura; flexura(sys.argv[1:], standalone_mode=False)"
+    code += "; sys.exit('torch' in sys.modules)"
+    words = [
+        sys.executable,
+        "-c",
+        code,
+        "focus",
+        str(run),
+        "--panel",
+        str(panel),
+        "--temperature",
+        "20",
+        "--quiet",
+    ]
+    assert subprocess.run(words, check=False).returncode == 0
+
+
 def test_compensate_names_what_is_wrong(run, panel):
-    result = flex("compensate", run, "--panel", panel, "--nodes", 12)
-    assert "12 nodes need at least 14 training temperatures; 13 are given (take 11 or fewer, or a" in result.output
+    result = flex("compensate", run, "--panel", panel, "--spacing", 30)
+    assert "3 training temperatures; at least 4 are needed: take a smaller spacing" in result.output
     assert result.exit_code == 2
     result = flex("compensate", run, "--panel", panel, "--device", "abacus")
     assert "--device abacus: torch cannot use it" in result.output
@@ -278,3 +335,80 @@ def test_the_shipped_panel_is_the_paper_s_section_2():
     assert (panel.filters.taps, panel.filters.sample_rate, panel.filters.band) == (512, 44_100.0, (100.0, 800.0))
     assert (panel.target.center, panel.target.size) == ((0.3, 0.55), (0.25, 0.3))
     assert panel.grid[0] * panel.grid[1] >= 1000
+
+
+def scanned(run, panel, path, temperature=20.0):
+    """Write the twin's own transfers at its grid as a universal file: nodes in a data set 2411, FRFs in 58."""
+    declared = read_panel(panel)
+    here = laws()
+    model = panel_twin(declared, here, lambda _stage, _share: None)
+    spacing = declared.filters.sample_rate / declared.filters.transform_length
+    frequency = np.arange(54.0 // spacing + 1, 400.0 // spacing) * spacing
+    (_, amplitude), *_ = responses(model, here, np.array([temperature]), frequency)
+    h = amplitude @ model.space.deflection.T
+    points = model.space.grid.points
+    frfs = [
+        UffFrf(
+            f"A{n + 1}",
+            f"{k + 1}:+3",
+            f"{9001 + n}:+3",
+            "displacement",
+            frequency,
+            h[n, :, k],
+            "unknown",
+            ("m", ""),
+        )
+        for n in range(len(h))
+        for k in range(len(points))
+    ]
+    write_frfs(path, frfs)
+    none = np.zeros(len(points), dtype=int)
+    nodes = pyuff.prepare_2411(np.arange(1, len(points) + 1), none, none, none, *points.T, np.zeros(len(points)))
+    pyuff.UFF(str(path)).write_sets(nodes | {"type": 2411}, "add")
+
+
+def test_the_twin_s_own_transfers_from_a_universal_file_give_the_twin_s_filters(run, panel, tmp_path):
+    panel.write_text(PANEL.replace("grid = [20, 16]", "grid = [20, 20]"), encoding="utf-8")
+    scanned(run, panel, tmp_path / "scan.uff")
+    assert flex("focus", run, "--panel", panel, "--temperature", 20).exit_code == 0
+    words = ("--transfers", tmp_path / "scan.uff", "--temperature", 20, "--out", tmp_path / "scan")
+    result = flex("focus", "--panel", panel, *words)
+    assert result.exit_code == 0, result.output
+    _, exact, _ = load_focusing(run / "filters.h5")
+    _, found, comparison = load_focusing(tmp_path / "scan" / "filters.h5")
+    assert comparison.methods == ("stif", "time-reversal", "none")
+    np.testing.assert_allclose(found.bank.taps, exact.bank.taps, atol=1e-4 * np.abs(exact.bank.taps).max())
+    np.testing.assert_allclose(found.direct.contrast, exact.direct.contrast, atol=1e-4)
+    again = read_transfers(tmp_path / "scan.uff", (60.0, 360.0), 20.0)
+    write_transfers(tmp_path / "scan.h5", again)
+    words = ("--transfers", tmp_path / "scan.h5", "--out", tmp_path / "h5")
+    assert flex("focus", "--panel", panel, *words).exit_code == 0
+    np.testing.assert_array_equal(load_focusing(tmp_path / "h5" / "filters.h5")[1].bank.taps, found.bank.taps)
+    assert flex("focus", "--panel", panel, "--method", "modal-control", *words).exit_code == 2
+    narrow = panel.read_text(encoding="utf-8").replace("edges = [60.0, 360.0]", "edges = [20.0, 360.0]")
+    panel.write_text(narrow, encoding="utf-8")
+    result = flex("focus", "--panel", panel, *words)
+    assert "filters.edges ask for 20 to 360 Hz: measure wider" in result.output
+
+
+def test_transfers_with_missing_points_or_of_other_actuators_are_refused(panel, tmp_path):
+    frequency, points = np.arange(40.0, 400.0, 10.0), np.array([[0.05, 0.1], [0.1, 0.1], [0.2, 0.05]])
+    h = np.ones((1, 2, len(frequency), 3), dtype=complex)
+
+    def refused(transfer, points):
+        with h5py.File(tmp_path / "scan.h5", "w") as file:
+            parts = {"temperature": [20.0], "points": points, "frequency": frequency, "transfer": transfer}
+            for name, value in parts.items():
+                file[name] = value
+        result = flex("focus", "--panel", panel, "--transfers", tmp_path / "scan.h5")
+        assert result.exit_code != 0
+        assert "Traceback" not in result.output
+        assert not (tmp_path / "filters.h5").exists()
+        return result.output
+
+    gone = h.copy()
+    gone[0, 1, :, 2] = np.nan
+    assert "the first from actuator 2 to point 3; measure them" in refused(gone, points)
+    assert "transfers of 1 actuators; the panel declares 2" in refused(h[:, :1], points)
+    assert "point 3 at (0.3, 0.05) m lies off the plate" in refused(h, points + np.outer([0, 0, 1], [0.1, 0]))
+    assert "must be (T, N, F, K)" in refused(h[..., :2], points)

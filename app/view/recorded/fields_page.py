@@ -125,7 +125,8 @@ class FieldsPage(QWidget):
     def _outlines(self) -> list[tuple[Real, str]]:
         patches = [(patch.loop.polygon, self._theme.muted) for patch in self._panel.patch]
         patches += [(circle(d.point, max(d.radius, 0.002)).polygon, self._theme.muted) for d in self._panel.drive]
-        return [(self._panel.target_loop.polygon, self._theme.warning), *patches]
+        targets = [(loop.polygon, self._theme.warning) for loop in self._panel.target_loops]
+        return [*targets, *patches]
 
     def _refresh(self) -> None:
         """Fetch everything at another temperature."""

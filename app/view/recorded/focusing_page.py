@@ -4,7 +4,7 @@ import numpy as np
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidget
 
 from analysis.arrays import Real
-from analysis.compensation.study import Compensation
+from analysis.compensation.outcome import Compensation
 from analysis.focusing.over_temperature import Aim, Focusing
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors

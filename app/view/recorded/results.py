@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any, TypeVar
 
-from analysis.compensation.study import Compensation
+from analysis.compensation.outcome import Compensation
 from analysis.experiment import Experiment
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
@@ -16,7 +16,8 @@ from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
-from app.files.filter_files import load_compensation, load_focusing
+from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_focusing
 from app.files.frf_file import load_frf
 from app.files.gap_file import GapFigures, Signatures, load_gap, load_signatures
 from app.files.laws_file import TwinFrf, load_laws, load_updated

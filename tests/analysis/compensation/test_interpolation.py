@@ -58,16 +58,19 @@ def test_the_rigidity_s_logarithm():
 
 
 def test_filters_of_one_reduced_frequency_are_met_exactly():
-    """R(f, D) = D g(f/√D): all that changes is the stiffness, and nothing is left to interpolate."""
-
-    def shape(omega):
-        return 1.0 / (1.0 - omega**2 + 0.1j * omega) + 0.3j * omega
-
+    """R(f, D) = D g(f/√D): taps sampled from one impulse response, stretched, leave nothing to interpolate."""
+    rate, count = 8_000.0, 800
     u = np.log(np.linspace(1.8, 1.0, 5))  # √D falls with temperature
-    lines = np.arange(20.0, 1_200.0, 2.0)
     frequency = np.arange(60.0, 800.0, 2.0)
-    filters = np.array([np.exp(2 * v) * shape(lines / (300.0 * np.exp(v))) for v in u])[..., None]
+
+    def taps(v):
+        """g(t) decays within the taps; its spectrum at f e^-v belongs to e^v g(t e^v), times e^2v."""
+        time = np.arange(count) / rate * np.exp(v)
+        return np.exp(3.0 * v) * time**3 * np.exp(-time / 0.004) * np.cos(2.0 * np.pi * 300.0 * time)
+
+    bank = FirBank(np.array([taps(v) for v in u])[:, None], np.linspace(0.0, 60.0, 5), rate, 0)
     places = np.array([u[0], u[2], 0.5 * (u[1] + u[2]), u[4]])
-    found = reduced_frequency(filters, lines, u, places, frequency)
-    exact = np.array([np.exp(2 * v) * shape(frequency / (300.0 * np.exp(v))) for v in places])[..., None]
-    np.testing.assert_allclose(found, exact, rtol=0, atol=2e-5 * np.abs(exact).max())
+    found = reduced_frequency(bank, u, places, frequency)
+    wanted = FirBank(np.array([taps(v) for v in places])[:, None], np.arange(4.0), rate, 0)
+    exact = wanted.response(frequency)
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-5 * np.abs(exact).max())

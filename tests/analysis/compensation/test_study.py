@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from analysis.compensation.interpolation import log_root_rigidity
+from analysis.compensation.outcome import METHODS
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
-from analysis.compensation.study import METHODS, compensate
+from analysis.compensation.study import compensate
 from analysis.focusing.over_temperature import focus
 
 
@@ -26,28 +27,27 @@ def test_every_method_is_judged_at_every_temperature(studied):
     assert studied.methods == METHODS
     np.testing.assert_allclose(studied.temperature, np.arange(0.0, 60.5, 1.0))
     np.testing.assert_allclose(studied.training_temperature, np.arange(0.0, 60.5, 5.0))
-    assert studied.relative_error.shape == (5, 61, 6)
-    assert studied.left_out.shape == (5, 11, 6)
-    assert studied.contrast.shape == (5, 61, len(studied.frequency))
+    assert studied.relative_error.shape == (6, 61, 6)
+    assert studied.left_out.shape == (6, 11, 6)
+    assert studied.contrast.shape == (6, 61, len(studied.frequency))
     np.testing.assert_array_equal(studied.seconds, 1.0)  # two readings of the clock handed in
 
 
-def test_the_networks_keep_the_target_of_a_twentieth_of_a_percent(studied):
-    assert studied.relative_error[0].max() < 0.05
+def test_the_networks_lose_next_to_no_contrast_at_any_line_of_any_temperature(studied):
     assert studied.contrast_loss[0].max() < 0.005
+    assert studied.largest_loss[0] == studied.contrast_loss[0].max()
 
 
 def test_interpolations_are_exact_where_they_were_fitted(studied):
     knots = np.isin(studied.temperature, studied.training_temperature)
     assert studied.relative_error[1:4][:, knots].max() < 1e-20
-    assert studied.relative_error[4, knots].max() < 1e-6
+    assert studied.relative_error[4, knots].max() > studied.relative_error[1:4, knots].max()  # refitted
     assert studied.relative_error[1, ~knots].min() > 1e-9
 
 
-def test_the_best_method_is_the_one_of_the_smallest_largest_error(studied):
-    largest = studied.relative_error.max(axis=(1, 2))
+def test_the_best_method_is_the_one_that_loses_least_contrast_on_the_worst_line(studied):
+    largest = (studied.contrast_direct - studied.contrast).max(axis=(1, 2))
     assert studied.best == studied.methods[int(largest.argmin())]
-    assert largest[1] == largest.max()
 
 
 def test_errors_and_contrasts_are_those_of_filters_designed_on_the_spot(plain, softening, studied):
@@ -70,7 +70,21 @@ def test_spot_errors_belong_to_their_temperatures(plain, softening, studied):
 def test_what_is_left_out_is_missed_by_more_than_what_is_trained_on(studied):
     trained_on = studied.relative_error[:, 5:-5:5]
     assert trained_on.shape == studied.left_out.shape
-    assert np.all(studied.left_out.max(axis=2) > 10.0 * trained_on.max(axis=2))
+    fitted = slice(0, 4)  # the last, refitted to the taps, is not exact where it was fitted
+    assert np.all(studied.left_out[fitted].max(axis=2) > 10.0 * trained_on[fitted].max(axis=2))
+
+
+def test_the_recommended_method_is_the_smallest_that_loses_nothing_worth_mentioning(studied):
+    fair = studied.largest_loss <= 0.005
+    assert studied.recommended in np.array(studied.methods)[fair]
+    assert studied.size[studied.methods.index(studied.recommended)] == studied.size[fair].min()
+    count, actuators, taps = studied.filters.taps.shape
+    assert studied.size[studied.methods.index("linear")] == 4 * count * actuators * taps
+    network = studied.trained.networks
+    parts = (network.slope, network.bias, network.output)
+    assert studied.size[0] == 4 * sum(part.size for part in parts)
+    kept = studied.low_rank
+    assert studied.size[-1] == 4 * (kept.coefficient.size + kept.filters.size + kept.mean.size)
 
 
 def test_stiffness_alone_orders_the_temperatures(softening):
@@ -83,5 +97,5 @@ def test_too_few_training_temperatures_are_refused_before_any_work(plain, soften
     def clock():
         raise AssertionError("nothing should have been timed")
 
-    with pytest.raises(ValueError, match="10 nodes need at least 12 training temperatures; 7 are given"):
-        compensate(plain, plain.panel, softening, 10.0, Training(), clock)
+    with pytest.raises(ValueError, match="3 training temperatures; at least 4 are needed"):
+        compensate(plain, plain.panel, softening, 30.0, Training(), clock)

@@ -62,9 +62,17 @@ def test_matlab_s_split_leaves_two_of_thirteen_out_and_differs_between_networks(
     np.testing.assert_array_equal(split(3, 13, "none", rng), 1.0)
 
 
-def test_too_many_nodes_for_the_temperatures_are_refused(thirteen):
-    with pytest.raises(ValueError, match="12 nodes need at least 14 training temperatures; 13 are given"):
-        train_networks(thirteen, Training(nodes=12))
+def test_too_few_temperatures_are_refused(thirteen):
+    three = replace(thirteen, taps=thirteen.taps[::6], temperature=thirteen.temperature[::6])
+    with pytest.raises(ValueError, match="3 training temperatures; at least 4 are needed"):
+        train_networks(three, Training(nodes=2))
+
+
+def test_more_nodes_than_temperatures_are_trained(thirteen):
+    """The paper's 16 nodes on 13 temperatures: the evidence, not a count, keeps them from wriggling."""
+    trained = train_networks(thirteen, Training(nodes=16))
+    assert trained.training_error.max() < 1.0
+    assert np.all(trained.gamma < 13 * thirteen.taps.shape[2])
 
 
 def test_a_network_that_explains_filters_as_noise_is_refused(rng):

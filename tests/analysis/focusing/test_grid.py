@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.focusing.grid import Grid
-from analysis.focusing.panel import Panel
+from analysis.focusing.panel import Panel, Target
 
 
 @pytest.mark.parametrize("cells", [(40, 30), (37, 23), (11, 7)])
@@ -71,3 +71,32 @@ def test_integrals_over_any_plate_converge_to_the_closed_form():
         errors.append(abs(grid.area @ (away**2).sum(axis=1) / (disc - hole) - 1.0))
     assert errors[1] < 0.005
     assert errors[1] < errors[0]
+
+
+@pytest.mark.parametrize(
+    ("target", "area", "center"),
+    [
+        ({"center": (0.4, 0.5), "size": (0.3, 0.4), "shape": "ellipse"}, np.pi / 4 * 0.3 * 0.4, (0.4, 0.5)),
+        ({"center": (0.4, 0.5), "size": (0.3, 0.2), "angle": 30.0}, 0.3 * 0.2, (0.4, 0.5)),
+        ({"polygon": ((0.2, 0.2), (0.8, 0.2), (0.5, 0.8))}, 0.18, (0.5, 0.4)),
+        (
+            {"spot": ({"center": (0.2, 0.5), "size": (0.2, 0.3)}, {"center": (0.8, 0.5), "size": (0.2, 0.3)})},
+            0.12,
+            (0.5, 0.5),
+        ),
+    ],
+)
+def test_targets_of_any_form_keep_their_area_and_centre(supported, target, area, center):
+    panel = supported.panel.model_copy(update={"target": Target.model_validate(target)})
+    grid = Grid.of(panel)
+    assert grid.target_share == pytest.approx(area, rel=5e-3)
+    weight = grid.area * grid.target
+    assert (weight @ grid.points) / weight.sum() / (0.24, 0.19) == pytest.approx(center, abs=2e-3)
+    assert len(grid.centers) == len(panel.target.spots)
+
+
+def test_two_half_rectangles_aim_at_what_the_whole_one_aims_at(supported):
+    """Two spots side by side are one target; the whole one's share of a cell is exact."""
+    halves = tuple({"center": (x, 0.55), "size": (0.125, 0.3)} for x in (0.2375, 0.3625))
+    pair = supported.panel.model_copy(update={"target": Target.model_validate({"spot": halves})})
+    np.testing.assert_allclose(Grid.of(pair).target, supported.grid.target, atol=1e-12)

@@ -23,7 +23,7 @@ def at(plate):
 def test_stif_is_the_inverse_with_the_panel_s_settings(plain):
     lines, amplitude, forms = at(plain)
     found = designer("stif", plain, plain.panel, lines)(CONSTANTS, amplitude, forms)
-    np.testing.assert_array_equal(found, invert(forms, 0.01).filters[0])
+    np.testing.assert_array_equal(found, invert(forms.weighted(3.0), 0.01).filters[0])
 
 
 @pytest.mark.parametrize("method", ["time-reversal", "none"])
@@ -56,3 +56,13 @@ def test_the_comparison_holds_every_method_in_the_band_and_stif_wins(plain):
     means = found.contrast.mean(axis=1)
     assert np.argmax(means) == 0
     assert np.all((found.contrast >= 0.0) & (found.contrast <= 1.0))
+
+
+def test_a_level_asked_for_is_reached_at_every_line_and_in_phase(plain):
+    lines, amplitude, forms = at(plain)
+    panel = plain.panel.model_copy(update={"filters": plain.panel.filters.model_copy(update={"level": -6.0})})
+    filters = designer("stif", plain, panel, lines)(CONSTANTS, amplitude, forms)
+    grid = plain.grid
+    field = plain.space.deflection @ np.einsum("nfr,fn->rf", amplitude, filters)
+    mean = (grid.area * grid.target**1) @ field / (grid.area @ grid.target**2)
+    np.testing.assert_allclose(mean, 1e-6 * 10 ** (-6 / 20), rtol=1e-9)

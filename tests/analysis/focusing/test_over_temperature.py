@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.focusing.fir import FirBank
-from analysis.focusing.over_temperature import covered, focus, reference_temperature, spaced
+from analysis.focusing.over_temperature import covered, focus, reference_temperature, responses, spaced
 from analysis.focusing.performance import contrast
 
 
@@ -70,3 +70,22 @@ def test_the_range_is_what_laws_and_panel_share(plain, softening):
 def test_spaced_temperatures_end_at_the_end(low, high, spacing, expected):
     np.testing.assert_allclose(spaced(low, high, spacing), expected)
     assert len(spaced(0.0, 60.0, 0.1)) == 601
+
+
+def test_filters_robust_to_their_thermometer_keep_more_where_it_errs_and_little_is_lost_where_it_does_not(
+    plain, softening
+):
+    """Designed at 40 °C, used where the plate has 35 to 45 °C: mean and worst line, against plain filters."""
+    settings = plain.panel.filters
+    careful = plain.panel.model_copy(update={"filters": settings.model_copy(update={"thermometer_error": 5.0})})
+    lines = settings.frequency[settings.in_band(settings.frequency)]
+    real = np.linspace(35.0, 45.0, 11)
+    forms = plain.space.forms(amplitude for _, amplitude in responses(plain, softening, real, lines))
+    reached = []
+    for panel in (plain.panel, careful):
+        bank = focus(plain, panel, softening, np.array([40.0])).bank
+        reached.append(contrast(forms, np.repeat(bank.response(lines), 11, axis=0)))
+    usual, robust = reached
+    assert robust.mean() > usual.mean()
+    assert robust.min() > usual.min()
+    assert robust[5].mean() > usual[5].mean() - 0.05

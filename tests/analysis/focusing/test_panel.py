@@ -37,6 +37,26 @@ def test_a_target_off_the_plate_is_refused():
         Target(center=(0.5, 0.9), size=(0.2, 0.3))
 
 
+RECTANGLE = {"center": (0.2, 0.5), "size": (0.2, 0.3)}
+
+
+@pytest.mark.parametrize(
+    ("target", "words"),
+    [
+        ({}, "target is empty; give center and size"),
+        (RECTANGLE | {"polygon": ((0.1, 0.1), (0.2, 0.1), (0.2, 0.2))}, "keep one of them"),
+        ({"polygon": ((0.1, 0.1), (0.2, 0.1))}, "give at least 3"),
+        ({"polygon": ((0.1, 0.1), (0.4, 0.4), (0.4, 0.1), (0.1, 0.4))}, "crosses itself at"),
+        ({"spot": (RECTANGLE, RECTANGLE | {"center": (0.3, 0.5)})}, "spots 1 and 2 overlap; move them apart"),
+        (RECTANGLE | {"spot": (RECTANGLE,)}, "and a shape of its own"),
+        ({"spot": (RECTANGLE, {"shape": "ellipse"})}, "spot 2 is empty"),
+    ],
+)
+def test_targets_that_cannot_be_are_refused(target, words):
+    with pytest.raises(ValidationError, match=words):
+        Target.model_validate(target)
+
+
 @pytest.mark.parametrize("center", [(0.9, 0.9), (0.5, 0.5)])
 def test_a_target_off_the_outline_or_over_a_hole_is_refused(center):
     declared = {
@@ -53,7 +73,7 @@ def test_a_target_off_the_outline_or_over_a_hole_is_refused(center):
         Panel.model_validate(declared | {"target": {"center": center, "size": (0.1, 0.1)}})
     found = Panel.model_validate(declared | {"target": {"center": (0.3, 0.4), "size": (0.1, 0.2)}})
     assert found.target_center == pytest.approx((-0.06, -0.03))
-    assert found.target_loop.area == pytest.approx(0.03 * 0.06)
+    assert found.target_loops[0].area == pytest.approx(0.03 * 0.06)
 
 
 def test_actuators_are_of_one_kind(supported):

@@ -3,7 +3,7 @@ import pytest
 
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.inversion import invert
-from analysis.focusing.performance import contrast, spot_error
+from analysis.focusing.performance import area_normalised, contrast, mean_response, spot_error
 
 
 def forms_of_shapes(grid, shapes):
@@ -18,15 +18,24 @@ def test_a_uniform_field_has_the_target_s_share_and_one_half_normalised(supporte
     _, _, forms = forms_of_shapes(grid, np.ones((len(grid.area), 1)))
     filters = np.ones((1, 1), dtype=complex)
     assert contrast(forms, filters).item() == pytest.approx(0.075)
-    assert contrast(forms, filters, grid.target_share).item() == pytest.approx(0.5)
+    assert area_normalised(contrast(forms, filters), grid.target_share).item() == pytest.approx(0.5)
 
 
 def test_a_field_inside_alone_has_contrast_one_and_outside_alone_none(supported):
     grid = supported.grid
     _, _, forms = forms_of_shapes(grid, np.stack([grid.target, 1.0 - grid.target], axis=1))
     for filters, expected in (([2.0j, 0.0], 1.0), ([0.0, 5.0], 0.0)):
-        for share in (None, grid.target_share):
-            assert contrast(forms, np.array([filters], dtype=complex), share).item() == pytest.approx(expected)
+        literal = contrast(forms, np.array([filters], dtype=complex))
+        assert literal.item() == pytest.approx(expected)
+        assert area_normalised(literal, grid.target_share).item() == pytest.approx(expected)
+
+
+def test_the_target_shape_itself_is_full_level_and_a_delay_is_its_phase(supported):
+    grid = supported.grid
+    space, _, _ = forms_of_shapes(grid, grid.target[:, None])
+    forms = space.forms([np.ones((1, 1, 1), dtype=complex)], 2e-6)
+    filters = np.array([[2e-6 * np.exp(0.3j)]])
+    assert mean_response(forms, filters, space.asked(2e-6)).item() == pytest.approx(np.exp(0.3j))
 
 
 def test_contrast_equals_the_dense_field_integral(supported, rng):

@@ -1,0 +1,56 @@
+"""Filters at any temperature as a mean and a few principal filters whose shares follow the temperature."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
+
+from analysis.arrays import Real
+from analysis.focusing.fir import FirBank
+
+LEFT_OVER = 1e-6
+"""Share of the training filters' energy that the principal filters may leave: 0.1 % of amplitude."""
+
+
+@dataclass(frozen=True)
+class LowRankBank:
+    """taps(T) = mean + Σ_k coefficient_k(T) · filters_k.
+
+    Attributes
+    ----------
+    temperature : (n,) ndarray
+        Where it was trained, ascending, degrees Celsius.
+    coefficient : (n, K) ndarray
+        Share of every principal filter there; a cubic not-a-knot spline in between.
+    filters : (K, N, M) ndarray
+        Orthonormal over actuators and taps, the one of most energy first.
+    mean : (N, M) ndarray
+        V per unit of audio signal.
+    """
+
+    temperature: Real
+    coefficient: Real
+    filters: Real
+    mean: Real
+
+    @classmethod
+    def of(cls, bank: FirBank, left_over: float = LEFT_OVER) -> Self:
+        """As few principal filters as leave no more than `left_over` of the training filters' energy."""
+        count, actuators, taps = bank.taps.shape
+        mean = bank.taps.mean(axis=0)
+        left, values, right = np.linalg.svd((bank.taps - mean).reshape(count, -1), full_matrices=False)
+        missed = np.append(np.cumsum((values**2)[::-1])[::-1], 0.0)
+        rank = max(1, int(np.argmax(missed <= left_over * float((bank.taps**2).sum()))))
+        filters = right[:rank].reshape(rank, actuators, taps)
+        return cls(bank.temperature, left[:, :rank] * values[:rank], filters, mean)
+
+    def taps(self, temperature: ArrayLike) -> Real:
+        """Return filters (T, N, M) at `temperature` (T,), °C; outside the range, those of its end."""
+        at = np.clip(
+            np.atleast_1d(np.asarray(temperature, dtype=float)), self.temperature[0], self.temperature[-1]
+        )
+        share = CubicSpline(self.temperature, self.coefficient, axis=0)(at)
+        found: Real = self.mean + np.tensordot(share, self.filters, axes=1)
+        return found

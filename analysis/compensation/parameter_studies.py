@@ -1,0 +1,66 @@
+"""How good networks are over the number of their nodes and the spacing of their temperatures (paper 5.5)."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import Real
+from analysis.compensation.network import InputMap, NetworkBank
+from analysis.compensation.outcome import NetworkStudy
+from analysis.compensation.relative_error import relative_error
+from analysis.compensation.settings import Training
+from analysis.compensation.training import EvidenceCollapseError, train_networks
+from analysis.focusing.energy import EnergyForms
+from analysis.focusing.fir import FirBank
+from analysis.focusing.performance import contrast
+
+RESTARTS = 6
+"""Trainings of a choice whose first one was refused."""
+
+
+def study_networks(
+    truth: FirBank,
+    forms: EnergyForms,
+    frequency: Real,
+    choices: Sequence[tuple[int, float]],
+    training: Training,
+    inputs: InputMap,
+    report: Callable[[float], None] = lambda _share: None,
+) -> NetworkStudy:
+    """Train (nodes, spacing) after (nodes, spacing) on every so many °C of `truth`, judge on all of it.
+
+    `forms` are those of the band's lines `frequency` (F,), Hz, at the temperatures of `truth`.
+    """
+    direct = contrast(forms, truth.response(frequency))
+    errors, losses = [], []
+    for number, (nodes, spacing) in enumerate(choices):
+        knots = _every(truth.temperature, spacing)
+        bank = replace(truth, taps=truth.taps[knots], temperature=truth.temperature[knots])
+        try:
+            taps = _trained(bank, replace(training, nodes=nodes), inputs).taps(truth.temperature)
+        except EvidenceCollapseError:
+            errors.append(np.full(truth.taps.shape[1], np.nan))
+            losses.append(np.nan)
+        else:
+            errors.append(relative_error(taps, truth.taps).mean(axis=0))
+            heard = replace(truth, taps=taps).response(frequency)
+            losses.append(float((direct - contrast(forms, heard)).max()))
+        report((number + 1) / len(choices))
+    nodes_of, spacings = (np.array(part, dtype=float) for part in zip(*choices, strict=True))
+    return NetworkStudy(nodes_of, spacings, np.array(errors), np.array(losses))
+
+
+def _trained(bank: FirBank, training: Training, inputs: InputMap) -> NetworkBank:
+    """Train, and try `RESTARTS` times more where the evidence collapsed: nodes beyond the temperatures risk it."""
+    try:
+        return train_networks(bank, training, inputs=inputs).networks
+    except EvidenceCollapseError:
+        return train_networks(bank, replace(training, restarts=RESTARTS), inputs=inputs).networks
+
+
+def _every(temperature: Real, spacing: float) -> NDArray[np.intp]:
+    """Rows nearest to every `spacing` °C from the first, and the last."""
+    wanted = np.append(np.arange(temperature[0], temperature[-1] - 1e-9, spacing), temperature[-1])
+    return np.unique(np.argmin(np.abs(temperature - wanted[:, None]), axis=1))

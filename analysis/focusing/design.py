@@ -1,0 +1,87 @@
+"""From the filters wanted at each line to the taps that are played, by the panel's way of designing them."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from analysis.arrays import Complex, Real
+from analysis.focusing.energy import EnergyForms
+from analysis.focusing.field_fir import FieldFit
+from analysis.focusing.fir import FirBank, inverse_fft
+from analysis.focusing.panel import Filters, Panel
+
+TRIES = 30
+"""Steps in which the price of a volt is raised until every patch keeps within its rating."""
+
+
+@dataclass(frozen=True)
+class TapDesign:
+    """How the filters of one panel become taps; prepared once, used at every temperature.
+
+    Attributes
+    ----------
+    panel : Panel
+    delay : int
+        Modelling delay, samples.
+    limits : (N,) ndarray
+        Peak drive each actuator bears for audio within ±1, V.
+    fit : FieldFit or None
+        None for the inverse FFT.
+    """
+
+    panel: Panel
+    delay: int
+    limits: Real
+    fit: FieldFit | None
+
+    @classmethod
+    def of(cls, panel: Panel, delay: int) -> Self:
+        """Prepare the design of a panel's filters with a modelling `delay`, samples."""
+        settings = panel.filters
+        fit = FieldFit.of(settings) if settings.design == "field" else None
+        return cls(panel, delay, panel.limits, fit)
+
+    def taps(self, forms: EnergyForms, filters: Complex) -> Real:
+        """Taps (N, M) for `filters` (F, N) of one temperature, whose energy forms are (1, F, N, N).
+
+        Σ|taps| is the largest voltage any audio within ±1 can bring about. Where it passes an actuator's limit,
+        that actuator's volts are priced up until it does not; what is left over after that is turned down
+        as a whole, which leaves the contrast alone.
+        """
+        settings = self.panel.filters
+        if self.fit is None:
+            taps = inverse_fft(filters[None], np.zeros(1), settings, self.delay).taps[0]
+        else:
+            weight = forms.weighted(settings.kappa).plate[0]
+            largest = np.linalg.eigvalsh(weight)[:, -1]
+            weight = weight + (settings.tolerance**2 * largest)[:, None, None] * np.eye(weight.shape[-1])
+            problem = self.fit.problem(weight, filters, self.delay)
+            price = np.zeros(len(self.limits))
+            taps = problem.solve(price)
+            seed = settings.tolerance**2 * float(np.median(largest))
+            for _ in range(TRIES):
+                excess = peak_drive(taps) / self.limits
+                if (excess <= 1.0).all():
+                    break
+                raised = np.maximum(price, seed) * np.maximum(1.05 * excess, 1.0) ** 2
+                price = np.where(excess > 1.0, raised, price)
+                taps = problem.solve(price)
+        return np.asarray(taps / max(1.0, float((peak_drive(taps) / self.limits).max())))
+
+    def bank(self, taps: Real, temperature: Real) -> FirBank:
+        """Bank of `taps` (T, N, M) with this design's rate and delay."""
+        return FirBank(taps, temperature, self.panel.filters.sample_rate, self.delay)
+
+
+def fitted(filters: Complex, temperature: Real, settings: Filters, delay: int) -> FirBank:
+    """Taps nearest to `filters` (T, F, N) where no field is known to weigh the errors: all lines count alike."""
+    count, lines, actuators = filters.shape
+    taps = FieldFit.of(settings).alike(filters.transpose(1, 0, 2).reshape(lines, -1), delay)
+    return FirBank(taps.reshape(count, actuators, -1), temperature, settings.sample_rate, delay)
+
+
+def peak_drive(taps: Real) -> Real:
+    """Largest drive (...,) any signal within ±1 can bring about through `taps` (..., M): Σ|taps|."""
+    peak: Real = np.abs(taps).sum(axis=-1)
+    return peak

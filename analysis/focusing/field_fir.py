@@ -1,0 +1,142 @@
+"""FIR filters that make the field come out right: least squares weighted with what the field weighs."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from analysis.arrays import Complex, Real
+from analysis.focusing.fir import taper
+from analysis.focusing.panel import Filters
+from analysis.focusing.prolate import ProlateTaps
+
+OUTSIDE = 3e-4
+"""Weight of a filter's answer outside the band, of the band's median largest energy of the field per volt."""
+
+
+@dataclass(frozen=True)
+class FieldFit:
+    """The least-squares problem of one set of settings; every temperature is one solve.
+
+    Attributes
+    ----------
+    basis : ProlateTaps
+    gain : (F,) ndarray
+        Weight of each line: 1 in the band, falling to 0 at the edges.
+    products : tuple of (F, i, j) ndarray
+        Weighted products of spectra: even with even, odd with odd, even with odd.
+    heard, outside : (k, k) ndarray
+        Energy of a filter in the band, and outside it, in lines; what lies between band and edges is shared out.
+    frequency : (F,) ndarray
+        Hz.
+    sample_rate : float
+        Hz.
+    """
+
+    basis: ProlateTaps
+    gain: Real
+    products: tuple[Real, Real, Real]
+    heard: Real
+    outside: Real
+    frequency: Real
+    sample_rate: float
+
+    @classmethod
+    def of(cls, settings: Filters) -> Self:
+        """Prepare what all temperatures share."""
+        basis, lines = ProlateTaps.of(settings), settings.frequency
+        gain = taper(lines, settings)
+        even, odd = basis.spectrum[:, : basis.even], basis.spectrum[:, basis.even :]
+        weighted = gain[:, None, None]
+        products = (
+            weighted * even[:, :, None] * even[:, None, :],
+            weighted * odd[:, :, None] * odd[:, None, :],
+            weighted * even[:, :, None] * odd[:, None, :],
+        )
+        heard = _blocks(basis, gain)
+        return cls(
+            basis, gain, products, heard, basis.outside + _blocks(basis, 1.0 - gain), lines, settings.sample_rate
+        )
+
+    def problem(self, weight: Complex, filters: Complex, delay: int) -> "FieldProblem":
+        """Taps nearest to `filters` R (F, N), delayed, where errors weigh `weight` P (F, N, N).
+
+        Notes
+        -----
+        Minimised over real taps with the response e(f) is
+
+            Σ g (e - R z)ᴴ P (e - R z) + w Σ_outside |e|²,   z = exp(-j2πf·delay/fs),
+
+        g being the band's taper and w small. The normal matrix is block-Toeplitz in the taps; written in the
+        prolate sequences that the band can hear it is exact to rounding, and of order 6 × 45 instead of 6 × 512.
+        """
+        count, basis = filters.shape[1], self.basis
+        size, even = len(basis.sequences), basis.even
+        normal = np.empty((count, size, count, size))
+        real, imaginary = (part.reshape(len(weight), -1) for part in (weight.real, weight.imag))
+        first, second = slice(None, even), slice(even, None)
+        for product, part, rows, columns in (
+            (self.products[0], real, first, first),
+            (self.products[1], real, second, second),
+            (self.products[2], imaginary, first, second),
+        ):
+            lines, i, j = product.shape
+            block = (product.reshape(lines, -1).T @ part).reshape(i, j, count, count)
+            normal[:, rows, :, columns] = block.transpose(2, 0, 3, 1)
+        normal[:, second, :, first] = normal[:, first, :, second].transpose(2, 3, 0, 1)
+        band = self.gain == 1.0
+        small = OUTSIDE * float(np.median(np.linalg.eigvalsh(weight[band])[:, -1]))
+        for actuator in range(count):
+            normal[actuator, :, actuator] += small * self.outside
+        right = self._right((weight @ filters[..., None])[..., 0], delay).ravel()
+        return FieldProblem(basis.sequences, normal, right, self.heard)
+
+    def alike(self, filters: Complex, delay: int) -> Real:
+        """Taps (B, M) nearest to `filters` (F, B), delayed, where the errors at all lines weigh alike."""
+        solved = np.linalg.solve(self.heard + OUTSIDE * self.outside, self._right(filters, delay).T).T
+        return np.asarray(solved @ self.basis.sequences)
+
+    def _right(self, wanted: Complex, delay: int) -> Real:
+        """Right sides (B, k) for `wanted` (F, B)."""
+        even = self.basis.even
+        turn = self.gain * np.exp(-2j * np.pi * self.frequency * (delay - self.basis.middle) / self.sample_rate)
+        turned = turn[:, None] * wanted
+        even_part = turned.real.T @ self.basis.spectrum[:, :even]
+        return np.concatenate([even_part, -turned.imag.T @ self.basis.spectrum[:, even:]], axis=1)
+
+
+@dataclass(frozen=True)
+class FieldProblem:
+    """Normal equations of one temperature, in which volts can still be priced.
+
+    Attributes
+    ----------
+    sequences : (k, M) ndarray
+    normal : (N, k, N, k) ndarray
+    right : (N k,) ndarray
+    heard : (k, k) ndarray
+        Energy of an actuator's filter in the band.
+    """
+
+    sequences: Real
+    normal: Real
+    right: Real
+    heard: Real
+
+    def solve(self, price: Real) -> Real:
+        """Taps (N, M) where the filter of each actuator costs `price` (N,) times its energy in the band."""
+        count, size, *_ = self.normal.shape
+        priced = self.normal.copy()
+        for actuator in np.flatnonzero(price):
+            priced[actuator, :, actuator] += price[actuator] * self.heard
+        factor = cho_factor(priced.reshape(count * size, -1), lower=True, overwrite_a=True, check_finite=False)
+        solved: Real = cho_solve(factor, self.right, check_finite=False).reshape(count, size)
+        return solved @ self.sequences
+
+
+def _blocks(basis: ProlateTaps, weight: Real) -> Real:
+    """Σ weight · Re(e_iᴴ e_j) over the lines (k, k); an even and an odd spectrum are at right angles."""
+    found: Real = basis.spectrum.T @ (weight[:, None] * basis.spectrum)
+    found[: basis.even, basis.even :] = found[basis.even :, : basis.even] = 0.0
+    return found

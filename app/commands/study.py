@@ -1,0 +1,109 @@
+"""``flexura study``: the figures of the paper's section 5, and its Fig. 4, on a panel."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+import click
+
+from app.commands.bad_input import bad_input
+from app.commands.options import PATH, filter_options, out_folder
+from app.commands.output import Output, output_options
+
+FIGURES = ("4", "13", "14", "15", "16", "17", "18", "19")
+
+EXAMPLES = """\b
+Examples:
+  flexura study all plate-run
+  flexura study 18 plate-run --as-paper
+  flexura study 4 plate-run --panel door.toml --out door-run
+"""
+
+
+@click.command(name="study", epilog=EXAMPLES, short_help="Make the paper's figures on focusing.")
+@click.argument("figure", type=click.Choice((*FIGURES, "all")))
+@click.argument("run", type=PATH, required=False)
+@click.option("--panel", type=PATH, help="Panel file (default: that of RUN's filters.h5).")
+@click.option(
+    "--as-paper", is_flag=True, help="Feed, scale, start, split and design as in the paper, all at once."
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is random.")
+@filter_options
+@out_folder("Folder for studies.h5 and the figures (default: beside the laws).")
+@output_options("our numbers beside the paper's")
+@bad_input
+def command(
+    figure: str,
+    run: Path | None,
+    panel: Path | None,
+    as_paper: bool,
+    seed: int,
+    filters: dict[str, Any],
+    out: Path | None,
+    output: Output,
+) -> None:
+    """Make FIGURE of the paper, or all, for a panel whose plate obeys the laws of RUN.
+
+    4: STIF, time reversal, modal control and no control with taps, and a sweep in the time domain. 13: one filter
+    for all temperatures. 14 to 17: the networks, their errors, their filters over temperature, what they bring
+    back. 18: 6 to 16 nodes. 19: 14 nodes, trained every 2, 5 and 8 °C. Writes studies.h5 and a PNG file for each
+    figure; `flexura report` shows them. Exit status 1 where the networks are refused.
+    """
+    from analysis.compensation.settings import Training
+    from analysis.compensation.training import EvidenceCollapseError
+    from app.files.atomic import atomic_path
+    from app.files.provenance import provenance, sha256
+    from app.files.run_folder import run_folder
+    from app.files.studies_file import save_studies
+    from app.report.studies import pictures, rows
+    from app.report.style import drawing
+    from app.stages.panel_inputs import laws_for, panel_for, range_of
+    from app.studies import run_studies
+    from app.twins.panel_twin import panel_twin
+
+    started = time.perf_counter()
+    laws_path, laws, beside = laws_for(run, None, "study")
+    declared, panel_path = panel_for(panel, beside, filters | ({"design": "inverse-fft"} if as_paper else {}))
+    laws = declared.plate.grown(laws)
+    range_of(declared, laws, laws_path)
+    training = Training(seed=seed)
+    wanted = FIGURES if figure == "all" else (figure,)
+    folder = run_folder(beside, out or beside)
+    with output.progress() as report:
+        model = panel_twin(declared, laws, report)
+        try:
+            found = run_studies(
+                wanted, model, declared, laws, training.as_paper() if as_paper else training, report
+            )
+        except EvidenceCollapseError as error:
+            output.failure(f"refused: {error}")
+            raise click.exceptions.Exit(1) from error
+    inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
+    settings = {"figures": list(wanted), "as_paper": as_paper, "panel": declared.model_dump(mode="json")}
+    save_studies(folder / "studies.h5", declared, found, provenance(inputs, settings, seed))
+    with drawing():
+        drawn = [one for one in pictures(found) if figure == "all" or one.name == f"study-{figure}"]
+        for picture in drawn:
+            with atomic_path(folder / f"{picture.name}.png") as path:
+                picture.figure.savefig(path, format="png", dpi=100, metadata={"Software": None})
+    numbers = rows(found)
+    output.result(
+        lambda: [{"quantity": r.quantity, "paper": r.paper, "ours": r.ours} for r in numbers],
+        lambda: show(numbers),
+    )
+    seconds = time.perf_counter() - started
+    output.summary(f"{len(drawn)} figures, {len(numbers)} numbers; {seconds:.1f} s; {folder / 'studies.h5'}")
+
+
+def show(numbers: list[Any]) -> None:
+    """Print our numbers beside the paper's for people."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title="This panel beside the paper", header_style="bold", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in ("quantity", "paper", "this run"):
+        table.add_column(heading)
+    for row in numbers:
+        table.add_row(row.quantity, row.paper, row.ours)
+    Console().print(table)

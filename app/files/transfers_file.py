@@ -1,0 +1,117 @@
+"""Measured transfers of a panel: universal files (data sets 58, nodes from 15 or 2411) and HDF5."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pyuff
+from numpy.typing import NDArray
+
+from analysis.estimation.transfer import MeasuredTransfer
+from analysis.focusing.measured import MeasuredTransfers
+from app.files.atomic import atomic_hdf5
+from app.files.bad_file import ResultFileError
+from app.files.hdf5_contents import require_plain
+from app.files.uff58 import read_frfs
+
+INTEGRATED = {"displacement": 0, "velocity": 1, "acceleration": 2}
+"""Times a quantity has to be integrated to be a displacement."""
+NAMES = ("temperature", "points", "frequency", "transfer", "variance")
+UNITS = {"displacement": ("m",), "velocity": ("m/s",), "acceleration": ("m/s^2", "m/s2", "m/s²")}
+
+
+def read_transfers(path: Path, band: tuple[float, float], temperature: float) -> MeasuredTransfers:
+    """Read transfers that have to cover `band`, Hz; a universal file was measured at `temperature`, °C.
+
+    Raises
+    ------
+    ResultFileError
+        Naming the file and what is missing: transfers, positions of nodes, lines of the band.
+    """
+    try:
+        found = _hdf5(path) if path.suffix.lower() in (".h5", ".hdf5") else _uff(path, temperature)
+    except ValueError as error:
+        raise ResultFileError(f"{path}: {error}") from error
+    low, high = found.frequency[0], found.frequency[-1]
+    spacing = float(np.median(np.diff(found.frequency)))
+    if low > band[0] + spacing or high < band[1] - spacing:
+        raise ResultFileError(
+            f"{path}: transfers from {low:g} to {high:g} Hz; filters.edges ask for {band[0]:g} to {band[1]:g} Hz: "
+            "measure wider, or narrow band and edges"
+        )
+    return found
+
+
+def write_transfers(path: Path, transfers: MeasuredTransfers) -> None:
+    """Write transfers as HDF5: ``temperature``, ``points``, ``frequency``, ``transfer`` and ``variance``."""
+    with atomic_hdf5(path) as file:
+        file.attrs["format"] = "flexura-transfers/1"
+        for name in ("temperature", "points", "frequency", "transfer", "variance"):
+            file.create_dataset(name, data=getattr(transfers, name))
+
+
+def _hdf5(path: Path) -> MeasuredTransfers:
+    """Read an HDF5 file of any program with the datasets; variance and the axis of one temperature may lack."""
+    try:
+        with h5py.File(path) as file:
+            require_plain(file, path.stat().st_size)
+            held: dict[str, Any] = {name: np.asarray(file[name][()]) for name in file if name in NAMES}
+    except FileNotFoundError as error:
+        raise ResultFileError(f"{path}: no such file") from error
+    except (OSError, KeyError, TypeError) as error:
+        raise ValueError(f"not a readable HDF5 file ({error})") from error
+    for name in ("temperature", "points", "frequency", "transfer"):
+        if name not in held:
+            raise ValueError(f"lacks the dataset {name!r}; needed: {', '.join(NAMES[:4])}, and variance if known")
+    transfer = np.asarray(held["transfer"], dtype=complex)
+    transfer = transfer[None] if transfer.ndim == 3 else transfer
+    variance = np.asarray(held.get("variance", np.zeros(transfer.shape)), dtype=float).reshape(transfer.shape)
+    temperature = np.atleast_1d(np.asarray(held["temperature"], dtype=float))
+    points, frequency = np.asarray(held["points"], dtype=float), np.asarray(held["frequency"], dtype=float)
+    return MeasuredTransfers(temperature, points, frequency, transfer, variance)
+
+
+def _uff(path: Path, temperature: float) -> MeasuredTransfers:
+    frfs = read_frfs(path)
+    places = _nodes(path)
+    frequency = frfs[0].frequency
+    for frf in frfs:
+        if len(frf.frequency) != len(frequency) or not np.allclose(frf.frequency, frequency, rtol=1e-6):
+            raise ValueError(f"{frf.name}: lines other than those of {frfs[0].name}; all transfers need the same")
+    responses = sorted({int(frf.response.split(":")[0]) for frf in frfs})
+    references = sorted({int(frf.reference.split(":")[0]) for frf in frfs})
+    unknown = [node for node in responses if node not in places]
+    if unknown:
+        raise ValueError(f"node {unknown[0]} has no coordinates; needed: a data set 15 or 2411 with all nodes, m")
+    transfer = np.full((1, len(references), len(frequency), len(responses)), np.nan, dtype=complex)
+    for frf in frfs:
+        node, source = (int(end.split(":")[0]) for end in (frf.response, frf.reference))
+        transfer[0, references.index(source), :, responses.index(node)] = _displacement(frf)
+    points = np.array([places[node] for node in responses])
+    return MeasuredTransfers(np.array([temperature]), points, frequency, transfer, np.zeros(transfer.shape))
+
+
+def _displacement(frf: MeasuredTransfer) -> NDArray[np.complex128]:
+    times = INTEGRATED.get(frf.quantity)
+    if times is None:
+        raise ValueError(f"{frf.name}: {frf.quantity}; allowed: {', '.join(INTEGRATED)}")
+    unit = frf.units[0]
+    if unit and unit not in UNITS[frf.quantity]:
+        raise ValueError(f"{frf.name}: {frf.quantity} in {unit}; allowed: {UNITS[frf.quantity][0]}")
+    return np.asarray(frf.h / (2j * np.pi * frf.frequency) ** times)
+
+
+def _nodes(path: Path) -> dict[int, tuple[float, float]]:
+    """Where the nodes of data sets 15 and 2411 are, x and y, m."""
+    file = pyuff.UFF(str(path))
+    found: dict[int, tuple[float, float]] = {}
+    for number, kind in enumerate(np.atleast_1d(file.get_set_types())):
+        if int(kind) not in (15, 2411):
+            continue
+        read: Any = file.read_sets(number)
+        held: dict[str, Sequence[float]] = read[0] if isinstance(read, list) else read
+        nodes = zip(held["node_nums"], held["x"], held["y"], strict=True)
+        found |= {int(n): (float(x), float(y)) for n, x, y in nodes}
+    return found

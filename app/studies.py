@@ -1,0 +1,80 @@
+"""The paper's studies on a panel, computed figure by figure."""
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from analysis.compensation.network import InputMap
+from analysis.compensation.parameter_studies import study_networks
+from analysis.compensation.settings import Training
+from analysis.compensation.study import compensate, direct_filters
+from analysis.focusing.over_temperature import covered, focus, spaced
+from analysis.focusing.panel import Panel
+from analysis.focusing.played import play_methods
+from analysis.material import MaterialLaws
+from analysis.progress import Progress
+from app.files.studies_file import Studies, Surfaces
+from app.stages.panel_inputs import workers
+from app.twins.panel_twin import PanelTwin
+
+NODES = tuple(range(6, 17))
+SPACINGS = (2.0, 5.0, 8.0)
+MOST_NODES = 14
+SHOWN = np.array([0.0, 20.0, 40.0, 60.0])
+
+
+def run_studies(
+    figures: Sequence[str],
+    model: PanelTwin,
+    panel: Panel,
+    laws: MaterialLaws,
+    training: Training,
+    report: Progress,
+) -> Studies:
+    """Compute what `figures` show.
+
+    Raises
+    ------
+    EvidenceCollapseError
+        Where the networks of Figs. 15 to 17 are refused.
+    """
+    found: dict[str, Any] = {}
+    low, high = covered(laws, panel.filters.operating_range)
+    if "4" in figures:
+        plate = panel.illustration
+        found["played"] = play_methods(
+            model, panel, (plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor)
+        )
+        report("Methods", 1.0)
+    if "13" in figures:
+        inside = SHOWN[(low <= SHOWN) & (high >= SHOWN)]
+        shown = inside if inside.size else np.array([low, high])
+        found["fixed"] = focus(model, panel, laws, shown, report=report, workers=workers())
+    if {"14", "15", "16", "17"} & set(figures):
+        compensation = compensate(
+            model, panel, laws, 5.0, training, time.perf_counter, report=report, workers=workers()
+        )
+        found["compensation"] = compensation
+        here = spaced(low, high, 1.0)
+        taps = compensation.trained.networks.taps(here)
+        found["surfaces"] = Surfaces(here, taps, compensation.filters.sample_rate)
+    if {"18", "19"} & set(figures):
+        everywhere = spaced(low, high, 0.25)
+        truth, forms = direct_filters(model, panel, laws, everywhere, report=report, workers=workers())
+        lines = panel.filters.frequency[panel.filters.in_band(panel.filters.frequency)]
+        material = laws.at(everywhere)
+        u = 0.5 * np.log(material.youngs_modulus / (1.0 - material.poisson_ratio**2))
+        inputs = InputMap.of(everywhere, everywhere if training.feed == "temperature" else u)
+        for figure, name, choices in (
+            ("18", "nodes", [(nodes, 5.0) for nodes in NODES]),
+            ("19", "spacings", [(MOST_NODES, spacing) for spacing in SPACINGS]),
+        ):
+            if figure in figures:
+
+                def told(share: float, name: str = name) -> None:
+                    report(f"Networks, {name}", share)
+
+                found[name] = study_networks(truth, forms, lines, choices, training, inputs, told)
+    return Studies(**found)

@@ -1,0 +1,46 @@
+"""``flexura study`` on a panel small enough to be reduced in seconds."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from app.files.studies_file import load_studies
+from app.report.studies import pictures, rows
+from tests.app.test_focus_compensate import cache, flex, panel, run  # noqa: F401
+
+
+def test_one_figure_is_made_and_its_numbers_stand_beside_the_paper(run, panel):  # noqa: F811
+    result = flex("study", "4", run, "--panel", panel, "--json")
+    assert result.exit_code == 0, result.output
+    assert (run / "study-4.png").read_bytes().startswith(b"\x89PNG")
+    found = load_studies(run / "studies.h5")
+    assert found.compensation is None
+    printed = json.loads(result.stdout)
+    assert [row["quantity"] for row in printed] == [row.quantity for row in rows(found)]
+    np.testing.assert_allclose(found.played.total, found.played.expected, atol=1e-3)
+    with h5py.File(run / "studies.h5") as file:
+        assert [name for name in file if name != "provenance"] == ["played"]
+
+
+@pytest.mark.slow
+def test_all_figures_are_made_as_in_the_paper(run, panel):  # noqa: F811
+    result = flex("study", "all", run, "--panel", panel, "--as-paper")
+    assert result.exit_code in (0, 1), result.output
+    if result.exit_code == 0:
+        found = load_studies(run / "studies.h5")
+        settings = found.compensation.trained.settings
+        assert (settings.feed, settings.scale, settings.start, settings.split) == (
+            "temperature",
+            "tap",
+            "random",
+            "matlab",
+        )
+        assert [one.name for one in pictures(found)] == [f"study-{n}" for n in (4, 13, 14, 15, 16, 17, 18, 19)]
+
+
+def test_a_figure_the_paper_does_not_have_is_refused(run):  # noqa: F811
+    result = flex("study", "12", run)
+    assert result.exit_code == 2
+    assert not (run / "studies.h5").exists()
