@@ -14,6 +14,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
+from scipy.io import wavfile
+
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
 FLEXURA = (sys.executable, "-m", "app")
@@ -30,7 +33,15 @@ PAGES = ("frfs", "modes", "gap", "fields")
 """Pages of the window on the latter."""
 LIVE = ("live",)
 """The page of the window on a campaign under way."""
-MADE = {*CHAIN.values(), *GAP.values(), *TWO_EFFECTS.values(), *(f"view-{page}-dark" for page in PAGES + LIVE)}
+SOUND = {"music-rendered": "rendered", "thermometer": "thermometer"}
+"""Pictures of notes through the filters of that run, and of its panel as its own thermometer."""
+MADE = {
+    *SOUND.values(),
+    *CHAIN.values(),
+    *GAP.values(),
+    *TWO_EFFECTS.values(),
+    *(f"view-{page}-dark" for page in PAGES + LIVE),
+}
 SWEEPS_WATCHED = 4
 """Sweeps after which a campaign under way is looked at."""
 
@@ -65,6 +76,25 @@ def look(folder: Path, window: str, pages: tuple[str, ...]) -> None:
         flexura("view", folder, "--window", window, "--theme", "dark", "--screenshot", shots)
         for page in pages:
             shutil.copyfile(Path(shots) / f"view-{page}-dark.png", IMAGES / f"view-{page}-dark.png")
+
+
+def play(run: Path) -> None:
+    """Play notes struck at random through a run's filters, and let the panel tell its temperature by them."""
+    rate, rng = 44_100, np.random.default_rng(0)
+    sound = 0.003 * rng.standard_normal(60 * rate)
+    for begin in range(0, len(sound), rate // 8):
+        time = np.arange(min(len(sound) - begin, 2 * rate)) / rate
+        pitch, fall = 82.0 * 2.0 ** (rng.integers(0, 40) / 12.0), rng.uniform(0.1, 0.6)
+        harmonics = sum(rng.uniform(0.2, 1.0) / h * np.sin(2 * np.pi * h * pitch * time) for h in range(1, 8))
+        sound[begin : begin + len(time)] += np.exp(-time / fall) * harmonics
+    with TemporaryDirectory() as folder:
+        music = Path(folder) / "music.wav"
+        wavfile.write(music, rate, np.float32(0.5 * sound / np.abs(sound).max()))
+        words = ("--picture", "--out", folder, "--quiet")
+        flexura("render", music, run, "--temperature", "20:45", *words)
+        flexura("thermometer", run, "--simulate", music, "--temperature", "20:21", *words)
+        for made, image in SOUND.items():
+            shutil.copyfile(Path(folder) / f"{made}.png", IMAGES / f"{image}.png")
 
 
 def sensor_declared_elsewhere(folder: Path) -> Path:
@@ -104,6 +134,7 @@ def main() -> None:
         watch(folder / "rig")
         analyse(RECORDED, folder / "run", gap=False)
         take(folder / "run", CHAIN)
+        play(folder / "run")
         moved = sensor_declared_elsewhere(folder / "moved")
         analyse(moved, folder / "moved-run", gap=True)
         take(folder / "moved-run", GAP)

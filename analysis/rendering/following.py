@@ -144,6 +144,21 @@ class FollowingBank:
         weights = CubicWeights(x[order], _cardinal(x[order], kind)[:, :, np.argsort(order)])
         return cls(fed, weights, filters.taps.transpose(1, 0, 2), filters.sample_rate, filters.delay)
 
+    @classmethod
+    def of_principal(
+        cls, temperature: Real, share: Real, filters: Real, mean: Real, sample_rate: float, delay: int
+    ) -> Self:
+        """Join a mean (N, M) and K principal `filters` (K, N, M) by splines through their `share` (n, K).
+
+        The shares are those at ascending `temperature` (n,).
+        """
+        cardinal = _cardinal(temperature, "cubic")
+        one = np.zeros((*cardinal.shape[:2], 1))
+        one[:, 0] = 1.0
+        weights = CubicWeights(temperature, np.concatenate([cardinal @ share, one], axis=2))
+        banks = np.concatenate([filters, mean[None]]).transpose(1, 0, 2)
+        return cls(_temperature_itself(temperature), weights, banks, sample_rate, delay)
+
     @property
     def temperature_range(self) -> tuple[float, float]:
         """Where filters follow the temperature, degrees Celsius; one temperature for a single filter."""

@@ -38,6 +38,7 @@ def out_folder(what: str) -> Callable[[Verb], Verb]:
     return click.option("--out", type=PATH, metavar="FOLDER", help=what)
 
 
+picture = click.option("--picture", is_flag=True, help="Write a PNG file beside the result, too.")
 run_out = out_folder("Run folder (default: NAME-run beside CAMPAIGN).")
 
 FOCUSING_METHODS = ("stif", "time-reversal", "modal-control", "none")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, laws_of_twin, out_folder
+from app.commands.options import PATH, laws_of_twin, out_folder, picture
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ Examples:
     show_default=True,
     help="Samples filtered at a time, after which a new temperature is heeded.",
 )
+@picture
 @laws_of_twin
 @out_folder("Folder for the results (default: RUN).")
 @output_options("contrast along the way and the real-time factor")
@@ -55,6 +56,7 @@ def command(
     temperature: str,
     method: str | None,
     block: int,
+    picture: bool,
     twin: Path | None,
     out: Path | None,
     output: Output,
@@ -87,6 +89,11 @@ def command(
             trace = Trace(panel_twin(sent.panel, laws, report), sent.panel, laws, sent.filters)
             done = render(opened, sent, course, folder, block, trace, report)
         channels = opened.channels
+    if picture:
+        from app.report.sound import along_the_way
+        from app.report.style import saved
+
+        saved(done.trace.with_suffix(".png"), lambda: along_the_way(trace.moments))
     output.result(lambda: record(sent, done, trace, block))
     for note in (*sent.notes, *notes(channels, trace)):
         output.note(note)

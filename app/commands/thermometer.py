@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, laws_of_twin, out_folder
+from app.commands.options import PATH, laws_of_twin, out_folder, picture
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -54,6 +54,7 @@ Examples:
     show_default=True,
     help="K above which a reading is refused.",
 )
+@picture
 @laws_of_twin
 @out_folder("Folder for thermometer.csv (default: RUN).")
 @output_options("the last temperature and every reading")
@@ -69,6 +70,7 @@ def command(
     seed: int,
     stretch: float,
     largest_sigma: float,
+    picture: bool,
     twin: Path | None,
     out: Path | None,
     output: Output,
@@ -80,13 +82,9 @@ def command(
     deviation by the noise, and a track through all of them. A stretch whose signal does not tell the temperature
     is refused. Exit status 1 where every stretch is.
     """
-    import numpy as np
-
-    from analysis.thermometry.listening import Listener
     from app.exports.shipment import shipment
-    from app.files.bad_file import ResultFileError
     from app.files.run_folder import run_folder
-    from app.sound.listening import SPACING, ListeningPanel, listen, write_looks
+    from app.sound.listening import ListeningPanel, listened, write_looks
     from app.stages.panel_inputs import laws_for, range_of
     from app.twins.panel_twin import panel_twin
 
@@ -101,14 +99,14 @@ def command(
     with output.progress() as report:
         panel = ListeningPanel(panel_twin(sent.panel, laws, report), laws, place)
         signals, course = _signals(sent, panel, (drive, response, simulate), (temperature, snr, seed), report)
-        grid = np.linspace(low, high, max(round((high - low) / SPACING), 8) + 1)
-        listener = Listener.of(panel, grid, signals.sample_rate, sent.panel.filters.edges, stretch, largest_sigma)
-        looks = list(listen(listener, signals, report))
-    if not looks:
-        seconds = len(signals.response) / signals.sample_rate
-        raise ResultFileError(f"{simulate or drive}: {seconds:.1f} s are too short for a stretch of {stretch:g} s")
+        looks = listened(panel, signals, sent.panel.filters.edges, (low, high), stretch, largest_sigma, report)
     true = None if course is None else course.at([look.time for look in looks])
     target = write_looks(looks, folder, true)
+    if picture:
+        from app.report.sound import readings
+        from app.report.style import saved
+
+        saved(target.with_suffix(".png"), lambda: readings(looks, true))
     output.result(lambda: record(looks, panel, true, target))
     told = [look for look in looks if not look.reading.refused]
     for reason in sorted({look.reading.refused for look in looks} - {""})[:3]:

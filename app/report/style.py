@@ -1,13 +1,16 @@
 """How the figures look: one palette for temperature, quiet axes, nothing that needs a screen."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
+
+from app.files.atomic import atomic_path
 
 SETTINGS: Any = {
     "font.size": 10.0,
@@ -31,6 +34,12 @@ MEASURED, MODEL, BAND = "0.15", "#d1495b", "#00798c"
 def drawing() -> AbstractContextManager[None]:
     """Context in which figures take this style; the process's own settings stay as they are."""
     return mpl.rc_context(SETTINGS)
+
+
+def saved(target: Path, draw: Callable[[], Figure]) -> None:
+    """Write what `draw` makes in this style as PNG, whole or not at all; the same figure gives the same bytes."""
+    with drawing(), atomic_path(target) as path:
+        draw().savefig(path, format="png", dpi=100, metadata={"Software": None})
 
 
 def panels(

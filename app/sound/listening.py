@@ -1,7 +1,6 @@
 """The temperature of a panel from what one of its patches answers while the others play."""
 
 import csv
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +8,6 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.material import MaterialLaws
-from analysis.progress import Progress
 from analysis.rendering.programme import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
 from analysis.thermometry.bands import Decimator
@@ -164,18 +162,40 @@ def simulated(
     return Signals(drive, response, down.rate)
 
 
-def listen(listener: Listener, signals: Signals, report: Progress = lambda _stage, _share: None) -> Iterator[Look]:
-    """Yield what every stretch says, and the track through all of them."""
-    track, seconds = Track(), listener.frame / signals.sample_rate
-    starts = range(listener.before, len(signals.response) - (listener.whole - listener.before) + 1, listener.frame)
-    for first in starts:
-        begin = first - listener.before
-        drive = signals.drive[:, begin : begin + listener.whole]
+def listened(
+    panel: ListeningPanel,
+    signals: Signals,
+    band: tuple[float, float],
+    span: tuple[float, float],
+    seconds: float,
+    largest_sigma: float,
+    report: Progress = lambda _stage, _share: None,
+) -> list[Look]:
+    """Return what every stretch of `seconds` says of a temperature within `span`, °C, and the track through all.
+
+    Raises
+    ------
+    ResultFileError
+        For signals shorter than a stretch.
+    """
+    grid = np.linspace(*span, max(round((span[1] - span[0]) / SPACING), 8) + 1)
+    listener = Listener.of(panel, grid, signals.sample_rate, band, seconds, largest_sigma)
+    count, behind = len(signals.response), listener.whole - listener.before
+    if count < listener.whole:
+        raise ResultFileError(
+            f"{count / signals.sample_rate:.1f} s of sound are too short for a stretch of {seconds:g} s, the "
+            f"{(listener.whole - listener.frame) / signals.sample_rate:.1f} s about it included"
+        )
+    track, looks = Track(), []
+    for first in range(listener.before, count - behind + 1, listener.frame):
+        drive = signals.drive[:, first - listener.before : first + behind]
         reading = listener.read(drive, signals.response[first : first + listener.frame])
-        track.step(reading, seconds)
-        report("Listening", (first + listener.frame) / len(signals.response))
-        yield Look(first / signals.sample_rate + 0.5 * seconds, reading, track.temperature, track.sigma)
+        track.step(reading, listener.frame / signals.sample_rate)
+        middle = (first + 0.5 * listener.frame) / signals.sample_rate
+        looks.append(Look(middle, reading, track.temperature, track.sigma))
+        report("Listening", min((first + listener.frame) / count, 1.0))
     report("Listening", 1.0)
+    return looks
 
 
 def write_looks(looks: list[Look], folder: Path, true: Real | None) -> Path:

@@ -22,11 +22,13 @@ from app.files.laws_file import effects_in_laws, load_laws, load_updated
 from app.files.modes_file import load_modes
 from app.files.panel_file import read_panel
 from app.files.recorded_campaign import read_recording
+from app.files.sound_file import opened_sound
 from app.files.sweep_file import read_sweep_file
 from app.files.tdms_sweep import read_sweep
 from app.files.twin_file import read_twin
 from app.files.uff58 import read_frfs
 from app.report.origin import stamps
+from app.sound.temperatures import programme
 
 EXPERIMENTS = (
     "simulated-rig.toml",
@@ -123,6 +125,16 @@ def _live_window(folder: Path) -> Any:
     return LiveWindow(Watched(folder), LIGHT)
 
 
+def _sound(root: Path, name: str) -> object:
+    with opened_sound(root / name) as sound:
+        return sound.sample_rate, [block.sum() for block in sound.blocks(4096)]
+
+
+def _programme(root: Path, name: str) -> object:
+    course = programme(str(root / name), 10.0)
+    return course.time, course.temperature
+
+
 RESULTS: dict[str, Callable[[Path], object]] = {
     "run/frf.h5": load_frf,
     "run/modes.h5": load_modes,
@@ -185,6 +197,9 @@ READERS = (
         0.035,
         text=True,
     ),
+    Reader("WAV", ("sound.wav",), _sound, 0.02),
+    Reader("FLAC", ("sound.flac",), _sound, 0.02),
+    Reader("CSV, temperatures", ("readings.csv",), _programme, 0.01, text=True),
     Reader("control", (f"live/{control.NAME}",), lambda root, _: control.wished(root / "live"), 0.03, text=True),
     Reader("window", (f"live/{events.NAME}", f"live/{readings.NAME}"), _window, 0.03, text=True),
 )

@@ -37,9 +37,19 @@ def write_all(root: Path) -> None:
     _write_live(root / "live")
     _write_run(root / "run")
     _write_uff(root)
+    _write_sound(root)
     _write_twin(root / "twin.toml", root / "recording")
     for name in (*EXPERIMENTS, *PANELS):
         shutil.copy(EXAMPLES / name, root / name)
+
+
+def _write_sound(root: Path) -> None:
+    import soundfile
+
+    samples = 0.1 * np.random.default_rng(2).standard_normal((2000, 2))
+    soundfile.write(root / "sound.wav", samples, 8_000, subtype="FLOAT")
+    soundfile.write(root / "sound.flac", samples, 8_000)
+    (root / "readings.csv").write_text("time_s,temperature_c\n0,20\n2.5,21.5\n10,30\n", encoding="utf-8")
 
 
 def _write_old_sweep(root: Path) -> None:

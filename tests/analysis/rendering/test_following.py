@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from analysis.compensation.interpolation import cubic_spline, linear
 from analysis.compensation.network import InputMap, NetworkBank
@@ -53,6 +54,17 @@ def test_networks_are_the_networks():
     found = FollowingBank.of_networks(networks, 8e3, 10)
     np.testing.assert_allclose(found.taps(WANTED), networks.taps(WANTED), atol=1e-12)
     assert found.bank(20.0).delay == 10
+
+
+def test_principal_filters_are_a_mean_and_splines_of_their_shares(filters):
+    bank = filters(np.arange(0.0, 61.0, 5.0))
+    mean = bank.taps.mean(axis=0)
+    left, values, right = np.linalg.svd((bank.taps - mean).reshape(13, -1), full_matrices=False)
+    share, principal = left[:, :4] * values[:4], right[:4].reshape(4, *mean.shape)
+    found = FollowingBank.of_principal(bank.temperature, share, principal, mean, 8e3, 12)
+    spline = CubicSpline(bank.temperature, share)(np.clip(WANTED, 0.0, 60.0))
+    np.testing.assert_allclose(found.taps(WANTED), mean + np.tensordot(spline, principal, axes=1), atol=1e-12)
+    assert found.banks.shape == (3, 5, 48)
 
 
 def test_what_does_not_fit_is_refused(filters):

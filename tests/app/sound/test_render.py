@@ -57,8 +57,11 @@ def test_at_a_steady_temperature_it_is_one_convolution(small_run, sound, signal,
 
 
 def test_filters_follow_and_the_field_shows_what_it_is_worth(small_run, sound, tmp_path):
-    result = flex("render", sound, small_run.folder, "--temperature", "5:55", "--out", tmp_path, "--block", 64)
+    result = flex(
+        "render", sound, small_run.folder, "--temperature", "5:55", "--out", tmp_path, "--block", 64, "--picture"
+    )
     assert result.exit_code == 0, result.output
+    assert (tmp_path / "noise-rendered.png").read_bytes().startswith(b"\x89PNG")
     with (tmp_path / "noise-rendered.csv").open(encoding="utf-8") as file:
         rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
     assert len(rows) == 5

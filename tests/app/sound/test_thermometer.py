@@ -36,11 +36,23 @@ def rows_of(folder):
 
 
 def test_a_simulated_panel_tells_its_temperature(small_run, sound, tmp_path):
-    words = ("--simulate", sound, "--temperature", "20:20.3", "--seed", 1, "--out", tmp_path, "--json")
+    words = (
+        "--simulate",
+        sound,
+        "--temperature",
+        "20:20.3",
+        "--seed",
+        1,
+        "--out",
+        tmp_path,
+        "--json",
+        "--picture",
+    )
     result = flex("thermometer", small_run.folder, *words)
     assert result.exit_code == 0, result.output
     told = json.loads(result.stdout)
     assert told["stretches"] == 11
+    assert (tmp_path / "thermometer.png").read_bytes().startswith(b"\x89PNG")
     assert told["refused"] == 0
     assert told["rms_error_k"] < 0.3
     assert abs(told["temperature_c"] - 20.3) < 5.0 * told["sigma_k"] + 0.02
@@ -107,7 +119,7 @@ def test_silence_tells_no_temperature_and_that_is_status_1(small_run, tmp_path):
         (("--simulate", "{sound}", "--temperature", "70"), "outside what the filters cover"),
         (
             ("--simulate", "{sound}", "--temperature", "20", "--stretch", "20"),
-            "are too short for a stretch of 20 s",
+            "of sound are too short for a stretch of 20 s",
         ),
         (("--drive", "{sound}", "--response", "{sound}"), "1 channels; the panel has 2 patches"),
     ],

@@ -1,0 +1,57 @@
+"""Contrast of the field along a piece of sound, and readings of the panel that is its own thermometer."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from app.report.style import BAND, MEASURED, MODEL, panels
+from app.sound.listening import Look
+from app.sound.trace import TraceMoment
+
+
+def along_the_way(moments: Sequence[TraceMoment]) -> Figure:
+    """Temperature and contrast over time, with filters that follow and with those of the beginning."""
+    figure, (above, below) = panels(2, 1, height=5.0, sharex=True, height_ratios=(1, 2))
+    time = [m.time for m in moments]
+    above.plot(time, [m.temperature for m in moments], color=MEASURED, label="panel")
+    above.step(time, [m.filters for m in moments], color=BAND, where="post", lw=0.9, label="filters in use")
+    above.set(ylabel="temperature [°C]", title="sound through filters that follow the temperature")
+    above.legend()
+    for color, name, ways in (
+        (BAND, "filters follow", [m.following for m in moments]),
+        (MODEL, "those of the beginning kept", [m.kept for m in moments]),
+    ):
+        below.plot(time, [c.mean for c in ways], color=color, label=f"{name}: mean of the band")
+        below.plot(time, [c.worst for c in ways], ":", color=color, lw=1.0, label="worst line")
+        below.plot(time, [c.sound for c in ways], color=color, lw=0.7, alpha=0.6, label="weighted with the sound")
+    below.set(xlabel="time [s]", ylabel="contrast, eq. (9)", ylim=(0, 1))
+    below.legend(ncols=2, fontsize=8.0, loc="upper center", bbox_to_anchor=(0.5, -0.2))
+    return figure
+
+
+def readings(looks: Sequence[Look], true: NDArray[np.float64] | None) -> Figure:
+    """Draw readings with their 90 % intervals, the track with its own, and the truth where it is known."""
+    figure, axes = panels(1, 1, height=3.4)
+    told = [look for look in looks if not look.reading.refused]
+    axes.errorbar(
+        [look.time for look in told],
+        [look.reading.temperature for look in told],
+        [1.645 * look.reading.sigma for look in told],
+        fmt="o",
+        ms=2.5,
+        lw=0.8,
+        color=MEASURED,
+        label="single readings, 90 %",
+    )
+    tracked = [look for look in looks if np.isfinite(look.sigma)]
+    time, middle = [look.time for look in tracked], np.array([look.temperature for look in tracked])
+    half = 1.645 * np.array([look.sigma for look in tracked])
+    axes.plot(time, middle, color=BAND, label="track, 90 %")
+    axes.fill_between(time, middle - half, middle + half, color=BAND, alpha=0.25, lw=0)
+    if true is not None:
+        axes.plot([look.time for look in looks], true, "--", color=MODEL, lw=1.0, label="simulated panel")
+    axes.set(xlabel="time [s]", ylabel="temperature [°C]", title="the panel as its own thermometer")
+    axes.legend()
+    return figure
