@@ -166,7 +166,7 @@ def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: O
         show_shapes(found, wanted.damping)
 
     output.result(lambda: record_of(found, wanted.damping, seconds), show)
-    for note in frfs.notes:
+    for note in found.frfs.notes:
         output.note(note)
     count = int(found.modes.real.sum())
     output.summary(

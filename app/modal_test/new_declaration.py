@@ -119,7 +119,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     if kind == "hammer":
         table["hammer"] = {"pretrigger": 0.005, "exponential": 1.0}
     elif kind == "continuous":
-        table["segments"] = {"seconds": 1.0, "window": "hann", "overlap": 0.5}
+        table["segments"] = {"seconds": 2.0, "window": "hann", "overlap": 0.5}
     else:
         table["frf"] = dict(zip(("response", "reference"), said.frf_units or ("m/s2", "N"), strict=True))
     folder = target.resolve().parent

@@ -20,6 +20,7 @@ from app.progress import Report
 from app.report import focusing, identified, measured, paper, updated
 from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
 from app.report.gap_section import gap_section
+from app.report.modal_test import is_test, sections_of_test
 from app.report.origin import origin, outdated, stamps
 from app.report.page import Absent, Item, Listing, Paragraph, Picture, Section, Table, Verdict
 from app.report.summary import summary
@@ -41,6 +42,9 @@ class Found:
 
 def sections(run: Path, report: Report) -> Found:
     """Read what `run` holds; ResultFileError where it is no run folder at all."""
+    if is_test(run):
+        title, subtitle, of_test = sections_of_test(run)
+        return Found(title, subtitle, of_test, [])
     experiment, frf = load_frf(run_file(run, "frf.h5", "report"))
     rows: list[paper.Row] = []
     parts: list[tuple[str, str, Callable[[], list[Item]]]] = [
