@@ -48,7 +48,7 @@ class NewTest:
     kind : str or None
         None to be guessed.
     drives, responses : dict of str to str or None
-        Sensitivities by channel, None where the file holds the unit itself.
+        Sensitivity or unit by channel, or by a pattern with *; None where the file tells the unit.
     unused : tuple of str
     title : str
     sample_rate : float or None
@@ -91,11 +91,8 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     if not files:
         raise ResultFileError("no file named; type: flexura new test FILE ...")
     columns = read_columns(files[0])
-    strangers = [
-        name
-        for name in (*said.drives, *said.responses, *said.unused, *([said.roving] if said.roving else []))
-        if name not in columns.values
-    ]
+    named = [*said.drives, *said.responses, *said.unused, *([said.roving] if said.roving else [])]
+    strangers = [name for name in named if not any(_means(name, one) for one in columns.values)]
     if strangers:
         there = ", ".join(list(columns.values)[:20])
         raise ResultFileError(f"{files[0]}: no channel {strangers[0]!r}; it holds: {there}")
@@ -157,12 +154,10 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
     """Role, unit and sensitivity of one column, said or guessed."""
     file_unit = columns.units.get(name)
     for role, named in (("drive", said.drives), ("response", said.responses)):
-        if name in named:
-            channel: dict[str, Any] = {"role": role}
-            if not file_unit:
-                channel["unit"] = "V"
-            return channel | ({"sensitivity": named[name]} if named[name] else {})
-    if name in said.unused:
+        meant = [value for pattern, value in named.items() if _means(pattern, name)]
+        if meant:
+            return {"role": role} | _unit_or_sensitivity(meant[0], file_unit)
+    if any(_means(pattern, name) for pattern in said.unused):
         return {"role": "unused"}
     if np.iscomplexobj(columns.values[name]):
         return {"role": "frf"}
@@ -179,6 +174,24 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
     if role in ("drive", "response") and not file_unit:
         channel["unit"] = "V"
     return channel
+
+
+def _means(pattern: str, name: str) -> bool:
+    """Whether a user's word is that name, or a pattern with * that it fits."""
+    return pattern == name or (
+        "*" in pattern and re.fullmatch(re.escape(pattern).replace(r"\*", ".*"), name) is not None
+    )
+
+
+def _unit_or_sensitivity(told: str | None, file_unit: str | None) -> dict[str, str]:
+    """Keys of a channel for what a user wrote behind its name: ``m/s2``, ``100 mV/g``, or nothing."""
+    if told is None:
+        return {} if file_unit else {"unit": "V"}
+    try:
+        unit(told)
+    except ValueError:
+        return {"sensitivity": told} | ({} if file_unit else {"unit": "V"})
+    return {"unit": told}
 
 
 def _lacks_sensitivity(channel: Mapping[str, Any], file_unit: str | None) -> bool:
