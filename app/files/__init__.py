@@ -35,7 +35,8 @@ Campaigns:
 ``signal_checks``       samples that can be a measurement
 ======================  ==================================================================
 
-Measurements of other programs: ``measurements``, one module for each format.
+Measurements of other programs: ``measurements``, one module for each format; ``modal_test_toml`` declares
+what they are. ``uff58`` and ``uff_modes`` write FRFs and shapes for them.
 
 Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; one module for each kind.
 """
