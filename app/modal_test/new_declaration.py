@@ -15,7 +15,7 @@ from app.files.bad_file import ResultFileError
 from app.files.campaign_toml import NAME as CAMPAIGN_NAME
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
-from app.files.modal_test_toml import FORMAT, ModalTest
+from app.files.modal_test_toml import ENDS, FORMAT, ModalTest
 from app.files.settings_toml import checked, read_table
 from app.files.shipped import shipped
 from app.files.toml_text import toml_text
@@ -54,7 +54,8 @@ class NewTest:
     sample_rate : float or None
         Hz.
     roving : str or None
-        Channel that is at node 1 in the first file, at 2 in the second.
+        Channel that is at node 1 in the first file, at 2 in the second; of files with one FRF ``response`` or
+        ``reference``.
     points : Path or None
         Table of nodes with their places.
     frf_units : (str, str) or None
@@ -91,7 +92,12 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     if not files:
         raise ResultFileError("no file named; type: flexura new test FILE ...")
     columns = read_columns(files[0])
-    named = [*said.drives, *said.responses, *said.unused, *([said.roving] if said.roving else [])]
+    named = [
+        *said.drives,
+        *said.responses,
+        *said.unused,
+        *([said.roving] if said.roving and said.roving not in ENDS else []),
+    ]
     strangers = [name for name in named if not any(_means(name, one) for one in columns.values)]
     if strangers:
         there = ", ".join(list(columns.values)[:20])
