@@ -2,8 +2,10 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from analysis.arrays import Real
+from analysis.h1 import single_repeat_power
 
 FUNDAMENTALS = np.arange(45.0, 65.0, 0.01)
 """Hz: 50 and 60 Hz grids, and generators."""
@@ -11,6 +13,10 @@ LEAST_HARMONICS = 10
 """Fewer could be loud by chance at one of so many fundamentals."""
 LOUD = 5.0
 """Excess of the harmonics' median power over the noise, for one sweep; averages over n may be sqrt(n) fainter."""
+
+
+STANDS_OUT = 30.0
+FEWEST_ODD = 3
 
 
 def mains_lines(frequency: Real, mains: float, record: float) -> NDArray[np.bool_]:
@@ -49,3 +55,35 @@ def other_hums(frequency: Real, rough: Real, excluded: NDArray[np.bool_]) -> lis
         loudest[louder] = level[louder]
         best[louder] = 0.0 if excluded[here].all() else fundamental
     return sorted({float(fundamental) for fundamental in best if fundamental > 0.0})
+
+
+def likely_mains(frequency: Real, h: NDArray[np.complex128]) -> float | None:
+    """Tell from FRFs whether mains of 50 or of 60 Hz hum in them; None where neither stands out.
+
+    At most odd harmonics (those that transformers make) of the one, the FRF has to be `STANDS_OUT` times rougher,
+    in power, than around them.
+
+    Parameters
+    ----------
+    frequency : (F,) ndarray
+        Hz, evenly spaced.
+    h : (L, F) complex ndarray
+    """
+    rough = np.mean([one / np.maximum(_around(one), 1e-300) for one in map(single_repeat_power, h)], axis=0)
+    spacing = float(np.median(np.diff(frequency)))
+    found: list[tuple[float, float]] = []
+    for mains in (50.0, 60.0):
+        odd = mains * np.arange(1, frequency[-1] / mains, 2)
+        odd = odd[(odd > frequency[0] + 2 * spacing) & (odd < frequency[-1] - 2 * spacing)]
+        if len(odd) < FEWEST_ODD or spacing > mains / 10.0:
+            continue
+        here = np.searchsorted(frequency, odd)
+        found.append((float(np.median([rough[place - 1 : place + 2].max() for place in here])), mains))
+    loudest = max(found, default=(0.0, 0.0))
+    return loudest[1] if loudest[0] > STANDS_OUT else None
+
+
+def _around(rough: Real) -> Real:
+    """Median of a power over neighbouring lines."""
+    middle: Real = median_filter(rough, min(41, len(rough)), mode="nearest")
+    return middle

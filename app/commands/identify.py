@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from app.commands.bad_input import bad_input
 from app.commands.options import PATH, mains, run_out
@@ -127,6 +128,7 @@ def identify_campaign(
 
 def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: Output) -> None:
     """Identify a test, or the FRFs of a universal file, as one structure; exit status 1 where no mode is found."""
+    from analysis.mains import likely_mains
     from app.files.modal_test_toml import declares_test
     from app.files.run_folder import run_folder
     from app.files.uff58 import read_frfs
@@ -137,10 +139,15 @@ def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: O
     from app.terminal.modes import modes_record, show_modes
 
     started = time.perf_counter()
+    typed_mains = click.get_current_context().get_parameter_source("mains") is ParameterSource.COMMANDLINE
     with output.progress() as report:
         frfs = declared_frfs(path, report) if declares_test(path) else of_universal(path, read_frfs(path))
-        wanted = wanted.at_mains(frfs.mains)
-        found = identify_test(cut(frfs, wanted.band), wanted, report)
+        frfs = cut(frfs, wanted.band)
+        if frfs.mains is not None:
+            wanted = wanted.at_mains(frfs.mains)
+        elif not typed_mains and (heard := likely_mains(frfs.frequency, frfs.h)):
+            wanted = wanted.at_mains(heard)
+        found = identify_test(frfs, wanted, report)
     run = run_folder(path.parent if path.name == "test.toml" else path, out)
     save_test(run, found, wanted)
     seconds = time.perf_counter() - started
@@ -150,8 +157,10 @@ def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: O
         show_shapes(found, wanted.damping)
 
     output.result(lambda: record_of(found, wanted.damping, seconds), show)
-    for note in frfs.notes:
+    for note in found.frfs.notes:
         output.note(note)
+    if wanted.settings.mains not in (None, 50.0) and frfs.mains is None and not typed_mains:
+        output.note(f"mains hum at odd multiples of {wanted.settings.mains:g} Hz: taken as the mains frequency")
     count = int(found.modes.real.sum())
     output.summary(
         f"{len(frfs.transfers)} FRFs, {count} modes at {len(found.shapes.places)} places in {seconds:.1f} s, "

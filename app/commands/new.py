@@ -20,7 +20,7 @@ Examples:
 
 
 def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> dict[str, str | None]:
-    """Split ``NAME=SENSITIVITY``."""
+    """Split ``NAME=UNIT``."""
     parts = (value.partition("=") for value in values)
     return {name.strip(): sensitivity.strip() or None for name, _, sensitivity in parts}
 
@@ -33,8 +33,8 @@ def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
     type=click.Choice(["hammer", "continuous", "frf"]),
     help="Of a test: blows, a signal that goes on, or FRFs (default: by its channels).",
 )
-@click.option("--drive", multiple=True, callback=_named, metavar="NAME=SENSITIVITY", help="A channel that drives.")
-@click.option("--response", multiple=True, callback=_named, metavar="NAME=SENSITIVITY", help="One that answers.")
+@click.option("--drive", multiple=True, callback=_named, metavar="NAME=UNIT", help="Drives; unit or sensitivity.")
+@click.option("--response", multiple=True, callback=_named, metavar="NAME=UNIT", help="Answers; * for several.")
 @click.option("--unused", multiple=True, metavar="NAME", help="A channel that is neither.")
 @click.option(
     "--rate", type=click.FloatRange(min=0.0, min_open=True), help="Sample rate, Hz (default: the files')."

@@ -46,7 +46,8 @@ Campaigns:
 ``uff_campaign``          FRFs of a campaign as universal files name them
 ========================  ===============================================================================
 
-Measurements of other programs: ``measurements``, one module for each format.
+Measurements of other programs: ``measurements``, one module for each format; ``modal_test_toml`` declares
+what they are. ``uff58`` and ``uff_modes`` write FRFs and shapes for them.
 
 Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml_text`` writes settings:
 

@@ -6,6 +6,7 @@ from analysis.campaign import Campaign
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_folder import PROTOCOL, is_campaign_folder, read_campaign_folder
 from app.files.campaign_toml import FORMAT, NAME
+from app.files.modal_test_toml import declares_test
 from app.files.recorded_campaign import is_recorded_campaign, read_recorded_campaign
 from app.files.settings_toml import read_table
 
@@ -30,6 +31,9 @@ def not_a_campaign(path: Path) -> CampaignFileError:
     allowed = f"a folder with {NAME} (recorded) or {PROTOCOL} (imported)"
     if not path.exists():
         return CampaignFileError(path, [Problem("", "", "does not exist", allowed)])
+    if declares_test(path):
+        told = f"declares a modal test, which has no temperatures; flexura identify {path} finds its modes"
+        return CampaignFileError(path, [Problem("", "", told, "")])
     if not path.is_dir():
         return CampaignFileError(path, [_not_a_folder(path, allowed)])
     listed = sorted(child.name for child in path.iterdir())

@@ -72,7 +72,7 @@ class HammerSettings(Declared):
 class SegmentSettings(Declared):
     """Welch's segments, of signals that go on."""
 
-    seconds: Annotated[float, Field(gt=0.0, le=10000.0, description="s; lines lie 1/seconds apart")] = 1.0
+    seconds: Annotated[float, Field(gt=0.0, le=10000.0, description="s; lines lie 1/seconds apart")] = 2.0
     window: Shape = "hann"
     overlap: Annotated[float, Field(ge=0.0, le=0.95)] = 0.5
 

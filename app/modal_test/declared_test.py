@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+
 from analysis.channel import UNITS
 from analysis.estimation.estimators import FrfEstimate, estimate
 from analysis.estimation.impacts import Blows, find_blows
@@ -57,6 +59,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
                 runs.setdefault(tuple(sorted(_places(record, test).items())), []).append((record.file, held))
         except ValueError as error:
             raise ResultFileError(f"{file.parent}: {error}") from error
+    test = _with_one_block([run for files in runs.values() for run in files], test, file.parent)
     for places, files in runs.items():
         try:
             found, rate, said = _estimated(files, test)
@@ -73,6 +76,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
             transfers=tuple(transfers),
             points=points,
             window_rate=rates.pop(),
+            segment=test.segments.seconds if test.kind == "continuous" else 0.0,
             temperature=float("nan") if test.temperature is None else test.temperature,
             mains=test.mains,
             notes=tuple(notes),
@@ -80,6 +84,21 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
         )
     except ValueError as error:
         raise ResultFileError(f"{file}: {error}") from error
+
+
+def _with_one_block(runs: list[tuple[str, Signals]], test: ModalTest, folder: Path) -> ModalTest:
+    """Give a hammer test without a duration the longest block that all its files have room for."""
+    if test.kind != "hammer" or test.hammer.duration is not None:
+        return test
+    seconds = []
+    for name, held in runs:
+        try:
+            blows = find_blows(held.recording, test.hammer.test())
+        except ValueError as error:
+            raise ResultFileError(f"{folder / name}: {error}") from error
+        seconds.append(blows.samples / held.recording.rate)
+    hammer = test.hammer.model_copy(update={"duration": min(seconds)})
+    return test.model_copy(update={"hammer": hammer})
 
 
 def _places(record: RecordOfTest, test: ModalTest) -> dict[str, str]:
@@ -112,7 +131,7 @@ def _estimated(files: list[tuple[str, Signals]], test: ModalTest) -> tuple[FrfEs
         if not rate:
             notes += _ringing_notes(name, held, blows)
     if len({len(part.frequency) for part in parts}) > 1:
-        raise ValueError("its blocks differ in length from those of other files; give hammer.duration")
+        raise ValueError("its sample rate is not that of the other files; resample them to one")
     found = estimate(pooled(parts), test.estimator)
     if test.kind == "continuous" and found.averages < 10:
         notes.append(
@@ -125,6 +144,7 @@ def _estimated(files: list[tuple[str, Signals]], test: ModalTest) -> tuple[FrfEs
 def _ringing_notes(name: str, held: Signals, blows: Blows) -> list[str]:
     """Say which responses are cut off while they ring; the worst of a file."""
     _, answers = blows.blocks(windowed=False)
+    answers = answers / np.array([hit.peak for hit in blows.kept])[:, None, None]  # blows differ in height
     tail = blows.samples / held.recording.rate - blows.test.pretrigger
     seen = [
         (found, channel)

@@ -28,6 +28,8 @@ class FrfSet:
         Places of nodes, m, as far as they are known.
     window_rate : float
         Of an exponential window, which all poles lie further left by, 1/s.
+    segment : float
+        Length of the windowed segments that were averaged, s; 0 where there were none.
     temperature : float
         Degrees Celsius; NaN where it was not told.
     mains : float or None
@@ -41,6 +43,7 @@ class FrfSet:
     transfers: tuple[MeasuredTransfer, ...]
     points: Mapping[int, Position] = field(default_factory=dict)
     window_rate: float = 0.0
+    segment: float = 0.0
     temperature: float = float("nan")
     mains: float | None = None
     notes: tuple[str, ...] = ()

@@ -26,6 +26,9 @@ from app.modal_test.saved import load_frfs, save_frfs, save_stabilization, write
 if TYPE_CHECKING:
     from app.stages.identify import Wanted
 
+WIDE = 8.0
+"""Half-power width of a mode in lines from which a Hann window leaves its damping within a few per cent."""
+
 DROWNED = "the exponential window drowned its damping: record longer blocks with a weaker window"
 
 
@@ -73,7 +76,22 @@ def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes
     chart = stabilization_chart(Measured(frfs.frequency, frfs.h), modes.terms, [int(n) for n in orders])
     shapes = mode_shapes(frfs.transfers, modes.poles, modes.residues, modes.real)
     report("identify", 1.0)
-    return TestModes(frfs, _freed(modes, frfs.window_rate), shapes, chart)
+    told = replace(frfs, notes=(*frfs.notes, *_widened(modes, frfs.segment)))
+    return TestModes(told, _freed(modes, frfs.window_rate), shapes, chart)
+
+
+def _widened(modes: Modes, segment: float) -> list[str]:
+    """Say which mode the segments' window widens most, and how long they would have to be."""
+    width = -modes.poles.real / np.pi
+    width = np.where(modes.real, width, np.inf)
+    if not segment or not len(width) or width.min() * segment >= WIDE:
+        return []
+    narrow = int(np.argmin(width))
+    f, eta = abs(modes.poles[narrow]) / (2.0 * np.pi), 2.0 * -modes.poles[narrow].real / abs(modes.poles[narrow])
+    return [
+        f"segments of {segment:g} s widen the mode at {f:.1f} Hz: a loss factor of {100 * eta:.2g} % there needs "
+        f"{WIDE / width.min():.2g} s: lengthen segments.seconds, and the recording with it"
+    ]
 
 
 def _freed(modes: Modes, rate: float) -> Modes:

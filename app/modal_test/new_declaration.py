@@ -15,7 +15,7 @@ from app.files.bad_file import ResultFileError
 from app.files.campaign_toml import NAME as CAMPAIGN_NAME
 from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
-from app.files.modal_test_toml import FORMAT, ModalTest
+from app.files.modal_test_toml import ENDS, FORMAT, ModalTest
 from app.files.settings_toml import checked, read_table
 from app.files.shipped import shipped
 from app.files.toml_text import toml_text
@@ -48,13 +48,14 @@ class NewTest:
     kind : str or None
         None to be guessed.
     drives, responses : dict of str to str or None
-        Sensitivities by channel, None where the file holds the unit itself.
+        Sensitivity or unit by channel, or by a pattern with *; None where the file tells the unit.
     unused : tuple of str
     title : str
     sample_rate : float or None
         Hz.
     roving : str or None
-        Channel that is at node 1 in the first file, at 2 in the second.
+        Channel that is at node 1 in the first file, at 2 in the second; of files with one FRF ``response`` or
+        ``reference``.
     points : Path or None
         Table of nodes with their places.
     frf_units : (str, str) or None
@@ -91,11 +92,13 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     if not files:
         raise ResultFileError("no file named; type: flexura new test FILE ...")
     columns = read_columns(files[0])
-    strangers = [
-        name
-        for name in (*said.drives, *said.responses, *said.unused, *([said.roving] if said.roving else []))
-        if name not in columns.values
+    named = [
+        *said.drives,
+        *said.responses,
+        *said.unused,
+        *([said.roving] if said.roving and said.roving not in ENDS else []),
     ]
+    strangers = [name for name in named if not any(_means(name, one) for one in columns.values)]
     if strangers:
         there = ", ".join(list(columns.values)[:20])
         raise ResultFileError(f"{files[0]}: no channel {strangers[0]!r}; it holds: {there}")
@@ -119,7 +122,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     if kind == "hammer":
         table["hammer"] = {"pretrigger": 0.005, "exponential": 1.0}
     elif kind == "continuous":
-        table["segments"] = {"seconds": 1.0, "window": "hann", "overlap": 0.5}
+        table["segments"] = {"seconds": 2.0, "window": "hann", "overlap": 0.5}
     else:
         table["frf"] = dict(zip(("response", "reference"), said.frf_units or ("m/s2", "N"), strict=True))
     folder = target.resolve().parent
@@ -157,12 +160,10 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
     """Role, unit and sensitivity of one column, said or guessed."""
     file_unit = columns.units.get(name)
     for role, named in (("drive", said.drives), ("response", said.responses)):
-        if name in named:
-            channel: dict[str, Any] = {"role": role}
-            if not file_unit:
-                channel["unit"] = "V"
-            return channel | ({"sensitivity": named[name]} if named[name] else {})
-    if name in said.unused:
+        meant = [value for pattern, value in named.items() if _means(pattern, name)]
+        if meant:
+            return {"role": role} | _unit_or_sensitivity(meant[0], file_unit)
+    if any(_means(pattern, name) for pattern in said.unused):
         return {"role": "unused"}
     if np.iscomplexobj(columns.values[name]):
         return {"role": "frf"}
@@ -179,6 +180,24 @@ def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
     if role in ("drive", "response") and not file_unit:
         channel["unit"] = "V"
     return channel
+
+
+def _means(pattern: str, name: str) -> bool:
+    """Whether a user's word is that name, or a pattern with * that it fits."""
+    return pattern == name or (
+        "*" in pattern and re.fullmatch(re.escape(pattern).replace(r"\*", ".*"), name) is not None
+    )
+
+
+def _unit_or_sensitivity(told: str | None, file_unit: str | None) -> dict[str, str]:
+    """Keys of a channel for what a user wrote behind its name: ``m/s2``, ``100 mV/g``, or nothing."""
+    if told is None:
+        return {} if file_unit else {"unit": "V"}
+    try:
+        unit(told)
+    except ValueError:
+        return {"sensitivity": told} | ({} if file_unit else {"unit": "V"})
+    return {"unit": told}
 
 
 def _lacks_sensitivity(channel: Mapping[str, Any], file_unit: str | None) -> bool:

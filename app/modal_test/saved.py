@@ -23,6 +23,7 @@ from app.files.values import read_value, write_value
 from app.modal_test.frf_set import FrfSet
 
 TEXTS = ("name", "response", "reference", "quantity", "reference_quantity")
+NUMBERS = ("window_rate", "segment", "temperature")
 COLUMNS = ("frequency_hz", "sigma_frequency_hz", "damping_ratio", "sigma_damping_ratio", "loss_factor")
 
 
@@ -39,7 +40,8 @@ def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
         file.create_dataset("test", data=json.dumps(told))  # an attribute holds 64 KiB only
-        file.attrs["window_rate"], file.attrs["temperature"] = frfs.window_rate, frfs.temperature
+        for name in NUMBERS:
+            file.attrs[name] = getattr(frfs, name)
         file["frequency"], file["h"] = frfs.frequency, frfs.h
         for name in ("variance", "coherence"):
             values = [getattr(t, name) for t in frfs.transfers]
@@ -68,8 +70,7 @@ def load_frfs(path: Path) -> FrfSet:
             title=str(told["title"]),
             transfers=transfers,
             points={int(node): (float(x), float(y), float(z)) for node, (x, y, z) in told["points"].items()},
-            window_rate=float(file.attrs["window_rate"]),
-            temperature=float(file.attrs["temperature"]),
+            **{name: float(file.attrs[name]) for name in NUMBERS},
             mains=None if told["mains"] is None else float(told["mains"]),
             notes=tuple(str(note) for note in told["notes"]),
             hashes={str(name): str(digest) for name, digest in told["hashes"].items()},

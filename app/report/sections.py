@@ -21,6 +21,7 @@ from app.files.run_folder import MADE_BY, run_file
 from app.report import focusing, identified, measured, paper, studies, updated
 from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
 from app.report.gap_section import gap_section
+from app.report.modal_test import is_test, sections_of_test
 from app.report.origin import origin, outdated, stamps
 from app.report.page import Absent, Item, Listing, PageTable, Paragraph, Picture, Section, VerdictBox
 from app.report.summary import summary
@@ -42,6 +43,9 @@ class Found:
 
 def sections(run: Path, report: Progress) -> Found:
     """Read what `run` holds; ResultFileError where it is no run folder at all."""
+    if is_test(run):
+        title, subtitle, of_test = sections_of_test(run)
+        return Found(title, subtitle, of_test, [])
     experiment, frf = load_frf(run_file(run, "frf.h5", "report"))
     rows: list[paper.PaperRow] = []
     parts: list[tuple[str, str, Callable[[], list[Item]]]] = [

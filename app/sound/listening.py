@@ -8,6 +8,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.material import MaterialLaws
+from analysis.progress import Progress
 from analysis.rendering.programme import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
 from analysis.thermometry.bands import Decimator

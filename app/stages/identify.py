@@ -59,9 +59,9 @@ class Wanted:
             "most_count": self.settings.most_count,
         }
 
-    def at_mains(self, mains: float | None) -> "Wanted":
-        """Return the options with the mains frequency that a test declares, Hz, if it does."""
-        return self if mains is None else replace(self, settings=replace(self.settings, mains=mains))
+    def at_mains(self, mains: float) -> "Wanted":
+        """Return the options with another mains frequency, Hz."""
+        return replace(self, settings=replace(self.settings, mains=mains))
 
     def cut(self, frf: Frf) -> Frf:
         """Return a campaign's FRFs inside the band."""

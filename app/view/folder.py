@@ -43,6 +43,8 @@ def viewed(folder: Path) -> Viewed:
     if is_campaign_folder(folder) or is_recorded_campaign(folder):
         beside = folder.with_name(folder.stem + "-run")
         return Viewed(folder, next((run for run in (beside, folder) if holds_results(run)), None))
+    if (folder / "transfers.h5").is_file():
+        raise ResultFileError(f"{folder}: results of a modal test; they stand on a page: flexura report {folder}")
     if holds_results(folder):
         return Viewed(None, folder)
     held = "does not exist" if not folder.exists() else "holds neither a campaign nor results"

@@ -28,6 +28,7 @@ CONTENTS = {
         "docs/guide/five-minutes",
         "docs/guide/real-hardware",
         "docs/guide/recorded-campaign",
+        "docs/guide/modal-test",
         "docs/guide/any-plate",
         "docs/guide/filters",
         "docs/guide/closing-a-gap",

@@ -1,8 +1,9 @@
 """Lines taken by mains hum, nominal and heard."""
 
 import numpy as np
+import pytest
 
-from analysis.mains import mains_lines, other_hums
+from analysis.mains import likely_mains, mains_lines, other_hums
 
 FREQUENCY = np.arange(100.0, 1500.0, 0.5)
 
@@ -40,3 +41,15 @@ def test_a_faint_steady_hum_and_a_loud_one_in_a_single_sweep_are_heard() -> None
 def test_a_hum_on_excluded_lines_is_none() -> None:
     excluded = mains_lines(FREQUENCY, 50.0, 2.0)
     assert other_hums(FREQUENCY, with_hum(noise(3), 50.0, 50.0), excluded) == []
+
+
+@pytest.mark.parametrize("hum", [50.0, 60.0, None])
+def test_the_grid_is_told_from_frfs_with_its_hum(hum: float | None) -> None:
+    """Odd harmonics of a tenth, noise of a hundredth, and two sharp resonances, one of them on a harmonic."""
+    rng = np.random.default_rng(8)
+    f = np.arange(20.0, 1000.0, 0.5)
+    h = 1e4 / (150.0**2 - f**2 + 1j * f) + 1e4 / (433.0**2 - f**2 + 2j * f)
+    h = h + 0.01 * (rng.standard_normal(f.size) + 1j * rng.standard_normal(f.size))
+    if hum is not None:
+        h[np.searchsorted(f, hum * np.arange(1, 1000 / hum, 2))] += 0.1
+    assert likely_mains(f, h[None]) == hum

@@ -37,6 +37,7 @@ LONG = {
     "closing-a-gap.md",
     "five-minutes.md",
     "filters.md",
+    "modal-test.md",
     "real-hardware.md",
     "recorded-campaign.md",
 }

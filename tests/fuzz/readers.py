@@ -19,6 +19,8 @@ from app.files.campaign_toml import read_experiment
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.frf_file import load_frf
 from app.files.laws_file import effects_in_laws, load_laws, load_updated
+from app.files.measurements.guarded import read_columns
+from app.files.modal_test_toml import read_modal_test
 from app.files.modes_file import load_modes
 from app.files.panel_file import read_panel
 from app.files.recorded_campaign import read_recording
@@ -146,8 +148,14 @@ def _result(root: Path, name: str) -> object:
     return RESULTS[name](root / name), stamps(root / "run", [Path(name).name])
 
 
+MEASUREMENTS = tuple(f"measured/a.{ending}" for ending in ("csv", "mat", "wav", "npz", "lvm", "tdms", "uff"))
+
 READERS = (
-    Reader("TDMS", (TDMS,), _tdms, 0.2),
+    Reader("measurements", MEASUREMENTS, lambda root, name: read_columns(root / name), 0.02),
+    Reader(
+        "TOML, test", ("measured/test.toml",), lambda root, name: read_modal_test(root / name), 0.03, text=True
+    ),
+    Reader("TDMS", (TDMS,), _tdms, 0.15),
     Reader("UFF", ("frfs.uff",), lambda root, name: read_frfs(root / name), 0.08, text=True),
     Reader("UFF, binary", ("binary.uff",), lambda root, name: read_frfs(root / name), 0.07),
     Reader("HDF5, results", tuple(RESULTS), _result, 0.2, digest=True),

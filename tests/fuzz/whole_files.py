@@ -38,6 +38,7 @@ def write_all(root: Path) -> None:
     _write_run(root / "run")
     _write_uff(root)
     _write_sound(root)
+    _write_measurements(root / "measured")
     _write_twin(root / "twin.toml", root / "recording")
     for name in (*EXPERIMENTS, *PANELS):
         shutil.copy(EXAMPLES / name, root / name)
@@ -118,6 +119,43 @@ def _write_uff(root: Path) -> None:
     common |= {"rsp_ent_name": "NONE", "ref_ent_name": "NONE", "x": lines, "id1": "door"}
     sets = [prepare_58(**common, rsp_node=n + 1, data=one) for n, one in enumerate(h)]
     pyuff.UFF(str(root / "binary.uff")).write_sets(sets, "add")
+
+
+def _write_measurements(folder: Path) -> None:
+    """One file of each format of other programs, and the declaration of a test."""
+    import pyuff
+    from nptdms import ChannelObject, RootObject, TdmsWriter
+    from pyuff.datasets.dataset_58 import prepare_58
+    from scipy.io import savemat, wavfile
+
+    folder.mkdir()
+    time = np.arange(100) / 1000.0
+    force, acc = np.exp(-(((time - 0.02) / 0.002) ** 2)), np.sin(300 * time)
+    table = np.column_stack([time, force, acc])
+    np.savetxt(folder / "a.csv", table, delimiter=",", header="Time [s],Force [N],Acc [g]", comments="")
+    savemat(folder / "a.mat", {"fs": 1000.0, "force": force, "test": {"acc": acc}})
+    wavfile.write(folder / "a.wav", 1000, np.column_stack([force, acc]).astype("f4"))
+    np.savez(folder / "a.npz", fs=1000.0, y=np.array([force, acc]))
+    rows = "".join(f"\t{f:.6f}\t{a:.6f}\t\n" for f, a in zip(force, acc, strict=True))
+    end = "***End_of_Header***\n"
+    head = f"LabVIEW Measurement\nSeparator\tTab\n{end}Channels\t2\nDelta_X\t0.001\t0.001\n{end}"
+    (folder / "a.lvm").write_text(f"{head}X_Value\tForce\tAcc\tComment\n{rows}", encoding="utf-8")
+    with TdmsWriter(folder / "a.tdms") as writer:
+        writer.write_segment(
+            [RootObject({}), ChannelObject("Log", "Force", force), ChannelObject("Log", "Acc", acc)]
+        )
+    common = {"binary": 0, "func_type": 1, "rsp_dir": 3, "ref_node": 9, "ref_dir": 3, "abscissa_spacing": 1}
+    common |= {"abscissa_spec_data_type": 17, "ordinate_spec_data_type": 12, "orddenom_spec_data_type": 0}
+    common |= {"rsp_ent_name": "NONE", "ref_ent_name": "NONE", "x": time, "id1": "hit", "abscissa_inc": 0.001}
+    sets = [prepare_58(**common, rsp_node=n + 1, data=one) for n, one in enumerate((force, acc))]
+    pyuff.UFF(str(folder / "a.uff")).write_sets(sets, "add")
+    (folder / "test.toml").write_text(
+        'format = "flexura-test/1"\nkind = "hammer"\n[channels]\nTime = { role = "time" }\n'
+        'Force = { role = "drive", unit = "N" }\nAcc = { role = "response", unit = "g", at = "2:+z" }\n'
+        '[hammer]\ntrigger = 0.1\n[[record]]\nfile = "a.csv"\nat = { Force = "3:-x" }\n'
+        "[points]\n2 = [0.0, 1.0, 0.0]\n",
+        encoding="utf-8",
+    )
 
 
 def _write_twin(path: Path, campaign: Path) -> None:

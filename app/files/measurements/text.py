@@ -104,8 +104,10 @@ def _head(lines: list[str], delimiter: str | None, count: int) -> tuple[list[str
     if len(rows) > 1 and all(bracketed):
         units = [match[1] if match else "" for match in bracketed]
         return [part or number for part, number in zip(rows[-2], numbered, strict=True)], units
+    whole = [row for row in rows if all(row)]
+    named = whole[-1] if whole else rows[-1]  # below the names there may be a line of units with gaps
     names, units = [], []
-    for part, number in zip(rows[-1], numbered, strict=True):
+    for part, number in zip(named, numbered, strict=True):
         match = re.fullmatch(r"(.*?)\s*[\[(]([^\])]*)[\])]", part)
         names.append((match[1] if match else part) or number)
         units.append(match[2] if match else "")

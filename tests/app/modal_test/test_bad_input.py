@@ -113,3 +113,13 @@ def test_a_band_without_lines_and_words_that_do_not_fit(tmp_path: Path, run_flex
         status, _, told = run_flexura("identify", path, *words)
         assert status == 2
         assert "always share poles" in told
+
+
+def test_verbs_that_need_a_campaign_say_what_takes_a_test(tmp_path: Path, run_flexura: Flexura) -> None:
+    path = declared(tmp_path, "frf", {"freq": LINES, "H": H}, FRF_CHANNELS)
+    for given in (path, tmp_path):
+        status, _, told = run_flexura("update", given)
+        assert status == 2
+        assert (
+            f"declares a modal test, which has no temperatures; flexura identify {given} finds its modes" in told
+        )

@@ -94,6 +94,7 @@ def test_a_shaker_with_an_accelerometer_at_five_points_in_a_mat_file(tmp_path: P
     result = typed("identify", tmp_path, "--out", tmp_path / "run", "--band", 40, 700)
     assert result.exit_code == 0, result.output
     assert_beam(tmp_path / "run", loss=0.1)
+    assert "segments of 4 s widen the mode at 95.0 Hz" in result.output
 
 
 def test_mobilities_of_a_laser_in_an_npz(tmp_path: Path, beam: Beam) -> None:
@@ -139,3 +140,16 @@ def test_a_sound_recording_of_a_hammer_and_a_microphone(tmp_path: Path, beam: Be
     np.testing.assert_allclose(f, F, rtol=1e-3)
     np.testing.assert_allclose(eta, ETA, rtol=0.05)
     assert load_test(tmp_path / "run")[0].label(0) == "acoustic transfer function [Pa/N]"
+
+
+def test_the_report_of_a_test_stands_on_its_own_files(tmp_path: Path, beam: Beam) -> None:
+    declared = hammer_files(tmp_path, beam, seconds=4.0, count=2)
+    assert typed("identify", declared, "--out", tmp_path / "run", "--band", 40, 700, "--quiet").exit_code == 0
+    result = typed("report", tmp_path / "run", "--json")
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert told["figures"] == ["frfs", "stabilization", "shapes", "auto-mac"]
+    assert told["sections"] == ["Measurement", "Modes", "Shapes", "Provenance"]
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert "accelerance [m/s2/N]" in page
+    assert "the paper" not in page

@@ -40,6 +40,15 @@ def test_volts_without_a_sensitivity_are_named(tmp_path: Path, beam: Beam, run_f
     assert 'channels.Acc: in V, and no sensitivity; give sensitivity, for example "100 mV/g"' in err
 
 
+def test_tables_of_single_frfs_are_declared_with_a_moved_hammer(tmp_path: Path, run_flexura: Flexura) -> None:
+    for name in ("a.txt", "b.txt"):
+        np.savetxt(tmp_path / name, np.random.default_rng(0).random((9, 3)), header="Freq Real Imag", comments="")
+    status, _, err = run_flexura("new", "test", tmp_path / "a.txt", tmp_path / "b.txt", "--roving", "reference")
+    assert status == 0, err
+    test = read_modal_test(tmp_path / "test.toml")
+    assert (test.kind, test.record[1].at) == ("frf", {"reference": "2:+z"})
+
+
 def test_frfs_with_points_are_declared(tmp_path: Path, run_flexura: Flexura) -> None:
     np.savez(tmp_path / "a.npz", freq=np.arange(1.0, 50.0), H=np.ones((3, 49)) * 1j)
     (tmp_path / "points.csv").write_text("node,x,y,z\n1,0,0,0\n2,0.1,0,0\n3,0.2,0,0.5\n", encoding="utf-8")

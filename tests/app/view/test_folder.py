@@ -30,6 +30,12 @@ def test_a_folder_that_is_neither_is_refused_with_what_would_do(tmp_path: Path) 
     assert "does not exist" in shown.output
 
 
+def test_the_run_of_a_modal_test_stands_on_a_page(tmp_path: Path) -> None:
+    (tmp_path / "transfers.h5").touch()
+    with pytest.raises(ResultFileError, match="results of a modal test; they stand on a page: flexura report"):
+        viewed(tmp_path)
+
+
 def test_help_needs_no_qt() -> None:
     asked = "import sys; from app.main import flexura; flexura(['view', '--help'], standalone_mode=False);" + (
         "print('PySide6' in sys.modules)"

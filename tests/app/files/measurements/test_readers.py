@@ -55,6 +55,15 @@ def test_text_without_names_and_packed(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.values["2"], FORCE)
 
 
+@pytest.mark.shared
+@pytest.mark.skipif(not SAMPLES.is_dir(), reason="the measured beam lies beside the checkout, and is absent")
+def test_a_real_analyser_s_table_of_an_frf() -> None:
+    read = text.read(SAMPLES.parent / "beam_roving_hammer" / "Hxysv00001.txt.gz")
+    assert list(read.values) == ["Frequency", "Real", "Imaginary"]
+    assert len(read.values["Real"]) == 51201
+    assert read.values["Frequency"][-1] == pytest.approx(1000.0)
+
+
 def test_matlab_of_both_kinds(tmp_path: Path) -> None:
     savemat(
         tmp_path / "five.mat",

@@ -1,0 +1,181 @@
+"""Figures and sections of a test at many places: FRFs, indicator, stabilization, shapes."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis.identification.modes import Modes
+from analysis.shapes.assurance import mac, mpc
+from analysis.shapes.indicator import cmif
+from analysis.shapes.participation import ModeShapes
+from analysis.shapes.stabilization import StabilizationChart
+from app.modal_test.frf_set import FrfSet
+from app.modal_test.modes_of_test import load_test, rebuilt
+from app.modal_test.saved import load_stabilization
+from app.report.origin import origin, stamps
+from app.report.page import Item, Listing, PageTable, Picture, Section
+from app.report.style import MEASURED, MODEL, frequency_axis, panels
+
+SHOWN = 4
+"""FRFs drawn at most."""
+DRAWN_SHAPES = 12
+FILES = ("transfers.h5", "modes.h5", "stabilization.h5")
+
+
+def is_test(run: Path) -> bool:
+    """Whether a run folder is that of a test."""
+    return (run / "transfers.h5").is_file() and not (run / "frf.h5").is_file()
+
+
+def sections_of_test(run: Path) -> tuple[str, str, list[Section]]:
+    """Title, line under it and sections; ResultFileError where a file of the run is missing or damaged."""
+    frfs, modes, shapes = load_test(run)
+    chart = load_stabilization(run / "stabilization.h5")
+    labels = dict.fromkeys(frfs.label(n) for n in range(len(frfs.transfers)))
+    facts = [
+        ("FRFs", f"{len(frfs.transfers)}: {', '.join(labels)}"),
+        ("places", f"{len(shapes.places)}, with {len(shapes.references)} at the other end"),
+        ("lines", f"{len(frfs.frequency)} from {frfs.frequency[0]:g} to {frfs.frequency[-1]:g} Hz"),
+    ]
+    measured: list[Item] = [
+        PageTable(("", ""), facts),
+        Picture(
+            "frfs",
+            "Do the modes found explain the FRFs?",
+            overlay(frfs, modes),
+            "Measured FRFs and what poles and residues add up to; solid lines: modes kept, dotted: weak.",
+        ),
+    ]
+    if frfs.notes:
+        measured.append(Listing("\n".join(frfs.notes)))
+    found: list[Item] = [
+        mode_table(modes, shapes),
+        Picture(
+            "stabilization",
+            "Which poles stay as the order of the model rises?",
+            stabilization(frfs, chart),
+            "Poles by order over the CMIF; full dots: stable in frequency and damping, rings: in frequency.",
+        ),
+    ]
+    parts = [Section("Measurement", measured), Section("Modes", found)]
+    if len(shapes.places) > 1 and len(shapes.pole):
+        moving, alike = drawn_shapes(frfs, modes, shapes), auto_mac(modes, shapes)
+        pictures = [
+            Picture("shapes", "How does it move?", moving, _shape_words(frfs, shapes)),
+            Picture("auto-mac", "Are the shapes told apart?", alike, "AutoMAC of the shapes."),
+        ]
+        parts.append(Section("Shapes", pictures))
+    parts.append(Section("Provenance", origin(stamps(run, FILES))))
+    return frfs.title, f"{len(frfs.transfers)} FRFs, {int(modes.real.sum())} modes", parts
+
+
+def mode_table(modes: Modes, shapes: ModeShapes) -> PageTable:
+    """Frequency, damping, standard deviations, status and MPC of every mode."""
+    reading, reasons, collinear = modes.reading(), modes.explanation(), mpc(shapes.shape)
+    rows = [
+        (
+            f"{reading.frequency_hz[j]:.3f}",
+            f"{reading.sigma_frequency_hz[j]:.2g}",
+            f"{100 * reading.damping_ratio[j]:.4g}",
+            f"{100 * reading.sigma_damping_ratio[j]:.2g}",
+            f"{collinear[n]:.3f}",
+            modes.status[j],
+            reasons[j],
+        )
+        for n, j in enumerate(shapes.pole)
+    ]
+    return PageTable(("f [Hz]", "σ [Hz]", "ζ [%]", "σ [%]", "MPC", "status", "why"), rows, numbers=(0, 1, 2, 3, 4))
+
+
+def overlay(frfs: FrfSet, modes: Modes) -> Figure:
+    """Draw a few FRFs, evenly chosen, and their synthesis."""
+    chosen = np.unique(np.linspace(0, len(frfs.transfers) - 1, SHOWN).astype(int))
+    model = rebuilt(modes, frfs.frequency, frfs.window_rate)
+    figure, axes = panels(len(chosen), 1, height=2.2 * len(chosen) + 0.8, sharex=True, squeeze=False)
+    reading = modes.reading()
+    for axis, number in zip(axes.ravel(), chosen, strict=True):
+        size = np.abs(frfs.h[number])
+        axis.semilogy(frfs.frequency, size, color=MEASURED, lw=1.6, label="measured")
+        axis.semilogy(frfs.frequency, np.abs(model[number]), color=MODEL, lw=0.9, label="from poles and residues")
+        axis.set_ylim(
+            0.5 * max(float(np.percentile(size, 0.5)), 1e-9 * float(size.max())), 2.0 * float(size.max())
+        )
+        for f, real, status in zip(reading.frequency_hz, modes.real, modes.status, strict=True):
+            if real:
+                axis.axvline(f, color="0.6", lw=0.7, ls="-" if status == "kept" else ":", zorder=0)
+        axis.set_ylabel(f"|{frfs.label(number).replace(' [', '| [')}", fontsize=8)
+        axis.set_title(frfs.transfers[number].name, fontsize=9)
+    axes.ravel()[0].legend(fontsize=8)
+    frequency_axis(axes.ravel()[-1])
+    return figure
+
+
+def stabilization(frfs: FrfSet, chart: StabilizationChart) -> Figure:
+    """Draw the poles of every order over the CMIF."""
+    figure, axes = panels(1, 1, height=4.2)
+    axis = axes if not isinstance(axes, np.ndarray) else axes.ravel()[0]
+    for number, values in enumerate(cmif(frfs.transfers)[:3]):
+        axis.semilogy(frfs.frequency, np.maximum(values, 1e-300), color=MEASURED, lw=1.4 - 0.4 * number)
+    axis.set_ylabel("CMIF")
+    orders = axis.twinx()
+    for level, face, size in ((0, "none", 6), (1, "none", 22), (2, MODEL, 22)):
+        here = chart.stable == level
+        edge = MODEL if level else "0.6"
+        orders.scatter(chart.frequency[here], chart.order[here], size, facecolors=face, edgecolors=edge, lw=0.8)
+    orders.set_ylabel("pole pairs of the model")
+    orders.grid(False)
+    frequency_axis(axis)
+    return figure
+
+
+def drawn_shapes(frfs: FrfSet, modes: Modes, shapes: ModeShapes) -> Figure:
+    """Draw the shapes: coloured points where nodes lie in a plane, bars otherwise."""
+    count = min(len(shapes.pole), DRAWN_SHAPES)
+    rows = (count + 2) // 3
+    figure, axes = panels(rows, 3, width=10.0, height=2.6 * rows + 0.4, squeeze=False)
+    nodes = [int(place.partition(":")[0]) for place in shapes.places]
+    known = all(node in frfs.points for node in nodes)
+    where = np.array([frfs.points[node] for node in nodes]) if known else np.zeros((len(nodes), 3))
+    spread = np.ptp(where, axis=0)
+    axes_used = np.argsort(-spread)[:2]
+    frequency = modes.reading().frequency_hz[shapes.pole]
+    for n, axis in enumerate(axes.ravel()):
+        if n >= count:
+            axis.set_axis_off()
+            continue
+        motion = shapes.shape[n].real
+        if known and spread[axes_used[1]] > 0.05 * spread[axes_used[0]]:
+            first, second = sorted(int(a) for a in axes_used)
+            x, y = where[:, first], where[:, second]
+            axis.scatter(x, y, 60, motion, cmap="RdBu_r", vmin=-1, vmax=1, edgecolors="0.5")
+            axis.set_aspect("equal")
+        else:
+            line = where[:, axes_used[0]] if known and spread.max() > 0.0 else np.arange(len(nodes), dtype=float)
+            order = np.argsort(line)
+            axis.plot(line[order], motion[order], "o-", color=MODEL, ms=4, lw=1.0)
+            axis.axhline(0.0, color="0.6", lw=0.7)
+            axis.set_ylim(-1.15, 1.15)
+        axis.set_title(f"{frequency[n]:.1f} Hz", fontsize=9)
+    return figure
+
+
+def _shape_words(frfs: FrfSet, shapes: ModeShapes) -> str:
+    known = all(int(place.partition(":")[0]) in frfs.points for place in shapes.places)
+    return "Real parts, the largest component 1; " + (
+        "over the places of the nodes." if known else "by node: their places are not declared ([points])."
+    )
+
+
+def auto_mac(modes: Modes, shapes: ModeShapes) -> Figure:
+    """Draw how alike the shapes are, 0 to 1."""
+    figure, axes = panels(1, 1, width=5.5, height=4.6)
+    axis = axes if not isinstance(axes, np.ndarray) else axes.ravel()[0]
+    image = axis.imshow(mac(shapes.shape, shapes.shape), vmin=0.0, vmax=1.0, cmap="Greys")
+    names = [f"{f:.0f}" for f in modes.reading().frequency_hz[shapes.pole]]
+    axis.set_xticks(range(len(names)), names, fontsize=8, rotation=90)
+    axis.set_yticks(range(len(names)), names, fontsize=8)
+    axis.grid(False)
+    axis.set(xlabel="f [Hz]", ylabel="f [Hz]")
+    figure.colorbar(image, ax=axis, label="MAC")
+    return figure
