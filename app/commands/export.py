@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from app.exports.shipment import Shipment
 
 FORMS = ("c", "onnx", "npz", "wav", "csv")
-METHODS = ("network", "cubic-spline", "cubic-spline-rigidity", "linear")
+METHODS = ("network", "low-rank", "cubic-spline", "cubic-spline-rigidity", "linear")
 
 EXAMPLES = """\b
 Examples:
@@ -33,7 +33,7 @@ Examples:
 @click.option(
     "--method",
     type=click.Choice(METHODS),
-    help="How filters follow the temperature (default: the best that compensate found, else a spline).",
+    help="How filters follow the temperature (default: what compensate recommends, else a spline).",
 )
 @click.option(
     "--number",

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from app.sound.rendering import Rendering
     from app.sound.trace import Trace
 
-METHODS = ("network", "cubic-spline", "cubic-spline-rigidity", "linear")
+METHODS = ("network", "low-rank", "cubic-spline", "cubic-spline-rigidity", "linear")
 
 EXAMPLES = """\b
 Examples:
@@ -36,7 +36,7 @@ Examples:
 @click.option(
     "--method",
     type=click.Choice(METHODS),
-    help="How filters follow the temperature (default: the best that compensate found, else a spline).",
+    help="How filters follow the temperature (default: what compensate recommends, else a spline).",
 )
 @click.option(
     "--block",

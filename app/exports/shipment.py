@@ -6,10 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from analysis.compensation.network import InputMap
-from analysis.compensation.outcome import NETWORK, Compensation
-from analysis.focusing.fir import FirBank
-from analysis.focusing.panel import Panel
+ttfrom analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
 from app.files.bad_file import ResultFileError
 from app.files.compensation_file import load_compensation
@@ -20,8 +17,7 @@ from app.files.run_folder import run_file
 
 FORMAT = "flexura-filters/1"
 """Of all exports; a change that a reader would notice changes the number."""
-SPLINE, RIGIDITY_SPLINE, LINEAR = "cubic-spline", "cubic-spline-rigidity", "linear"
-METHODS = (NETWORK, SPLINE, RIGIDITY_SPLINE, LINEAR)
+METHODS = (NETWORK, LOW_RANK, SPLINE, RIGIDITY_SPLINE, LINEAR)
 """What can be exported: sums of fixed banks."""
 
 
@@ -69,7 +65,7 @@ def shipment(run: Path, method: str | None, verb: str) -> Shipment:
     run : Path
         With compensation.h5, filters.h5 or both.
     method : str, optional
-        One of `METHODS`; left out, what was found best by ``flexura compensate``, or else a spline through the
+        One of `METHODS`; left out, what ``flexura compensate`` recommends, or else a spline through the
         filters of ``flexura focus``.
     verb : str
         For messages.
@@ -79,54 +75,23 @@ def shipment(run: Path, method: str | None, verb: str) -> Shipment:
     ResultFileError
         Where the run holds no filters, or not those the method needs.
     """
-    needed = method in (NETWORK, RIGIDITY_SPLINE)
-    if not needed and (method is not None or not (run / "compensation.h5").is_file()):
-        return _joined(run, method or SPLINE, verb)
+    if not (run / "compensation.h5").is_file() and method not in (NETWORK, LOW_RANK, RIGIDITY_SPLINE):
+        return _of_focusing(run, method or SPLINE, verb)
     path = run_file(run, "compensation.h5", verb)
     panel, found = load_compensation(path)
-    wanted, note = method or found.best, ""
+    wanted, notes = method or found.recommended, []
     if wanted not in METHODS:
-        note = f"{wanted}, the best here, is no sum of fixed banks; {RIGIDITY_SPLINE} is taken in its place"
-        wanted = RIGIDITY_SPLINE
-    if wanted != NETWORK:
-        return _joined(run, wanted, verb, found, note)
-    rate, delay = found.filters.sample_rate, found.filters.delay
-    networks = FollowingBank.of_networks(found.trained.networks, rate, delay)
-    return _shipment(networks, wanted, panel, [path])
+tt
 
-
-def _joined(
-    run: Path, method: str, verb: str, compensation: Compensation | None = None, note: str = ""
-) -> Shipment:
+def _of_focusing(run: Path, method: str, verb: str) -> Shipment:
     """Join the filters of filters.h5 over temperature."""
     path = run_file(run, "filters.h5", verb)
     panel, focusing, _ = load_focusing(path)
-    paths, feed = [path], None
-    notes = [note] if note else []
-    if method == RIGIDITY_SPLINE and compensation is not None:
-        paths.append(run / "compensation.h5")
-        feed = _rigidity(compensation, focusing.bank, path)
+    notes = []
     if len(focusing.temperature) == 1:
         notes.append(f"{path}: filters of one temperature, {focusing.temperature[0]:g} °C; they follow none")
-    kind = "linear" if method == LINEAR else "cubic"
-    return _shipment(FollowingBank.of_filters(focusing.bank, kind, feed), method, panel, paths, notes)
-
-
-def _rigidity(found: Compensation, bank: FirBank, path: Path) -> InputMap:
-    feed = found.trained.networks.input
-    low, high = feed.temperature_range
-    if found.trained.settings.feed != "rigidity":
-        raise ResultFileError(
-            f"{path.parent}: {RIGIDITY_SPLINE} needs log √D over temperature, which compensation.h5 holds only "
-            f"where its networks are fed with it: flexura compensate --feed rigidity, or take --method {SPLINE}"
-        )
-    if len(bank.temperature) == 1 or bank.temperature[0] < low - 1e-9 or bank.temperature[-1] > high + 1e-9:
-        raise ResultFileError(
-            f"{path}: filters from {bank.temperature[0]:g} to {bank.temperature[-1]:g} °C; those of "
-            f"compensation.h5 beside it reach from {low:g} to {high:g} °C; make both again: flexura focus, "
-            "flexura compensate"
-        )
-    return feed
+    filters = FollowingBank.of_filters(focusing.bank, "linear" if method == LINEAR else "cubic")
+    return _shipment(filters, method, panel, [path], notes)
 
 
 def _shipment(
