@@ -60,6 +60,12 @@ def find_gap(
         What discretisation does to the twin; without it, what is usual for a converged one.
     progress : callable, optional
         Called with a stage's name and the share of it done.
+    clock : callable
+        Time, s, for the duration in the report.
+
+    Returns
+    -------
+    GapReport
 
     Raises
     ------

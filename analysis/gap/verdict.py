@@ -21,9 +21,20 @@ class Judgement:
 
 
 def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) -> Judgement:
-    """Weigh residual, share explained, held-out data and the nameless competitor.
+    """Judge by the residual, the share explained, the held-out data and the evidence for an unknown cause.
 
     A name is accepted on the residual: evidence alone grows with every bystander that happens to fit a little.
+
+    Parameters
+    ----------
+    context : SearchContext
+    found : SearchResult
+    tried : HeldOut or None
+        The split that decides; None where no effect was found.
+
+    Returns
+    -------
+    Judgement
     """
     silent = context.agrees(found.baseline)
     if not found.effects or tried is None:

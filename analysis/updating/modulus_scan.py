@@ -35,7 +35,21 @@ class CoarseModel(Protocol):
     """A plate as this look sees it."""
 
     def frf(self, youngs_modulus: float, poisson_ratio: float, frequency: Real) -> NDArray[np.complex128]:
-        """Sensor volts per actuator volt, (K, F), moderately damped."""
+        """Transfer of a moderately damped plate.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        frequency : (F,) ndarray
+            Hz.
+
+        Returns
+        -------
+        (K, F) complex ndarray
+            Sensor volts per actuator volt.
+        """
         ...
 
 
@@ -76,7 +90,7 @@ def scanned_box(box: MaterialBox) -> MaterialBox:
 
 
 def scan_modulus(model: CoarseModel, frequency: Real, h: NDArray[np.complex128], box: MaterialBox) -> ModulusScan:
-    """Scan the modulus for the best agreement of one sweep's levels.
+    """Find the modulus at which the levels of one sweep agree best with the plate's.
 
     Parameters
     ----------
@@ -88,6 +102,10 @@ def scan_modulus(model: CoarseModel, frequency: Real, h: NDArray[np.complex128],
         Measured FRF, V/V.
     box : MaterialBox
         As declared.
+
+    Returns
+    -------
+    ModulusScan
     """
     grid = np.geomspace(frequency[0], frequency[-1], _count(frequency))
     seen = _levels(_smoothed(np.abs(h) ** 2, frequency, grid))

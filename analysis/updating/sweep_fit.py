@@ -24,7 +24,19 @@ class SweepFit:
 
 
 def fit_sweep(model: TwinModel, data: SweepData, start: NDArray[np.float64]) -> SweepFit:
-    """Fit one sweep from `start` (E, nu, eta); the gain starts at its best value there."""
+    """Fit E, nu, eta and gain of one sweep.
+
+    Parameters
+    ----------
+    model : TwinModel
+    data : SweepData
+    start : (3,) ndarray
+        E [Pa], nu and eta; the gain starts at its best value there.
+
+    Returns
+    -------
+    SweepFit
+    """
     point = normal_equations(model, data, model.box.clip(start))
     misfit_start = point.misfit
     damping = 1e-3

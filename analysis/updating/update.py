@@ -55,6 +55,10 @@ def update(
     progress : callable, optional
         Called with a stage's name and the share of it done.
 
+    Returns
+    -------
+    Updated
+
     Raises
     ------
     ValueError

@@ -53,6 +53,10 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Pr
     report : callable
         Told the stage and the share done where the twin has to be reduced first.
 
+    Yields
+    ------
+    Rig
+
     Raises
     ------
     CampaignFileError
@@ -77,7 +81,19 @@ def rig_places(experiment: AcquiredExperiment, kind: RigKind) -> tuple[str, ...]
 
 
 def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:
-    """Return the rig for whoever plays nothing on it: a simulated one needs no twin then.
+    """Return the rig for a caller that plays nothing on it: a simulated one then needs no twin.
+
+    Parameters
+    ----------
+    experiment : AcquiredExperiment
+    kind : str
+        As in `rig_of`.
+    file : Path
+        The experiment's, for messages.
+
+    Returns
+    -------
+    Rig
 
     Raises
     ------
@@ -109,7 +125,25 @@ def _simulation(experiment: AcquiredExperiment, file: Path) -> Simulation:
 
 
 def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Progress) -> SimulatedParts:
-    """Build the simulated rig around the twin; CampaignFileError for what ``[simulation]`` lacks."""
+    """Build the simulated rig around the twin.
+
+    Parameters
+    ----------
+    experiment : AcquiredExperiment
+    file : Path
+        The experiment's, for messages.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    SimulatedParts
+
+    Raises
+    ------
+    CampaignFileError
+        For what ``[simulation]`` lacks, or what the plate cannot have.
+    """
     simulation = _simulation(experiment, file)
     laws = simulation.laws.laws()
     _require_covered(experiment, laws, file)
@@ -131,7 +165,25 @@ def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Progress) 
 def parts_around(
     experiment: AcquiredExperiment, simulation: Simulation, plate: DrivenPlate, file: Path
 ) -> SimulatedParts:
-    """Build the simulated cards and oven of an experiment around a plate; CampaignFileError for modules."""
+    """Build the simulated cards and oven of an experiment around a plate.
+
+    Parameters
+    ----------
+    experiment : AcquiredExperiment
+    simulation : Simulation
+    plate : DrivenPlate
+    file : Path
+        The experiment's, for messages.
+
+    Returns
+    -------
+    SimulatedParts
+
+    Raises
+    ------
+    CampaignFileError
+        For modules, terminals or instruments that cannot be simulated.
+    """
     wiring = experiment.cards
     if not isinstance(wiring, Wiring | SoundCard):
         told = Problem(file.name, "cards.kind", repr(wiring.kind), "'ni' or 'soundcard': only these are simulated")

@@ -17,7 +17,19 @@ STAGE = "first look"
 
 
 def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tuple[str, ...]:
-    """Compare the resonances of one sweep with those of the declared plate; return what is doubtful.
+    """Compare the resonances of one sweep with those of the declared plate.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    frf : Frf
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    tuple of str
+        Notes on what is doubtful.
 
     Raises
     ------
@@ -47,7 +59,19 @@ def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tup
 
 
 def sentence(experiment: Experiment, temperature: float, look: ModulusScan) -> str:
-    """Say what was declared, what the resonances say, and what to change."""
+    """Say what was declared, what the resonances suggest, and what to change.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    temperature : float
+        Of the sweep, degrees Celsius.
+    look : ModulusScan
+
+    Returns
+    -------
+    str
+    """
     plate = experiment.plate
     low, high = material_box(plate.material).youngs_modulus
     ratio = look.modulus / float(np.sqrt(low * high))

@@ -114,6 +114,10 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> Identified:
     report : callable
         Called with a stage's name and the share of it done.
 
+    Returns
+    -------
+    Identified
+
     Raises
     ------
     ResultFileError
@@ -155,7 +159,20 @@ def save(run: Path, campaign: Campaign, found: Identified, wanted: Wanted, expor
 
 
 def uff_records(frfs: Sequence[UffFrf], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:
-    """Identify FRFs one by one; an FRF with nothing in it gets a note instead of modes."""
+    """Identify FRFs one by one; an FRF without modes gets a note.
+
+    Parameters
+    ----------
+    frfs : sequence of UffFrf
+    wanted : Wanted
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    list of dict
+        One per FRF, as ``--json`` prints it.
+    """
     records = []
     for done, frf in enumerate(frfs):
         report("identify", done / len(frfs))
@@ -169,9 +186,28 @@ def uff_records(frfs: Sequence[UffFrf], wanted: Wanted, report: Progress) -> lis
 
 
 def shared_records(path: Path, frfs: Sequence[UffFrf], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:
-    """Identify all FRFs with one set of poles; the same modes for each.
+    """Identify all FRFs of a file with one set of poles.
 
     Raises ResultFileError where the FRFs differ in their lines or hold nothing to be found.
+
+    Parameters
+    ----------
+    path : Path
+        Of the file, for messages.
+    frfs : sequence of UffFrf
+    wanted : Wanted
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    list of dict
+        One per FRF, each with the same modes.
+
+    Raises
+    ------
+    ResultFileError
+        Where the FRFs differ in their lines, or hold no modes.
     """
     for frf in frfs[1:]:
         same = frf.frequency.shape == frfs[0].frequency.shape

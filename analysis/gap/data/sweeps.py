@@ -154,7 +154,26 @@ def prepare(
     floor: NumericalFloor | None = None,
     reading_sigma: float = READING_SIGMA / np.sqrt(2.0),
 ) -> tuple[GapSweeps, NoiseCheck]:
-    """Compress all sweeps of `frf` for resonances as sharp as `updated` found them, and check their noise.
+    """Compress all sweeps of a campaign and check their noise.
+
+    Parameters
+    ----------
+    frf : Frf
+        Measured; lines in `frf.excluded` take no part.
+    protocol : Protocol
+        Gives the ramp rate.
+    updated : Updated
+        Model updating of the same sweeps: nodes are placed for its smallest loss factor.
+    floor : NumericalFloor, optional
+        Discretisation error of the twin; that of a converged twin by default.
+    reading_sigma : float
+        Standard deviation of a sweep's temperature reading, K.
+
+    Returns
+    -------
+    sweeps : GapSweeps
+        With the noise rescaled to what was seen.
+    noise : NoiseCheck
 
     Raises
     ------
@@ -213,7 +232,7 @@ def grouped(
     reading_sigma: float = READING_SIGMA / np.sqrt(2.0),
     twin_error: float = MODEL_ERROR,
 ) -> GapSweeps:
-    """Put sweeps together.
+    """Combine compressed sweeps and their groups into one value.
 
     Parameters
     ----------
@@ -227,6 +246,10 @@ def grouped(
         Of the oven on the way up, K/s.
     reading_sigma, twin_error : float
         See `GapSweeps`.
+
+    Returns
+    -------
+    GapSweeps
     """
     nodes = sweeps[0].nodes
     return GapSweeps(

@@ -62,6 +62,8 @@ def fit_gap(
         Values of all effects that are on.
     effects : sequence of str
         Those whose parameters move.
+    executor : Executor
+        Sweeps are linearised on it.
     gain_free, laws_free : bool
         Held-out trials keep what was learnt elsewhere.
     target : float
@@ -70,6 +72,10 @@ def fit_gap(
         Linearisations at most.
     enough : float
         Objective, minus twice a log evidence, that a fit must be able to reach; else it is given up unsettled.
+
+    Returns
+    -------
+    GapFit
 
     Raises
     ------

@@ -103,7 +103,18 @@ class ResidualMap:
 
 
 def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualMap:
-    """Map what `fit` leaves; features too sharp for the nodes are added where they stand."""
+    """Map the residual of a fit; features too sharp for the nodes are added at their frequency.
+
+    Parameters
+    ----------
+    sweeps : GapSweeps
+    noise : NoiseCheck
+    fit : GapFit
+
+    Returns
+    -------
+    ResidualMap
+    """
     excess, sigma, count, edges = _cells(sweeps, noise, fit.residual)
     regions = _regions(sweeps, excess, sigma, count, edges)
     return ResidualMap(
@@ -120,7 +131,20 @@ def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualM
 
 
 def cell_sigma(sweeps: GapSweeps, noise: NoiseCheck, residual: NDArray[np.complex128]) -> Real:
-    """Return the (T, K, B) `ResidualMap.sigma` of a whitened residual (T, K, n)."""
+    """Return the rms residual of every cell of the map.
+
+    Parameters
+    ----------
+    sweeps : GapSweeps
+    noise : NoiseCheck
+    residual : (T, K, n) complex ndarray
+        Whitened.
+
+    Returns
+    -------
+    (T, K, B) ndarray
+        As `ResidualMap.sigma`, in units of noise.
+    """
     return _cells(sweeps, noise, residual)[1]
 
 

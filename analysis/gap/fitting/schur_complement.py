@@ -113,14 +113,20 @@ def schur_complement(
 
     Parameters
     ----------
+    sweeps : GapSweeps
     equations : sequence of SweepEquations
         One per sweep, at `state`.
+    state : GapState
     damping : float
         Of Levenberg and Marquardt, on the diagonals of the groups' blocks.
     frozen : bool
         Laws and temperatures do not move: nothing is eliminated.
     readings : bool
         False takes the temperatures and slopes for known: only laws are eliminated.
+
+    Returns
+    -------
+    SchurComplement
     """
     size = len(equations[0].gradient) - GLOBAL
     matrix = sum((e.matrix[GLOBAL:, GLOBAL:] for e in equations), np.zeros((size, size)))

@@ -51,6 +51,21 @@ class GapState:
 
         In between, the laws' changes follow by interpolation over temperature: they are smooth where the laws
         themselves are not. Readings start from what they say: an effect may have moved under another's absence.
+
+        Parameters
+        ----------
+        groups : TemperatureGroups
+            Of this state.
+        before : GapState
+            Of the few groups, before their fit.
+        after : GapState
+            After it.
+        few : TemperatureGroups
+            The groups that were fitted.
+
+        Returns
+        -------
+        GapState
         """
         change = after.laws - before.laws
         laws = [np.interp(groups.reference, few.reference, column) for column in change.T]

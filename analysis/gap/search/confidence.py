@@ -34,6 +34,11 @@ def against(gain: float, rivals: Mapping[str, float], unknown: float, chi2_per_d
         Log evidence of a nameless smooth discrepancy in its place, over the twin without it.
     chi2_per_dof : float
         Of the fit: where more than noise is left, the likelihood overstates every difference by as much.
+
+    Returns
+    -------
+    dict of str to float
+        By effect, besides ``nothing`` and ``unknown``.
     """
     everything = {"nothing": -gain, "unknown": unknown - gain, **rivals}
     return {name: value / max(chi2_per_dof, 1.0) for name, value in everything.items()}
@@ -57,6 +62,11 @@ def probability(
         By which differences of evidence are divided.
     unlisted : float
         Probability that a cause of which no library knows acts as the effect does: no evidence speaks against it.
+
+    Returns
+    -------
+    float
+        0 to 1 - `unlisted`.
     """
     mine = [0.0, *(others[name] for name in alike)]
     scaled = np.array(mine + [value for name, value in others.items() if name not in alike]) / temperature

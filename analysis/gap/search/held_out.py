@@ -89,6 +89,26 @@ def held_out(
     Temperatures and levels held out have their own laws fitted, nothing else; channels and frequencies held out
     are predicted outright. A gap of less than `significant` chi2 over the noise is none. Where what was learnt
     leads the twin beyond what it is certified for, nothing is gained.
+
+    Parameters
+    ----------
+    model : TwinModel
+    sweeps : GapSweeps
+        All data.
+    split : Split
+        The data to learn from and the data to test on.
+    baseline : GapFit
+        Without effects.
+    final : GapFit
+        With the effects found.
+    executor : Executor
+        Sweeps are linearised on it.
+    significant : float
+        Least excess of chi2 that counts as a gap.
+
+    Returns
+    -------
+    HeldOut
     """
     before = _tried(model, sweeps, split, baseline, executor)
     try:

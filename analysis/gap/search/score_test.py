@@ -165,7 +165,23 @@ class ScoreTest:
     def candidate(
         self, effects: tuple[str, ...], columns: Sequence[int], matrix: Real, gradient: Real, sites: int
     ) -> Candidate:
-        """Laplace evidence of moving `columns` jointly, inside their ranges."""
+        """Laplace evidence of moving some columns jointly, inside their ranges.
+
+        Parameters
+        ----------
+        effects : tuple of str
+        columns : sequence of int
+            Places of the q columns that move.
+        matrix : (Q, Q) ndarray
+            As from `given`.
+        gradient : (Q,) ndarray
+        sites : int
+            Number of sites that are tried: its logarithm is taken off the evidence.
+
+        Returns
+        -------
+        Candidate
+        """
         places = list(columns)
         sigma = np.array([self.columns[i].card.sigma for i in places])
         inner = matrix[np.ix_(places, places)]
@@ -188,6 +204,18 @@ def solve_inside(matrix: Real, pull: Real, low: Real, high: Real) -> Real:
     """Maximise pull'x - x'matrix x / 2 over low <= x <= high.
 
     What leaves the box is put on its wall and the rest solved for again: exact for one unknown, near for few.
+
+    Parameters
+    ----------
+    matrix : (q, q) ndarray
+        Positive definite.
+    pull : (q,) ndarray
+    low : (q,) ndarray
+    high : (q,) ndarray
+
+    Returns
+    -------
+    (q,) ndarray
     """
     x = np.zeros(len(pull))
     free = np.ones(len(pull), dtype=bool)
@@ -207,7 +235,27 @@ def solve_inside(matrix: Real, pull: Real, low: Real, high: Real) -> Real:
 def score_test(
     model: TwinModel, sweeps: GapSweeps, fit: GapFit, executor: Executor, *, effects: Sequence[str] | None = None
 ) -> ScoreTest:
-    """Linearise the fit with every candidate's tangents (or those of `effects` only) and eliminate."""
+    """Linearise a fit with the tangents of every candidate, and eliminate laws, readings and gain.
+
+    Parameters
+    ----------
+    model : TwinModel
+    sweeps : GapSweeps
+    fit : GapFit
+    executor : Executor
+        Sweeps are linearised on it.
+    effects : sequence of str, optional
+        Candidates; all effects that are off by default.
+
+    Returns
+    -------
+    ScoreTest
+
+    Raises
+    ------
+    ValueError
+        Where the model refuses the state of the fit.
+    """
     on = fit.state.effects
     columns = [
         Column(

@@ -22,9 +22,22 @@ BANDS = 12
 
 
 def unknown_evidence(sweeps: GapSweeps, residual: NDArray[np.complex128], state: GapState) -> float:
-    """Log evidence, over pure noise, of a smooth discrepancy behind `residual` (T, K, n), nats.
+    """Log evidence, over pure noise, of a smooth discrepancy behind a residual.
 
     Tried at fixed frequencies and moving with the resonances as E falls; the better counts.
+
+    Parameters
+    ----------
+    sweeps : GapSweeps
+    residual : (T, K, n) complex ndarray
+        Whitened.
+    state : GapState
+        Its laws tell how the resonances move with temperature.
+
+    Returns
+    -------
+    float
+        Nats.
     """
     fixed = np.zeros(sweeps.count, dtype=int)
     frequency = sweeps.nodes.frequency
