@@ -10,7 +10,8 @@ from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.numerical_floor import NumericalFloor
-from analysis.gap.data.sweeps import GapSweeps, prepare, sharpest
+from analysis.gap.data.preparation import prepare, sharpest
+from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.misfit import relative_misfit
 from analysis.gap.fitting.residual_map import residual_map

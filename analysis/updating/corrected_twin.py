@@ -11,7 +11,7 @@ from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
-from analysis.gap.data.sweeps import prepare
+from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import GapState, starting_state
 from analysis.material import Material, MaterialLaws

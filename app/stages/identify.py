@@ -89,7 +89,7 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Identified:
+class IdentifiedCampaign:
     """Result of the identify stage.
 
     Attributes
@@ -104,7 +104,7 @@ class Identified:
     tracked: TrackedModes
 
 
-def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> Identified:
+def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> IdentifiedCampaign:
     """Identify every sweep of a campaign, and follow its modes over temperature.
 
     Parameters
@@ -116,7 +116,7 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> Identified:
 
     Returns
     -------
-    Identified
+    IdentifiedCampaign
 
     Raises
     ------
@@ -128,10 +128,12 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> Identified:
         tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one())
     except ValueError as error:
         raise ResultFileError(f"{campaign.name}: {error}") from error
-    return Identified(frf, tracked)
+    return IdentifiedCampaign(frf, tracked)
 
 
-def save(run: Path, campaign: Campaign, found: Identified, wanted: Wanted, export: Path | None = None) -> None:
+def save(
+    run: Path, campaign: Campaign, found: IdentifiedCampaign, wanted: Wanted, export: Path | None = None
+) -> None:
     """Write frf.h5, modes.h5 and modes.csv, and the FRFs as a universal file where asked for.
 
     Parameters
@@ -139,7 +141,7 @@ def save(run: Path, campaign: Campaign, found: Identified, wanted: Wanted, expor
     run : Path
         Run folder.
     campaign : Campaign
-    found : Identified
+    found : IdentifiedCampaign
     wanted : Wanted
         Goes into the provenance.
     export : Path, optional

@@ -59,12 +59,6 @@ class TemperatureGroups:
         """Sum of `values` (T, ...) over the sweeps of each group, (G, ...)."""
         return np.array([values[self.of_sweep == group].sum(axis=0) for group in range(len(self.size))])
 
-    @property
-    def wobbles(self) -> NDArray[np.bool_]:
-        """Which sweeps (T,) have company, so that an error of their reading shows."""
-        shared: NDArray[np.bool_] = self.size[self.of_sweep] > 1
-        return shared
-
     def laws(self, values: NDArray[np.float64]) -> list[LocalLaws]:
         """Local laws of each group through `values` (G, 3): log E, nu and log eta at the references."""
         slope, curvature, _ = law_derivatives(self.reference, values)

@@ -8,8 +8,9 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
+from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.score_test import Candidate, ScoreTest
+from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import REFIT_SHARE
 
 

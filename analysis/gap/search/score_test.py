@@ -12,59 +12,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.effect_card import Parameter, Values
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import without_gain
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import linearise_all
 from analysis.gap.fitting.schur_complement import schur_complement
+from analysis.gap.search.candidate import Candidate, Column, solve_inside
 from analysis.twin_model import Tangent, TwinModel
-
-
-@dataclass(frozen=True)
-class Column:
-    """One tangent of a screen.
-
-    Attributes
-    ----------
-    effect : str
-    site : int
-        Of the effect's card; 0 for an effect that is on.
-    card : Parameter
-    at : float
-        Value at which it was taken.
-    shapes : mapping
-        Values of the effect's shapes there.
-    """
-
-    effect: str
-    site: int
-    card: Parameter
-    at: float
-    shapes: Values
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """What one effect, or a pair of them, promises to first order.
-
-    Attributes
-    ----------
-    effects : tuple of str
-    gain : float
-        Laplace evidence over the twin as it is, nats, less log of the number of sites tried.
-    step : tuple of float
-        Of each of `columns`.
-    columns : tuple of int
-    size : float
-        Of the signal in sigma that only this candidate can make, at `step`.
-    """
-
-    effects: tuple[str, ...]
-    gain: float
-    step: tuple[float, ...]
-    columns: tuple[int, ...]
-    size: float
 
 
 @dataclass(frozen=True)
@@ -198,38 +152,6 @@ class ScoreTest:
 
 def _prior_offset(column: Column) -> float:
     return (column.at - (column.card.typical if column.card.shape else 0.0)) / column.card.sigma
-
-
-def solve_inside(matrix: Real, pull: Real, low: Real, high: Real) -> Real:
-    """Maximise pull'x - x'matrix x / 2 over low <= x <= high.
-
-    What leaves the box is put on its wall and the rest solved for again: exact for one unknown, near for few.
-
-    Parameters
-    ----------
-    matrix : (q, q) ndarray
-        Positive definite.
-    pull : (q,) ndarray
-    low : (q,) ndarray
-    high : (q,) ndarray
-
-    Returns
-    -------
-    (q,) ndarray
-    """
-    x = np.zeros(len(pull))
-    free = np.ones(len(pull), dtype=bool)
-    for _ in range(len(pull)):
-        held = matrix[np.ix_(free, ~free)] @ x[~free]
-        x[free] = np.linalg.solve(matrix[np.ix_(free, free)], pull[free] - held)
-        outside = free & ((x < low) | (x > high))
-        if not outside.any():
-            break
-        x = np.where(outside, np.clip(x, low, high), x)
-        free &= ~outside
-        if not free.any():
-            break
-    return x
 
 
 def score_test(

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from analysis.gap.fitting.normal_equations import LAWS, SLOPES, TEMPERATURE, whiten_all
 from analysis.gap.fitting.residual_map import cell_sigma
 from analysis.gap.fitting.schur_complement import schur_complement
+from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.score_test import Candidate
 from analysis.gap.search.stepwise import SearchResult
 from analysis.twin_model import Tangent
 

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.drop_and_swap import drop_and_swap, dropped, relative_evidence
 from analysis.gap.search.observability import Observability, observability
 from analysis.gap.search.refit import Refit, absent, refit
-from analysis.gap.search.score_test import Candidate, ScoreTest
+from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import (
     EXPLAINED,
     LEAST_SHARE,
