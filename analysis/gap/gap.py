@@ -179,7 +179,7 @@ def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffec
 
 
 def _candidates(context: SearchContext, found: SearchResult) -> tuple[CandidateRow, ...]:
-    """Return the table of single effects at the baseline, the most promising first."""
+    """Return the table of single effects at the baseline, largest predicted gain first."""
     candidates = found.first.candidates()
     fitted = {r.effects[0]: r for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
     kept = {o.effect: o.kept for o in found.seen}

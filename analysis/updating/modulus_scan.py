@@ -1,4 +1,4 @@
-"""A first look at one sweep: which modulus do its resonances say, before a model of minutes is made for another.
+"""Modulus scan: the modulus that one sweep's resonances suggest, before a twin is built, which takes minutes.
 
 Powers of data and plate are smoothed over `WINDOW` of the frequency, so that neither the damping nor a model's
 error of a per cent counts, and compared as levels over the logarithm of the frequency, where another modulus (and
@@ -32,7 +32,7 @@ FLOOR = 1e-5
 
 
 class CoarseModel(Protocol):
-    """A plate as this look sees it."""
+    """What the scan needs of a plate."""
 
     def frf(self, youngs_modulus: float, poisson_ratio: float, frequency: Real) -> NDArray[np.complex128]:
         """Transfer of a moderately damped plate.
@@ -55,7 +55,7 @@ class CoarseModel(Protocol):
 
 @dataclass(frozen=True)
 class ModulusScan:
-    """What one sweep says of the modulus.
+    """Result of the scan of one sweep.
 
     Attributes
     ----------

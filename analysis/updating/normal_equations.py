@@ -107,7 +107,7 @@ class NormalEquations:
 
     @property
     def decrement(self) -> float:
-        """The fall of chi2 that a full step promises: small against `excess` means settled."""
+        """Predicted decrease of chi2 by a full step: small against `excess` means settled."""
         return float(self.gradient @ np.linalg.solve(self.matrix, self.gradient))
 
 

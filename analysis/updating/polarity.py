@@ -14,7 +14,7 @@ from analysis.updating.sweep_fit import fit_sweep
 from analysis.updating.update import middle_sweep, stride
 
 AGREES = 0.5
-"""Correlation of twin and data from which a channel's sign is beyond doubt; of strangers it is near 0."""
+"""Correlation of twin and data from which a channel's sign is beyond doubt; unrelated responses have about 0."""
 
 
 def polarity_corrected(

@@ -10,13 +10,13 @@ from analysis.updating.normal_equations import NormalEquations, SweepData, moved
 
 MAX_STEPS = 30
 SETTLED = 0.01
-"""Promised fall of chi2 below which a fit that reaches the noise has settled, a tenth of a standard deviation. A
-fit that misses by more than the noise settles at so much more."""
+"""Predicted decrease of chi2 below which a fit that reaches the noise has settled, a tenth of a standard
+deviation. It is larger in proportion for a fit that leaves more than the noise."""
 
 
 @dataclass(frozen=True)
 class SweepFit:
-    """Where the fit of one sweep ended, the misfit it started from, and whether it settled inside the box."""
+    """Result of one sweep's fit, the misfit at its start, and whether it settled inside the box."""
 
     point: NormalEquations
     misfit_start: float

@@ -58,7 +58,7 @@ class Specimen:
     simulation : Simulation
         Laws, gain and seed.
     twin : Twin
-        Its library holds the project's effects and the strangers, its last cable point is nobody's.
+        Its library holds the project's effects and the unlisted ones; its last cable point is not declared.
     laws : MaterialLaws
     declared : Experiment
         What `twin` is made of: as recorded, with that point.

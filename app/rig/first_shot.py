@@ -1,4 +1,4 @@
-"""What can be said of a campaign before it is begun: the rig looked at, and one short sweep."""
+"""Checks before a campaign: state of the rig, and one short sweep."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path

@@ -132,7 +132,7 @@ def _gain(experiment: AcquiredExperiment, simulation: Simulation) -> float:
 
 
 def _silent(experiment: AcquiredExperiment) -> DrivenPlate:
-    """Return a plate that does not answer: cards read their inputs when they are opened, whoever opens them."""
+    """Return a plate that does not respond: cards read their inputs already when they are opened."""
     return lambda drive, rate, temperature: np.zeros((len(experiment.cards.responses), drive.size))
 
 

@@ -32,8 +32,8 @@ def acquire_campaign(
 ) -> Outcome:
     """Run the sweeps of a campaign that are still missing.
 
-    The rig is touched only by whoever holds the folder's lock and the rig's own; it is at rest before either is
-    given up.
+    Only the process that holds the lock of the folder and that of the rig may use the rig; it brings the rig to
+    rest before it releases them.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A declaration held against one sweep before its twin is built: a hopeless one is stopped within seconds."""
+"""Declaration check: the declared plate compared with one sweep, within seconds, before its twin is built."""
 
 import numpy as np
 
@@ -42,7 +42,7 @@ def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tup
     try:
         model = CoarsePlate.of(experiment, scanned_box(box))
     except (RuntimeError, GeometryError, np.linalg.LinAlgError):
-        return ()  # a look that cannot be had stops nothing
+        return ()  # where the check cannot be made, updating goes on
     used, middle = ~frf.excluded, middle_sweep(frf)
     report(STAGE, 0.4)
     looks: dict[int, ModulusScan] = {}

@@ -151,10 +151,11 @@ def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Tw
         twin = campaign_twin(campaign.experiment, report)
         frf, begin = polarity_corrected(frf, twin, report)
         updated = update(frf, twin, begin=begin, progress=report)
-        strays = outlier_sweeps(frf, updated)
-        if strays:
+        outliers = outlier_sweeps(frf, updated)
+        if outliers:
             frf = frf.without(
-                strays, "no plate explains it as it does its neighbours: clipped, knocked, or mixed up"
+                outliers,
+                "no material explains it although it explains the neighbours: overload, a knock, or a wrong file",
             )
             updated = update(frf, twin, progress=report)
         lines = frf.frequency

@@ -1,4 +1,4 @@
-"""What a gap.json says, for people: tables on the screen and sentences in the report."""
+"""gap.json in words: tables on the screen, and sentences for the report."""
 
 import math
 from collections.abc import Mapping

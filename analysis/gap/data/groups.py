@@ -1,4 +1,4 @@
-"""Sweeps at one nominal temperature share the plate's laws there; each may have been read off by a little.
+"""Temperature groups: sweeps at one nominal temperature share the laws there; each reading has a small error.
 
 Up and down ramps, and several levels, visit each temperature more than once. They share log E, nu and log eta at
 the group's mean reading; how the laws run on from there is taken from the neighbouring groups.

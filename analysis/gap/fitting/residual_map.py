@@ -1,4 +1,4 @@
-"""Where twin and data disagree: channel, frequency, temperature, ramp and level."""
+"""Residual over channel, frequency, temperature, ramp and level."""
 
 from dataclasses import dataclass
 
@@ -45,7 +45,7 @@ class Region:
 
 @dataclass(frozen=True)
 class ResidualMap:
-    """Residual of a fit over all a campaign varies.
+    """Residual of a fit over everything that a campaign varies.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class ResidualMap:
     readings : (T,) ndarray
         The same for each sweep's temperature reading.
     regions : tuple of Region
-        Where it sits, strongest first.
+        Connected cells with more than noise, strongest first.
     """
 
     edges: Real

@@ -33,7 +33,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Candidate:
-    """What one effect, or a pair of them, promises to first order.
+    """Predicted gain of one effect, or of a pair, to first order.
 
     Attributes
     ----------

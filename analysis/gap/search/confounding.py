@@ -1,4 +1,4 @@
-"""How alike effects look in this campaign: cosines between what only they could have caused."""
+"""Confounding: cosines between the signals of effects, laws, readings and gain eliminated."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Every effect found has to stand without itself and against each other one in its place."""
+"""Drop and swap: each effect found is removed, and replaced by each other effect, and the fits are compared."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -47,7 +47,7 @@ def drop_and_swap(
             fit = max((without[name] for name in idle), key=lambda f: f.log_evidence)
             last = context.score_test(fit)
             continue
-        # a single effect has met its rivals when it was chosen
+        # a single effect was compared with its rivals when it was chosen
         better = _swapped(context, fit, last, without, blind, trials) if len(on) > 1 else None
         if better is None:
             break

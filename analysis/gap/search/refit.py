@@ -1,4 +1,4 @@
-"""Candidates fitted in full: first on a few temperatures, then, if they deserve it, on all of them."""
+"""Candidates fitted in full: first at a few temperatures, then, if they gain enough, at all of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,8 +1,9 @@
 """Score test of all candidates at once: one pass over the sweeps, then only small matrices.
 
 At a fit, the tangents of every candidate (all amplitudes, at every site) join the normal equations; laws, readings
-and gain are eliminated. What is left of a candidate's tangents is what nothing else in the twin can imitate, and
-the residual's projection on it says how much evidence the candidate would bring, to first order.
+and gain are eliminated. The part of a candidate's tangents that
+is left is independent of everything else in the twin; the residual's projection on it gives, to first order, the
+evidence that the candidate would bring.
 """
 
 from collections.abc import Sequence
@@ -97,7 +98,7 @@ class ScoreTest:
         )
 
     def candidates(self) -> list[Candidate]:
-        """Each inactive effect at its best site, the most promising first."""
+        """Each inactive effect at its best site, largest predicted gain first."""
         matrix, gradient = self.given(self.active)
         best = []
         for name in self.inactive:
@@ -107,7 +108,7 @@ class ScoreTest:
         return sorted(best, key=lambda c: -c.gain)
 
     def pairs(self, singles: Sequence[Candidate]) -> list[Candidate]:
-        """All pairs out of `singles`, each at its best site, the most promising first."""
+        """All pairs out of `singles`, each at its best site, largest predicted gain first."""
         matrix, gradient = self.given(self.active)
         found = [
             self.candidate(a.effects + b.effects, [*a.columns, *b.columns], matrix, gradient, 1)

@@ -1,4 +1,4 @@
-"""What each candidate alone would leave of the gap, cell by cell."""
+"""Signatures: the residual that each candidate alone would leave, cell by cell."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Signature:
 
 
 def signatures(context: SearchContext, found: SearchResult) -> tuple[Signature, ...]:
-    """Map what each effect alone leaves of the baseline's residual, the most promising to first order first."""
+    """Map what each effect alone leaves of the baseline's residual, largest predicted gain first."""
     context.report("signatures", 0.0)
     fits = {r.effects[0]: r.fit for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
     candidates = found.first.candidates()
