@@ -45,7 +45,27 @@ class HeldEffects:
     def frf(
         self, laws: LocalLaws, frequency: Real, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
     ) -> NDArray[np.complex128]:
-        """Transfer, the held effects among those that are on."""
+        """Transfer of one sweep with the held effects on.
+
+        Parameters
+        ----------
+        laws : LocalLaws
+        frequency : (F,) ndarray
+            Hz.
+        effects : mapping
+            Values of further effects that are on.
+        point : SweepPoint, optional
+            Circumstances of the sweep; a steady temperature at 1 V by default.
+
+        Returns
+        -------
+        (K, F) complex ndarray
+
+        Raises
+        ------
+        ValueError
+            As `analysis.twin_model.TwinModel.linearise`.
+        """
         return self.twin.frf(laws, frequency, {**self.held, **effects}, point)
 
     def linearise(
@@ -56,5 +76,27 @@ class HeldEffects:
         point: SweepPoint | None = None,
         tangents: Sequence[Tangent] = (),
     ) -> Linearisation:
-        """Transfer and its derivatives, the held effects among those that are on."""
+        """Transfer of one sweep and its derivatives with the held effects on.
+
+        Parameters
+        ----------
+        laws : LocalLaws
+        frequency : (F,) ndarray
+            Hz.
+        effects : mapping
+            Values of further effects that are on.
+        point : SweepPoint, optional
+            Circumstances of the sweep; a steady temperature at 1 V by default.
+        tangents : sequence of Tangent
+            Parameters by which to differentiate.
+
+        Returns
+        -------
+        Linearisation
+
+        Raises
+        ------
+        ValueError
+            As `analysis.twin_model.TwinModel.linearise`.
+        """
         return self.twin.linearise(laws, frequency, {**self.held, **effects}, point, tangents)

@@ -22,7 +22,8 @@ from threadpoolctl import threadpool_limits
 
 from analysis.experiment import Experiment, Patch
 from analysis.frf import Frf
-from analysis.gap.data.sweeps import GapSweeps, prepare
+from analysis.gap.data.preparation import prepare
+from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import GapState, starting_state
 from analysis.gap.gap import find_gap

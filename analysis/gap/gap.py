@@ -10,7 +10,8 @@ from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.numerical_floor import NumericalFloor
-from analysis.gap.data.sweeps import GapSweeps, prepare, sharpest
+from analysis.gap.data.preparation import prepare, sharpest
+from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.misfit import relative_misfit
 from analysis.gap.fitting.residual_map import residual_map
@@ -60,6 +61,12 @@ def find_gap(
         What discretisation does to the twin; without it, what is usual for a converged one.
     progress : callable, optional
         Called with a stage's name and the share of it done.
+    clock : callable
+        Time, s, for the duration in the report.
+
+    Returns
+    -------
+    GapReport
 
     Raises
     ------
@@ -172,7 +179,7 @@ def _named(context: SearchContext, found: SearchResult, name: str) -> NamedEffec
 
 
 def _candidates(context: SearchContext, found: SearchResult) -> tuple[CandidateRow, ...]:
-    """Return the table of single effects at the baseline, the most promising first."""
+    """Return the table of single effects at the baseline, largest predicted gain first."""
     candidates = found.first.candidates()
     fitted = {r.effects[0]: r for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
     kept = {o.effect: o.kept for o in found.seen}

@@ -1,4 +1,4 @@
-"""What the gap workflow found: all that gap.json and its figures need."""
+"""Result of the gap workflow: everything that gap.json and its figures need."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -125,7 +125,7 @@ class GapReport:
         V/V.
     candidates : tuple of CandidateRow
     signatures : tuple of Signature
-        Of every candidate, the most promising first; none where there is no gap.
+        Of every candidate, largest predicted gain first; none where there is no gap.
     steps : tuple of Step
     noise : NoiseCheck
     notes : tuple of str

@@ -26,7 +26,7 @@ NUMERICAL_REST = 0.3
 
 MODEL_ERROR = 7e-4
 """How far apart two converged solvers of one plate are, as a share of rms|H|: a discrepancy of this size is
-nobody's missing physics. It is an error common to all lines. On an independent solver's campaign that hides
+no missing physics. It is an error common to all lines. On an independent solver's campaign that hides
 nothing the best candidate brings 3.4 nats with it, 1.7 with 1e-3 and 6.7 with 5e-4. What is estimated of the
 twin's own error on a plate is added to it in squares."""
 
@@ -34,7 +34,8 @@ MODEL_ERROR_ALONG = 0.15
 """Share of the model error that lies along any one effect's tangent: it is spread over many directions."""
 
 SAME_TEMPERATURE = 0.5
-"""Readings within so many kelvins are one nominal temperature: ramps arrive within tenths, steps are a kelvin."""
+"""Temperature window, K, within which readings count as one nominal temperature: ramps arrive within
+tenths, steps are at least 1 K."""
 
 READING_SIGMA = 0.05
 """Standard deviation of one oven reading, K; a sweep's temperature is the mean of two."""
@@ -43,8 +44,8 @@ Z_FLOOR = 3.0
 """Excess of chi2 in its standard deviations below which twin and data agree."""
 
 Z_NAMED = 2.0
-"""The same with effects named: they were chosen to leave little, and bystanders that imitate what is missing come
-down to just under three; the right ones leave what noise leaves."""
+"""The same with effects named: they were chosen to leave little, and wrong effects with a similar signal
+reach just under three; the right ones leave only noise."""
 
 WHITENESS = 5.0
 """Correlation of neighbouring whitened residuals, in its standard deviations, above which they are no noise. One
@@ -55,15 +56,15 @@ LEAST_GAIN = 6.0
 most on a hundred nulls, an effect of six sigma brings 6 to 17."""
 
 LEAST_REST = 5.0
-"""Nats of evidence for a nameless discrepancy in what named effects leave, from which it is a rest and no noise:
+"""Nats of evidence for an unknown discrepancy in the residual of named effects, from which it is not noise:
 right names left 4 at most, wrong ones that fitted well 6 and more."""
 
 REFITTED = 5
 """Candidates of a screen that are fitted in full: the right one was among the first three wherever tried."""
 
 REFIT_SHARE = 0.9
-"""A candidate that on a few temperatures gains less than this share of the best is not fitted to all: look-alikes
-(cosine 0.95) gain more."""
+"""A candidate that on a few temperatures gains less than this share of the best is not fitted to all: confounded
+effects (cosine 0.95) gain more."""
 
 PREDICTION_MARGIN = 4.0
 """A fit that would have to gain this many times the decrease predicted to first order, to come within
@@ -79,7 +80,8 @@ EXPLAINED = 0.9
 """Share of the excess that named effects must explain while more than noise is left."""
 
 LEAST_SHARE = 0.2
-"""A step that explains less of what is left names a bystander: a hidden resonator made a wrong name 14113 nats."""
+"""A step that explains less of the residual names a wrong effect: on a hidden resonator a wrong name gained 14113
+nats."""
 
 MOST_EFFECTS = 3
 """Effects in one twin: beyond three every residual of these sizes can be explained by something."""
@@ -95,8 +97,8 @@ CLASS_NATS = 3.0
 """Candidates within a factor of twenty in evidence of the winner are not told from it."""
 
 CLASS_COSINE = 0.95
-"""Candidates that reproduce this much of the winner's signal (cosine) are its look-alikes, whatever the evidence:
-errors of a tenth in anything else would swap them."""
+"""Candidates whose signal has this cosine with the best one's are confounded with it, whatever the evidence: other
+errors of a tenth would exchange them."""
 
 LEAST_KEPT = 0.02
 """Share of an effect's tangent that must survive the freedom of laws, temperatures and gain to be observable."""

@@ -1,4 +1,4 @@
-"""From what the search found to a verdict."""
+"""Verdict on the result of the search."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from analysis.gap.thresholds import EXPLAINED, LEAST_REST
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict, whether the effects found stand behind it, and why, for people."""
+    """A verdict, whether the effects found are claimed, and the reason in words."""
 
     verdict: Verdict
     claimed: bool
@@ -21,9 +21,20 @@ class Judgement:
 
 
 def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) -> Judgement:
-    """Weigh residual, share explained, held-out data and the nameless competitor.
+    """Judge by the residual, the share explained, the held-out data and the evidence for an unknown cause.
 
-    A name is accepted on the residual: evidence alone grows with every bystander that happens to fit a little.
+    A name is accepted by the residual it leaves: evidence alone grows with every effect that fits a little.
+
+    Parameters
+    ----------
+    context : SearchContext
+    found : SearchResult
+    tried : HeldOut or None
+        The split that decides; None where no effect was found.
+
+    Returns
+    -------
+    Judgement
     """
     silent = context.agrees(found.baseline)
     if not found.effects or tried is None:
@@ -33,7 +44,7 @@ def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) ->
     if not tried.holds:
         verdict: Verdict = "none" if silent else "unknown"
         return Judgement(verdict, False, f"what was found does not hold on data left out ({tried.what})")
-    if context.agrees(found.fit) and not _leaves_a_shape(context, found.fit):
+    if context.agrees(found.fit) and not _leaves_structure(context, found.fit):
         return Judgement("explained", True, "with the effects named, twin and data agree to the noise")
     share = explained(context, found.baseline, found.fit)
     if share < EXPLAINED:
@@ -41,16 +52,16 @@ def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) ->
     if len(found.effects) > 1:
         return Judgement("unknown", False, "it takes several effects to explain most of it, and a rest remains")
     named = found.fit.log_evidence - found.baseline.log_evidence
-    nameless = unknown_evidence(context.sweeps, found.baseline.residual, found.baseline.state)
-    if nameless > named:
+    unknown = unknown_evidence(context.sweeps, found.baseline.residual, found.baseline.state)
+    if unknown > named:
         return Judgement("unknown", False, "a smooth discrepancy without a name explains the gap better")
     return Judgement(
         "partly_explained", True, f"{100 * share:.1f} % of the gap is explained; more than noise is left"
     )
 
 
-def _leaves_a_shape(context: SearchContext, fit: GapFit) -> bool:
-    """Whether there is evidence for a nameless discrepancy in what a fit leaves beyond the twin's own error."""
+def _leaves_structure(context: SearchContext, fit: GapFit) -> bool:
+    """Whether there is evidence for a unknown discrepancy in what a fit leaves beyond the twin's own error."""
     if context.excess(fit) <= context.sweeps.allowed:
         return False
     return unknown_evidence(context.sweeps, fit.residual, fit.state) >= LEAST_REST * context.sweeps.overstated

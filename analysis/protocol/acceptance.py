@@ -10,7 +10,7 @@ from analysis.h1 import h1
 from analysis.protocol.clocks import clock_difference, stretched
 from analysis.protocol.likeness import likeness
 from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.set_points import SetPoint
+from analysis.protocol.set_points import SweepSetPoint
 
 Recorded = NDArray[np.float32]
 
@@ -29,7 +29,7 @@ def faults(
     played: NDArray[np.float64],
     overloaded: NDArray[np.bool_],
     sample_rate: float,
-    set_point: SetPoint,
+    set_point: SweepSetPoint,
     protocol: AcquisitionProtocol,
 ) -> tuple[str, ...]:
     """Return what is wrong with `sweep`.
@@ -43,7 +43,7 @@ def faults(
     overloaded : (1 + K,) ndarray
         Channels that came near the inputs' range in any repeat, drive first.
     sample_rate : float, Hz
-    set_point : SetPoint
+    set_point : SweepSetPoint
         What it was to be.
     protocol : AcquisitionProtocol
     """
@@ -82,7 +82,7 @@ def signal_faults(
     return signals or tuple(_incoherence(drive, responses, sample_rate, protocol))
 
 
-def _wrong_temperature(sweep: Sweep, set_point: SetPoint, protocol: AcquisitionProtocol) -> Iterator[str]:
+def _wrong_temperature(sweep: Sweep, set_point: SweepSetPoint, protocol: AcquisitionProtocol) -> Iterator[str]:
     watched = ["oven"] if sweep.plate_temperature_start is None else ["plate", "oven"]
     reach = protocol.programme.tolerance
     if abs(sweep.temperature - set_point.temperature) > reach:

@@ -7,7 +7,7 @@ from analysis.protocol.sweep import SweepSettings
 
 
 @dataclass(frozen=True)
-class SetPoint:
+class SweepSetPoint:
     """One sweep to be made.
 
     Attributes
@@ -46,7 +46,7 @@ class Leg:
     direction : str
     start, end : float
         Of the ramp, degrees Celsius.
-    set_points : tuple of SetPoint
+    set_points : tuple of SweepSetPoint
         In the order they are met.
     """
 
@@ -54,7 +54,7 @@ class Leg:
     direction: Direction
     start: float
     end: float
-    set_points: tuple[SetPoint, ...]
+    set_points: tuple[SweepSetPoint, ...]
 
     @property
     def sign(self) -> float:
@@ -71,7 +71,7 @@ def legs(programme: Programme, sweep: SweepSettings) -> tuple[Leg, ...]:
         points = []
         for temperature in programme.temperatures[:: 1 if direction == "up" else -1]:
             for place, level in enumerate(sweep.levels):
-                points.append(SetPoint(step, temperature, direction, level, place - middle))
+                points.append(SweepSetPoint(step, temperature, direction, level, place - middle))
                 step += 1
         found.append(Leg(number, direction, *programme.ends(direction), tuple(points)))
     return tuple(found)

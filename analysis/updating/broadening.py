@@ -35,9 +35,21 @@ def broadened(data: SweepData, loss_factor: float) -> SweepData:
 
 
 def narrowed(model: TwinModel, data: SweepData, moduli: Real) -> list[Real]:
-    """Return starts (E, nu, eta), (3,) ndarrays, reached by fits to less and less broadened data, best first.
+    """Return start values reached by fits to data of less and less added damping.
 
     `moduli` (N,) lie as close as resonances of half the box's largest loss factor need them.
+
+    Parameters
+    ----------
+    model : TwinModel
+    data : SweepData
+    moduli : (N,) ndarray
+        Young's moduli to start from, Pa, as close as resonances of half the box's largest loss factor need them.
+
+    Returns
+    -------
+    list of (3,) ndarray
+        E [Pa], nu and eta, best first.
     """
     broad = 0.5 * model.box.loss_factor[1]
     own = max(model.box.loss_factor[0], 0.1 * broad)

@@ -11,7 +11,7 @@ from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
-from analysis.gap.data.sweeps import prepare
+from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import GapState, starting_state
 from analysis.material import Material, MaterialLaws
@@ -77,7 +77,31 @@ def fit_twin(
     executor: Executor,
     effects: Mapping[str, tuple[Estimate, ...]],
 ) -> FittedTwin:
-    """Fit laws and gain of `model`, whose `effects` are held, to all sweeps; errors as `analysis.gap.find_gap`."""
+    """Fit laws and gain to all sweeps; the effects are held.
+
+    Parameters
+    ----------
+    frf : Frf
+    plain : Updated
+        Model updating without effects, from which the fit starts.
+    model : TwinModel
+        Holds the effects.
+    protocol : Protocol
+        Gives the ramp rate.
+    executor : Executor
+        Sweeps are linearised on it.
+    effects : mapping of str to tuple of Estimate
+        Those that are held.
+
+    Returns
+    -------
+    FittedTwin
+
+    Raises
+    ------
+    ValueError
+        As `analysis.gap.data.sweeps.prepare`.
+    """
     sweeps, _ = prepare(frf, protocol, plain)
     fit = fit_gap(model, sweeps, starting_state(plain, sweeps.groups), (), executor)
     inflation = float(np.sqrt(max(fit.total / fit.dof, 1.0)))
@@ -89,7 +113,7 @@ def fit_twin(
 def corrected_twin(
     frf: Frf, plain: Updated, model: TwinModel, protocol: Protocol, fitted: FittedTwin
 ) -> CorrectedTwin:
-    """Issue laws and answers of a fitted twin.
+    """Compute laws and FRFs of a fitted twin.
 
     Parameters
     ----------
@@ -102,6 +126,10 @@ def corrected_twin(
     protocol : Protocol
         Gives the ramp rate.
     fitted : FittedTwin
+
+    Returns
+    -------
+    CorrectedTwin
     """
     groups = TemperatureGroups.of(frf.temperature)
     open_slopes = groups.slope_sigma(mean_laws(plain.material, groups))

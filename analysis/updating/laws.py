@@ -39,6 +39,10 @@ def fit_laws(
         Where the laws are to hold, degrees Celsius; that of the data by default. May reach beyond the data
         by the uncertainty of the readings, not further.
 
+    Returns
+    -------
+    MaterialLaws
+
     Raises
     ------
     ValueError

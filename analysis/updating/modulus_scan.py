@@ -1,4 +1,4 @@
-"""A first look at one sweep: which modulus do its resonances say, before a model of minutes is made for another.
+"""Modulus scan: the modulus that one sweep's resonances suggest, before a twin is built, which takes minutes.
 
 Powers of data and plate are smoothed over `WINDOW` of the frequency, so that neither the damping nor a model's
 error of a per cent counts, and compared as levels over the logarithm of the frequency, where another modulus (and
@@ -32,16 +32,30 @@ FLOOR = 1e-5
 
 
 class CoarseModel(Protocol):
-    """A plate as this look sees it."""
+    """What the scan needs of a plate."""
 
     def frf(self, youngs_modulus: float, poisson_ratio: float, frequency: Real) -> NDArray[np.complex128]:
-        """Sensor volts per actuator volt, (K, F), moderately damped."""
+        """Transfer of a moderately damped plate.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        frequency : (F,) ndarray
+            Hz.
+
+        Returns
+        -------
+        (K, F) complex ndarray
+            Sensor volts per actuator volt.
+        """
         ...
 
 
 @dataclass(frozen=True)
 class ModulusScan:
-    """What one sweep says of the modulus.
+    """Result of the scan of one sweep.
 
     Attributes
     ----------
@@ -76,7 +90,7 @@ def scanned_box(box: MaterialBox) -> MaterialBox:
 
 
 def scan_modulus(model: CoarseModel, frequency: Real, h: NDArray[np.complex128], box: MaterialBox) -> ModulusScan:
-    """Scan the modulus for the best agreement of one sweep's levels.
+    """Find the modulus at which the levels of one sweep agree best with the plate's.
 
     Parameters
     ----------
@@ -88,6 +102,10 @@ def scan_modulus(model: CoarseModel, frequency: Real, h: NDArray[np.complex128],
         Measured FRF, V/V.
     box : MaterialBox
         As declared.
+
+    Returns
+    -------
+    ModulusScan
     """
     grid = np.geomspace(frequency[0], frequency[-1], _count(frequency))
     seen = _levels(_smoothed(np.abs(h) ** 2, frequency, grid))

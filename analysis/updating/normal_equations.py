@@ -37,7 +37,19 @@ class SweepData:
 
     @classmethod
     def of(cls, frf: Frf, sweep: int, stride: int = 1) -> "SweepData":
-        """Every `stride`-th line of one sweep that is not excluded."""
+        """Take every `stride`-th line of one sweep that is not excluded.
+
+        Parameters
+        ----------
+        frf : Frf
+        sweep : int
+            Its place in the FRFs.
+        stride : int
+
+        Returns
+        -------
+        SweepData
+        """
         lines = np.flatnonzero(~frf.excluded)[::stride]
         return cls(
             frf.frequency[lines],
@@ -95,7 +107,7 @@ class NormalEquations:
 
     @property
     def decrement(self) -> float:
-        """The fall of chi2 that a full step promises: small against `excess` means settled."""
+        """Predicted decrease of chi2 by a full step: small against `excess` means settled."""
         return float(self.gradient @ np.linalg.solve(self.matrix, self.gradient))
 
 
@@ -120,7 +132,26 @@ def moved(material: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[n
 def normal_equations(
     model: TwinModel, data: SweepData, material: NDArray[np.float64], gain: float | None = None
 ) -> NormalEquations:
-    """Linearise the fit of `data` at `material` and `gain` (None: the best gain there)."""
+    """Linearise the fit of one sweep.
+
+    Parameters
+    ----------
+    model : TwinModel
+    data : SweepData
+    material : (3,) ndarray
+        E [Pa], nu and eta.
+    gain : float or None
+        V/V; None for the best gain at `material`.
+
+    Returns
+    -------
+    NormalEquations
+
+    Raises
+    ------
+    ValueError
+        Outside the model's box.
+    """
     line = model.linearise(data.laws(material), data.frequency)
     if gain is None:
         gain = best_gain(line.transfer, data)[0]

@@ -18,10 +18,10 @@ def outlier_sweeps(frf: Frf, updated: Updated) -> list[int]:
     Neighbours are sweeps at one level within `NEAR`; of those with fewer than two nothing can be said.
     """
     chi2 = np.maximum(updated.chi2_per_dof, 1.0)
-    strays = []
+    outliers = []
     for sweep in range(len(chi2)):
         near = (np.abs(frf.temperature - frf.temperature[sweep]) <= NEAR) & (frf.level == frf.level[sweep])
         near[sweep] = False
         if near.sum() >= LEAST_NEIGHBOURS and chi2[sweep] > FAR_WORSE * chi2[near].max():
-            strays.append(sweep)
-    return strays
+            outliers.append(sweep)
+    return outliers

@@ -14,13 +14,13 @@ from analysis.updating.sweep_fit import fit_sweep
 from analysis.updating.update import middle_sweep, stride
 
 AGREES = 0.5
-"""Correlation of twin and data from which a channel's sign is beyond doubt; of strangers it is near 0."""
+"""Correlation of twin and data from which a channel's sign is beyond doubt; unrelated responses have about 0."""
 
 
 def polarity_corrected(
     frf: Frf, model: TwinModel, progress: Callable[[str, float], None] = lambda stage, share: None
 ) -> tuple[Frf, NDArray[np.float64]]:
-    """Turn the sign of inverted channels, and return where to start: (E, nu, eta) of the sweep in the middle.
+    """Correct the sign of inverted channels.
 
     No material can turn the sign of a whole FRF: a twin fitted to inverted channels agrees with none of them, or
     with the others only. Then the start grid is walked again, each channel with whichever sign suits it; where
@@ -34,6 +34,13 @@ def polarity_corrected(
         The twin, asked inside its box only.
     progress : callable, optional
         Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    frf : Frf
+        With a note for each inverted channel.
+    start : (3,) ndarray
+        E [Pa], nu and eta of the sweep in the middle.
 
     Raises
     ------

@@ -45,11 +45,25 @@ def start_material(
     *,
     signed: bool = True,
 ) -> Real:
-    """Best (E, nu, eta), a (3,) ndarray, of a grid over the model's box, the gain eliminated.
+    """Return the best point of a grid over the model's box, the gain eliminated.
 
     The grid of E and nu is walked at a loss factor near the top of the box, where the minima are widest; eta
     follows on its own. Where a fit from the best point ends far from the data, the grid's other minima are tried.
     Unless `signed`, every channel may have either sign.
+
+    Parameters
+    ----------
+    model : TwinModel
+    data : SweepData
+    progress : callable
+        Called with the share done.
+    signed : bool
+        False where channels may be inverted.
+
+    Returns
+    -------
+    (3,) ndarray
+        E [Pa], nu and eta.
     """
 
     def turned(transfer: NDArray[np.complex128]) -> Real | float:

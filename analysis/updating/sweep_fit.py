@@ -10,13 +10,13 @@ from analysis.updating.normal_equations import NormalEquations, SweepData, moved
 
 MAX_STEPS = 30
 SETTLED = 0.01
-"""Promised fall of chi2 below which a fit that reaches the noise has settled, a tenth of a standard deviation. A
-fit that misses by more than the noise settles at so much more."""
+"""Predicted decrease of chi2 below which a fit that reaches the noise has settled, a tenth of a standard
+deviation. It is larger in proportion for a fit that leaves more than the noise."""
 
 
 @dataclass(frozen=True)
 class SweepFit:
-    """Where the fit of one sweep ended, the misfit it started from, and whether it settled inside the box."""
+    """Result of one sweep's fit, the misfit at its start, and whether it settled inside the box."""
 
     point: NormalEquations
     misfit_start: float
@@ -24,7 +24,19 @@ class SweepFit:
 
 
 def fit_sweep(model: TwinModel, data: SweepData, start: NDArray[np.float64]) -> SweepFit:
-    """Fit one sweep from `start` (E, nu, eta); the gain starts at its best value there."""
+    """Fit E, nu, eta and gain of one sweep.
+
+    Parameters
+    ----------
+    model : TwinModel
+    data : SweepData
+    start : (3,) ndarray
+        E [Pa], nu and eta; the gain starts at its best value there.
+
+    Returns
+    -------
+    SweepFit
+    """
     point = normal_equations(model, data, model.box.clip(start))
     misfit_start = point.misfit
     damping = 1e-3

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.gap.data.sweeps import GapSweeps, apart
+from analysis.gap.data.preparation import apart
+from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.misfit import sweep_powers
@@ -31,7 +32,7 @@ LINES_OF_THE_WALK = 500
 """Lines that take part while sweeps are fitted on their own, where modes are many lines wide; the end uses all."""
 LINES_OF_A_MODE = 2.0
 """Lines that a resonance keeps over its half-power width, at the middle of the box's loss factors."""
-STRAYED = 3.0
+OFF_THE_TREND = 3.0
 """A misfit this many times the neighbour's is taken for a wrong minimum: the sweep starts from the grid."""
 
 
@@ -54,6 +55,10 @@ def update(
         E, nu and eta near those of `middle_sweep`; else the start grid finds them.
     progress : callable, optional
         Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    Updated
 
     Raises
     ------
@@ -124,7 +129,7 @@ def _walk(
     for before, sweep in pairwise(way):
         known = fits[before].point
         fit = fit_sweep(model, data[sweep], known.material * trend)
-        if not fit.settled or fit.point.misfit > STRAYED * known.misfit:
+        if not fit.settled or fit.point.misfit > OFF_THE_TREND * known.misfit:
             again = fit_sweep(model, data[sweep], start_material(model, data[sweep]))
             fit = min(fit, again, key=lambda f: f.point.chi2)
         fits[sweep] = fit

@@ -37,7 +37,7 @@ class Reliability:
 
 
 def claims(outcomes: Sequence[TrialOutcome]) -> list[tuple[Named, bool]]:
-    """Every effect claimed, and whether it, an equivalent, or what it is a look-alike of, is there."""
+    """Every effect claimed, and whether it, an equivalent, or an effect confounded with it, is there."""
     return [(named, o.is_there(named)) for o in outcomes for named in o.named]
 
 

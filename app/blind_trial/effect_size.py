@@ -12,7 +12,8 @@ import numpy as np
 from analysis.arrays import Complex
 from analysis.effect_card import Values
 from analysis.frf import Frf
-from analysis.gap.data.sweeps import GapSweeps, prepare
+from analysis.gap.data.preparation import prepare
+from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import linearise_all

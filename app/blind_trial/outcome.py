@@ -106,7 +106,7 @@ class TrialOutcome:
 
     @property
     def declared_unknown(self) -> bool:
-        """Unknown, or a name that does the same in this campaign: a look-alike of what is hidden."""
+        """Unknown, or a name that does the same in this campaign: confounded with what is hidden."""
         return self.verdict == "unknown" or (bool(self.named) and all(self._acts_alike(n) for n in self.named))
 
     def record(self) -> dict[str, Any]:
@@ -130,7 +130,7 @@ class TrialOutcome:
         }
 
     def is_there(self, named: Named) -> bool:
-        """Whether a claimed class holds an effect that is there, or a look-alike of what the library lacks."""
+        """Whether a claimed class holds an effect that is there, or one confounded with what the library lacks."""
         lacking = self.kind in ("outside", "ablated")
         return self._acts_alike(named) if lacking else bool(named.members & set(self.effects))
 

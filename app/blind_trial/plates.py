@@ -31,7 +31,7 @@ class PlateKind:
     patches : tuple of Patch
     strings, cables : tuple of Attachment
     hidden : tuple of float
-        A point that nobody declares, where something may sit, m.
+        An undeclared point on which a hidden effect may act, m.
     band : tuple of float
         Hz.
     """

@@ -59,7 +59,7 @@ def figures(outcomes: Sequence[TrialOutcome]) -> tuple[Figure, ...]:
     return (
         *_nulls(outcomes),
         *_singles(outcomes),
-        *_strangers(outcomes),
+        *_unlisted(outcomes),
         *_pairs(outcomes),
         *_closure(outcomes),
         *_parameters(outcomes),
@@ -101,9 +101,9 @@ def _singles(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     yield share("single, 6 sigma, claimed: right class", seen, lambda o: o.right_classes, 0.95)
 
 
-def _strangers(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
+def _unlisted(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
     both, outside = _kind(outcomes, "outside", "ablated"), _kind(outcomes, "outside")
-    yield share("outside or ablated: unknown, or a look-alike", both, lambda o: o.declared_unknown, 0.90)
+    yield share("outside or ablated: unknown, or a confounded effect", both, lambda o: o.declared_unknown, 0.90)
     yield share("outside or ablated: unknown", both, lambda o: o.verdict == "unknown", 0.0)
     yield share("outside: any name accepted", outside, lambda o: bool(o.named), most=0.05)
 

@@ -16,9 +16,9 @@ from app.blind_trial.unlisted_effects import RESONATOR, UNLISTED_EFFECTS, Resona
 from app.files.effect_cache import cached_operators
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.simulation_section import Simulation
-from app.rig.assembly import REFERENCE, parts_around
 from app.rig.plate_transfer import Followed, PlateTransfer, TwinTransfer
 from app.rig.simulated_plate import TwinPlate
+from app.rig.simulated_rig import REFERENCE, parts_around
 from drivers.rig.rig import Rig
 from simulation.effects.library import library
 from simulation.reduction.campaign_basis import for_materials
@@ -58,7 +58,7 @@ class Specimen:
     simulation : Simulation
         Laws, gain and seed.
     twin : Twin
-        Its library holds the project's effects and the strangers, its last cable point is nobody's.
+        Its library holds the project's effects and the unlisted ones; its last cable point is not declared.
     laws : MaterialLaws
     declared : Experiment
         What `twin` is made of: as recorded, with that point.

@@ -118,7 +118,7 @@ def begin(trial: Trial) -> dict[str, Any]:
 def worker_processes(count: int) -> Iterator[Executor]:
     """Yield fresh processes; where the block is left by an error or Ctrl-C, what waits is dropped.
 
-    What is under way is waited for: a pool that nobody waits for is forgotten, and goes through all it was given.
+    Running tasks are waited for: an abandoned pool would go through everything it was given.
     """
     pool = ProcessPoolExecutor(
         count, mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_the_parent

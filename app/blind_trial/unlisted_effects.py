@@ -47,7 +47,7 @@ def _stiffened(state: PlateState, circumstances: Circumstances, values: Values) 
 def _spring_card(experiment: Experiment) -> EffectCard:
     return _card(
         "hidden_spring",
-        "something holds the plate at a point that nobody declared",
+        "something holds the plate at an undeclared point",
         Parameter("stiffness", "N/m", 0.0, 3e4, 1000.0),
     )
 
@@ -123,7 +123,7 @@ UNLISTED_EFFECTS: Mapping[str, Effect] = {
 def _resonator_card(experiment: Experiment) -> EffectCard:
     return _card(
         "resonator",
-        "a mass on a spring sits at a point that nobody declared",
+        "a mass on a spring sits at an undeclared point",
         Parameter("mass", "kg", 0.0, 0.02, 1e-4),
         _resonance("resonance", experiment),
     )

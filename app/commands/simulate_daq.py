@@ -35,7 +35,7 @@ def command(experiment: Path | None, port: int, output: Output) -> None:
     it passes when a program waits for samples. Ends with Ctrl-C.
     """
     from app.files.experiment_toml import read_acquired_experiment
-    from app.rig.assembly import simulated_rig
+    from app.rig.simulated_rig import simulated_rig
     from drivers.ni.simulated.loopback import serving
 
     file = experiment or EXAMPLE

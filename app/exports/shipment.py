@@ -6,7 +6,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-ttfrom analysis.focusing.panel import Panel
+from analysis.compensation.outcome import (
+    LINEAR,
+    LOW_RANK,
+    NETWORK,
+    RIGIDITY_SPLINE,
+    SPLINE,
+    Compensation,
+)
+from analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
 from app.files.bad_file import ResultFileError
 from app.files.compensation_file import load_compensation
@@ -81,7 +89,29 @@ def shipment(run: Path, method: str | None, verb: str) -> Shipment:
     panel, found = load_compensation(path)
     wanted, notes = method or found.recommended, []
     if wanted not in METHODS:
-tt
+        notes.append(f"{wanted}, recommended here, is no sum of fixed banks; {SPLINE} is taken in its place")
+        wanted = SPLINE
+    return _shipment(_of_compensation(found, wanted, path), wanted, panel, [path], notes)
+
+
+def _of_compensation(found: Compensation, method: str, path: Path) -> FollowingBank:
+    bank = found.filters
+    if method == NETWORK:
+        return FollowingBank.of_networks(found.trained.networks, bank.sample_rate, bank.delay)
+    if method == LOW_RANK:
+        low = found.low_rank
+        return FollowingBank.of_principal(
+            low.temperature, low.coefficient, low.filters, low.mean, bank.sample_rate, bank.delay
+        )
+    if method != RIGIDITY_SPLINE:
+        return FollowingBank.of_filters(bank, "linear" if method == LINEAR else "cubic")
+    if found.trained.settings.feed != "rigidity":
+        raise ResultFileError(
+            f"{path}: {RIGIDITY_SPLINE} needs log √D over temperature, which it holds only where its networks are "
+            f"fed with it: flexura compensate --feed rigidity, or take --method {SPLINE}"
+        )
+    return FollowingBank.of_filters(bank, feed=found.trained.networks.input)
+
 
 def _of_focusing(run: Path, method: str, verb: str) -> Shipment:
     """Join the filters of filters.h5 over temperature."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from analysis.campaign import Sweep
 from analysis.experiment import Experiment
-from analysis.protocol.set_points import SetPoint
+from analysis.protocol.set_points import SweepSetPoint
 from analysis.sensitivity import Sensitivities, Sensitivity
 from app.files import events
 from app.files.atomic import force_folder_to_disk
@@ -75,7 +75,7 @@ class AcquiredCampaign:
         """Return the steps whose sweeps are there and whole."""
         return frozenset(self._finished)
 
-    def keep(self, sweep: Sweep, set_point: SetPoint, attempt: int) -> None:
+    def keep(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int) -> None:
         """Write a good sweep; FileExistsError rather than touch one that is there, OSError on a full disk."""
         path = self.folder / SWEEPS / file_name(sweep, _place(set_point))
         if path.exists():
@@ -83,7 +83,7 @@ class AcquiredCampaign:
         self._write(path, sweep, {"attempt": attempt})
         self._finished.add(set_point.step)
 
-    def put_aside(self, sweep: Sweep, set_point: SetPoint, attempt: int, faults: Sequence[str]) -> None:
+    def put_aside(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int, faults: Sequence[str]) -> None:
         """Write a bad sweep where no reader of campaigns looks."""
         stem = Path(file_name(sweep, _place(set_point))).stem
         path = self.folder / REJECTED / f"{stem}_attempt{attempt}.h5"
@@ -91,7 +91,7 @@ class AcquiredCampaign:
             path = path.with_name(f"{path.stem}x.h5")
         self._write(path, sweep, {"attempt": attempt, "faults": "\n".join(faults)})
 
-    def show(self, record: Record, set_point: SetPoint, repeat: int) -> None:
+    def show(self, record: Record, set_point: SweepSetPoint, repeat: int) -> None:
         """Put a repeat where windows look; OSError is logged, for nothing hangs on it."""
         latest = LatestRepeat(
             step=set_point.step,
@@ -246,5 +246,5 @@ def _volts(experiment: Experiment) -> Sensitivities:
     return Sensitivities(drive, tuple(responses))
 
 
-def _place(set_point: SetPoint) -> Place:
+def _place(set_point: SweepSetPoint) -> Place:
     return Place(set_point.temperature, set_point.direction, set_point.level)

@@ -1,11 +1,12 @@
 """The rig of an experiment, real or simulated, and what is checked before it runs.
 
-======================  =============================================================================
-``assembly``            cards and oven of an experiment: real ones, or simulated ones around the twin
+======================  ======================================================================
+``assembly``            cards and oven of an experiment, real or simulated
+``simulated_rig``       the simulated ones, around the twin
 ``plate_transfer``      transfer of the simulated plate at a steady temperature, from the twin
 ``simulated_plate``     volts in, volts out, while the temperature drifts
 ``doctor``              this computer: cards, ports, oven, disk, clock
 ``first_shot``          one short sweep before a campaign
 ``watched_campaign``    files through which a window follows and pauses a running campaign
-======================  =============================================================================
+======================  ======================================================================
 """

@@ -1,42 +1,18 @@
-"""The rig of an experiment: real cards and oven, or simulated ones around the twin."""
+"""The rig of an experiment: real cards and oven, or simulated ones."""
 
 import dataclasses
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 
-import numpy as np
-
-from analysis.material import MaterialLaws
-from analysis.plate_material import material_box
 from analysis.progress import Progress
-from analysis.sweep_point import SweepPoint
-from app.files.campaign_error import CampaignFileError, Problem
 from app.files.experiment_toml import AcquiredExperiment, RigKind
-from app.files.hidden_effects import with_shapes
-from app.files.simulation_section import Simulation
-from app.rig.plate_transfer import PlateTransfer, TwinTransfer
-from app.rig.simulated_plate import TwinPlate
-from app.twins.campaign_twin import campaign_twin, effect_twin
+from app.rig.simulated_rig import silent_rig, simulated_rig
 from drivers.clock import SystemClock
-from drivers.ni.modules import KNOWN, InputModule
-from drivers.ni.output_modules import KNOWN_OUTPUTS
 from drivers.ni.simulated.loopback import serving
-from drivers.ni.simulated.surroundings import DrivenPlate, Module
-from drivers.ni.thermocouple_modules import NI_9211, NI_9213
-from drivers.ni.wiring import Wiring
-from drivers.ovens.simulated.thermal import Chamber
 from drivers.rig.occupancy import instrument_places
 from drivers.rig.rig import Rig
-from drivers.rig.simulated import SimulatedParts, simulated_parts
-from drivers.soundcard.settings import SoundCard
-from simulation.twin.effect_plate import EffectPlate
-from simulation.twin.twin import Twin
-
-REFERENCE = 25.0
-"""Degrees Celsius at which `Twin.referred` counts strain energies."""
 
 
 @contextmanager
@@ -52,6 +28,10 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Pr
         The experiment's, for messages.
     report : callable
         Told the stage and the share done where the twin has to be reduced first.
+
+    Yields
+    ------
+    Rig
 
     Raises
     ------
@@ -77,7 +57,19 @@ def rig_places(experiment: AcquiredExperiment, kind: RigKind) -> tuple[str, ...]
 
 
 def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:
-    """Return the rig for whoever plays nothing on it: a simulated one needs no twin then.
+    """Return the rig for a caller that plays nothing on it: a simulated one then needs no twin.
+
+    Parameters
+    ----------
+    experiment : AcquiredExperiment
+    kind : str
+        As in `rig_of`.
+    file : Path
+        The experiment's, for messages.
+
+    Returns
+    -------
+    Rig
 
     Raises
     ------
@@ -86,7 +78,7 @@ def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:
     """
     if kind != "simulated":
         return _real_rig(experiment)
-    return parts_around(experiment, _simulation(experiment, file), _silent(experiment), file).rig()
+    return silent_rig(experiment, file).rig()
 
 
 def _real_rig(experiment: AcquiredExperiment) -> Rig:
@@ -99,158 +91,3 @@ def _real_rig(experiment: AcquiredExperiment) -> Rig:
         date=lambda: datetime.now(UTC),
         open_thermometer=None if thermometer is None else lambda: thermometer.open(clock),
     )
-
-
-def _simulation(experiment: AcquiredExperiment, file: Path) -> Simulation:
-    if experiment.simulation is None:
-        allowed = "a table that says what is simulated: laws, seed, gain, noise"
-        raise CampaignFileError(file.parent, [Problem(file.name, "simulation", "nothing", allowed)])
-    return experiment.simulation
-
-
-def simulated_rig(experiment: AcquiredExperiment, file: Path, report: Progress) -> SimulatedParts:
-    """Build the simulated rig around the twin; CampaignFileError for what ``[simulation]`` lacks."""
-    simulation = _simulation(experiment, file)
-    laws = simulation.laws.laws()
-    _require_covered(experiment, laws, file)
-    parts_around(
-        experiment, simulation, _silent(experiment), file
-    )  # wiring and modules are refused before a twin is built
-    recorded = experiment.recorded(experiment.sample_rate)
-    transfer: PlateTransfer
-    if simulation.effects:
-        transfer = _with_effects(effect_twin(recorded, report), simulation, laws, file)
-        _require_answerable(experiment, transfer, file)
-    else:
-        transfer = TwinTransfer(campaign_twin(recorded, report), laws)
-    volts = np.array([response.volts for response in experiment.sensitivities.responses])
-    plate = TwinPlate(transfer, _gain(experiment, simulation), sensitivity=volts)
-    return parts_around(experiment, simulation, plate, file)
-
-
-def parts_around(
-    experiment: AcquiredExperiment, simulation: Simulation, plate: DrivenPlate, file: Path
-) -> SimulatedParts:
-    """Build the simulated cards and oven of an experiment around a plate; CampaignFileError for modules."""
-    wiring = experiment.cards
-    if not isinstance(wiring, Wiring | SoundCard):
-        told = Problem(file.name, "cards.kind", repr(wiring.kind), "'ni' or 'soundcard': only these are simulated")
-        raise CampaignFileError(file.parent, [told])
-    force = experiment.sensitivities.drive.volts
-    drive_scale = _gain(experiment, simulation) * force if experiment.drive else 1.0
-    try:
-        return simulated_parts(
-            wiring.model_copy(update={"grpc": None}) if isinstance(wiring, Wiring) else wiring,
-            experiment.oven,
-            plate,
-            modules=_modules(simulation, file),
-            seed=simulation.seed,
-            chamber=Chamber(room=experiment.oven.room_temperature),
-            drive_scale=drive_scale,
-            thermometer=experiment.thermometer,
-            iepe_sensors=frozenset(wiring.iepe if isinstance(wiring, Wiring) else ()),
-        )
-    except ValueError as error:
-        allowed = "terminals of simulation.modules, and kinds that can be simulated"
-        told = Problem(file.name, "simulation", str(error), allowed)
-        raise CampaignFileError(file.parent, [told]) from error
-
-
-def _gain(experiment: AcquiredExperiment, simulation: Simulation) -> float:
-    """Return the true gain of the amplifier, V/V, or of the exciter, N/V."""
-    return experiment.drive_gain if simulation.gain is None else simulation.gain
-
-
-def _silent(experiment: AcquiredExperiment) -> DrivenPlate:
-    """Return a plate that does not answer: cards read their inputs when they are opened, whoever opens them."""
-    return lambda drive, rate, temperature: np.zeros((len(experiment.cards.responses), drive.size))
-
-
-def _require_covered(experiment: AcquiredExperiment, laws: MaterialLaws, file: Path) -> None:
-    """Raise CampaignFileError unless the laws reach over all sweeps and stay where the twin is certified."""
-    programme, limits = experiment.programme, experiment.limits
-    wanted = (programme.lowest - programme.tolerance - 1.0, programme.highest + programme.tolerance + 1.0)
-    low, high = laws.temperature_range
-    problems = []
-    if wanted[0] < low or wanted[1] > high:
-        problems.append(
-            Problem(
-                file.name,
-                "simulation.laws.temperature",
-                f"{low:g} to {high:g} °C",
-                f"to reach over {math.floor(wanted[0])} to {math.ceil(wanted[1])} °C, where sweeps are made "
-                f"(limits: {limits.coldest:g} to {limits.hottest:g} °C)",
-            )
-        )
-    else:
-        box = experiment.plate.ungrown(material_box(experiment.plate.material))
-        values = laws.at(range(math.ceil(wanted[0]), math.floor(wanted[1]) + 1))
-        for name in ("youngs_modulus", "poisson_ratio", "loss_factor"):
-            least, most = float(getattr(values, name).min()), float(getattr(values, name).max())
-            bottom, top = getattr(box, name)
-            if least < bottom or most > top:
-                seen = f"{least:.4g} to {most:.4g} between the values given"
-                problems.append(
-                    Problem(
-                        file.name,
-                        f"simulation.laws.{name}",
-                        seen,
-                        f"{bottom:g} to {top:g}, the twin's range",
-                        "or declare what the plate is made of: [plate.material]",
-                    )
-                )
-    if problems:
-        raise CampaignFileError(file.parent, problems)
-
-
-def _with_effects(twin: Twin[EffectPlate], simulation: Simulation, laws: MaterialLaws, file: Path) -> TwinTransfer:
-    """Return what the plate answers with its effects; CampaignFileError for one that this plate cannot have."""
-    unheld = [name for name in simulation.effects if name not in twin.cards]
-    if unheld:
-        allowed = "the effects " + ", ".join(twin.cards)
-        seen = "an effect that this plate and its patches leave no room for"
-        problems = [Problem(file.name, f"simulation.effects.{name}", seen, allowed) for name in unheld]
-        raise CampaignFileError(file.parent, problems)
-    if any(twin.library[name].needs_strain_energy for name in simulation.effects):
-        low, high = laws.temperature_range
-        if not low <= REFERENCE <= high:
-            allowed = f"to hold {REFERENCE:g} °C, at which strain energies are counted"
-            seen = f"{low:g} to {high:g} °C"
-            raise CampaignFileError(
-                file.parent, [Problem(file.name, "simulation.laws.temperature", seen, allowed)]
-            )
-        twin = twin.referred(laws.local(REFERENCE))
-    return TwinTransfer(twin, laws, with_shapes(twin.cards, simulation.effects))
-
-
-def _require_answerable(experiment: AcquiredExperiment, transfer: TwinTransfer, file: Path) -> None:
-    """Raise CampaignFileError where the effects lead beyond the laws or the twin, before the oven is started."""
-    programme, level = experiment.programme, max(experiment.sweep.levels)
-    margin = programme.tolerance + 1.0
-    problems = []
-    for leg in programme.legs:
-        rate = programme.ramp_rate / 60.0 * (1.0 if leg == "up" else -1.0)
-        for temperature in (programme.lowest - margin, programme.highest + margin):
-            try:
-                transfer(SweepPoint(temperature, rate, level), np.array(transfer.band))
-            except ValueError as error:
-                seen = f"at {temperature:g} °C on the way {leg}: {error}"
-                allowed = "effects that keep the plate within simulation.laws and the twin's range"
-                problems.append(Problem(file.name, "simulation.effects", seen, allowed))
-    if problems:
-        raise CampaignFileError(file.parent, problems)
-
-
-def _modules(simulation: Simulation, file: Path) -> dict[int, Module]:
-    known: dict[str, Module] = {module.name: module for module in (*KNOWN, *KNOWN_OUTPUTS, NI_9211, NI_9213)}
-    found: dict[int, Module] = {}
-    for slot, name in simulation.modules.items():
-        module = known.get(name.upper().replace(" ", "-"))
-        if module is None or slot not in tuple("12345678"):
-            seen = f"slot {slot!r}: {name!r}"
-            allowed = f"slots '1' to '8' with one of {', '.join(known)}"
-            raise CampaignFileError(file.parent, [Problem(file.name, "simulation.modules", seen, allowed)])
-        if isinstance(module, InputModule) and simulation.noise is not None:
-            module = dataclasses.replace(module, noise=simulation.noise)
-        found[int(slot)] = module
-    return found

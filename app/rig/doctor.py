@@ -1,4 +1,4 @@
-"""What can be said of this computer before a campaign: cards, ports, oven, disk, clock."""
+"""Checks of this computer before a campaign: cards, ports, oven, disk, clock."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""What can be said of a campaign before it is begun: the rig looked at, and one short sweep."""
+"""Checks before a campaign: state of the rig, and one short sweep."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -26,7 +26,20 @@ CHECK = "check this cable, its terminal in [cards] and, for a drive, the amplifi
 
 
 def look_before(experiment: AcquiredExperiment, kind: RigKind, folder: Path) -> Iterator[Finding]:
-    """Yield what can be said before anything is played: cards, oven, length of the campaign, disk."""
+    """Check cards, oven, length of the campaign and disk, before anything is played.
+
+    Parameters
+    ----------
+    experiment : AcquiredExperiment
+    kind : str
+        Of the rig.
+    folder : Path
+        Of the campaign.
+
+    Yields
+    ------
+    Finding
+    """
     if (holder := in_use(rig_places(experiment, kind))) is not None:
         yield Finding("rig", FindingState.BAD, holder, "wait for its end; nothing was asked of it")
     elif kind != "simulated":
@@ -43,7 +56,29 @@ def look_before(experiment: AcquiredExperiment, kind: RigKind, folder: Path) -> 
 def shoot(
     experiment: AcquiredExperiment, kind: RigKind, rig: Rig, check: Callable[[], None]
 ) -> tuple[list[Finding], tuple[str, ...]]:
-    """Return what one short sweep tells of every input, or its faults; then what is not known to be at 0 V."""
+    """Play one short sweep and judge every input.
+
+    Parameters
+    ----------
+    experiment : AcquiredExperiment
+    kind : str
+        Of the rig.
+    rig : Rig
+    check : callable
+        Raises where the end of the program is asked for.
+
+    Returns
+    -------
+    findings : list of Finding
+        One per input, or the faults of the shot.
+    unsafe : tuple of str
+        Outputs that could not be verified to be at 0 V.
+
+    Raises
+    ------
+    BaseException
+        What is no fault of the rig, once the drive is at rest.
+    """
     cards, shot, raised = None, Shot(()), None
     try:
         with occupied(rig_places(experiment, kind), "flexura acquire --test-shot"):

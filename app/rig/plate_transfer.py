@@ -1,4 +1,4 @@
-"""What the simulated rig's plate answers at a steady temperature: its twin, with effects or without."""
+"""Transfer of the simulated rig's plate at a steady temperature: its twin, with effects or without."""
 
 from dataclasses import dataclass, field
 from typing import Literal, Protocol

@@ -1,4 +1,4 @@
-"""What a window may see of a running campaign, and ask of it, through files in the campaign's folder."""
+"""A running campaign shared with a window through files: readings out, pause and stop in."""
 
 import logging
 import math
@@ -17,12 +17,12 @@ log = logging.getLogger(__name__)
 
 
 class WatchedCampaign:
-    """Publishes the readings of a campaign, and hears what is wished of it.
+    """Writes the readings of a campaign, and reads requests for pause and stop.
 
     Parameters
     ----------
     folder : Path
-        The campaign's; what was wished of an earlier run is forgotten.
+        The campaign's; requests to an earlier run are deleted.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -30,7 +30,7 @@ class WatchedCampaign:
         wish(folder, "go on")
 
     def observe(self, moment: Moment) -> None:
-        """Write a moment down; RigStopped where a stop is wished."""
+        """Write a reading; RigStopped where a stop is requested."""
         plate = moment.reading.plate
         line = ReadingLine(
             date=moment.date,
@@ -47,10 +47,10 @@ class WatchedCampaign:
             log.warning("a reading could not be written: %s", error)
         if wished(self._folder) == "stop":
             wish(self._folder, "go on")
-            raise RigStopped("stopped as wished in flexura view", RESUME)
+            raise RigStopped("stopped from flexura view", RESUME)
 
     def paused(self) -> bool:
-        """Whether a pause is wished."""
+        """Whether a pause is requested."""
         pause = wished(self._folder) == "pause"
         if pause:
             time.sleep(PATIENCE)

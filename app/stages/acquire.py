@@ -30,10 +30,10 @@ def acquire_campaign(
     again: bool = False,
     places: Sequence[str] = (),
 ) -> Outcome:
-    """Run what is still to be done of a campaign.
+    """Run the sweeps of a campaign that are still missing.
 
-    The rig is touched only by whoever holds the folder's lock and the rig's own; it is at rest before either is
-    given up.
+    Only the process that holds the lock of the folder and that of the rig may use the rig; it brings the rig to
+    rest before it releases them.
 
     Parameters
     ----------
@@ -52,6 +52,10 @@ def acquire_campaign(
         Try once more what was missed or failed.
     places : sequence of str
         What of the rig only one process can use.
+
+    Returns
+    -------
+    Outcome
 
     Raises
     ------

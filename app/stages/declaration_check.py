@@ -1,4 +1,4 @@
-"""A declaration held against one sweep before its twin is built: a hopeless one is stopped within seconds."""
+"""Declaration check: the declared plate compared with one sweep, within seconds, before its twin is built."""
 
 import numpy as np
 
@@ -17,7 +17,19 @@ STAGE = "first look"
 
 
 def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tuple[str, ...]:
-    """Compare the resonances of one sweep with those of the declared plate; return what is doubtful.
+    """Compare the resonances of one sweep with those of the declared plate.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    frf : Frf
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    tuple of str
+        Notes on what is doubtful.
 
     Raises
     ------
@@ -30,7 +42,7 @@ def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tup
     try:
         model = CoarsePlate.of(experiment, scanned_box(box))
     except (RuntimeError, GeometryError, np.linalg.LinAlgError):
-        return ()  # a look that cannot be had stops nothing
+        return ()  # where the check cannot be made, updating goes on
     used, middle = ~frf.excluded, middle_sweep(frf)
     report(STAGE, 0.4)
     looks: dict[int, ModulusScan] = {}
@@ -47,7 +59,19 @@ def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tup
 
 
 def sentence(experiment: Experiment, temperature: float, look: ModulusScan) -> str:
-    """Say what was declared, what the resonances say, and what to change."""
+    """Say what was declared, what the resonances suggest, and what to change.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    temperature : float
+        Of the sweep, degrees Celsius.
+    look : ModulusScan
+
+    Returns
+    -------
+    str
+    """
     plate = experiment.plate
     low, high = material_box(plate.material).youngs_modulus
     ratio = look.modulus / float(np.sqrt(low * high))

@@ -92,6 +92,10 @@ def compute(
     without : collection of str
         Effects of the library that are no candidates.
 
+    Returns
+    -------
+    GapComparison
+
     Raises
     ------
     ResultFileError
@@ -163,6 +167,11 @@ def save(
         Twin file from which the comparison started.
     folder : Path, optional
         A user's own effects.
+
+    Returns
+    -------
+    dict
+        Content of gap.json.
 
     Raises
     ------

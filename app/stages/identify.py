@@ -96,7 +96,7 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Identified:
+class IdentifiedCampaign:
     """Result of the identify stage.
 
     Attributes
@@ -111,7 +111,7 @@ class Identified:
     tracked: TrackedModes
 
 
-def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> Identified:
+def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> IdentifiedCampaign:
     """Identify every sweep of a campaign, and follow its modes over temperature.
 
     Parameters
@@ -120,6 +120,10 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> Identified:
     wanted : Wanted
     report : callable
         Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    IdentifiedCampaign
 
     Raises
     ------
@@ -131,10 +135,12 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> Identified:
         tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one())
     except ValueError as error:
         raise ResultFileError(f"{campaign.name}: {error}") from error
-    return Identified(frf, tracked)
+    return IdentifiedCampaign(frf, tracked)
 
 
-def save(run: Path, campaign: Campaign, found: Identified, wanted: Wanted, export: Path | None = None) -> None:
+def save(
+    run: Path, campaign: Campaign, found: IdentifiedCampaign, wanted: Wanted, export: Path | None = None
+) -> None:
     """Write frf.h5, modes.h5 and modes.csv, and the FRFs as a universal file where asked for.
 
     Parameters
@@ -142,7 +148,7 @@ def save(run: Path, campaign: Campaign, found: Identified, wanted: Wanted, expor
     run : Path
         Run folder.
     campaign : Campaign
-    found : Identified
+    found : IdentifiedCampaign
     wanted : Wanted
         Goes into the provenance.
     export : Path, optional
@@ -162,7 +168,20 @@ def save(run: Path, campaign: Campaign, found: Identified, wanted: Wanted, expor
 
 
 def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progress) -> list[dict[str, Any]]:
-    """Identify FRFs one by one; an FRF with nothing in it gets a note instead of modes."""
+    """Identify FRFs one by one; an FRF without modes gets a note.
+
+    Parameters
+    ----------
+    frfs : sequence of MeasuredTransfer
+    wanted : Wanted
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    list of dict
+        One per FRF, as ``--json`` prints it.
+    """
     records = []
     for done, frf in enumerate(frfs):
         report("identify", done / len(frfs))

@@ -31,6 +31,10 @@ def issued_twin(
     based_on : str or None
         SHA-256 of the twin file from which the comparison started.
 
+    Returns
+    -------
+    TwinFile
+
     Raises
     ------
     ValueError

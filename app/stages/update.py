@@ -70,6 +70,10 @@ def compute(
     folder : Path, optional
         A user's own effects.
 
+    Returns
+    -------
+    Updating
+
     Raises
     ------
     ResultFileError
@@ -108,7 +112,25 @@ def save(run: Path, campaign: Campaign, found: Updating, mains: float, start: St
 
 
 def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating:
-    """Fit the twin without effects, as `compute` does; ResultFileError where the campaign cannot be judged."""
+    """Fit the twin without effects, as `compute` does.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    mains : float
+        Frequency of the mains, Hz.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    Updating
+
+    Raises
+    ------
+    ResultFileError
+        Where the campaign cannot be judged.
+    """
     frf, twin, updated = _fitted(campaign, mains, report)
     rows = zip(updated.constants, updated.temperature, strict=True)
     laws = [LocalLaws.of_material(*row, reference=float(temperature)) for row, temperature in rows]
@@ -129,10 +151,11 @@ def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Tw
         twin = campaign_twin(campaign.experiment, report)
         frf, begin = polarity_corrected(frf, twin, report)
         updated = update(frf, twin, begin=begin, progress=report)
-        strays = outlier_sweeps(frf, updated)
-        if strays:
+        outliers = outlier_sweeps(frf, updated)
+        if outliers:
             frf = frf.without(
-                strays, "no plate explains it as it does its neighbours: clipped, knocked, or mixed up"
+                outliers,
+                "no material explains it although it explains the neighbours: overload, a knock, or a wrong file",
             )
             updated = update(frf, twin, progress=report)
         lines = frf.frequency

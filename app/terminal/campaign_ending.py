@@ -32,7 +32,22 @@ class Ending:
 
 
 def completed(outcome: Outcome, unsafe: tuple[str, ...], folder: Path, seconds: float) -> Ending:
-    """Return the ending of a campaign of which nothing is left to do."""
+    """Return the ending of a campaign that has nothing left to do.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    unsafe : tuple of str
+        What is not at rest.
+    folder : Path
+        Of the campaign.
+    seconds : float
+        Time that it took, s.
+
+    Returns
+    -------
+    Ending
+    """
     record = {
         "state": "complete" if not outcome.missing else "complete with sweeps missing",
         "finished": outcome.finished,
@@ -60,6 +75,10 @@ def broken_off(error: BaseException, unsafe: tuple[str, ...] | None, folder: Pat
     folder : Path
     signal : int
         Number of the signal that asked for it; 0 without one.
+
+    Returns
+    -------
+    Ending
     """
     why = str(error) or type(error).__name__
     rest = "the drive is at 0 V and the oven at rest"

@@ -1,4 +1,4 @@
-"""A running campaign on the error stream: a bar with the time left, or plain lines where nobody looks."""
+"""A running campaign on the error stream: a bar with the time left, or plain lines where it is no terminal."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,7 +18,7 @@ def campaign_screen(clock_is_virtual: bool, *, shown: bool = True) -> Iterator[O
     clock_is_virtual : bool
         The time left is that of a simulated rig, which passes faster than ours.
     shown : bool
-        False for an observer that says nothing.
+        False: an observer that prints nothing.
     """
     console = Console(stderr=True, quiet=not shown)
     columns = (

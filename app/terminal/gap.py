@@ -1,4 +1,4 @@
-"""What a gap.json says, for people: tables on the screen and sentences in the report."""
+"""gap.json in words: tables on the screen, and sentences for the report."""
 
 import math
 from collections.abc import Mapping
@@ -41,7 +41,20 @@ def estimate(parameter: Record) -> str:
 
 
 def with_sigma(value: float, sigma: float, unit: str = "1") -> str:
-    """Do the same for three words; the unit 1 is not written."""
+    """Return value, standard deviation to two digits, and unit; the value to the same decimal.
+
+    Parameters
+    ----------
+    value : float
+    sigma : float
+        Of the same unit; not printed unless above 0.
+    unit : str
+        Not printed where it is 1.
+
+    Returns
+    -------
+    str
+    """
     unit = "" if unit == "1" else f" {unit}"
     if not sigma > 0.0:
         return f"{value:.4g}{unit}"

@@ -44,7 +44,20 @@ def modes_record(modes: Modes, damping: Damping) -> dict[str, Any]:
 
 
 def campaign_record(tracked: TrackedModes, damping: Damping, seconds: float) -> dict[str, Any]:
-    """Return what ``--json`` prints of a campaign: the same per sweep, each mode with the number of its track."""
+    """Return what ``--json`` prints of a campaign: modes per sweep, each with the number of its track.
+
+    Parameters
+    ----------
+    tracked : TrackedModes
+    damping : str
+        How poles are read.
+    seconds : float
+        Time that it took, s.
+
+    Returns
+    -------
+    dict
+    """
     sweeps = []
     for t, modes in enumerate(tracked.modes):
         record = modes_record(modes, damping)

@@ -66,7 +66,22 @@ def show(updated: Updated) -> None:
 
 
 def summary(updated: Updated, run: Path, seconds: float, unit: str) -> str:
-    """Return one line for people."""
+    """Return the closing line of the update verb.
+
+    Parameters
+    ----------
+    updated : Updated
+    run : Path
+        Run folder.
+    seconds : float
+        Time that it took, s.
+    unit : str
+        Of the gain.
+
+    Returns
+    -------
+    str
+    """
     ratio = float((updated.misfit / updated.noise_floor).max())
     return (
         f"{len(updated.temperature)} sweeps updated in {seconds:.1f} s, gain {updated.gain:.3f} {unit}, "

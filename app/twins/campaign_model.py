@@ -48,7 +48,30 @@ def campaign_model(
     start: Start | None,
     folder: Path | None,
 ) -> tuple[Twin[EffectPlate], dict[str, tuple[Estimate, ...]]]:
-    """Return the campaign's twin with its library, and the effects of the twin file it starts from."""
+    """Return a campaign's twin with its library, and the effects of the twin file it starts from.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    plain : Updated
+        Its materials decide what the twin is reduced to.
+    report : callable
+        Called with a stage's name and the share of it done.
+    start : Start or None
+    folder : Path or None
+        A user's own effects.
+
+    Returns
+    -------
+    twin : Twin
+    given : dict of str to tuple of Estimate
+        Parameters of the effects that are on.
+
+    Raises
+    ------
+    ResultFileError
+        For an effect that does not fit onto the plate.
+    """
     twin = effect_twin(experiment, report, folder)
     given: dict[str, tuple[Estimate, ...]] = {}
     if start is not None:
@@ -77,7 +100,18 @@ def _stiffer(laws: LocalLaws, by: float) -> LocalLaws:
 
 
 def start_of(path: Path | None, experiment: Experiment, folder: Path | None) -> Start | None:
-    """Read the twin to start from, if one is named, and check all that can be before anything is computed.
+    """Read the twin file to start from, if one is named, and check it before anything is computed.
+
+    Parameters
+    ----------
+    path : Path or None
+    experiment : Experiment
+    folder : Path or None
+        A user's own effects.
+
+    Returns
+    -------
+    Start or None
 
     Raises
     ------

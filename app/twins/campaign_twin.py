@@ -36,7 +36,25 @@ def campaign_reduction(experiment: Experiment, report: Progress) -> ReducedModel
 
 
 def effect_twin(experiment: Experiment, report: Progress, folder: Path | None = None) -> Twin[EffectPlate]:
-    """Twin of a campaign's plate over its band, with the project's effects and those of a user's `folder`."""
+    """Return the twin of a campaign's plate with the project's effects and a user's own.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    report : callable
+        Called with a stage's name and the share of it done.
+    folder : Path, optional
+        A user's own effects.
+
+    Returns
+    -------
+    Twin
+
+    Raises
+    ------
+    ValueError
+        For a user's effects that cannot be loaded.
+    """
     known: Mapping[str, Effect] = library(experiment, folder)
     box = material_box(experiment.plate.material)
     operators = cached_operators(experiment, box, report, basis=lambda: plate_basis(experiment, report))

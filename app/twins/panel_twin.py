@@ -40,7 +40,15 @@ class PanelTwin:
 
     @classmethod
     def of(cls, reduced: ReducedModel, grid: Grid, drives: Sequence[Footprint] = ()) -> Self:
-        """Measure a reduced model's shapes over a grid; the forces' masses move with the plate."""
+        """Compute a reduced model's shapes on a grid; the masses of the forces move with the plate.
+
+        Parameters
+        ----------
+        reduced : ReducedModel
+        grid : Grid
+        drives : sequence of Footprint
+            Of the forces.
+        """
         loaded = reduced.loaded(np.array([drive.mass for drive in drives]))
         signs = np.array([1.0] * reduced.capacitance.size + [-drive.along for drive in drives])
         return cls(loaded, FieldSpace.of(loaded.deflection, grid), signs)
@@ -48,12 +56,39 @@ class PanelTwin:
     def amplitudes(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
     ) -> Complex:
-        """Generalised coordinates (N, F, r) per volt or newton of every actuator."""
+        """Generalised coordinates per volt or newton of every actuator.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        frequency : (F,) ndarray
+            Hz.
+
+        Returns
+        -------
+        (N, F, r) complex ndarray
+        """
         found = self.reduced.amplitudes(youngs_modulus, poisson_ratio, loss_factor, frequency)
         return self.signs[:, None, None] * found
 
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
-        """Lowest `count` undamped modes, each with the damping the plate gives it (patches add none)."""
+        """Lowest `count` undamped modes, each with the damping the plate gives it (patches add none).
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        count : int
+
+        Returns
+        -------
+        PanelModes
+        """
         values, shapes = self.reduced.modes(youngs_modulus, poisson_ratio, loss_factor, count)
         return PanelModes(values, shapes, -shapes.T @ (self.reduced.ports * self.signs))
 
@@ -62,6 +97,18 @@ def panel_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> PanelTwin:
     """Assemble and reduce the twin of a panel, or find it in the cache.
 
     `laws` say which materials it will be asked about.
+
+    Parameters
+    ----------
+    panel : Panel
+    laws : MaterialLaws
+        The materials the twin will be asked about.
+    report : callable
+        Called with a stage's name and the share of it done.
+
+    Returns
+    -------
+    PanelTwin
 
     Raises
     ------

@@ -10,7 +10,7 @@ from drivers.ovens import p300
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.expiry import Expiry
 from drivers.ovens.line import Line, up_to
-from drivers.ovens.oven import OvenLimits, OvenSetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint
 
 T = TypeVar("T")
 
@@ -47,7 +47,7 @@ class Espec:
         self._line = line
         self._expiry = Expiry(rest_after) if rest_after else None
         self._commanded = False
-        self._under_way: tuple[OvenSetPoint, OvenSetPoint] | None = None
+        self._under_way: tuple[SetPoint, SetPoint] | None = None
 
     def temperature(self) -> float:
         """Air temperature, degrees Celsius; alarm if one stands or the chamber has stopped by itself."""
@@ -74,7 +74,7 @@ class Espec:
         seen = self._ask("TEMP?", p300.decode_temperatures)
         return seen.low_alarm, seen.high_alarm
 
-    def ramp_to(self, target: float, rate: float) -> OvenSetPoint:
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Run the program from the present temperature to the target.
 
         Raises
@@ -97,14 +97,14 @@ class Espec:
                     f"this controller's programs last at most {LONGEST_PROGRAM} min"
                 )
             if minutes == 0:
-                return OvenSetPoint(self._keep(end), wanted.rate)
+                return SetPoint(self._keep(end), wanted.rate)
             self._set_timer()
             program = p300.Program(round(start, 1), end, minutes)
             self._tell(program.encode())
             taken = self._check("program", program, lambda: self._ask("RUN PRGM?", p300.decode_program))
             self._check_mode("RUN")
             self._commanded = True
-            ramp = OvenSetPoint(taken.end, abs(taken.end - taken.start) / taken.minutes)
+            ramp = SetPoint(taken.end, abs(taken.end - taken.start) / taken.minutes)
             self._under_way = wanted, ramp
             return ramp
 

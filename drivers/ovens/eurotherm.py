@@ -10,7 +10,7 @@ from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.eurotherm_program import AUTOMATIC, EurothermProgram, as_float
 from drivers.ovens.expiry import HARMLESS, refused_is_none
 from drivers.ovens.modbus import ModbusUnit
-from drivers.ovens.oven import OvenLimits, OvenSetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint
 
 MANUAL = 1
 
@@ -97,7 +97,7 @@ class Eurotherm:
             self._require_usable()
             return self._unit.read(self._at.temperature, self._decimals)
 
-    def ramp_to(self, target: float, rate: float) -> OvenSetPoint:
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Set rate, then target, then automatic: the working set-point never sees a target without its rate."""
         wanted = self.limits.clamp(target, rate)
         self._require_usable()
@@ -109,7 +109,7 @@ class Eurotherm:
                 self._unit.put(self._at.rate_disable, 0, name="set-point rate disable")
             taken = self._unit.put(self._at.target, wanted.target, self._decimals, name="target set-point")
             self._unit.put(self._at.mode, AUTOMATIC, name="auto/manual")
-        return OvenSetPoint(taken, taken_rate)
+        return SetPoint(taken, taken_rate)
 
     def hold(self) -> float:
         """Make the working set-point, where the ramp is now, the target."""
@@ -150,7 +150,7 @@ class Eurotherm:
         """Let go of the line."""
         self._unit.line.close()
 
-    def _run(self, program: EurothermProgram, wanted: OvenSetPoint) -> OvenSetPoint:
+    def _run(self, program: EurothermProgram, wanted: SetPoint) -> SetPoint:
         with self._unit.line.reserved():
             before = program.expiry.under_way
             if before is not None and before[0] == wanted and not self._resting() and program.running:

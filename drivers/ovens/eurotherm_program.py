@@ -7,7 +7,7 @@ segment; times are milliseconds in two registers at 0x8000 + 2 x address (2000 s
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.expiry import Expiry, of
 from drivers.ovens.modbus import ModbusUnit
-from drivers.ovens.oven import OvenSetPoint
+from drivers.ovens.oven import SetPoint
 
 NUMBER, STATUS, SELECTED, LOCAL, MODE = 22, 23, 15, 24, 273
 AUTOMATIC = 0
@@ -59,7 +59,7 @@ class EurothermProgram:
         """Whether it ramps or dwells."""
         return self._unit.read(STATUS) == RUN
 
-    def write(self, wanted: OvenSetPoint) -> OvenSetPoint:
+    def write(self, wanted: SetPoint) -> SetPoint:
         """Write a ramp, the dwell and the end, as far as they do not stand there; return the ramp as taken."""
         put, put_float = self._unit.put, self._unit.put_float
         ramp, dwell, end = (self._base + SEGMENT * segment for segment in (1, 2, 3))
@@ -77,7 +77,7 @@ class EurothermProgram:
             put(end + KIND, END, name="type of segment 3")
             put_float(as_float(end + TARGET), 0.0, 0.051, name="power at the end")
             put(end + END_TYPE, OUTPUT_OFF, name="end type")
-        return OvenSetPoint(target, rate)
+        return SetPoint(target, rate)
 
     def start(self, here: float, harmless: float, ramp: float) -> None:
         """Start it, or start it anew, at the temperature `here`; reset, it returns to `harmless`, both °C.

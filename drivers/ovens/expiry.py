@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Protocol, runtime_checkable
 
 from drivers.ovens.error import Fault, OvenError
-from drivers.ovens.oven import OvenSetPoint
+from drivers.ovens.oven import SetPoint
 
 HARMLESS = 20.0
 """Where a controller is sent that has to have a set-point while no program runs, degrees Celsius."""
@@ -46,7 +46,7 @@ class Expiry:
     def __init__(self, rest_after: float) -> None:
         self.rest_after = rest_after
         self._at = math.inf
-        self.under_way: tuple[OvenSetPoint, OvenSetPoint] | None = None
+        self.under_way: tuple[SetPoint, SetPoint] | None = None
         self.starting = False
 
     def begin(self, now: float, ramp: float = 0.0) -> None:

@@ -9,7 +9,7 @@ from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.expiry import HARMLESS, refused_is_none
 from drivers.ovens.f4t_profile import F4TProfile
 from drivers.ovens.modbus import ModbusUnit
-from drivers.ovens.oven import OvenLimits, OvenSetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint
 
 MODE, LOW_LIMIT, HIGH_LIMIT, SET_POINT = 2730, 2774, 2776, 2782
 RAMP_ACTION, RAMP_SCALE, RAMP_RATE = 2794, 2796, 2798
@@ -63,7 +63,7 @@ class F4T:
         """Set-point limits of the loop, degrees Celsius."""
         return self._unit.read_float(LOW_LIMIT), self._unit.read_float(HIGH_LIMIT)
 
-    def ramp_to(self, target: float, rate: float) -> OvenSetPoint:
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Set how to ramp, then the set-point, then automatic control."""
         wanted = self.limits.clamp(target, rate)
         self._require_usable()
@@ -73,7 +73,7 @@ class F4T:
             taken_rate = self._put_rate(wanted.rate)
             taken = self._unit.put_float(SET_POINT, wanted.target, 0.05, name="set-point")
             self._unit.put(MODE, AUTO, name="control mode")
-        return OvenSetPoint(taken, taken_rate)
+        return SetPoint(taken, taken_rate)
 
     def hold(self) -> float:
         """Make the working set-point, where the ramp is now, the set-point."""
@@ -124,7 +124,7 @@ class F4T:
             )
         self._usable = True
 
-    def _run(self, profile: F4TProfile, wanted: OvenSetPoint) -> OvenSetPoint:
+    def _run(self, profile: F4TProfile, wanted: SetPoint) -> SetPoint:
         with self._unit.line.reserved():
             before = profile.expiry.under_way
             if before is not None and before[0] == wanted and self._runs(profile):

@@ -8,7 +8,7 @@ import math
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.expiry import Expiry, of
 from drivers.ovens.modbus import ModbusUnit
-from drivers.ovens.oven import OvenSetPoint
+from drivers.ovens.oven import SetPoint
 
 EDITED, EDIT, STEPS = 18888, 18890, 18920
 ADD, DELETE = 1375, 1772
@@ -49,7 +49,7 @@ class F4TProfile:
         """Whether any profile runs."""
         return self._unit.read(STATE) == RUNNING
 
-    def write(self, start: float, wanted: OvenSetPoint) -> OvenSetPoint:
+    def write(self, start: float, wanted: SetPoint) -> SetPoint:
         """Write ramp, hold and end, as far as they do not stand there; return the ramp as taken.
 
         A ramp lasts whole seconds, at least one, and is never steeper than asked for.
@@ -68,7 +68,7 @@ class F4TProfile:
                 for register, value in zip((HOURS, MINUTES, SECONDS), _clock(duration), strict=True):
                     put(register + STEP * step, value, name="step's duration")
             put(END_MODE + STEP * 2, LOOP_OFF, name="end of loop 1")
-        return OvenSetPoint(target, max(60.0 * abs(target - start) / seconds, 1e-6))
+        return SetPoint(target, max(60.0 * abs(target - start) / seconds, 1e-6))
 
     def start(self, step: int, ramp: float) -> None:
         """Start it at a step, counted from 1; its ramp takes so long from there, s."""

@@ -53,7 +53,7 @@ def up_to(terminator: bytes) -> End:
 
 
 @dataclass(frozen=True)
-class LineTiming:
+class Timing:
     """How patient the line is, all in seconds but the count.
 
     Attributes
@@ -89,10 +89,10 @@ class Line:
     transport : Transport
         Owned from now on: closed with the line.
     clock : Clock
-    timing : LineTiming
+    timing : Timing
     """
 
-    def __init__(self, transport: Transport, clock: Clock, timing: LineTiming) -> None:
+    def __init__(self, transport: Transport, clock: Clock, timing: Timing) -> None:
         self._transport = transport
         self._clock = clock
         self._timing = timing

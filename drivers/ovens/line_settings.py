@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from analysis.declared import Declared
 from drivers.clock import Clock
-from drivers.ovens.line import Line, LineTiming, Transport
+from drivers.ovens.line import Line, Timing, Transport
 from drivers.ovens.serial_port import SerialPort
 
 _GATEWAY = re.compile(r"socket://(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9.-]+):[0-9]{1,5}")
@@ -57,10 +57,10 @@ class LineSettings(Declared):
         """The port."""
         return self.port
 
-    def timing(self) -> LineTiming:
+    def timing(self) -> Timing:
         """Return how patient the line is."""
         after_read, after_write = self.gaps
-        return LineTiming(
+        return Timing(
             timeout=self.timeout,
             retries=self.retries,
             gap_after_read=after_read if self.gap_after_read is None else self.gap_after_read,

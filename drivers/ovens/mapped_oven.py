@@ -6,7 +6,7 @@ import math
 from drivers.clock import Clock, Stop
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import PASSING, Line
-from drivers.ovens.oven import OvenLimits, OvenSetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint
 from drivers.ovens.points import PLAUSIBLE, Points
 
 PERIOD = 1.0
@@ -80,7 +80,7 @@ class MappedOven:
             self._usable = True
         return value
 
-    def ramp_to(self, target: float, rate: float) -> OvenSetPoint:
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Let the controller ramp, or begin to step.
 
         Raises
@@ -102,7 +102,7 @@ class MappedOven:
             taken_rate = points.rate.put(wanted.rate)
             taken = points.set_point.put(wanted.target)
             self._switch_on()
-        return OvenSetPoint(taken, taken_rate)
+        return SetPoint(taken, taken_rate)
 
     def hold(self) -> float:
         """Make the set-point where the ramp is; the temperature measured where nothing tells that."""
@@ -145,7 +145,7 @@ class MappedOven:
     def _running(self) -> bool:
         return self._commanded if self._points.run is None else self._points.run.on()
 
-    def _begin_steps(self, wanted: OvenSetPoint) -> OvenSetPoint:
+    def _begin_steps(self, wanted: SetPoint) -> SetPoint:
         """Start where the oven is: at its temperature, or, while it regulates, at a set-point near that."""
         points = self._points
         start = air = points.temperature.read()

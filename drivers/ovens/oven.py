@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 
 
 @dataclass(frozen=True)
-class OvenSetPoint:
+class SetPoint:
     """A ramp as the controller has taken it.
 
     Attributes
@@ -46,7 +46,7 @@ class OvenLimits:
         if not 0.0 < self.max_rate < math.inf:
             raise ValueError(f"max_rate {self.max_rate:g} K/min must be above 0 and finite")
 
-    def clamp(self, target: float, rate: float) -> OvenSetPoint:
+    def clamp(self, target: float, rate: float) -> SetPoint:
         """Return the nearest ramp allowed to one asked for.
 
         Parameters
@@ -67,7 +67,7 @@ class OvenLimits:
             raise ValueError(
                 f"rate {rate!r} K/min must be above 0 and finite; the direction follows from the target"
             )
-        return OvenSetPoint(self.clamp_target(target), min(float(rate), self.max_rate))
+        return SetPoint(self.clamp_target(target), min(float(rate), self.max_rate))
 
     def clamp_target(self, target: float) -> float:
         """Return the nearest set-point allowed, degrees Celsius."""
@@ -104,7 +104,7 @@ class Oven(Protocol):
         """Air temperature measured by the controller, degrees Celsius."""
         ...
 
-    def ramp_to(self, target: float, rate: float) -> OvenSetPoint:
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Start a ramp and return it as taken.
 
         Parameters

@@ -5,7 +5,7 @@ import math
 from drivers.ovens import ascii2
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Line, up_to
-from drivers.ovens.oven import OvenLimits, OvenSetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint
 
 END_OF_DESCRIPTION = 0.3
 """Seconds of silence after which a description, whose length nothing tells, is over."""
@@ -52,7 +52,7 @@ class Votsch:
         air = self._layout.channels[self._air]
         return air.minimum, air.maximum
 
-    def ramp_to(self, target: float, rate: float) -> OvenSetPoint:
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Set the gradients, then nominal temperature and Start.
 
         Raises
@@ -70,7 +70,7 @@ class Votsch:
             gradients = (taken_rate, 0.0) if up else (0.0, taken_rate)  # some take only one of them at a time
             self._send(ascii2.encode_gradients(self._address, (*gradients, *others)))
             self._rate = taken_rate
-            return OvenSetPoint(self._change(wanted.target, running=True), taken_rate)
+            return SetPoint(self._change(wanted.target, running=True), taken_rate)
 
     def hold(self) -> float:
         """Make the temperature measured now the nominal one: the chamber does not tell where its ramp is."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.set_points import Leg, SetPoint
+from analysis.protocol.set_points import Leg, SweepSetPoint
 from drivers.ni.errors import DaqError
 from drivers.ovens.error import OvenError
 from drivers.rig.errors import RESUME, RigStopped
@@ -140,7 +140,7 @@ def run_campaign(
     return Outcome(len(ended.finished), len(ended.given_up), len(ended.finished) - len(progress.finished))
 
 
-def _todo(leg: Leg, progress: Progress) -> list[SetPoint]:
+def _todo(leg: Leg, progress: Progress) -> list[SweepSetPoint]:
     done = progress.finished | progress.given_up
     return [point for point in leg.set_points if point.step not in done]
 

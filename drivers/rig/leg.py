@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.set_points import Leg, SetPoint
+from analysis.protocol.set_points import Leg, SweepSetPoint
 from drivers.ni.errors import Action, DaqError
 from drivers.rig.errors import RESUME, RigStopped
 from drivers.rig.plausibility import require_agreement
@@ -32,7 +32,7 @@ class LegRun:
     Parameters
     ----------
     leg : Leg
-    todo : sequence of SetPoint
+    todo : sequence of SweepSetPoint
         What is still to be done of it.
     station : Station
     sweeping : Sweeping
@@ -41,14 +41,14 @@ class LegRun:
     Attributes
     ----------
     leg : Leg
-    todo : list of SetPoint
+    todo : list of SweepSetPoint
         What is left.
     """
 
     def __init__(
         self,
         leg: Leg,
-        todo: Sequence[SetPoint],
+        todo: Sequence[SweepSetPoint],
         station: Station,
         sweeping: Sweeping,
         protocol: AcquisitionProtocol,
@@ -159,7 +159,7 @@ class LegRun:
             elif self.todo:
                 self._require_progress(sign * here)
 
-    def _sweep(self, set_point: SetPoint) -> None:
+    def _sweep(self, set_point: SweepSetPoint) -> None:
         self._mark = None
         made = self._with_cards(lambda: self._sweeping.attempt(set_point))
         if made is not None and not made.faults:
@@ -171,7 +171,7 @@ class LegRun:
             last = "the cards were lost" if made is None else "; ".join(made.faults)
             self._give_up(set_point, f"{failed} attempts failed; the last: {last}")
 
-    def _give_up(self, set_point: SetPoint, why: str) -> None:
+    def _give_up(self, set_point: SweepSetPoint, why: str) -> None:
         self.todo.remove(set_point)
         self._station.note("missing", step=set_point.step, place=str(set_point), why=why)
 

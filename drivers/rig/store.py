@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from analysis.campaign import Sweep
-from analysis.protocol.set_points import SetPoint
+from analysis.protocol.set_points import SweepSetPoint
 from drivers.ni.cards import Record
 
 
@@ -15,15 +15,15 @@ class Store(Protocol):
         """Return the steps whose sweeps are kept, whole and verified."""
         ...
 
-    def keep(self, sweep: Sweep, set_point: SetPoint, attempt: int) -> None:
+    def keep(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int) -> None:
         """Keep a good sweep for ever; return when it is on the disk."""
         ...
 
-    def put_aside(self, sweep: Sweep, set_point: SetPoint, attempt: int, faults: Sequence[str]) -> None:
+    def put_aside(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int, faults: Sequence[str]) -> None:
         """Keep a bad sweep where nobody takes it for a good one."""
         ...
 
-    def show(self, record: Record, set_point: SetPoint, repeat: int) -> None:
+    def show(self, record: Record, set_point: SweepSetPoint, repeat: int) -> None:
         """Let people look at a repeat, counted from 0, as soon as it is recorded; never raises, may be lost."""
         ...
 

@@ -11,7 +11,7 @@ from drivers.clock import Clock, Stop
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.expiry import Expiring
 from drivers.ovens.line import PASSING
-from drivers.ovens.oven import Bounded, Oven, OvenLimits, OvenSetPoint
+from drivers.ovens.oven import Bounded, Oven, OvenLimits, SetPoint
 from drivers.rig.errors import RESUME, RigStopped
 
 Result = TypeVar("Result")
@@ -99,7 +99,7 @@ class SupervisedOven:
         """Lowest and highest set-point that the controller itself takes, °C; infinite where untold."""
         return self._told(self._oven.bounds) if isinstance(self._oven, Bounded) else (-math.inf, math.inf)
 
-    def ramp_to(self, target: float, rate: float) -> OvenSetPoint:
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
         """Start a ramp and return it as taken."""
         return self._told(lambda: self._oven.ramp_to(target, rate))
 

@@ -9,7 +9,7 @@ from analysis.campaign import Sweep
 from analysis.protocol.acceptance import faults
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.set_points import SetPoint
+from analysis.protocol.set_points import SweepSetPoint
 from drivers.ni.errors import DaqError
 from drivers.rig.readings import Reading
 from drivers.rig.station import Station
@@ -55,7 +55,7 @@ class Sweeping:
         self._store = store
         self._attempts = attempts
 
-    def attempt(self, set_point: SetPoint) -> Attempt:
+    def attempt(self, set_point: SweepSetPoint) -> Attempt:
         """Make one attempt; keep it if it is good, put it aside if it is not.
 
         Raises
@@ -86,7 +86,7 @@ class Sweeping:
         self._station.note("rejected", **what, faults=list(made.faults))
         return made
 
-    def _make(self, set_point: SetPoint) -> Attempt:
+    def _make(self, set_point: SweepSetPoint) -> Attempt:
         station, sweep = self._station, self._protocol.sweep
         rate = station.sample_rate
         drive = drive_signal(sweep, set_point.level, rate)
@@ -113,7 +113,7 @@ class Sweeping:
 
 
 def _sweep(
-    set_point: SetPoint,
+    set_point: SweepSetPoint,
     before: Reading,
     after: Reading,
     began: str,

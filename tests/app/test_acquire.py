@@ -31,7 +31,8 @@ from app.files.experiment_toml import read_acquired_experiment
 from app.files.folder_lock import folder_lock
 from app.main import flexura, main
 from app.rig import first_shot
-from app.rig.assembly import parts_around, rig_places
+from app.rig.assembly import rig_places
+from app.rig.simulated_rig import parts_around
 from drivers.ni.errors import Action, DaqError
 from drivers.ni.simulated.faults import Faults
 from drivers.rig import rest

@@ -64,7 +64,7 @@ def folders(twin: Twin, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path,
             shutil.copytree(folder, killed)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.rig.assembly.campaign_twin", lambda *_: twin)
+        patch.setattr("app.rig.simulated_rig.campaign_twin", lambda *_: twin)
         patch.setattr(AcquiredCampaign, "keep", keep_and_copy)
         result = run("acquire", EXAMPLE, "--out", folder)
     assert result.exit_code == 0, result.output
@@ -125,7 +125,7 @@ def test_a_killed_campaign_goes_on_to_the_same_samples(
 ) -> None:
     killed = folders[1]
     assert len(list((killed / "sweeps").glob("*.h5"))) == 1
-    monkeypatch.setattr("app.rig.assembly.campaign_twin", lambda *_: twin)
+    monkeypatch.setattr("app.rig.simulated_rig.campaign_twin", lambda *_: twin)
     result = run("acquire", EXAMPLE, "--out", killed)
     assert result.exit_code == 0, result.output
     assert "4 sweeps" in result.stderr

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from analysis.frf import Frf
-from analysis.gap.data.sweeps import prepare
+from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import GapState
 from analysis.gap.search.confidence import equivalents

@@ -50,7 +50,7 @@ def test_serves_until_ctrl_c(
 
 def test_a_port_that_is_taken_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     server = SimulatedDaq(Surroundings(lambda drive, rate, temperature: drive[None], {}))
-    monkeypatch.setattr("app.rig.assembly.simulated_rig", lambda *_: type("Parts", (), {"server": server}))
+    monkeypatch.setattr("app.rig.simulated_rig.simulated_rig", lambda *_: type("Parts", (), {"server": server}))
     with serving(server) as address:
         result = CliRunner().invoke(flexura, ["simulate-daq", "--port", address.rpartition(":")[2]])
     assert result.exit_code == 1

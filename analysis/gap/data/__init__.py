@@ -5,6 +5,7 @@
 ``noise``              stated noise compared with the scatter between neighbouring lines, without a model
 ``groups``             sweeps at one nominal temperature, which share the laws there
 ``numerical_floor``    discretisation error of the twin, and whether it is small enough
-``sweeps``             all of these for one campaign
+``sweeps``             all of these for one campaign, as one value
+``preparation``        from FRFs to that value
 =====================  ==================================================================================
 """

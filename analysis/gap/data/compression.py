@@ -50,7 +50,28 @@ class Nodes:
     def over(
         cls, lines: Real, loss_factor: float, *, spacing: float, per_half_width: float = NODES_PER_HALF_WIDTH
     ) -> "Nodes":
-        """Nodes for resonances no sharper than `loss_factor` over `lines` (F,), which lie `spacing` Hz apart."""
+        """Place nodes for resonances no sharper than `loss_factor`.
+
+        Parameters
+        ----------
+        lines : (F,) ndarray
+            Frequencies that take part, Hz.
+        loss_factor : float
+            Least loss factor of a resonance.
+        spacing : float
+            Distance of neighbouring lines, Hz.
+        per_half_width : float
+            Nodes over half the width of a resonance.
+
+        Returns
+        -------
+        Nodes
+
+        Raises
+        ------
+        ValueError
+            For fewer lines than nodes.
+        """
         # below this frequency nodes would have to be closer than lines let them: there each line is a node
         sharp = float(np.clip(2.0 * per_half_width * LINES_PER_NODE * spacing / loss_factor, lines[0], lines[-1]))
         single = lines[lines < sharp]
@@ -157,6 +178,10 @@ def compress(h: Complex, variance: Real, nodes: Nodes) -> CompressedSweep:
     variance : (K, F) ndarray
         E|h - H|^2, (V/V)^2.
     nodes : Nodes
+
+    Returns
+    -------
+    CompressedSweep
 
     Raises
     ------

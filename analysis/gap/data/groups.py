@@ -1,4 +1,4 @@
-"""Sweeps at one nominal temperature share the plate's laws there; each may have been read off by a little.
+"""Temperature groups: sweeps at one nominal temperature share the laws there; each reading has a small error.
 
 Up and down ramps, and several levels, visit each temperature more than once. They share log E, nu and log eta at
 the group's mean reading; how the laws run on from there is taken from the neighbouring groups.
@@ -58,12 +58,6 @@ class TemperatureGroups:
     def total(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Sum of `values` (T, ...) over the sweeps of each group, (G, ...)."""
         return np.array([values[self.of_sweep == group].sum(axis=0) for group in range(len(self.size))])
-
-    @property
-    def wobbles(self) -> NDArray[np.bool_]:
-        """Which sweeps (T,) have company, so that an error of their reading shows."""
-        shared: NDArray[np.bool_] = self.size[self.of_sweep] > 1
-        return shared
 
     def laws(self, values: NDArray[np.float64]) -> list[LocalLaws]:
         """Local laws of each group through `values` (G, 3): log E, nu and log eta at the references."""

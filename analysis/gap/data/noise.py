@@ -1,6 +1,6 @@
 """The stated noise checked against the data, without any model.
 
-What the lines of a sweep hold beyond splines through the nodes is noise, whoever the plate: its size over the
+Lines minus the splines through the nodes are noise, for any plate: its size over the
 stated one must be 1. Where it is another number, the stated variance is rescaled by it, and both are said; where
 it is not one number, nothing that follows could be trusted.
 """
@@ -110,5 +110,6 @@ def _refuse_unlike(channel: str, ratio: float, by_sweep: NDArray[np.float64], do
     if apart > NOISE_SPREAD * np.exp(2.6 * np.sqrt(2.0 / max(dof, 1.0))):
         raise ValueError(
             f"channel {channel}: seen over stated variance goes from {by_sweep.min():.3g} to {by_sweep.max():.3g} "
-            "between sweeps; the stated noise belongs to other data. Record the strays again or leave them out"
+            "between sweeps; the stated noise belongs to other data. Record the outlier sweeps again or leave "
+            "them out"
         )

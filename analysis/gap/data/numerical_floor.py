@@ -32,20 +32,21 @@ class NumericalFloor:
             raise ValueError(
                 f"the twin of this plate has an estimated error of {100 * self.error:.2g} % of the response, "
                 f"{rest:.2f} sigma of the noise; at most {NUMERICAL_REST:g} sigma or {100 * MODEL_ERROR:g} % "
-                "allowed, or ghosts would be named. Check the sizes of plate and patches, or lower protocol.band"
+                "allowed, or effects would be named that are not there. Check the sizes of plate and patches, or "
+                "lower protocol.band"
             )
 
     @property
     def carried(self) -> float:
-        """Share of rms|H| that is an error of the twin common to all lines, and nobody's missing physics."""
+        """Error of the twin common to all lines, as a share of rms|H|; it is not missing physics."""
         return float(np.hypot(self.error, MODEL_ERROR))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a user should know of it."""
+        """Notes for the user."""
         if self.error <= MODEL_ERROR:
             return ()
         return (
             f"the twin of this plate has an estimated error of {100 * self.error:.2g} % of the response: "
-            "gaps of that size are not judged, and evidence is reduced by what it could feign",
+            "gaps of that size are not judged, and evidence is reduced by what this error alone could produce",
         )

@@ -6,16 +6,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.experiment import Protocol
-from analysis.frf import Frf
-from analysis.gap.data.compression import CompressedSweep, Nodes, compress
-from analysis.gap.data.groups import TemperatureGroups, mean_laws
-from analysis.gap.data.noise import NoiseCheck, check_noise
-from analysis.gap.data.numerical_floor import NumericalFloor
-from analysis.gap.thresholds import MODEL_ERROR, MODEL_ERROR_ALONG, READING_SIGMA, SHARPEST
-from analysis.material import Material
+from analysis.gap.data.compression import CompressedSweep, Nodes
+from analysis.gap.data.groups import TemperatureGroups
+from analysis.gap.thresholds import MODEL_ERROR_ALONG
 from analysis.sweep_point import SweepPoint
-from analysis.updated import Updated
 
 
 @dataclass(frozen=True)
@@ -131,118 +125,3 @@ class GapSweeps:
     def masked(self, rows: NDArray[np.bool_]) -> "GapSweeps":
         """Return the same sweeps with only `rows` (broadcast to (T, K, n)) taking part."""
         return replace(self, rows=self.rows & rows)
-
-
-FINER = 0.6
-"""Of the loss factor for which nodes are laid, where no effect is looked for: with it the splines' own error moves
-no estimate by more than 0.004 of its standard deviation (0.1 without, at a misfit of 0.7 %)."""
-
-EVERY_LINE = 1e-12
-"""Loss factor for whose resonances every line is a node."""
-
-
-def sharpest(material: Material) -> float:
-    """Return the least loss factor for which nodes are laid."""
-    return SHARPEST * float(np.min(material.loss_factor))
-
-
-def prepare(
-    frf: Frf,
-    protocol: Protocol,
-    updated: Updated,
-    *,
-    floor: NumericalFloor | None = None,
-    reading_sigma: float = READING_SIGMA / np.sqrt(2.0),
-) -> tuple[GapSweeps, NoiseCheck]:
-    """Compress all sweeps of `frf` for resonances as sharp as `updated` found them, and check their noise.
-
-    Raises
-    ------
-    ValueError
-        Where lines carry no variance, where the stated noise cannot be trusted, or where the lines are too few.
-    """
-    used = int((~frf.excluded).sum())
-    if used < 20:
-        raise ValueError(f"{used} usable frequency lines; at least 20 are needed to see a resonance")
-    frf.require_noise()
-    stated = compressed(frf, sharpest(updated.material))
-    noise = check_noise(stated, frf.channels)
-    groups = TemperatureGroups.of(frf.temperature)
-    sweeps = grouped(
-        frf,
-        [s.rescaled(noise.ratio) for s in stated],
-        groups,
-        mean_laws(updated.material, groups),
-        rate=protocol.ramp_rate / 60.0,
-        reading_sigma=reading_sigma,
-        twin_error=floor.carried if floor is not None else MODEL_ERROR,
-    )
-    return sweeps, noise
-
-
-def apart(frf: Frf, material: Material) -> GapSweeps:
-    """Compress all sweeps of `frf` for the sharpest of materials (T,) about as theirs, each a group of its own.
-
-    The noise is taken as stated.
-    """
-    groups = TemperatureGroups.labelled(np.arange(len(frf.temperature)), frf.temperature)
-    try:
-        stated = compressed(frf, FINER * sharpest(material))
-    except ValueError:  # too few lines between which splines could run: each is a node of its own
-        stated = compressed(frf, EVERY_LINE)
-    return grouped(frf, stated, groups, mean_laws(material, groups))
-
-
-def compressed(frf: Frf, loss_factor: float) -> list[CompressedSweep]:
-    """Compress the lines of all sweeps that are not excluded, for resonances no sharper than `loss_factor`.
-
-    ValueError where the lines are too few.
-    """
-    used = np.flatnonzero(~frf.excluded)
-    nodes = Nodes.over(frf.frequency[used], loss_factor, spacing=float(np.median(np.diff(frf.frequency))))
-    return [compress(h[:, used], v[:, used], nodes) for h, v in zip(frf.h, frf.variance, strict=True)]
-
-
-def grouped(
-    frf: Frf,
-    sweeps: Sequence[CompressedSweep],
-    groups: TemperatureGroups,
-    rough: NDArray[np.float64],
-    *,
-    rate: float = 0.0,
-    reading_sigma: float = READING_SIGMA / np.sqrt(2.0),
-    twin_error: float = MODEL_ERROR,
-) -> GapSweeps:
-    """Put sweeps together.
-
-    Parameters
-    ----------
-    frf : Frf
-    sweeps : sequence of CompressedSweep
-        Of it.
-    groups : TemperatureGroups
-    rough : (G, 3) ndarray
-        Laws of the groups, about.
-    rate : float
-        Of the oven on the way up, K/s.
-    reading_sigma, twin_error : float
-        See `GapSweeps`.
-    """
-    nodes = sweeps[0].nodes
-    return GapSweeps(
-        nodes=nodes,
-        points=tuple(
-            SweepPoint(float(t), rate if way == "up" else -rate, float(level))
-            for t, way, level in zip(frf.temperature, frf.direction, frf.level, strict=True)
-        ),
-        direction=frf.direction,
-        channels=frf.channels,
-        compressed=tuple(sweeps),
-        groups=groups,
-        reading_sigma=reading_sigma,
-        rough=rough,
-        slope_sigma=groups.slope_sigma(rough),
-        twin_error=twin_error,
-        rows=np.ones((len(sweeps), len(frf.channels), nodes.frequency.size), dtype=bool),
-        original=np.arange(len(sweeps)),
-    )

@@ -5,10 +5,10 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
+from analysis.gap.fitting.bounded_step import bounded_step
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import GLOBAL, SweepEquations, linearise_all
 from analysis.gap.fitting.schur_complement import LocalStep, SchurComplement, schur_complement
@@ -62,6 +62,8 @@ def fit_gap(
         Values of all effects that are on.
     effects : sequence of str
         Those whose parameters move.
+    executor : Executor
+        Sweeps are linearised on it.
     gain_free, laws_free : bool
         Held-out trials keep what was learnt elsewhere.
     target : float
@@ -70,6 +72,10 @@ def fit_gap(
         Linearisations at most.
     enough : float
         Objective, minus twice a log evidence, that a fit must be able to reach; else it is given up unsettled.
+
+    Returns
+    -------
+    GapFit
 
     Raises
     ------
@@ -80,9 +86,8 @@ def fit_gap(
     values = np.clip(free.read(start.effects), free.low, free.high)
     start = replace(start, laws=clipped_laws(model.box, start.laws), effects=free.write(start.effects, values))
     best = _evaluate(model, sweeps, start, free, executor)
-    best, done, passes = _descend(
-        model, sweeps, best, free, executor, gain_free, laws_free, target, most_steps, enough
-    )
+    switches = gain_free, laws_free, target, most_steps, enough
+    best, done, passes = _descend(model, sweeps, best, free, executor, *switches)
     return _result(sweeps, best, free, gain_free, laws_free, done, passes)
 
 
@@ -169,34 +174,13 @@ def _step(
     low = np.concatenate([[-0.5], np.maximum(free.low - values, -reach)])
     high = np.concatenate([[0.5], np.minimum(free.high - values, reach)])
     moving = np.concatenate([[gain_free], ~free.shapes])
-    step = _boxed(matrix, gradient, moving, low, high, damping)
+    step = bounded_step(matrix, gradient, moving, low, high, damping)
     standing = free.standing(values, step[1:])
     if standing.any():
         moving = np.concatenate([[gain_free], ~free.shapes | standing])
-        step = _boxed(matrix, gradient, moving, low, high, damping)
+        step = bounded_step(matrix, gradient, moving, low, high, damping)
     predicted_decrease = head.predicted_decrease + float(2.0 * gradient @ step - step @ matrix @ step)
     return step, head.follow(step, sweeps.count), predicted_decrease
-
-
-def _boxed(matrix: Real, gradient: Real, moving: NDArray[np.bool_], low: Real, high: Real, damping: float) -> Real:
-    """Solve for the step of the `moving` unknowns, damped on the diagonal, within `low` and `high`.
-
-    What would leave is taken to the end of what it may do and the others are solved for again: they must not
-    follow a step that is then cut short.
-    """
-    step, moving = np.zeros(len(gradient)), moving.copy()
-    while moving.any():
-        part = matrix[np.ix_(moving, moving)]
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-300))
-        unit = part * scale[:, None] * scale + (damping + 1e-12) * np.eye(len(scale))
-        pull = gradient[moving] - matrix[np.ix_(moving, ~moving)] @ step[~moving]
-        step[moving] = scale * np.linalg.solve(unit, scale * pull)
-        outside = moving & ((step < low) | (step > high))
-        if not outside.any():
-            break
-        step = np.where(outside, np.clip(step, low, high), step)
-        moving &= ~outside
-    return step
 
 
 def _moved(model: TwinModel, state: GapState, free: FreeParameters, step: Real, local: LocalStep) -> GapState:

@@ -1,4 +1,4 @@
-"""Where a fit of laws, readings, gain and effects ended."""
+"""Result of a fit of laws, readings, gain and effects."""
 
 from dataclasses import dataclass, field
 
@@ -11,7 +11,7 @@ from analysis.gap.fitting.state import FreeParameters, GapState
 
 @dataclass(frozen=True)
 class GapFit:
-    """Where a fit ended.
+    """Result of a fit.
 
     Attributes
     ----------
@@ -25,9 +25,9 @@ class GapFit:
     chi2 : (T, K) ndarray
         Of the nodes.
     readings : (T,) ndarray
-        chi2 of the temperature readings, data like the others: a plate that lags strains nothing else.
+        chi2 of the temperature readings, which are data too: a thermal lag shows nowhere else.
     tilts : (G,) ndarray
-        chi2 of the laws' slopes against those read off the neighbours.
+        chi2 of the laws' slopes against those of neighbouring temperatures.
     dof : float
         Real numbers less what was fitted.
     prior : float

@@ -83,7 +83,28 @@ class WhitenedSweep:
 def linearise_all(
     model: TwinModel, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent], executor: Executor
 ) -> list[SweepEquations]:
-    """Linearise all sweeps at `state`, the parameters of effects being those of `tangents`."""
+    """Linearise all sweeps at one state.
+
+    Parameters
+    ----------
+    model : TwinModel
+    sweeps : GapSweeps
+    state : GapState
+    tangents : sequence of Tangent
+        The P parameters of effects by which to differentiate.
+    executor : Executor
+        Sweeps are linearised on it.
+
+    Returns
+    -------
+    list of SweepEquations
+        One per sweep.
+
+    Raises
+    ------
+    ValueError
+        Where the model refuses the state: outside its box, or an effect outside its certified range.
+    """
     laws = sweeps.groups.laws(state.laws)
     model = model.counted(laws, state.effects)
 
@@ -96,7 +117,30 @@ def linearise_all(
 def whiten_all(
     model: TwinModel, sweeps: GapSweeps, state: GapState, tangents: Sequence[Tangent], executor: Executor
 ) -> list[WhitenedSweep]:
-    """Linearise like `linearise_all`, and keep the columns: memory grows with sweeps times tangents."""
+    """Linearise all sweeps like `linearise_all`, and keep the columns.
+
+    Memory grows with the number of sweeps times the number of tangents.
+
+    Parameters
+    ----------
+    model : TwinModel
+    sweeps : GapSweeps
+    state : GapState
+    tangents : sequence of Tangent
+        The P parameters of effects by which to differentiate.
+    executor : Executor
+        Sweeps are linearised on it.
+
+    Returns
+    -------
+    list of WhitenedSweep
+        One per sweep.
+
+    Raises
+    ------
+    ValueError
+        As `linearise_all`.
+    """
     laws = sweeps.groups.laws(state.laws)
     model = model.counted(laws, state.effects)
 

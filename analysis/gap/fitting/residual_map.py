@@ -1,4 +1,4 @@
-"""Where twin and data disagree: channel, frequency, temperature, ramp and level."""
+"""Residual over channel, frequency, temperature, ramp and level."""
 
 from dataclasses import dataclass
 
@@ -45,7 +45,7 @@ class Region:
 
 @dataclass(frozen=True)
 class ResidualMap:
-    """Residual of a fit over all a campaign varies.
+    """Residual of a fit over everything that a campaign varies.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class ResidualMap:
     readings : (T,) ndarray
         The same for each sweep's temperature reading.
     regions : tuple of Region
-        Where it sits, strongest first.
+        Connected cells with more than noise, strongest first.
     """
 
     edges: Real
@@ -103,7 +103,18 @@ class ResidualMap:
 
 
 def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualMap:
-    """Map what `fit` leaves; features too sharp for the nodes are added where they stand."""
+    """Map the residual of a fit; features too sharp for the nodes are added at their frequency.
+
+    Parameters
+    ----------
+    sweeps : GapSweeps
+    noise : NoiseCheck
+    fit : GapFit
+
+    Returns
+    -------
+    ResidualMap
+    """
     excess, sigma, count, edges = _cells(sweeps, noise, fit.residual)
     regions = _regions(sweeps, excess, sigma, count, edges)
     return ResidualMap(
@@ -120,7 +131,20 @@ def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualM
 
 
 def cell_sigma(sweeps: GapSweeps, noise: NoiseCheck, residual: NDArray[np.complex128]) -> Real:
-    """Return the (T, K, B) `ResidualMap.sigma` of a whitened residual (T, K, n)."""
+    """Return the rms residual of every cell of the map.
+
+    Parameters
+    ----------
+    sweeps : GapSweeps
+    noise : NoiseCheck
+    residual : (T, K, n) complex ndarray
+        Whitened.
+
+    Returns
+    -------
+    (T, K, B) ndarray
+        As `ResidualMap.sigma`, in units of noise.
+    """
     return _cells(sweeps, noise, residual)[1]
 
 

@@ -1,9 +1,9 @@
-"""The sweeps' normal equations together: an arrow, whose blocks are eliminated.
+"""Schur complement of the normal equations of all sweeps.
 
 Laws and their slopes belong to a group of sweeps, temperatures to a sweep, gain and effects to the campaign:
-eliminating group by group leaves a small matrix for gain and effects, in which each effect is only what laws and
-readings cannot imitate. Errors of the readings that all sweeps of a group share cannot be told from another law at
-its reference, which is its mean reading; only their contrasts are unknowns.
+eliminating group by group leaves a small matrix for gain and effects, in which each effect keeps only the part
+that is independent of laws and readings. A reading error common to all sweeps of a group is the same as another
+law at the group's mean reading; only contrasts of the errors are unknowns.
 """
 
 from collections.abc import Sequence
@@ -74,7 +74,7 @@ class SchurComplement:
     raw : (1 + P, 1 + P) ndarray
         `matrix` before the elimination: the size of each column.
     predicted_decrease : float
-        Fall of chi2 that the eliminated unknowns promise by themselves.
+        Predicted decrease of chi2 by the eliminated unknowns alone.
     blocks : tuple of Block
     """
 
@@ -113,14 +113,20 @@ def schur_complement(
 
     Parameters
     ----------
+    sweeps : GapSweeps
     equations : sequence of SweepEquations
         One per sweep, at `state`.
+    state : GapState
     damping : float
         Of Levenberg and Marquardt, on the diagonals of the groups' blocks.
     frozen : bool
         Laws and temperatures do not move: nothing is eliminated.
     readings : bool
         False takes the temperatures and slopes for known: only laws are eliminated.
+
+    Returns
+    -------
+    SchurComplement
     """
     size = len(equations[0].gradient) - GLOBAL
     matrix = sum((e.matrix[GLOBAL:, GLOBAL:] for e in equations), np.zeros((size, size)))

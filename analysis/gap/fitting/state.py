@@ -1,4 +1,4 @@
-"""A point in the space a gap fit moves in: laws at the groups, readings' errors, gain and effects."""
+"""State of a fit: laws at the groups, errors of the readings, gain and effects."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -50,7 +50,22 @@ class GapState:
         """Move laws, gain and effects as a fit to `few` groups moved them from `before` to `after`.
 
         In between, the laws' changes follow by interpolation over temperature: they are smooth where the laws
-        themselves are not. Readings start from what they say: an effect may have moved under another's absence.
+        themselves are not. Errors of the readings start at zero.
+
+        Parameters
+        ----------
+        groups : TemperatureGroups
+            Of this state.
+        before : GapState
+            Of the few groups, before their fit.
+        after : GapState
+            After it.
+        few : TemperatureGroups
+            The groups that were fitted.
+
+        Returns
+        -------
+        GapState
         """
         change = after.laws - before.laws
         laws = [np.interp(groups.reference, few.reference, column) for column in change.T]
@@ -128,7 +143,7 @@ class FreeParameters:
     def standing(self, values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which parameters (P,) are shapes of an effect whose amplitudes change by less than half in `step`.
 
-        A shape's tangent grows with the amplitude: while that is still on its way, it points anywhere.
+        A shape's tangent is proportional to the amplitude: before that has settled, its direction is arbitrary.
         """
         effects = np.array([name for name, _ in self.names])
         size, change = (values / self.sigma) ** 2, (step / self.sigma) ** 2

@@ -1,4 +1,4 @@
-"""Whether what a fit leaves is noise: neighbours in frequency and in temperature must not resemble each other."""
+"""Whiteness of a residual: neighbours in frequency and in temperature must not be correlated."""
 
 from itertools import pairwise
 

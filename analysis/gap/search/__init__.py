@@ -1,6 +1,7 @@
 """Which effects the twin lacks: tested to first order, fitted in full, compared with each other.
 
 ===================  =============================================================
+``candidate``        one candidate: its tangents, and its gain inside their ranges
 ``score_test``       all candidates to first order, singles and pairs
 ``observability``    effects that this campaign cannot show
 ``confounding``      effects that this campaign cannot tell apart

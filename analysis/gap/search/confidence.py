@@ -1,4 +1,4 @@
-"""How sure a name is: a softmax over the effect, its rivals, nothing, and the unknown."""
+"""Probability of a named effect: a softmax over the effect, its rivals, no effect, and an unknown cause."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,17 +7,19 @@ import numpy as np
 from analysis.gap.thresholds import CLASS_COSINE, CLASS_NATS, TEMPERATURE_OF_CONFIDENCE, UNLISTED
 
 
-def equivalents(rivals: Mapping[str, float], mimicry: Mapping[str, float]) -> tuple[str, ...]:
+def equivalents(rivals: Mapping[str, float], signal_cosines: Mapping[str, float]) -> tuple[str, ...]:
     """Rivals that this campaign cannot tell from an effect, nearest first.
 
     Parameters
     ----------
     rivals : mapping
         Log evidence of each other effect in its place, relative to it, nats.
-    mimicry : mapping
+    signal_cosines : mapping
         Cosine between the effect's signal and the nearest that each other can make.
     """
-    alike = [name for name, gain in rivals.items() if gain > -CLASS_NATS or mimicry.get(name, 0.0) > CLASS_COSINE]
+    alike = [
+        name for name, gain in rivals.items() if gain > -CLASS_NATS or signal_cosines.get(name, 0.0) > CLASS_COSINE
+    ]
     return tuple(sorted(alike, key=lambda name: -rivals[name]))
 
 
@@ -31,9 +33,14 @@ def against(gain: float, rivals: Mapping[str, float], unknown: float, chi2_per_d
     rivals : mapping
         Log evidence of others in its place, relative to it.
     unknown : float
-        Log evidence of a nameless smooth discrepancy in its place, over the twin without it.
+        Log evidence of a smooth discrepancy of unknown cause in its place, over the twin without it.
     chi2_per_dof : float
         Of the fit: where more than noise is left, the likelihood overstates every difference by as much.
+
+    Returns
+    -------
+    dict of str to float
+        By effect, besides ``nothing`` and ``unknown``.
     """
     everything = {"nothing": -gain, "unknown": unknown - gain, **rivals}
     return {name: value / max(chi2_per_dof, 1.0) for name, value in everything.items()}
@@ -56,7 +63,12 @@ def probability(
     temperature : float
         By which differences of evidence are divided.
     unlisted : float
-        Probability that a cause of which no library knows acts as the effect does: no evidence speaks against it.
+        Probability that a cause outside the library acts like the effect; no evidence can exclude it.
+
+    Returns
+    -------
+    float
+        0 to 1 - `unlisted`.
     """
     mine = [0.0, *(others[name] for name in alike)]
     scaled = np.array(mine + [value for name, value in others.items() if name not in alike]) / temperature

@@ -1,4 +1,4 @@
-"""How alike effects look in this campaign: cosines between what only they could have caused."""
+"""Confounding: cosines between the signals of effects, laws, readings and gain eliminated."""
 
 from collections.abc import Sequence
 
@@ -28,10 +28,23 @@ def tangent_cosines(screening: ScoreTest, effects: Sequence[tuple[str, int]]) ->
 
 
 def signal_cosine(screening: ScoreTest, effect: str, other: str) -> float:
-    """Cosine between the signal of `effect`, which is on, and the nearest that `other` can make, at its best site.
+    """Cosine between the signal of an effect that is on and the nearest one that another effect can make.
 
     Unlike a canonical correlation it looks at the direction that was found, not at the most alike directions of
     two families.
+
+    Parameters
+    ----------
+    screening : ScoreTest
+    effect : str
+        On at the score test's state.
+    other : str
+        Taken at its best site.
+
+    Returns
+    -------
+    float
+        0 to 1.
     """
     rest = [name for name in screening.active if name not in (effect, other)]
     matrix, _ = screening.given(rest)

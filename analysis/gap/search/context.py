@@ -95,6 +95,18 @@ class SearchContext:
 
 
 def explained(context: SearchContext, before: GapFit, after: GapFit) -> float:
-    """Share of the excess of `before` that `after` explains; 0 where there was none."""
+    """Share of the excess chi2 of one fit that another fit explains.
+
+    Parameters
+    ----------
+    context : SearchContext
+    before : GapFit
+    after : GapFit
+
+    Returns
+    -------
+    float
+        0 where `before` has no excess.
+    """
     excess = context.excess(before)
     return (before.total - after.total) / excess if excess > 0.0 else 0.0

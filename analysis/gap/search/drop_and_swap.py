@@ -1,4 +1,4 @@
-"""Every effect found has to stand without itself and against each other one in its place."""
+"""Drop and swap: each effect found is removed, and replaced by each other effect, and the fits are compared."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,9 +13,30 @@ from analysis.gap.thresholds import CLASS_NATS, MOST_EFFECTS, SWAP_SHARE, SWAPS_
 def drop_and_swap(
     context: SearchContext, baseline: GapFit, fit: GapFit, last: ScoreTest, blind: Sequence[str]
 ) -> tuple[GapFit, ScoreTest, list[list[Refit]]]:
-    """Drop each effect of `fit`, and put every other in its place, until none is better off.
+    """Remove each effect of a fit, and put every other effect in its place, until no change improves the fit.
 
     Returns the fit and its screening at the end, and the rivals that were fitted.
+
+    Parameters
+    ----------
+    context : SearchContext
+    baseline : GapFit
+        Without effects.
+    fit : GapFit
+        With the effects found.
+    last : ScoreTest
+        At `fit`.
+    blind : sequence of str
+        Effects that are not observable; they are not tried.
+
+    Returns
+    -------
+    fit : GapFit
+        At the end.
+    last : ScoreTest
+        There.
+    trials : list of list of Refit
+        Rivals that were fitted.
     """
     trials: list[list[Refit]] = []
     for _ in range(MOST_EFFECTS):
@@ -26,7 +47,7 @@ def drop_and_swap(
             fit = max((without[name] for name in idle), key=lambda f: f.log_evidence)
             last = context.score_test(fit)
             continue
-        # a single effect has met its rivals when it was chosen
+        # a single effect was compared with its rivals when it was chosen
         better = _swapped(context, fit, last, without, blind, trials) if len(on) > 1 else None
         if better is None:
             break
@@ -35,7 +56,22 @@ def drop_and_swap(
 
 
 def dropped(context: SearchContext, baseline: GapFit, fit: GapFit, name: str) -> GapFit:
-    """Fit the twin of `fit` without one of its effects."""
+    """Fit the twin without one of its effects.
+
+    Parameters
+    ----------
+    context : SearchContext
+    baseline : GapFit
+        Without effects.
+    fit : GapFit
+        With all effects.
+    name : str
+        The effect left out.
+
+    Returns
+    -------
+    GapFit
+    """
     rest = {other: values for other, values in fit.state.effects.items() if other != name}
     return context.fit(replace(baseline.state, effects=rest), tuple(rest)) if rest else baseline
 
@@ -43,9 +79,26 @@ def dropped(context: SearchContext, baseline: GapFit, fit: GapFit, name: str) ->
 def relative_evidence(
     context: SearchContext, fit: GapFit, last: ScoreTest, name: str, blind: Sequence[str]
 ) -> dict[str, float]:
-    """Log evidence of every other effect in the place of `name`, relative to it, nats.
+    """Log evidence of every other effect in the place of one effect, relative to it.
 
     To first order at `fit`, or of the full fit where there was one.
+
+    Parameters
+    ----------
+    context : SearchContext
+    fit : GapFit
+        With the effect.
+    last : ScoreTest
+        At `fit`.
+    name : str
+        The effect.
+    blind : sequence of str
+        Effects that are not observable; they are left out.
+
+    Returns
+    -------
+    dict of str to float
+        Nats; from the full fit where there was one, else to first order at `fit`.
     """
     contest = {c.effects[0]: c.gain for c in last.without(name).candidates()}
     rest = frozenset(fit.state.effects) - {name}

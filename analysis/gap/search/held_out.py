@@ -1,4 +1,4 @@
-"""The gap on data that took no part: effects and gain from one part of a campaign, tried on the rest."""
+"""Held-out data: effects and gain fitted to one part of a campaign, tested on the rest."""
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
@@ -48,7 +48,7 @@ class HeldOut:
     def holds(self) -> bool:
         """Whether what was learnt elsewhere helps here: it leaves noise, or closes enough of the gap.
 
-        A gap of a few standard deviations closes by anything from nothing to all, for its own size is noise.
+        The closure of a gap of a few standard deviations is not defined: the size of that gap is itself noise.
         """
         if self.final_chi2 >= self.baseline_chi2:
             return False
@@ -58,7 +58,7 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Split:
-    """A campaign in two: to learn from, and to try what was learnt on.
+    """A campaign in two parts: one to learn from, one to test on.
 
     Attributes
     ----------
@@ -86,9 +86,29 @@ def held_out(
 ) -> HeldOut:
     """Fit effects and gain to a part of the data, and compare both twins on the rest.
 
-    Temperatures and levels held out have their own laws fitted, nothing else; channels and frequencies held out
-    are predicted outright. A gap of less than `significant` chi2 over the noise is none. Where what was learnt
-    leads the twin beyond what it is certified for, nothing is gained.
+    On held-out temperatures and levels only the laws are fitted; held-out channels and frequencies
+    are predicted outright. A gap of less than `significant` chi2 over the noise is none. Where the
+    learnt effects leave the certified range of the twin, the closure is 0.
+
+    Parameters
+    ----------
+    model : TwinModel
+    sweeps : GapSweeps
+        All data.
+    split : Split
+        The data to learn from and the data to test on.
+    baseline : GapFit
+        Without effects.
+    final : GapFit
+        With the effects found.
+    executor : Executor
+        Sweeps are linearised on it.
+    significant : float
+        Least excess of chi2 that counts as a gap.
+
+    Returns
+    -------
+    HeldOut
     """
     before = _tried(model, sweeps, split, baseline, executor)
     try:

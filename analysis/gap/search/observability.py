@@ -1,4 +1,4 @@
-"""Blind spots: effects of which this campaign holds no information, and what would show them."""
+"""Observability: effects of which this campaign holds no information, and what would show them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ class Observability:
     ----------
     effect : str
     kept : float
-        Share of the effect's tangent, 0 to 1, that laws, gain and the effects already found cannot imitate; of its
-        best direction where there are several parameters, at its best site.
+        Share of the effect's tangent, 0 to 1, that is independent of laws, gain and the effects already found; of
+        its best direction where there are several parameters, at its best site.
     size : float
         Of an effect of one prior standard deviation, in sigma, errors of the readings included.
     needs : str

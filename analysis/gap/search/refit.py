@@ -1,4 +1,4 @@
-"""Candidates fitted in full: first on a few temperatures, then, if they deserve it, on all of them."""
+"""Candidates fitted in full: first at a few temperatures, then, if they gain enough, at all of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,8 +8,9 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.state import GapState
+from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.score_test import Candidate, ScoreTest
+from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import REFIT_SHARE
 
 
@@ -50,6 +51,17 @@ def absent(context: SearchContext, screening: ScoreTest, candidate: Candidate) -
 
     From there the first step takes laws, gain and effects along together; starting with the amplitudes of the
     screen and the laws of a twin without them would be further from the solution.
+
+    Parameters
+    ----------
+    context : SearchContext
+    screening : ScoreTest
+    candidate : Candidate
+
+    Returns
+    -------
+    dict of str to Values
+        By effect.
     """
     return {
         screening.columns[i].effect: context.model.cards[screening.columns[i].effect].zero(
@@ -62,10 +74,23 @@ def absent(context: SearchContext, screening: ScoreTest, candidate: Candidate) -
 def refit(
     context: SearchContext, base: GapFit, sets: Sequence[tuple[tuple[str, ...], dict[str, Values]]]
 ) -> list[Refit]:
-    """Fit each set of effects, best first; `sets` gives for each the start of the effects that `base` lacks.
+    """Fit each set of effects, first at a few temperatures.
 
     Those that gain less than a share of the best on a few temperatures are not fitted to the others, and those
     that could not gain it are given up on the way and left out.
+
+    Parameters
+    ----------
+    context : SearchContext
+    base : GapFit
+        From which all start.
+    sets : sequence of (tuple of str, dict of str to Values)
+        Effects of each set, and the start values of those that `base` lacks.
+
+    Returns
+    -------
+    list of Refit
+        Best first; fits that were given up are left out.
     """
     known = [(names, fit) for names, _ in sets if (fit := context.fits.known(names)) is not None]
     done = [Refit(names, fit.log_evidence - base.log_evidence, fit) for names, fit in known]

@@ -1,8 +1,9 @@
 """Score test of all candidates at once: one pass over the sweeps, then only small matrices.
 
 At a fit, the tangents of every candidate (all amplitudes, at every site) join the normal equations; laws, readings
-and gain are eliminated. What is left of a candidate's tangents is what nothing else in the twin can imitate, and
-the residual's projection on it says how much evidence the candidate would bring, to first order.
+and gain are eliminated. The part of a candidate's tangents that
+is left is independent of everything else in the twin; the residual's projection on it gives, to first order, the
+evidence that the candidate would bring.
 """
 
 from collections.abc import Sequence
@@ -12,59 +13,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.effect_card import Parameter, Values
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import without_gain
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import linearise_all
 from analysis.gap.fitting.schur_complement import schur_complement
+from analysis.gap.search.candidate import Candidate, Column, solve_inside
 from analysis.twin_model import Tangent, TwinModel
-
-
-@dataclass(frozen=True)
-class Column:
-    """One tangent of a screen.
-
-    Attributes
-    ----------
-    effect : str
-    site : int
-        Of the effect's card; 0 for an effect that is on.
-    card : Parameter
-    at : float
-        Value at which it was taken.
-    shapes : mapping
-        Values of the effect's shapes there.
-    """
-
-    effect: str
-    site: int
-    card: Parameter
-    at: float
-    shapes: Values
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """What one effect, or a pair of them, promises to first order.
-
-    Attributes
-    ----------
-    effects : tuple of str
-    gain : float
-        Laplace evidence over the twin as it is, nats, less log of the number of sites tried.
-    step : tuple of float
-        Of each of `columns`.
-    columns : tuple of int
-    size : float
-        Of the signal in sigma that only this candidate can make, at `step`.
-    """
-
-    effects: tuple[str, ...]
-    gain: float
-    step: tuple[float, ...]
-    columns: tuple[int, ...]
-    size: float
 
 
 @dataclass(frozen=True)
@@ -143,7 +98,7 @@ class ScoreTest:
         )
 
     def candidates(self) -> list[Candidate]:
-        """Each inactive effect at its best site, the most promising first."""
+        """Each inactive effect at its best site, largest predicted gain first."""
         matrix, gradient = self.given(self.active)
         best = []
         for name in self.inactive:
@@ -153,7 +108,7 @@ class ScoreTest:
         return sorted(best, key=lambda c: -c.gain)
 
     def pairs(self, singles: Sequence[Candidate]) -> list[Candidate]:
-        """All pairs out of `singles`, each at its best site, the most promising first."""
+        """All pairs out of `singles`, each at its best site, largest predicted gain first."""
         matrix, gradient = self.given(self.active)
         found = [
             self.candidate(a.effects + b.effects, [*a.columns, *b.columns], matrix, gradient, 1)
@@ -165,7 +120,23 @@ class ScoreTest:
     def candidate(
         self, effects: tuple[str, ...], columns: Sequence[int], matrix: Real, gradient: Real, sites: int
     ) -> Candidate:
-        """Laplace evidence of moving `columns` jointly, inside their ranges."""
+        """Laplace evidence of moving some columns jointly, inside their ranges.
+
+        Parameters
+        ----------
+        effects : tuple of str
+        columns : sequence of int
+            Places of the q columns that move.
+        matrix : (Q, Q) ndarray
+            As from `given`.
+        gradient : (Q,) ndarray
+        sites : int
+            Number of sites that are tried: its logarithm is taken off the evidence.
+
+        Returns
+        -------
+        Candidate
+        """
         places = list(columns)
         sigma = np.array([self.columns[i].card.sigma for i in places])
         inner = matrix[np.ix_(places, places)]
@@ -184,30 +155,30 @@ def _prior_offset(column: Column) -> float:
     return (column.at - (column.card.typical if column.card.shape else 0.0)) / column.card.sigma
 
 
-def solve_inside(matrix: Real, pull: Real, low: Real, high: Real) -> Real:
-    """Maximise pull'x - x'matrix x / 2 over low <= x <= high.
-
-    What leaves the box is put on its wall and the rest solved for again: exact for one unknown, near for few.
-    """
-    x = np.zeros(len(pull))
-    free = np.ones(len(pull), dtype=bool)
-    for _ in range(len(pull)):
-        held = matrix[np.ix_(free, ~free)] @ x[~free]
-        x[free] = np.linalg.solve(matrix[np.ix_(free, free)], pull[free] - held)
-        outside = free & ((x < low) | (x > high))
-        if not outside.any():
-            break
-        x = np.where(outside, np.clip(x, low, high), x)
-        free &= ~outside
-        if not free.any():
-            break
-    return x
-
-
 def score_test(
     model: TwinModel, sweeps: GapSweeps, fit: GapFit, executor: Executor, *, effects: Sequence[str] | None = None
 ) -> ScoreTest:
-    """Linearise the fit with every candidate's tangents (or those of `effects` only) and eliminate."""
+    """Linearise a fit with the tangents of every candidate, and eliminate laws, readings and gain.
+
+    Parameters
+    ----------
+    model : TwinModel
+    sweeps : GapSweeps
+    fit : GapFit
+    executor : Executor
+        Sweeps are linearised on it.
+    effects : sequence of str, optional
+        Candidates; all effects that are off by default.
+
+    Returns
+    -------
+    ScoreTest
+
+    Raises
+    ------
+    ValueError
+        Where the model refuses the state of the fit.
+    """
     on = fit.state.effects
     columns = [
         Column(

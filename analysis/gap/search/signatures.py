@@ -1,4 +1,4 @@
-"""What each candidate alone would leave of the gap, cell by cell."""
+"""Signatures: the residual that each candidate alone would leave, cell by cell."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from analysis.gap.fitting.normal_equations import LAWS, SLOPES, TEMPERATURE, whiten_all
 from analysis.gap.fitting.residual_map import cell_sigma
 from analysis.gap.fitting.schur_complement import schur_complement
+from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext
-from analysis.gap.search.score_test import Candidate
 from analysis.gap.search.stepwise import SearchResult
 from analysis.twin_model import Tangent
 
@@ -34,7 +34,7 @@ class Signature:
 
 
 def signatures(context: SearchContext, found: SearchResult) -> tuple[Signature, ...]:
-    """Map what each effect alone leaves of the baseline's residual, the most promising to first order first."""
+    """Map what each effect alone leaves of the baseline's residual, largest predicted gain first."""
     context.report("signatures", 0.0)
     fits = {r.effects[0]: r.fit for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
     candidates = found.first.candidates()

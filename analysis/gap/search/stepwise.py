@@ -1,14 +1,15 @@
-"""Which effects: stepwise, at most three, each accepted on the residual and not on its evidence alone."""
+"""Stepwise search: at most three effects, each accepted by the residual it leaves, not by its evidence alone."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from analysis.gap.fitting.gap_fit import GapFit
+from analysis.gap.search.candidate import Candidate
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.drop_and_swap import drop_and_swap, dropped, relative_evidence
 from analysis.gap.search.observability import Observability, observability
 from analysis.gap.search.refit import Refit, absent, refit
-from analysis.gap.search.score_test import Candidate, ScoreTest
+from analysis.gap.search.score_test import ScoreTest
 from analysis.gap.thresholds import (
     EXPLAINED,
     LEAST_SHARE,
@@ -25,7 +26,7 @@ class Step:
     Attributes
     ----------
     candidates : tuple of Candidate
-        All of them, screened, the most promising first.
+        All of them, largest predicted gain first.
     refits : tuple of Refit
         The best of them fitted in full, the best first.
     chosen : tuple of str
@@ -108,7 +109,7 @@ def _supported(
 ) -> tuple[GapFit, ScoreTest]:
     """Return how far along `path` names are supported: to its end if that reaches the noise.
 
-    Else to where enough of the gap is explained: what follows nibbles at a rest that it does not explain.
+    Else to where enough of the gap is explained: later effects reduce the rest without explaining it.
     """
     fit, screening = path[-1]
     if context.agrees(fit):
@@ -132,9 +133,9 @@ def _climb(
             steps.append(Step(tuple(candidates), tuple(refits), on, 0.0, False))
             break
         share = explained(context, fit, best.fit)
-        bystander = not context.agrees(best.fit) and share < LEAST_SHARE
-        steps.append(Step(tuple(candidates), tuple(refits), best.effects, share, not bystander))
-        if bystander:
+        unsupported = not context.agrees(best.fit) and share < LEAST_SHARE
+        steps.append(Step(tuple(candidates), tuple(refits), best.effects, share, not unsupported))
+        if unsupported:
             break
         fit = best.fit
         context.report("screen", 0.0)

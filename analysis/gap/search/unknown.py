@@ -1,9 +1,9 @@
-"""The nameless competitor: evidence that a smooth discrepancy of no known cause explains the residual.
+"""Unknown cause: evidence that a smooth discrepancy of no known effect explains the residual.
 
 After Kennedy and O'Hagan (J. R. Statist. Soc. B 63, 2001) a twin's discrepancy is a Gaussian process. Here it
 lives on neighbouring nodes (averages over a fraction of a resonance) and on the lowest cosines over temperature,
-and its variance in each band and order is whatever the residual says: then its evidence has a closed form. A named
-effect that explains less than it is a bystander.
+and its variance in each band and order is estimated from the residual: then its evidence has a closed form. A
+named effect that explains less than this discrepancy is not accepted.
 """
 
 import numpy as np
@@ -22,9 +22,22 @@ BANDS = 12
 
 
 def unknown_evidence(sweeps: GapSweeps, residual: NDArray[np.complex128], state: GapState) -> float:
-    """Log evidence, over pure noise, of a smooth discrepancy behind `residual` (T, K, n), nats.
+    """Log evidence, over pure noise, of a smooth discrepancy behind a residual.
 
     Tried at fixed frequencies and moving with the resonances as E falls; the better counts.
+
+    Parameters
+    ----------
+    sweeps : GapSweeps
+    residual : (T, K, n) complex ndarray
+        Whitened.
+    state : GapState
+        Its laws tell how the resonances move with temperature.
+
+    Returns
+    -------
+    float
+        Nats.
     """
     fixed = np.zeros(sweeps.count, dtype=int)
     frequency = sweeps.nodes.frequency

@@ -10,7 +10,7 @@ import pytest
 from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Protocol
 from analysis.frf import Frf
-from analysis.gap.data.sweeps import prepare
+from analysis.gap.data.preparation import prepare
 from analysis.gap.fitting.state import GapState
 from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialBox

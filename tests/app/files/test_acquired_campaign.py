@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from analysis.campaign import Sweep
-from analysis.protocol.set_points import SetPoint
+from analysis.protocol.set_points import SweepSetPoint
 from app.files.acquired_campaign import AcquiredCampaign, open_campaign
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
@@ -43,8 +43,8 @@ def opened(tmp_path: Path) -> Opened:
     return make
 
 
-def point(step: int) -> SetPoint:
-    return SetPoint(step, 10.0 * step, "up", 1.0, 0.0)
+def point(step: int) -> SweepSetPoint:
+    return SweepSetPoint(step, 10.0 * step, "up", 1.0, 0.0)
 
 
 def sweep(step: int, plate: float | None = None) -> Sweep:

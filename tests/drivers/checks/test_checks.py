@@ -13,8 +13,8 @@ from drivers.checks.instruments import NoCounterpart, check_oven, check_real_ove
 from drivers.checks.trial import Check, CheckVerdict, verdicts
 from drivers.clock import SystemClock
 from drivers.ovens.error import Fault, OvenError
-from drivers.ovens.line import Line, LineTiming
-from drivers.ovens.oven import OvenLimits, OvenSetPoint
+from drivers.ovens.line import Line, Timing
+from drivers.ovens.oven import OvenLimits, SetPoint
 from drivers.ovens.settings import OvenSettings, oven_settings
 from drivers.ovens.simulated.controller import LineController
 from drivers.ovens.simulated.regulated_oven import RegulatedOven
@@ -121,7 +121,7 @@ class Naive:
                 raise
             raise OvenError(Fault.GARBLED, f"{answer!r} is no temperature", "Look at the cable.") from error
 
-    def ramp_to(self, target: float, rate: float) -> OvenSetPoint:
+    def ramp_to(self, target: float, rate: float) -> SetPoint:
         if "no sense" not in self._defects:
             wanted = self.limits.clamp(target, rate)
             target, rate = wanted.target, wanted.rate
@@ -132,7 +132,7 @@ class Naive:
         self._say("ON")
         if "believes" not in self._defects and (self._say("S?") != f"{target:.1f}" or self._say("?") != "1"):
             raise OvenError(Fault.NOT_TAKEN, "the set-point was not taken", "Look at the panel.")
-        return OvenSetPoint(target, rate)
+        return SetPoint(target, rate)
 
     def hold(self) -> float:
         return self.ramp_to(self.temperature(), 1.0).target
@@ -167,7 +167,7 @@ class NaiveSettings(OvenSettings):
     defects: frozenset[str] = frozenset()
 
     def open(self, clock: Any, transport: Any = None) -> Any:
-        return Naive(Line(transport, clock, LineTiming()), transport, self.limits(), self.defects)
+        return Naive(Line(transport, clock, Timing()), transport, self.limits(), self.defects)
 
     def simulated(self, body: Any, clock: Any) -> Any:
         return Chamber(body)

@@ -9,7 +9,7 @@ import pytest
 
 from drivers.clock import VirtualClock
 from drivers.ovens.expiry import Expiring
-from drivers.ovens.line import Line, LineTiming
+from drivers.ovens.line import Line, Timing
 from drivers.ovens.settings import OvenSettings, open_oven, oven_settings
 from drivers.ovens.simulated.disturbance import Disturbed
 from drivers.ovens.simulated.memory import MemoryTransport
@@ -88,7 +88,7 @@ def scripted() -> Iterator[Callable[[list[tuple[bytes, bytes]]], Line]]:
     def make(pairs: list[tuple[bytes, bytes]]) -> Line:
         clock = VirtualClock()
         transports.append(ScriptedTransport(clock, pairs))
-        return Line(transports[-1], clock, LineTiming(timeout=1.0, retries=0))
+        return Line(transports[-1], clock, Timing(timeout=1.0, retries=0))
 
     yield make
     for transport in transports:

@@ -4,7 +4,7 @@ import pytest
 
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.espec import Espec
-from drivers.ovens.oven import OvenLimits, OvenSetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint
 from drivers.ovens.simulated.controller import Delivery
 
 AT_20 = (b"TEMP?\r\n", b"20.0,25.0,150.0,-40.0\r\n")
@@ -40,14 +40,14 @@ def test_alarms_are_named(scripted):
 
 def test_ramp_is_a_program_the_chamber_runs(scripted):
     oven = espec(scripted, AT_20, PROGRAM, PROGRAM_READ, RUNS)
-    assert oven.ramp_to(60.0, 0.4) == OvenSetPoint(60.0, 0.4)
+    assert oven.ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
 
 
 def test_ramp_takes_whole_minutes_and_is_never_steeper_than_asked(scripted):
     sent = b"RUN PRGM, TEMP20.0 GOTEMP21.0 TIME0:03\r\n"
     read = (b"RUN PRGM?\r\n", b"TEMP20.0 GOTEMP21.0 TIME0:03 REF9\r\n")
     taken = espec(scripted, AT_20, (sent, b"OK\r\n"), read, RUNS).ramp_to(21.0, 0.45)
-    assert taken == OvenSetPoint(21.0, pytest.approx(1.0 / 3.0))
+    assert taken == SetPoint(21.0, pytest.approx(1.0 / 3.0))
 
 
 def test_ramp_to_where_it_is_becomes_constant(scripted):

@@ -7,7 +7,7 @@ import pytest
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.eurotherm import MODEL_2400, MODEL_3500, Eurotherm
 from drivers.ovens.modbus import ModbusUnit
-from drivers.ovens.oven import OvenLimits, OvenSetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint
 
 LIMITS = OvenLimits(-20.0, 80.0, 2.0)
 
@@ -68,12 +68,12 @@ def test_broken_sensor_is_an_alarm(scripted):
 
 def test_ramp_sets_rate_then_target_then_automatic(scripted):
     oven = eurotherm_2400(scripted, [*OPEN_2400, *RATE, *TARGET, *AUTOMATIC])
-    assert oven.ramp_to(60.0, 0.4) == OvenSetPoint(60.0, 0.4)
+    assert oven.ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
 
 
 def test_what_is_held_already_is_not_written_again(scripted):
     oven = eurotherm_2400(scripted, [*OPEN_2400, RATE[-1], TARGET[-1], IS_AUTOMATIC])
-    assert oven.ramp_to(60.0, 0.4) == OvenSetPoint(60.0, 0.4)
+    assert oven.ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
 
 
 def test_hold_makes_the_working_set_point_the_target(scripted):
@@ -161,7 +161,7 @@ def test_3500_enables_its_rate_and_reports_alarms(scripted):
     )
     oven = Eurotherm(ModbusUnit(line, 5), LIMITS, MODEL_3500)
     assert oven.temperature() == 21.3
-    assert oven.ramp_to(60.0, 0.4) == OvenSetPoint(60.0, 0.4)
+    assert oven.ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
     with pytest.raises(OvenError, match="0x8004") as caught:
         oven.temperature()
     assert caught.value.fault is Fault.ALARM

@@ -5,7 +5,7 @@ import pytest
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.f4t import F4T
 from drivers.ovens.modbus import ModbusUnit
-from drivers.ovens.oven import OvenLimits, OvenSetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint
 
 OPEN = [
     ("01 03 37 00 00 01 8a 7e", "01 03 02 00 0f f8 40"),  # degrees Celsius
@@ -59,7 +59,7 @@ def test_ramp_says_how_before_where_to(scripted):
             AUTO,
         ],
     )
-    assert oven.ramp_to(60.0, 0.4) == OvenSetPoint(60.0, 0.4)
+    assert oven.ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
 
 
 def test_hold_at_the_working_set_point(scripted):

@@ -6,7 +6,7 @@ import pytest
 
 from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
-from drivers.ovens.line import Line, LineTiming, up_to
+from drivers.ovens.line import Line, Timing, up_to
 from drivers.ovens.simulated.controller import LineController
 from drivers.ovens.simulated.disturbance import Disturbed, halved, in_pieces, late, silenced
 from drivers.ovens.simulated.memory import MemoryTransport
@@ -32,7 +32,7 @@ class Setup:
         self.counter = Counter()
         self.far = Disturbed(self.counter)
         self.transport = MemoryTransport(self.far, self.clock)
-        self.line = Line(self.transport, self.clock, LineTiming(**timing))
+        self.line = Line(self.transport, self.clock, Timing(**timing))
 
     def ask(self, question=b"a", *, writes=False):
         def action():
@@ -117,7 +117,7 @@ def test_an_interrupted_exchange_does_not_answer_the_next():
                 raise KeyboardInterrupt
             return setup.transport.read(wait)
 
-    line = Line(Interrupting(), setup.clock, LineTiming(timeout=0.5))
+    line = Line(Interrupting(), setup.clock, Timing(timeout=0.5))
     setup.far.always = late(0.1)
     with pytest.raises(KeyboardInterrupt):
         line.attempt(lambda: line.exchange(b"interrupted\n", END))
@@ -155,7 +155,7 @@ def test_endless_noise_ends():
         def close(self):
             pass
 
-    line = Line(Babbling(), clock, LineTiming(timeout=1.0, retries=1))
+    line = Line(Babbling(), clock, Timing(timeout=1.0, retries=1))
 
     def action():
         answer = line.exchange(b"a\n", END)
@@ -237,8 +237,8 @@ def test_threads_do_not_mix_their_exchanges():
     [{"timeout": 0.0}, {"retries": -1}, {"timeout": 5.0, "lost_after": 1.0}, {"gap_after_read": -0.1}],
 )
 def test_timing_that_is_none_is_refused(timing):
-    with pytest.raises(ValueError, match="LineTiming"):
-        LineTiming(**timing)
+    with pytest.raises(ValueError, match="Timing"):
+        Timing(**timing)
 
 
 def test_a_closed_line_stays_closed():

@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
-from drivers.ovens.line import Line, LineTiming
+from drivers.ovens.line import Line, Timing
 from drivers.ovens.modbus import ModbusUnit
 from drivers.ovens.registers import Register, TemperatureRegister
 from drivers.ovens.settings import oven_settings
@@ -377,5 +377,5 @@ def test_an_endless_answer_ends():
         def close(self):
             pass
 
-    line = Line(Babbling(), VirtualClock(), LineTiming(retries=0))
+    line = Line(Babbling(), VirtualClock(), Timing(retries=0))
     assert len(line.exchange(b"?", lambda _: None)) < 100_000

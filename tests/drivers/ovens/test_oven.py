@@ -4,7 +4,7 @@ import pickle
 import pytest
 
 from drivers.ovens.error import Fault, OvenError
-from drivers.ovens.oven import OvenLimits, OvenSetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint
 
 LIMITS = OvenLimits(-10.0, 65.0, 2.0)
 
@@ -18,7 +18,7 @@ LIMITS = OvenLimits(-10.0, 65.0, 2.0)
     ],
 )
 def test_ramps_are_clamped(asked, sent):
-    assert LIMITS.clamp(*asked) == OvenSetPoint(*sent)
+    assert LIMITS.clamp(*asked) == SetPoint(*sent)
 
 
 @pytest.mark.parametrize("target", [math.nan, math.inf, -math.inf])

@@ -3,7 +3,7 @@ from pydantic import ValidationError
 
 from drivers.clock import VirtualClock
 from drivers.ovens.error import Fault, OvenError
-from drivers.ovens.line import LineTiming
+from drivers.ovens.line import Timing
 from drivers.ovens.oven import OvenLimits
 from drivers.ovens.settings import OVENS, open_oven, oven_settings
 from drivers.ovens.simulated.disturbance import Disturbed, silenced
@@ -16,7 +16,7 @@ GIVEN = {"kind": "watlow-f4t", "port": "COM3", "minimum": -5, "maximum": 65, "ma
 def test_limits_and_timing():
     settings = oven_settings({**GIVEN, "gap_after_write": 0.7, "retries": 4})
     assert settings.limits() == OvenLimits(-5.0, 65.0, 2.0)
-    assert settings.timing() == LineTiming(1.0, 4, 0.02, 0.7, 60.0)
+    assert settings.timing() == Timing(1.0, 4, 0.02, 0.7, 60.0)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import pytest
 
 from drivers.ovens.error import Fault, OvenError
-from drivers.ovens.oven import OvenLimits, OvenSetPoint
+from drivers.ovens.oven import OvenLimits, SetPoint
 from drivers.ovens.votsch import Votsch
 
 DESCRIPTION = (
@@ -26,11 +26,11 @@ def test_temperature_is_the_actual_one(scripted):
 
 
 def test_ramp_changes_temperature_and_start_and_nothing_else(scripted):
-    assert votsch(scripted, REST, GRADIENTS, REST, START, RAMPING).ramp_to(60.0, 0.4) == OvenSetPoint(60.0, 0.4)
+    assert votsch(scripted, REST, GRADIENTS, REST, START, RAMPING).ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
 
 
 def test_what_is_so_already_is_not_written_again(scripted):
-    assert votsch(scripted, RAMPING, GRADIENTS, RAMPING, RAMPING).ramp_to(60.0, 0.4) == OvenSetPoint(60.0, 0.4)
+    assert votsch(scripted, RAMPING, GRADIENTS, RAMPING, RAMPING).ramp_to(60.0, 0.4) == SetPoint(60.0, 0.4)
 
 
 def test_hold_at_the_temperature_measured(scripted):
@@ -70,7 +70,7 @@ def test_a_chamber_that_reports_where_its_ramp_is_takes_it(rig_of, target):
     rig = rig_of("votsch-ascii2")
     rig.controller.tells_ramp = True
     for end in (target, 20.0):  # from rest, and while it runs already
-        assert rig.oven.ramp_to(end, 2.0) == OvenSetPoint(end, 2.0)
+        assert rig.oven.ramp_to(end, 2.0) == SetPoint(end, 2.0)
         rig.wait(600.0)
         assert abs(rig.oven.temperature() - end) < abs(20.0 - target)
     rig.oven.safe()

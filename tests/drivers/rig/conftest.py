@@ -16,7 +16,7 @@ from analysis.h1 import h1
 from analysis.protocol.limits import Limits
 from analysis.protocol.programme import Programme, Settling
 from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.set_points import SetPoint
+from analysis.protocol.set_points import SweepSetPoint
 from analysis.protocol.sweep import SweepSettings
 from drivers.ni.cards import Record, go_on
 from drivers.ni.modules import NI_9234
@@ -67,21 +67,21 @@ class MemoryStore:
     aside: list[tuple[int, int, tuple[str, ...]]] = field(default_factory=list)
     shown: list[tuple[int, int, Record]] = field(default_factory=list)
     log_lines: list[dict[str, Any]] = field(default_factory=list)
-    before_keeping: Callable[[SetPoint], None] = lambda point: None
+    before_keeping: Callable[[SweepSetPoint], None] = lambda point: None
 
     def finished(self) -> frozenset[int]:
         return frozenset(self.kept)
 
-    def keep(self, sweep: Sweep, set_point: SetPoint, attempt: int) -> None:
+    def keep(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int) -> None:
         self.before_keeping(set_point)
         assert set_point.step not in self.kept
         self.kept[set_point.step] = sweep
 
-    def put_aside(self, sweep: Sweep, set_point: SetPoint, attempt: int, faults: Sequence[str]) -> None:
+    def put_aside(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int, faults: Sequence[str]) -> None:
         assert (set_point.step, attempt) not in [(step, number) for step, number, _ in self.aside]
         self.aside.append((set_point.step, attempt, tuple(faults)))
 
-    def show(self, record: Record, set_point: SetPoint, repeat: int) -> None:
+    def show(self, record: Record, set_point: SweepSetPoint, repeat: int) -> None:
         self.shown.append((set_point.step, repeat, record))
 
     def log(self, event: Mapping[str, Any]) -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.gap.data.sweeps import prepare
+from analysis.gap.data.preparation import prepare
 
 
 @pytest.mark.parametrize("stated", [0.7, 1.5])

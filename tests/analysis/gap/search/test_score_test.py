@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.search.candidate import solve_inside
 from analysis.gap.search.confounding import signal_cosine, tangent_cosines
 from analysis.gap.search.observability import observability
-from analysis.gap.search.score_test import score_test, solve_inside
+from analysis.gap.search.score_test import score_test
 
 TEMPERATURES = (10.0, 14.0, 18.0, 22.0, 26.0)
 

@@ -1,0 +1,86 @@
+"""Candidates of a score test: their tangents, and the largest gain inside their ranges."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.effect_card import Parameter, Values
+
+
+@dataclass(frozen=True)
+class Column:
+    """One tangent of a screen.
+
+    Attributes
+    ----------
+    effect : str
+    site : int
+        Of the effect's card; 0 for an effect that is on.
+    card : Parameter
+    at : float
+        Value at which it was taken.
+    shapes : mapping
+        Values of the effect's shapes there.
+    """
+
+    effect: str
+    site: int
+    card: Parameter
+    at: float
+    shapes: Values
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Predicted gain of one effect, or of a pair, to first order.
+
+    Attributes
+    ----------
+    effects : tuple of str
+    gain : float
+        Laplace evidence over the twin as it is, nats, less log of the number of sites tried.
+    step : tuple of float
+        Of each of `columns`.
+    columns : tuple of int
+    size : float
+        Of the signal in sigma that only this candidate can make, at `step`.
+    """
+
+    effects: tuple[str, ...]
+    gain: float
+    step: tuple[float, ...]
+    columns: tuple[int, ...]
+    size: float
+
+
+def solve_inside(matrix: Real, pull: Real, low: Real, high: Real) -> Real:
+    """Maximise pull'x - x'matrix x / 2 over low <= x <= high.
+
+    What leaves the box is put on its wall and the rest solved for again: exact for one unknown, near for few.
+
+    Parameters
+    ----------
+    matrix : (q, q) ndarray
+        Positive definite.
+    pull : (q,) ndarray
+    low : (q,) ndarray
+    high : (q,) ndarray
+
+    Returns
+    -------
+    (q,) ndarray
+    """
+    x = np.zeros(len(pull))
+    free = np.ones(len(pull), dtype=bool)
+    for _ in range(len(pull)):
+        held = matrix[np.ix_(free, ~free)] @ x[~free]
+        x[free] = np.linalg.solve(matrix[np.ix_(free, free)], pull[free] - held)
+        outside = free & ((x < low) | (x > high))
+        if not outside.any():
+            break
+        x = np.where(outside, np.clip(x, low, high), x)
+        free &= ~outside
+        if not free.any():
+            break
+    return x
