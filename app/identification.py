@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from analysis.frf import Frf
-from analysis.identification.automatic import Measured, Settings, identify
+from analysis.identification.automatic import Settings, identify
+from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.reading import Damping

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from analysis.identification.automatic import Measured, identify, refine
+from analysis.identification.automatic import identify, refine
 from analysis.identification.lines import Lines
+from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.parameters import to_parameters, to_poles
 from analysis.identification.pole_residue import pole_columns

@@ -11,6 +11,7 @@
 ``status``                 which poles are modes of the plate, and why the others are not
 ``pole_residue``           the model: columns, derivatives, synthesis
 ``residual_terms``         what stands for the modes out of band
+``measured``               FRFs as they come
 ``lines``                  measured lines with their weights
 ``averaging``              fewer lines for the search
 ``noise``                  weights of FRFs without a variance

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from analysis.frf import Frf
-from analysis.identification.automatic import Measured, Settings, finish, identify, settle
+from analysis.identification.automatic import Settings, finish, identify, settle
 from analysis.identification.averaging import averaged
 from analysis.identification.common_factor import common_factor
+from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.pole_search import fit
 from analysis.identification.tracked_modes import TrackedModes
