@@ -4,6 +4,8 @@
 ``automatic``              identify FRFs that share their poles: search, order, judgement
 ``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
 ``tracking``               one identification followed over temperature, both ways
+``expected_modes``         sweeps fitted with the modes a twin expects, under its numbers
+``held_fit``               a fit with modes held near the places they are known to have
 ``modes``                  what was identified; rebuilds its FRFs
 ``common_factor``          how far a change of temperature moves all frequencies
 ``tracked_modes``          the same over temperature

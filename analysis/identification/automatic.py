@@ -11,8 +11,8 @@ from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import add_missing, residual
 from analysis.identification.modes import Modes, Rejected
-from analysis.identification.order import bic, choose_terms, covariance, drop_unsupported, eliminate
-from analysis.identification.pole_search import Fit, fit
+from analysis.identification.order import bic, choose_terms, covariance, drop_unsupported, eliminate, support
+from analysis.identification.pole_search import Fit, Prior, fit
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
 from analysis.identification.status import judge
 from analysis.identification.vector_fitting import start_poles
@@ -24,7 +24,7 @@ LAST_STEPS = 10
 """Projections on all lines at most: averaged lines have brought all but the weakest poles to rest already."""
 
 MOST_SETTLINGS = 4
-"""Orders tried at most while what each leaves over shows fewer independent lines than were counted on."""
+"""Orders tried at most from nothing; a neighbour's order is settled once."""
 
 FULL = 0.6
 """Share of the start poles that stay from which there may have been too few."""
@@ -145,19 +145,22 @@ def settle(
     found: Fit,
     settings: Settings,
     proposals: NDArray[np.complex128] | None = None,
+    *,
+    rounds: int = MOST_SETTLINGS,
 ) -> Fit:
     """Bring an order that is about right to the one BIC prefers: births, residual terms, deaths.
 
-    `proposals` are poles to be tried besides those that the residual itself proposes.
+    `proposals` are poles to be tried besides those that the residual itself proposes; `rounds` is how often the
+    order may be settled anew because what it leaves over shows fewer independent lines than were counted on.
     """
-    for _ in range(MOST_SETTLINGS):
+    for _ in range(rounds):
         lines = measured.reweighted(lines, found)
         blocks = averaged(lines)
         found = fit(blocks, _widened(found.poles, lines.spacing), found.terms, tolerance=1e-4)
         found = add_missing(lines, blocks, found, proposals)
         found = choose_terms(blocks, found, settings.terms)
         found = fit(blocks, eliminate(blocks, found).poles, found.terms, tolerance=EXACT / len(lines.frequency))
-        if measured.reweighted(lines, found).correlation < MORE_CORRELATED * lines.correlation:
+        if rounds == 1 or measured.reweighted(lines, found).correlation < MORE_CORRELATED * lines.correlation:
             break
     return found
 
@@ -175,15 +178,22 @@ def finish(
     settings: Settings,
 ) -> Modes:
     """Fit on all lines and judge every pole."""
+    return finish_in_order(measured, lines, found, settings)[0]
+
+
+def finish_in_order(
+    measured: Measured, lines: Lines, found: Fit, settings: Settings, prior: Prior | None = None
+) -> tuple[Modes, NDArray[np.intp], NDArray[np.float64]]:
+    """Do the same, and return where each pole of `found` stands among the modes and what rests on it (BIC)."""
     lines = measured.reweighted(lines, found)
     tolerance = EXACT / len(lines.frequency) / len(lines.h)
-    last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS)
+    last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS, prior=prior)
     status, reason = judge(lines, last, settings.mains)
     order = np.argsort(last.poles.imag)
     spread = covariance(last, lines)
     pairs = np.array([spread[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] for j in order]).reshape(-1, 2, 2)
     left = residual(lines, last)
-    return Modes(
+    modes = Modes(
         poles=last.poles[order],
         residues=last.projection.residues[:, order],
         covariance=pairs,
@@ -195,6 +205,7 @@ def finish(
         misfit=float(np.sqrt((np.abs(left) ** 2).sum() / (np.abs(lines.h) ** 2).sum())),
         lines=len(lines.frequency),
     )
+    return modes, np.argsort(order), support(last, lines)
 
 
 def _rejected(started: NDArray[np.complex128], stayed: NDArray[np.complex128]) -> tuple[Rejected, ...]:

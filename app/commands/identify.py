@@ -19,6 +19,7 @@ EXAMPLES = """\b
 Examples:
   flexura identify plate --out plate-run
   flexura identify plate --band 100 800 --json > modes.json
+  flexura identify plate --twin plate-run
   flexura identify frfs.uff --shared-poles --damping viscous
 """
 
@@ -42,6 +43,12 @@ Examples:
 @click.option("--band", nargs=2, type=click.FloatRange(min=0.0), metavar="LOW HIGH", help="Hz (default: all).")
 @click.option("--shared-poles", is_flag=True, help="FRFs.uff: one set of poles for all FRFs of the file.")
 @click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs as a universal file, too.")
+@click.option(
+    "--twin",
+    type=PATH,
+    metavar="RUN",
+    help="Run folder of `flexura update` for CAMPAIGN: fit the modes its twin expects, under the twin's numbers.",
+)
 @run_out
 @mains
 @output_options("the modes")
@@ -53,6 +60,7 @@ def command(
     band: tuple[float, float] | None,
     shared_poles: bool,
     export: Path | None,
+    twin: Path | None,
     out: Path | None,
     mains: float,
     output: Output,
@@ -75,24 +83,29 @@ def command(
             raise click.BadParameter("a universal file's modes are only printed; use --json", param_hint="--out")
         if export is not None:
             raise click.BadParameter("the FRFs are in a universal file already", param_hint="--export")
+        if twin is not None:
+            raise click.BadParameter("a universal file has no twin", param_hint="--twin")
         identify_uff(campaign, wanted, shared_poles, output)
     else:
         if shared_poles:
             raise click.BadParameter("a campaign's sensors always share poles", param_hint="--shared-poles")
-        identify_campaign(campaign, out, export, wanted, output)
+        if twin is not None and method != "auto":
+            raise click.BadParameter("the paper's recipe knows no twin; leave --method out", param_hint="--twin")
+        identify_campaign(campaign, out, export, twin, wanted, output)
 
 
 def identify_campaign(
-    campaign: Path, out: Path | None, export: Path | None, wanted: "Wanted", output: Output
+    campaign: Path, out: Path | None, export: Path | None, twin: Path | None, wanted: "Wanted", output: Output
 ) -> None:
     """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs for others where asked."""
     from analysis.frf import campaign_frf
     from analysis.identification.tracking import track
+    from app.expected_modes import expected_modes
     from app.files.bad_file import ResultFileError
     from app.files.campaign import load_campaign
     from app.files.frf_file import save_frf
     from app.files.modes_file import save_modes, write_table
-    from app.files.provenance import provenance
+    from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
     from app.mode_records import campaign_record, show
 
@@ -102,10 +115,12 @@ def identify_campaign(
     with output.progress() as report:
         try:
             frf = campaign_frf(loaded, mains=wanted.settings.mains or 50.0)
-            tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one())
+            expected = None if twin is None else expected_modes(loaded, twin / "laws.h5", report)
+            tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one(), expected)
         except ValueError as error:  # a silent sensor, a band with no lines
             raise ResultFileError(f"{campaign}: {error}") from error
-    made_from = provenance(loaded.hashes, {"campaign": loaded.name} | wanted.record())
+    inputs = loaded.hashes if twin is None else {**loaded.hashes, "laws.h5": sha256(twin / "laws.h5")}
+    made_from = provenance(inputs, {"campaign": loaded.name} | wanted.record())
     save_frf(run / "frf.h5", loaded.experiment, frf, made_from)
     if export is not None:
         from app.files.uff58 import write_frfs
