@@ -1,6 +1,9 @@
 """R10 twenty times over: accuracy and speed of the identification, against plain ways of doing the same.
 
-    python benchmarks/identification.py [--draws 20] [--noise 0.01]
+    python benchmarks/identification.py [--draws 20] [--noise 0.01] [--cases] [--peers]
+
+`--cases` runs what real lines have besides: noise that lines share, ripple, near pairs, forty modes. `--peers`
+runs other packages on the same FRFs, where they are installed (docs/dependencies.md).
 
 Two plain ways. Vector fitting alone: as many pole pairs as it starts with, those kept whose residue stands out of
 the noise; this is what it costs to stop there. Variable projection the plain way: SciPy's least squares on all
@@ -15,17 +18,19 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from identification_peers import PEERS
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, linear_sum_assignment
 from threadpoolctl import threadpool_limits
 
-from analysis.identification.automatic import Measured, identify, refine
+from analysis.identification.automatic import identify, refine
 from analysis.identification.lines import Lines
+from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.parameters import to_parameters, to_poles
 from analysis.identification.pole_residue import pole_columns
 from analysis.identification.residual_terms import COMPLEX_E_F_G, ResidualTerms
-from analysis.identification.synthetic import SyntheticFrf, r10
+from analysis.identification.synthetic import SyntheticFrf, crowded, pairs, r10, rippled, shared_noise
 from analysis.identification.variable_projection import project
 from analysis.identification.vector_fitting import start_poles
 
@@ -77,8 +82,10 @@ def score(cases: list[SyntheticFrf], way: Callable[[SyntheticFrf], Found]) -> di
         poles, sigma = way(case)
         seconds.append(time.process_time() - started)
         matched = set()
-        for pole in case.poles:
-            j = int(np.argmin(np.abs(np.abs(poles) - abs(pole))))
+        away = np.abs(np.log(np.abs(case.poles)[:, None] / np.abs(poles)))
+        rows, columns = linear_sum_assignment(np.minimum(away, 0.2))
+        missed += len(case.poles) - len(rows)
+        for pole, j in zip(case.poles[rows], columns.tolist(), strict=True):
             zeta, other = -pole.real / abs(pole), -poles[j].real / abs(poles[j])
             error = np.array([abs(poles[j]) / abs(pole) - 1.0, other / zeta - 1.0])
             if abs(error[0]) < zeta and abs(error[1]) < 0.5 and j not in matched:
@@ -89,7 +96,7 @@ def score(cases: list[SyntheticFrf], way: Callable[[SyntheticFrf], Found]) -> di
             else:
                 missed += 1
         spurious += len(poles) - len(matched)
-    percent = 100 * np.abs(np.array(errors))
+    percent = 100 * np.abs(np.array(errors).reshape(-1, 2))
     result = {
         "missed": missed,
         "spurious_per_frf": spurious / len(cases),
@@ -102,6 +109,30 @@ def score(cases: list[SyntheticFrf], way: Callable[[SyntheticFrf], Found]) -> di
     if standardised:
         result["coverage_of_95_percent"] = float(np.mean(np.abs(standardised) < 1.96))
     return result
+
+
+def table(draws: int, noise: float, every: bool, peers: bool) -> None:
+    """Print missed, spurious, error, coverage and CPU time of every way on every case."""
+    ways: dict[str, Callable[[SyntheticFrf], Found]] = {"Flexura": ours} | (PEERS if peers else {})
+    made: dict[str, Callable[[np.random.Generator], SyntheticFrf]] = {"R10": lambda rng: r10(rng, noise=noise)}
+    if every:
+        made |= {"shared noise": shared_noise, "ripple": rippled, "pairs": pairs, "forty modes": crowded}
+    print("case            way                               missed %  spurious  df/f %   covered %  s")
+    for name, make in made.items():
+        cases = [make(np.random.default_rng(1000 + n)) for n in range(draws)]
+        modes = sum(len(case.poles) for case in cases)
+        for way, run in ways.items():
+            try:
+                found = score(cases, run)
+            except ImportError as error:
+                print(f"{name:15} {way:33} not installed ({error})")
+                continue
+            covered = 100 * found.get("coverage_of_95_percent", np.nan)
+            print(
+                f"{name:15} {way:33} {100 * found['missed'] / modes:7.1f} {found['spurious_per_frf']:9.2f} "
+                f"{found['frequency_median_percent']:9.4f} {covered:9.1f} {found['seconds_per_frf']:7.2f}",
+                flush=True,
+            )
 
 
 def warm(cases: list[SyntheticFrf]) -> dict[str, float]:
@@ -136,7 +167,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--draws", type=int, default=20)
     parser.add_argument("--noise", type=float, default=0.01)
+    parser.add_argument("--cases", action="store_true", help="all cases, not R10 alone")
+    parser.add_argument("--peers", action="store_true", help="other packages, too")
     options = parser.parse_args()
+    if options.cases or options.peers:
+        with threadpool_limits(1):
+            table(options.draws, options.noise, options.cases, options.peers)
+        return
     cases = [r10(np.random.default_rng(1000 + n), noise=options.noise) for n in range(options.draws)]
     with threadpool_limits(1):
         result = {

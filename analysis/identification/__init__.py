@@ -4,6 +4,8 @@
 ``automatic``              identify FRFs that share their poles: search, order, judgement
 ``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
 ``tracking``               one identification followed over temperature, both ways
+``expected_modes``         sweeps fitted with the modes a twin expects, under its numbers
+``held_fit``               a fit with modes held near the places they are known to have
 ``modes``                  what was identified; rebuilds its FRFs
 ``common_factor``          how far a change of temperature moves all frequencies
 ``tracked_modes``          the same over temperature
@@ -11,6 +13,7 @@
 ``status``                 which poles are modes of the plate, and why the others are not
 ``pole_residue``           the model: columns, derivatives, synthesis
 ``residual_terms``         what stands for the modes out of band
+``measured``               FRFs as they come
 ``lines``                  measured lines with their weights
 ``averaging``              fewer lines for the search
 ``noise``                  weights of FRFs without a variance

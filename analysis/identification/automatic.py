@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.averaging import averaged, roughness
-from analysis.identification.harmonics import harmonic_lines
+from analysis.identification.averaging import averaged
+from analysis.identification.harmonics import harmonic_lines, harmonic_of, needle_hum, tones
 from analysis.identification.lines import Lines
+from analysis.identification.measured import Measured
 from analysis.identification.missing import add_missing, residual
 from analysis.identification.modes import Modes, Rejected
-from analysis.identification.noise import deviation_from_residual
-from analysis.identification.order import choose_terms, covariance, drop_unsupported, eliminate
-from analysis.identification.pole_search import PoleFit, fit
+from analysis.identification.order import bic, choose_terms, covariance, drop_unsupported, eliminate, support
+from analysis.identification.pole_search import PoleFit, Prior, fit
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
 from analysis.identification.status import judge
 from analysis.identification.vector_fitting import start_poles
@@ -23,6 +23,15 @@ EXACT = 2e-2
 LAST_STEPS = 10
 """Projections on all lines at most: averaged lines have brought all but the weakest poles to rest already."""
 
+MOST_SETTLINGS = 4
+"""Orders tried at most from nothing; a neighbour's order is settled once."""
+
+FULL = 0.6
+"""Share of the start poles that stay from which there may have been too few."""
+
+MORE_CORRELATED = 1.1
+"""Growth of the lines' correlation from which the order is settled again."""
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -31,7 +40,7 @@ class Settings:
     Attributes
     ----------
     start_count : int
-        Pole pairs vector fitting starts with; doubled while more than 0.7 of them stay.
+        Pole pairs vector fitting starts with; doubled while more than `FULL` of them stay.
     most_count : int
         Where doubling ends.
     terms : tuple of ResidualTerms
@@ -56,47 +65,6 @@ class Settings:
             raise ValueError(f"mains {self.mains:g} Hz: 1 to 1000 allowed, or none")
 
 
-@dataclass(frozen=True)
-class Measured:
-    """FRFs of one condition as they come.
-
-    Attributes
-    ----------
-    frequency : (F,) ndarray
-        Hz.
-    h : (K, F) complex ndarray
-        One drive, K responses.
-    variance : (K, F) ndarray or None
-        E|h - H|^2; None, or not above zero on some line, where it is not known.
-    """
-
-    frequency: NDArray[np.float64]
-    h: NDArray[np.complex128]
-    variance: NDArray[np.float64] | None = None
-
-    @property
-    def known(self) -> bool:
-        """Whether every line has a variance."""
-        return self.variance is not None and bool((self.variance > 0.0).all())
-
-    def without(self, spoilt: NDArray[np.bool_]) -> "Measured":
-        """Leave out lines (F,)."""
-        variance = None if self.variance is None else self.variance[:, ~spoilt]
-        return Measured(self.frequency[~spoilt], self.h[:, ~spoilt], variance)
-
-    def lines(self) -> Lines:
-        """Lines weighted by the variance if it is known, by the roughness along frequency otherwise."""
-        if self.known and self.variance is not None:
-            return Lines(self.frequency, self.h, np.sqrt(self.variance))
-        return Lines(self.frequency, self.h, roughness(self.h))
-
-    def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
-        """Lines weighted by what a fit leaves over, unless the variance is known."""
-        if self.known:
-            return lines
-        return Lines(self.frequency, self.h, deviation_from_residual(residual(lines, fitted), self.h))
-
-
 def identify(measured: Measured, settings: Settings | None = None) -> Modes:
     """Identify FRFs that share their poles.
 
@@ -110,32 +78,53 @@ def identify(measured: Measured, settings: Settings | None = None) -> Modes:
     lines = measured.lines()
     if not (np.abs(lines.h) > 0.0).any(axis=1).all():
         raise ValueError("an FRF is zero on every line: nothing to identify")
-    count = min(settings.start_count, max(len(lines.frequency) // 6, 1))
-    while True:
-        found, started = _search(measured, lines, count, settings)
-        if len(found.poles) <= 0.7 * count or 2 * count > min(settings.most_count, len(lines.frequency) // 6):
-            break
-        count *= 2
-    rejected: tuple[Rejected, ...] = ()
+    alone = tones(measured.h)
+    left_out = measured.frequency[alone]
+    if alone.any():
+        measured = measured.without(alone)
+        lines = measured.lines()
+    found, started = _widest_search(measured, lines, settings)
+    rejected = [_left_out(f, "a tone on this line alone: no resonance") for f in left_out]
     if settings.mains is not None:
-        spoilt = harmonic_lines(lines.frequency, residual(lines, found), lines.spacing, settings.mains)
+        clean = fit(lines, found.poles[~_hums(lines, found, settings.mains)], found.terms, max_iterations=0)
+        spoilt = harmonic_lines(lines.frequency, residual(lines, clean), lines.spacing, settings.mains)
         if spoilt.any():
-            rejected = _spoilt(lines.frequency[spoilt], settings.mains)
+            rejected += [_left_out(f, _hum(f, settings.mains, lines.spacing)) for f in lines.frequency[spoilt]]
             measured = measured.without(spoilt)
             lines = measured.lines()
-            found = settle(measured, lines, found, settings)
+            found = settle(measured, lines, clean, settings)
     modes = finish(measured, lines, found, settings)
     return replace(modes, rejected=(*_rejected(started, modes.poles), *rejected))
 
 
-def _spoilt(frequency: NDArray[np.float64], mains: float) -> tuple[Rejected, ...]:
-    """Name the lines left out for the mains."""
-    return tuple(
-        Rejected(
-            2j * np.pi * float(f), f"line left out: {max(round(f / mains), 1)} x {mains:g} Hz mains", "harmonic"
-        )
-        for f in frequency
-    )
+def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tuple[PoleFit, NDArray[np.complex128]]:
+    """Search from more and more start poles, until far fewer stay or BIC gains nothing."""
+    count = min(settings.start_count, max(len(lines.frequency) // 6, 1))
+    found, started = _search(measured, lines, count, settings)
+    while len(found.poles) > FULL * count and 2 * count <= min(settings.most_count, len(lines.frequency) // 6):
+        count *= 2
+        wider, proposed = _search(measured, lines, count, settings)
+        weighed = measured.reweighted(lines, wider)
+        rival = fit(weighed, found.poles, found.terms, tolerance=1e-3, max_iterations=5)
+        if bic(wider, weighed) > bic(rival, weighed):
+            break
+        found, started = wider, proposed
+    return found, started
+
+
+def _left_out(f: float, why: str) -> Rejected:
+    """Name a line, Hz, left out of the fit."""
+    return Rejected(2j * np.pi * float(f), f"line left out: {why}", "harmonic")
+
+
+def _hums(lines: Lines, found: PoleFit, mains: float) -> NDArray[np.bool_]:
+    """Poles of a fit that are needles at a mains harmonic: (J,) ndarray."""
+    return np.array([needle_hum(p, mains, lines.spacing) is not None for p in found.poles], dtype=bool)
+
+
+def _hum(f: float, mains: float, spacing: float) -> str:
+    number, fundamental = harmonic_of(f, mains, spacing) or (1, mains)
+    return f"{number} x {fundamental:g} Hz mains"
 
 
 def _search(
@@ -156,17 +145,30 @@ def settle(
     found: PoleFit,
     settings: Settings,
     proposals: NDArray[np.complex128] | None = None,
+    *,
+    rounds: int = MOST_SETTLINGS,
 ) -> PoleFit:
     """Bring an order that is about right to the one BIC prefers: births, residual terms, deaths.
 
-    `proposals` are poles to be tried besides those that the residual itself proposes.
+    `proposals` are poles to be tried besides those that the residual itself proposes; `rounds` is how often the
+    order may be settled anew because what it leaves over shows fewer independent lines than were counted on.
     """
-    lines = measured.reweighted(lines, found)
-    blocks = averaged(lines)
-    found = fit(blocks, found.poles, found.terms, tolerance=1e-4)
-    found = add_missing(lines, blocks, found, proposals)
-    found = choose_terms(blocks, found, settings.terms)
-    return fit(blocks, eliminate(blocks, found).poles, found.terms, tolerance=EXACT / len(lines.frequency))
+    for _ in range(rounds):
+        lines = measured.reweighted(lines, found)
+        blocks = averaged(lines)
+        found = fit(blocks, _widened(found.poles, lines.spacing), found.terms, tolerance=1e-4)
+        found = add_missing(lines, blocks, found, proposals)
+        found = choose_terms(blocks, found, settings.terms)
+        found = fit(blocks, eliminate(blocks, found).poles, found.terms, tolerance=EXACT / len(lines.frequency))
+        if rounds == 1 or measured.reweighted(lines, found).correlation < MORE_CORRELATED * lines.correlation:
+            break
+    return found
+
+
+def _widened(poles: NDArray[np.complex128], spacing: float) -> NDArray[np.complex128]:
+    """Poles no narrower than a line: a resonance may have got stuck there while its lines had other weights."""
+    wide: NDArray[np.complex128] = np.minimum(poles.real, -2.0 * np.pi * spacing) + 1j * poles.imag
+    return wide
 
 
 def finish(
@@ -175,16 +177,23 @@ def finish(
     found: PoleFit,
     settings: Settings,
 ) -> Modes:
-    """Fit on all lines and judge every pole."""
+    """PoleFit on all lines and judge every pole."""
+    return finish_in_order(measured, lines, found, settings)[0]
+
+
+def finish_in_order(
+    measured: Measured, lines: Lines, found: PoleFit, settings: Settings, prior: Prior | None = None
+) -> tuple[Modes, NDArray[np.intp], NDArray[np.float64]]:
+    """Do the same, and return where each pole of `found` stands among the modes and what rests on it (BIC)."""
     lines = measured.reweighted(lines, found)
     tolerance = EXACT / len(lines.frequency) / len(lines.h)
-    last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS)
+    last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS, prior=prior)
     status, reason = judge(lines, last, settings.mains)
     order = np.argsort(last.poles.imag)
     spread = covariance(last, lines)
     pairs = np.array([spread[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] for j in order]).reshape(-1, 2, 2)
     left = residual(lines, last)
-    return Modes(
+    modes = Modes(
         poles=last.poles[order],
         residues=last.projection.residues[:, order],
         covariance=pairs,
@@ -196,6 +205,7 @@ def finish(
         misfit=float(np.sqrt((np.abs(left) ** 2).sum() / (np.abs(lines.h) ** 2).sum())),
         lines=len(lines.frequency),
     )
+    return modes, np.argsort(order), support(last, lines)
 
 
 def _rejected(started: NDArray[np.complex128], stayed: NDArray[np.complex128]) -> tuple[Rejected, ...]:
@@ -212,7 +222,7 @@ def _rejected(started: NDArray[np.complex128], stayed: NDArray[np.complex128]) -
 
 
 def refine(measured: Measured, start: Modes, settings: Settings | None = None) -> Modes:
-    """Fit again from the poles and residual terms of `start`, with no search for the order: a warm start."""
+    """PoleFit again from the poles and residual terms of `start`, with no search for the order: a warm start."""
     settings = settings or Settings()
     lines = measured.lines()
     blocks = averaged(lines)

@@ -65,7 +65,7 @@ def _smooth_blocks(lines: Lines, size: int) -> NDArray[np.bool_]:
     bend = quarters[:, :, 0] - quarters[:, :, 1] - quarters[:, :, 2] + quarters[:, :, 3]
     # four means of size/4 lines: E|bend|^2 = 16 noise / size. Averaging 2m lines leaves a small part of a bend
     # over 4m, so four standard deviations of it stay below the noise of the means.
-    smooth: NDArray[np.bool_] = (np.abs(bend) ** 2 < 256.0 * noise / size).all(0)
+    smooth: NDArray[np.bool_] = (np.abs(bend) ** 2 < 256.0 * noise / size * lines.correlation).all(0)
     span = lines.frequency[:used].reshape(blocks, size)
     gapless: NDArray[np.bool_] = (span[:, -1] - span[:, 0]) < 1.5 * (size - 1) * lines.spacing
     return smooth & gapless
@@ -89,4 +89,5 @@ def _means(lines: Lines, length: NDArray[np.intp]) -> Lines:
         hidden=int((count - 1).sum()) * len(lines.h) + lines.hidden,
         line_spacing=lines.spacing,
         spread=np.add.reduceat((2.0 * np.pi * away) ** 2, first) / count,
+        correlation=lines.correlation,
     )

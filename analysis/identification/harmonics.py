@@ -1,11 +1,40 @@
-"""Lines of an FRF that the mains have spoilt."""
+"""Lines of an FRF that hold something else than the response: mains hum and other tones."""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from analysis.identification.averaging import roughness
+
 OUTLIER = 5.0
 """How far a line must lie from the model, in local standard deviations, before the mains are blamed."""
+
+GRIDS = (50.0, 60.0)
+"""Mains of the world, Hz: a recording made elsewhere, or told wrongly, shows the other one's harmonics."""
+
+WANDER = 5e-3
+"""Share of a harmonic's frequency by which a needle may miss it: mains wander, and a needle's place is rough."""
+
+NEEDLE = 0.5
+"""Half width in lines up to which a pole may be a tone: its ringing would outlast the record."""
+
+TONE = 10.0
+"""How far one line stands out of its neighbours, in multiples of their own difference, that no resonance does."""
+
+
+def harmonic_of(frequency: float, mains: float, spacing: float) -> tuple[int, float] | None:
+    """Tell number and fundamental [Hz] of the mains harmonic that a needle may be, those of `mains` first."""
+    for fundamental in dict.fromkeys((mains, *GRIDS)):
+        number = max(round(frequency / fundamental), 1)
+        if abs(frequency - number * fundamental) <= max(spacing, WANDER * frequency):
+            return number, fundamental
+    return None
+
+
+def needle_hum(pole: complex, mains: float, spacing: float) -> tuple[int, float] | None:
+    """Harmonic, as `harmonic_of` gives it, that a pole [rad/s] stands for; None where it is wider than a line."""
+    frequency, width = pole.imag / (2.0 * np.pi), -pole.real / (2.0 * np.pi)
+    return harmonic_of(frequency, mains, spacing) if width <= NEEDLE * spacing else None
 
 
 def harmonic_lines(
@@ -22,7 +51,7 @@ def harmonic_lines(
     spacing : float
         Of the lines, Hz.
     mains : float
-        Hz.
+        Hz; harmonics of the other grids of the world are looked at as well.
 
     Returns
     -------
@@ -31,7 +60,29 @@ def harmonic_lines(
     size = np.abs(left)
     window = min(101, left.shape[1])
     usual = median_filter(size, size=(1, window), mode="nearest") / np.sqrt(np.log(2.0))
-    number = np.maximum(np.round(frequency / mains), 1.0)
-    near = np.abs(frequency - mains * number) <= 1.001 * spacing
+    near = np.zeros(len(frequency), dtype=bool)
+    for fundamental in {mains, *GRIDS}:
+        number = np.maximum(np.round(frequency / fundamental), 1.0)
+        near |= np.abs(frequency - fundamental * number) <= 1.001 * spacing
     spoilt: NDArray[np.bool_] = near & (size > OUTLIER * np.maximum(usual, np.finfo(float).tiny)).any(axis=0)
     return spoilt
+
+
+def tones(h: NDArray[np.complex128]) -> NDArray[np.bool_]:
+    """Find single lines that no resonance could make: (F,) bool ndarray.
+
+    The peak of a resonance as narrow as the search allows (a tenth of a line) is five times the difference of its
+    two neighbours; a tone that was on while the plate was not driven stands on one line alone.
+
+    Parameters
+    ----------
+    h : (K, F) complex ndarray
+        As measured, evenly spaced.
+    """
+    alone = np.zeros(h.shape, dtype=bool)
+    if h.shape[1] >= 32:
+        height = np.abs(h[:, 1:-1] - 0.5 * (h[:, :-2] + h[:, 2:]))
+        beside = np.maximum(np.abs(h[:, 2:] - h[:, :-2]), roughness(h)[:, 1:-1])
+        alone[:, 1:-1] = height > TONE * beside
+    found: NDArray[np.bool_] = np.asarray(alone.any(axis=0))
+    return found

@@ -26,6 +26,9 @@ class Lines:
         Spacing before any averaging, Hz.
     spread : (F,) ndarray, optional
         Mean squared distance (rad/s)^2 of the lines averaged into one from their middle.
+    correlation : float
+        Neighbouring lines that carry the information of one, tau = 1 + 2 sum rho_k of their errors; 1 where
+        lines are independent.
     """
 
     frequency: NDArray[np.float64]
@@ -34,6 +37,7 @@ class Lines:
     hidden: int = 0
     line_spacing: float | None = None
     spread: NDArray[np.float64] | None = None
+    correlation: float = 1.0
 
     def __post_init__(self) -> None:
         if self.h.ndim != 2 or self.h.shape[1] != len(self.frequency) or self.deviation.shape != self.h.shape:
@@ -49,6 +53,8 @@ class Lines:
             raise ValueError("the FRF holds values that are not finite")
         if not (np.isfinite(self.deviation).all() and (self.deviation > 0.0).all()):
             raise ValueError("standard deviations of lines must be above 0")
+        if not 1.0 <= self.correlation < np.inf:
+            raise ValueError(f"correlation {self.correlation:g} of lines: 1 or more wanted")
 
     @property
     def s(self) -> NDArray[np.complex128]:
@@ -72,6 +78,11 @@ class Lines:
     def values(self) -> int:
         """Real numbers measured."""
         return 2 * (self.h.size + self.hidden)
+
+    @property
+    def independent(self) -> float:
+        """Independent real numbers among `values`: what an information criterion may count."""
+        return self.values / self.correlation
 
     @cached_property
     def weight_groups(self) -> list[tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.float64]]]:

@@ -17,26 +17,35 @@ ROUGH = 3e-4
 """Relative fall of the misfit that is not worth another iteration while poles still come and go."""
 
 
+UNSEEN = 1e-13
+"""Information about a direction, relative to that about a single parameter, which is rounding."""
+
+
 def bic(fitted: PoleFit, lines: Lines) -> float:
     """Bayesian information criterion, n log(misfit) + parameters log(n); smaller is better."""
-    n = lines.values
-    return float(n * np.log((fitted.projection.misfit + lines.hidden) / n) + fitted.parameters * np.log(n))
+    n, misfit = lines.independent, fitted.projection.misfit + lines.hidden
+    return float(n * np.log(misfit / lines.values) + fitted.parameters * np.log(n))
 
 
 def misfit_worth(lines: Lines, level: float, parameters: int) -> float:
     """Return the misfit at which a model of so many parameters reaches a BIC of `level`."""
-    n = lines.values
-    return float(n * np.exp((level - parameters * np.log(n)) / n) - lines.hidden)
+    n = lines.independent
+    return float(lines.values * np.exp((level - parameters * np.log(n)) / n) - lines.hidden)
 
 
 def covariance(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
-    """Covariance (2J, 2J) of log |pole| and log damping ratio, from the Jacobian and the misfit found."""
+    """Covariance (2J, 2J) of log |pole| and log damping ratio, from the Jacobian and the misfit found.
+
+    Lines whose errors go together count as often as they are independent. What the data do not determine has a
+    variance without end, not none: directions that rounding hides keep the largest that rounding lets through.
+    """
     now = fitted.projection
-    freedom = max(lines.values - fitted.parameters, 1)
+    freedom = max(lines.independent - fitted.parameters, 1.0) * lines.correlation
     root = np.sqrt(np.maximum(np.diag(now.hessian), np.finfo(float).tiny))
-    scaled = now.hessian / root[:, None] / root
-    inverse: NDArray[np.float64] = np.linalg.pinv(scaled, rcond=1e-13, hermitian=True) / root[:, None] / root
-    return inverse * ((now.misfit + lines.hidden) / freedom)
+    size, directions = np.linalg.eigh(now.hessian / root[:, None] / root)
+    directions /= root[:, None]
+    inverse: NDArray[np.float64] = (directions / np.maximum(size, UNSEEN)) @ directions.T
+    return inverse * ((now.misfit + lines.hidden) / freedom * lines.correlation)
 
 
 def relative_deviations(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
@@ -47,7 +56,7 @@ def relative_deviations(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
 
 def pole_price(lines: Lines) -> float:
     """Return what BIC asks for a pole: two parameters and a complex residue for every response."""
-    return float((2 + 2 * len(lines.h)) * np.log(lines.values))
+    return float((2 + 2 * len(lines.h)) * np.log(lines.independent))
 
 
 def support(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
@@ -55,7 +64,7 @@ def support(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
 
     An upper bound, for the other poles stay where they are; below zero the pole has to go.
     """
-    n, now = lines.values, fitted.projection
+    n, now = lines.independent, fitted.projection
     rise: NDArray[np.float64] = n * np.log1p(now.loss / (now.misfit + lines.hidden)) - pole_price(lines)
     return rise
 
@@ -92,7 +101,7 @@ def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
     candidates : int
         How many of the weakest poles are tried before the order is accepted.
     """
-    free = _at(lines, fitted.poles[~fitted.stuck], fitted.terms)
+    free = _at(lines, fitted.poles[~fitted.stuck | _outstanding(lines, fitted)], fitted.terms)
     lesser = unresolved(free.poles, free.projection.residues, lines.spacing)
     best = fit(lines, free.poles[~lesser], fitted.terms, tolerance=ROUGH, max_iterations=8)
     best = fit(lines, drop_unsupported(lines, best).poles, best.terms, tolerance=ROUGH, max_iterations=8)
@@ -102,6 +111,14 @@ def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
         if smaller is None:
             return best
         best = smaller
+
+
+def _outstanding(lines: Lines, fitted: PoleFit) -> NDArray[np.bool_]:
+    """Poles in the band that so much rests on that even at a bound only a refit without them may drop them."""
+    place = fitted.poles.imag / (2.0 * np.pi)
+    inside = (place > lines.frequency[0]) & (place < lines.frequency[-1])
+    strong: NDArray[np.bool_] = inside & (support(fitted, lines) > 10.0 * pole_price(lines))
+    return strong
 
 
 def drop_unresolved(lines: Lines, fitted: PoleFit) -> PoleFit:
@@ -119,7 +136,7 @@ def attempt(
     *,
     start: Projection | None = None,
 ) -> PoleFit | None:
-    """Fit a rival model and return it if its BIC falls below `level`; given up early where it cannot."""
+    """PoleFit a rival model and return it if its BIC falls below `level`; given up early where it cannot."""
     responses = len(lines.h)
     parameters = len(poles) * (2 + 2 * responses) + responses * terms.parameters
     target = misfit_worth(lines, level, parameters)

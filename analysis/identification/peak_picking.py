@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks, peak_widths
 
-from analysis.identification.automatic import Measured, Settings, finish
+from analysis.identification.automatic import Settings, finish
 from analysis.identification.lines import Lines
+from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import REAL_E, REAL_E_F, ResidualTerms

@@ -11,6 +11,10 @@ from numpy.typing import NDArray
 CLOSEST = 2.0
 """Line spacings between two modes at least."""
 
+NARROWEST_PAIR = 3.5
+"""Half width, in line spacings, of the narrower of two modes from which they may be closer than `CLOSEST`: over
+so many lines their sum has a shape of its own, and BIC tells it from that of one."""
+
 NARROW = 6.0
 """Half width, in line spacings, below which a resonance may leak."""
 
@@ -53,7 +57,8 @@ def unresolved(
             apart = abs(place[i] - place[j])
             small = NEEDLE_SMALL if width[j] < 1.0 else SMALL
             leaked = width[i] < NARROW and apart < REACH and height[j] < small * height[i]
-            if apart < CLOSEST or leaked:
+            close = apart < CLOSEST and min(width[i], width[j]) < NARROWEST_PAIR
+            if close or leaked:
                 lesser[j] = True
                 break
         else:

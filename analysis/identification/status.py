@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.harmonics import needle_hum
 from analysis.identification.lines import Lines
 from analysis.identification.order import pole_price, relative_deviations, support
 from analysis.identification.pole_search import PoleFit
@@ -19,8 +20,12 @@ UNRESOLVED = "so close to a taller peak that the lines cannot tell them apart, o
 OUTSTANDING = 8.0
 """Damping ratio, in multiples of the median of all poles in the band, above which a pole is background too."""
 
-SMALLEST_SHARE = 0.01
-"""Peak of a mode, relative to |h| where it stands, below which it is not told from curvature."""
+OUTSTANDING_GAIN = 10.0
+"""Prices of a pole that one narrower than the lines must be worth to be more than a stray line."""
+
+SMALLEST_SHARE = (1e-3, 1e-2)
+"""Peak of a mode, relative to |h| where it stands, below which it is not told from curvature: within these, the
+share of the lines that the fit leaves over there."""
 
 
 def judge(lines: Lines, fitted: PoleFit, mains: float | None) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -37,13 +42,13 @@ def judge(lines: Lines, fitted: PoleFit, mains: float | None) -> tuple[tuple[str
     """
     gain = support(fitted, lines)
     spread = relative_deviations(fitted, lines)
-    share = _shares(lines, fitted)
+    share, least = _shares(lines, fitted)
     lesser = unresolved(fitted.poles, fitted.projection.residues, lines.spacing)
     limit = _damping_limit(lines, fitted)
     verdicts = [
-        _verdict(lines, pole, bool(fitted.stuck[j]), mains, limit)
+        _verdict(lines, pole, bool(fitted.stuck[j]), mains, limit, gain[j])
         or (("computational", UNRESOLVED) if lesser[j] else None)
-        or _weakness(lines, pole, gain[j], spread[j, 1], share[j])
+        or _weakness(lines, pole, gain[j], spread[j, 1], share[j] / least[j])
         or ("kept", f"BIC would rise by {gain[j]:.0f} without it")
         for j, pole in enumerate(fitted.poles)
     ]
@@ -54,36 +59,42 @@ def _damping_limit(lines: Lines, fitted: PoleFit) -> float:
     """Damping ratio above which a pole of this FRF is background."""
     place = fitted.poles.imag / (2.0 * np.pi)
     inside = (place >= lines.frequency[0]) & (place <= lines.frequency[-1])
+    inside &= -fitted.poles.real > 0.4 * np.pi * lines.spacing  # a stray line says nothing of damping
     if inside.sum() < 3:
         return MOST_DAMPED
     zeta = (-fitted.poles.real / np.abs(fitted.poles))[inside]
     return min(MOST_DAMPED, OUTSTANDING * float(np.median(zeta)))
 
 
-def _shares(lines: Lines, fitted: PoleFit) -> NDArray[np.float64]:
-    """Height of every peak over rms |h| within half a half-power width of it."""
+def _shares(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Height of every peak over rms |h| within half a half-power width of it, and the least that counts."""
     height = heights(fitted.poles, fitted.projection.residues)
-    share = np.zeros(len(fitted.poles))
+    share, least = np.zeros(len(fitted.poles)), np.full(len(fitted.poles), SMALLEST_SHARE[1])
     for j, pole in enumerate(fitted.poles):
         reach = max(-pole.real / (2.0 * np.pi), 2.0 * lines.spacing)
         near = np.abs(lines.frequency - pole.imag / (2.0 * np.pi)) <= reach
         if near.any():
-            share[j] = height[j] / np.sqrt((np.abs(lines.h[:, near]) ** 2).sum(0).mean())
-    return share
+            size = np.sqrt((np.abs(lines.h[:, near]) ** 2).sum(0).mean())
+            share[j] = height[j] / size
+            noise = np.sqrt((lines.deviation[:, near] ** 2).sum(0).mean()) / size
+            least[j] = np.clip(noise, *SMALLEST_SHARE)
+    return share, least
 
 
 def _verdict(
-    lines: Lines, pole: complex, stuck: bool, mains: float | None, limit: float
+    lines: Lines, pole: complex, stuck: bool, mains: float | None, limit: float, gain: float
 ) -> tuple[str, str] | None:
     """Name what a pole is if it cannot be a mode of the plate."""
     f, zeta, width = pole.imag / (2.0 * np.pi), -pole.real / abs(pole), -pole.real / (2.0 * np.pi)
     low, high = lines.frequency[0], lines.frequency[-1]
     if not low <= f <= high:
         return "computational", f"outside the band, {low:g} to {high:g} Hz: stands for the modes there"
-    if mains and width <= 0.5 * lines.spacing and abs(f - mains * max(round(f / mains), 1)) <= lines.spacing:
-        return "harmonic", f"a line at {max(round(f / mains), 1)} x {mains:g} Hz mains"
+    if mains and (hum := needle_hum(pole, mains, lines.spacing)):
+        return "harmonic", f"a line at {hum[0]} x {hum[1]:g} Hz mains"
     if zeta > limit:
         return "computational", f"damping ratio {zeta:.2g} is above {limit:.2g}: a slope of the background"
+    if width < 0.2 * lines.spacing and gain > OUTSTANDING_GAIN * pole_price(lines):
+        return "weak", "narrower than a fifth of the lines' spacing: its damping is not known"
     if width < 0.2 * lines.spacing:
         return "computational", "narrower than a fifth of the lines' spacing: one stray line"
     if stuck:
@@ -94,10 +105,10 @@ def _verdict(
 def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: float) -> tuple[str, str] | None:
     """Say why a mode in the band is not to be relied on."""
     f, width = pole.imag / (2.0 * np.pi), -pole.real / (2.0 * np.pi)
-    if share < SMALLEST_SHARE:
+    if share < 1.0:
         return (
             "computational",
-            f"its peak is {100 * share:.2g} % of |h| where it stands: curvature of the background",
+            f"its peak is {share:.2g} of what its lines leave over: curvature of the background",
         )
     if spread > 1.0:
         return "computational", "its damping ratio is not determined by the data"

@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from analysis.frf import Frf
-from analysis.identification.automatic import Measured, Settings, finish, identify, settle
+from analysis.identification.automatic import Settings, finish, identify, settle
 from analysis.identification.averaging import averaged
 from analysis.identification.common_factor import common_factor
+from analysis.identification.expected_modes import ExpectedModes, fit_expected
+from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.pole_search import fit
 from analysis.identification.tracked_modes import TrackedModes
@@ -80,6 +82,7 @@ def track(
     settings: Settings | None = None,
     progress: Callable[[str, float], None] | None = None,
     method: Method | None = None,
+    expected: ExpectedModes | None = None,
 ) -> TrackedModes:
     """Identify every sweep of a campaign and follow its modes.
 
@@ -93,6 +96,8 @@ def track(
         Told the stage and the share done.
     method : callable, optional
         Identifies every sweep alone, with no warm start; modes are followed all the same.
+    expected : ExpectedModes, optional
+        What a twin expects in every sweep. Its modes are fitted in place of a search, and are the tracks.
 
     Raises
     ------
@@ -101,6 +106,8 @@ def track(
     """
     settings = settings or Settings()
     measured = [sweep_measured(frf, t) for t in range(len(frf.temperature))]
+    if expected is not None:
+        return _as_expected(frf, *fit_expected(measured, expected, settings, progress))
     start, first = _start(frf.temperature, measured, settings, method or identify)
     done = _Progress()
     _enter(done, start, frf.temperature[start], first, 1.0)
@@ -116,6 +123,19 @@ def track(
         if progress is not None:
             progress("identify", (count + 1) / len(measured))
     return _collect(done, frf, start)
+
+
+def _as_expected(frf: Frf, modes: tuple[Modes, ...], table: NDArray[np.int64]) -> TrackedModes:
+    """Tabulate the modes that a twin expected, those that are in band at some temperature."""
+    return TrackedModes(
+        temperature=frf.temperature,
+        direction=frf.direction,
+        level=frf.level,
+        channels=frf.channels,
+        modes=modes,
+        track=table[:, (table >= 0).any(axis=0)],
+        start=0,
+    )
 
 
 def _start(
@@ -149,7 +169,7 @@ def _follow(
     shown = set(done.labels[source].tolist())
     dormant = [factor * done.predict(label, temperature).pole for label in done.seen if label not in shown]
     warm = fit(averaged(lines), start, before.terms, tolerance=1e-3)
-    settled = settle(measured, lines, warm, settings, np.array(dormant, dtype=complex))
+    settled = settle(measured, lines, warm, settings, np.array(dormant, dtype=complex), rounds=1)
     modes = finish(measured, lines, settled, settings)
     ceiling = POOR * _expected(measured, before)
     if found_end or modes.misfit > ceiling:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cholesky, solve_triangular
+from scipy.linalg.blas import dsyrk
 
 from analysis.identification.lines import Lines
 from analysis.identification.pole_residue import columns_with_derivatives, pole_columns, residues_from_columns
@@ -112,27 +113,29 @@ def _triangle(
     np.multiply(columns.imag, weight, out=stacked[: len(columns), points:])
     np.multiply(data.real, weight, out=stacked[len(columns) :, :points])
     np.multiply(data.imag, weight, out=stacked[len(columns) :, points:])
-    lengths = np.sqrt(np.einsum("nf,nf->n", stacked, stacked))
+    gram = dsyrk(1.0, stacked.T, trans=1)  # the upper half only: half the work of a product
+    lengths = np.sqrt(np.diag(gram))
     lengths[lengths == 0.0] = 1.0
-    stacked /= lengths[:, None]
-    triangle = _factor(stacked)
+    triangle = _factor(stacked, gram, lengths)
     triangle[:, len(columns) :] *= lengths[len(columns) :]
     return triangle, lengths[: len(columns)]
 
 
-def _factor(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the upper triangular factor R of rows of unit length, R^T R = rows rows^T.
+def _factor(
+    rows: NDArray[np.float64], gram: NDArray[np.float64], lengths: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the upper triangular factor R of rows brought to unit length, R^T R = rows rows^T.
 
-    Cholesky's of the Gram matrix costs a quarter of an orthogonal one and squares the condition, so it is only
-    taken where every row keeps a ten-thousandth of its length beside the ones before.
+    Cholesky's of the Gram matrix, whose upper half is given, costs a quarter of an orthogonal one and squares the
+    condition, so it is only taken where every row keeps a ten-thousandth of its length beside the ones before.
     """
     try:
-        factor: NDArray[np.float64] = cholesky(rows @ rows.T, check_finite=False)
+        factor: NDArray[np.float64] = cholesky(gram / lengths[:, None] / lengths, check_finite=False)
         if np.diag(factor).min() > WELL_APART:
             return factor
     except LinAlgError:
         pass
-    factor = np.asarray(np.linalg.qr(rows.T, mode="r"))
+    factor = np.asarray(np.linalg.qr((rows / lengths[:, None]).T, mode="r"))
     short = len(rows) - len(factor)
     if short > 0:  # fewer lines than columns: pad, so that the parts can be cut out all the same
         factor = np.vstack([factor, np.zeros((short, factor.shape[1]))])

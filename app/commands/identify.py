@@ -20,6 +20,7 @@ EXAMPLES = """\b
 Examples:
   flexura identify plate --out plate-run
   flexura identify plate --band 100 800 --json > modes.json
+  flexura identify plate --twin plate-run
   flexura identify frfs.uff --shared-poles --out plate-run --damping viscous
   flexura identify test.toml --out beam-run
 """
@@ -44,6 +45,12 @@ Examples:
 @click.option("--band", nargs=2, type=click.FloatRange(min=0.0), metavar="LOW HIGH", help="Hz (default: all).")
 @click.option("--shared-poles", is_flag=True, help="FRFS.uff: one structure, one set of poles, and its shapes.")
 @click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs as a universal file, too.")
+@click.option(
+    "--twin",
+    type=PATH,
+    metavar="RUN",
+    help="Run folder of `flexura update` for CAMPAIGN: fit the modes its twin expects, under the twin's numbers.",
+)
 @run_out
 @mains
 @output_options("the modes")
@@ -55,6 +62,7 @@ def command(
     band: tuple[float, float] | None,
     shared_poles: bool,
     export: Path | None,
+    twin: Path | None,
     out: Path | None,
     mains: float,
     output: Output,
@@ -75,6 +83,8 @@ def command(
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
     wanted = Wanted(Settings(mains=mains), damping, method, band)
     if declares_test(campaign):
+        if twin is not None:
+            raise click.BadParameter("a test has no twin", param_hint="--twin")
         if shared_poles or export is not None:
             told = "a test's FRFs always share poles; they are written as RUN/frfs.uff"
             raise click.BadParameter(told, param_hint="--shared-poles" if shared_poles else "--export")
@@ -82,6 +92,8 @@ def command(
     elif campaign.suffix.lower() in (".uff", ".unv", ".uf") or (campaign.is_file() and not _is_toml(campaign)):
         if export is not None:
             raise click.BadParameter("the FRFs are in a universal file already", param_hint="--export")
+        if twin is not None:
+            raise click.BadParameter("a universal file has no twin", param_hint="--twin")
         if shared_poles:
             identify_structure(campaign, out, wanted, output)
         elif out is not None:
@@ -92,7 +104,9 @@ def command(
     else:
         if shared_poles:
             raise click.BadParameter("a campaign's sensors always share poles", param_hint="--shared-poles")
-        identify_campaign(campaign, out, export, wanted, output)
+        if twin is not None and method != "auto":
+            raise click.BadParameter("the paper's recipe knows no twin; leave --method out", param_hint="--twin")
+        identify_campaign(campaign, out, export, twin, wanted, output)
 
 
 def _is_toml(path: Path) -> bool:
@@ -100,7 +114,7 @@ def _is_toml(path: Path) -> bool:
 
 
 def identify_campaign(
-    campaign: Path, out: Path | None, export: Path | None, wanted: "Wanted", output: Output
+    campaign: Path, out: Path | None, export: Path | None, twin: Path | None, wanted: "Wanted", output: Output
 ) -> None:
     """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs for others where asked."""
     from app.files.campaign import load_campaign
@@ -112,7 +126,7 @@ def identify_campaign(
     loaded = load_campaign(campaign)
     run = run_folder(campaign, out)
     with output.progress() as report:
-        found = identify.compute(loaded, wanted, report)
+        found = identify.compute(loaded, wanted, report, twin)
     identify.save(run, loaded, found, wanted, export)
     tracked = found.tracked
     seconds = time.perf_counter() - started

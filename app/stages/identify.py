@@ -1,6 +1,6 @@
 """Identify stage: modes of a campaign, computed and saved; modes of single FRFs of universal files."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,8 @@ import numpy as np
 from analysis.campaign import Campaign
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.frf import Frf, campaign_frf
-from analysis.identification.automatic import Measured, Settings, identify
+from analysis.identification.automatic import Settings, identify
+from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.reading import Damping
@@ -21,7 +22,8 @@ from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.frf_file import save_frf
 from app.files.modes_file import save_modes, write_table
-from app.files.provenance import provenance
+from app.files.provenance import provenance, sha256
+from app.files.run_folder import run_file
 from app.files.uff58 import write_frfs
 from app.files.uff_campaign import campaign_frfs
 from app.terminal.modes import modes_record
@@ -105,13 +107,16 @@ class IdentifiedCampaign:
         All lines, inside the band and outside.
     tracked : TrackedModes
         Of the lines inside the band.
+    inputs : mapping
+        SHA-256 of every file that all this follows from, by its name.
     """
 
     frf: Frf
     tracked: TrackedModes
+    inputs: Mapping[str, str]
 
 
-def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> IdentifiedCampaign:
+def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | None = None) -> IdentifiedCampaign:
     """Identify every sweep of a campaign, and follow its modes over temperature.
 
     Parameters
@@ -120,6 +125,8 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> IdentifiedC
     wanted : Wanted
     report : callable
         Called with a stage's name and the share of it done.
+    twin : Path, optional
+        Run folder of ``flexura update`` whose twin says which modes to expect.
 
     Returns
     -------
@@ -128,14 +135,21 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress) -> IdentifiedC
     Raises
     ------
     ResultFileError
-        For a sensor without signal, or a band without lines.
+        For a sensor without signal, a band without lines, or laws of another campaign.
     """
+    inputs = dict(campaign.hashes)
     try:
         frf = campaign_frf(campaign, mains=wanted.settings.mains or 50.0)
-        tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one())
+        expected = None
+        if twin is not None:
+            from app.twins.expected_modes import expected_modes
+
+            laws = run_file(twin, "laws.h5", "update")
+            expected, inputs["laws.h5"] = expected_modes(campaign, laws, report), sha256(laws)
+        tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one(), expected)
     except ValueError as error:
         raise ResultFileError(f"{campaign.name}: {error}") from error
-    return IdentifiedCampaign(frf, tracked)
+    return IdentifiedCampaign(frf, tracked, inputs)
 
 
 def save(
@@ -159,7 +173,7 @@ def save(
     OSError
         Where a file cannot be written.
     """
-    made_from = provenance(campaign.hashes, {"campaign": campaign.name} | wanted.record())
+    made_from = provenance(found.inputs, {"campaign": campaign.name} | wanted.record())
     save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
     if export is not None:
         write_frfs(export, campaign_frfs(campaign.experiment, found.frf))

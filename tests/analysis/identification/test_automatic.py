@@ -3,7 +3,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from analysis.identification.automatic import Measured, Settings, identify, refine
+from analysis.identification.automatic import Settings, identify, refine
+from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.residual_terms import REAL_E_F, choices_for

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from analysis.identification.automatic import Measured, identify
+from analysis.identification.automatic import identify
+from analysis.identification.measured import Measured
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.residual_terms import REAL_E_F

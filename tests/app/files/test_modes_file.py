@@ -6,7 +6,8 @@ import h5py
 import numpy as np
 import pytest
 
-from analysis.identification.automatic import Measured, identify
+from analysis.identification.automatic import identify
+from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.synthetic import r10
 from analysis.identification.tracked_modes import TrackedModes

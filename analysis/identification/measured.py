@@ -1,0 +1,59 @@
+"""FRFs of one condition as they come, and the lines they give a fit."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.averaging import roughness
+from analysis.identification.lines import Lines
+from analysis.identification.missing import residual
+from analysis.identification.noise import correlation, deviation_from_residual
+from analysis.identification.pole_search import PoleFit
+
+
+@dataclass(frozen=True)
+class Measured:
+    """FRFs of one condition as they come.
+
+    Attributes
+    ----------
+    frequency : (F,) ndarray
+        Hz.
+    h : (K, F) complex ndarray
+        One drive, K responses.
+    variance : (K, F) ndarray or None
+        E|h - H|^2; None, or not above zero on some line, where it is not known.
+    """
+
+    frequency: NDArray[np.float64]
+    h: NDArray[np.complex128]
+    variance: NDArray[np.float64] | None = None
+
+    @property
+    def known(self) -> bool:
+        """Whether every line has a variance."""
+        return self.variance is not None and bool((self.variance > 0.0).all())
+
+    def without(self, spoilt: NDArray[np.bool_]) -> "Measured":
+        """Leave out lines (F,)."""
+        variance = None if self.variance is None else self.variance[:, ~spoilt]
+        return Measured(self.frequency[~spoilt], self.h[:, ~spoilt], variance)
+
+    def lines(self) -> Lines:
+        """Lines weighted by the variance if it is known, by the roughness along frequency otherwise."""
+        if self.known and self.variance is not None:
+            return Lines(self.frequency, self.h, np.sqrt(self.variance))
+        return Lines(self.frequency, self.h, roughness(self.h))
+
+    def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
+        """Lines weighted by what a fit leaves over, unless the variance is known, and how many are independent."""
+        left = residual(lines, fitted)
+        deviation = lines.deviation if self.known else deviation_from_residual(left, lines.h)
+        tau = correlation(left / deviation, _reach(fitted.poles, lines.spacing))
+        return replace(lines, deviation=deviation, correlation=tau)
+
+
+def _reach(poles: NDArray[np.complex128], spacing: float) -> float:
+    """Typical half width of poles in lines; 0 where there are none."""
+    return float(np.median(-poles.real)) / (2.0 * np.pi * spacing) if len(poles) else 0.0

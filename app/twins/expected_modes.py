@@ -1,0 +1,78 @@
+"""The modes that the twin of an updated run expects in every sweep of its campaign."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from analysis.campaign import Campaign
+from analysis.identification.expected_modes import ExpectedModes
+from analysis.local_laws import LocalLaws
+from analysis.progress import Progress
+from app.files.bad_file import ResultFileError
+from app.files.laws_file import load_updated
+from app.twins.campaign_twin import campaign_twin
+from simulation.twin.local_solution import LocalSolution
+
+
+def expected_modes(campaign: Campaign, laws: Path, report: Progress) -> ExpectedModes:
+    """Poles of the campaign's twin with the material that ``flexura update`` found for every sweep.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        The one that was updated.
+    laws : Path
+        ``laws.h5`` of its run folder.
+    report : Progress
+        Told how far the twin is, if it has to be made.
+
+    Raises
+    ------
+    ResultFileError
+        If the file cannot be read, or other sweeps were updated.
+    """
+    updated, _ = load_updated(laws)
+    temperature = np.array([sweep.temperature for sweep in campaign.sweeps])
+    if temperature.shape != updated.temperature.shape or np.abs(temperature - updated.temperature).max() > 1e-3:
+        raise ResultFileError(
+            f"{laws}: holds {len(updated.temperature)} sweeps, the campaign {len(temperature)}, or others: "
+            "a sweep was left out, or this is another campaign's. Identify without --twin, or update this campaign"
+        )
+    twin, material = campaign_twin(campaign.experiment, report), updated.material
+    lines = np.asarray(campaign.experiment.protocol.band, dtype=np.float64)
+    constants = zip(
+        material.youngs_modulus, material.poisson_ratio, material.loss_factor, temperature, strict=True
+    )
+    found = []
+    for modulus, ratio, loss, reference in constants:
+        here = LocalLaws.of_material(float(modulus), float(ratio), float(loss), reference=float(reference))
+        found.append(twin.solved(twin.state(here, lines), lines))
+    return ExpectedModes(_named(found, temperature, laws))
+
+
+def _named(found: list[LocalSolution], temperature: NDArray[np.float64], laws: Path) -> NDArray[np.complex128]:
+    """Poles (T, J), a column for one mode: from each temperature to the next, modes go by their shapes."""
+    poles, shapes = [], []
+    for solved in found:
+        if solved.modal is None or solved.modal.count:
+            raise ResultFileError(
+                f"{laws}: the twin has dashpots, or its stiffness changes along the band: modes to expect are not "
+                "known. Identify without --twin"
+            )
+        own = 1j * np.sqrt(solved.modal.poles)
+        order = np.argsort(np.abs(own))
+        poles.append((-np.abs(own.real) + 1j * np.abs(own.imag))[order])
+        shape = solved.basis @ solved.modal.shapes[:, order]
+        shapes.append(shape / np.linalg.norm(shape, axis=0))
+    count = min(len(row) for row in poles)
+    row = np.arange(count)
+    named = np.empty((len(poles), count), dtype=complex)
+    before = None
+    for t in np.argsort(temperature, kind="stable"):
+        if before is not None:
+            alike = np.abs(before.conj().T @ shapes[t]) ** 2
+            row = linear_sum_assignment(-alike)[1]
+        named[t], before = poles[t][row], shapes[t][:, row]
+    return named

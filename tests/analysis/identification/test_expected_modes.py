@@ -1,0 +1,97 @@
+"""Modes that a twin expects: five in one sensor's FRFs, two of them so near that a fit alone makes one of them."""
+
+import numpy as np
+import pytest
+
+from analysis.frf import Frf
+from analysis.identification.expected_modes import ExpectedModes
+from analysis.identification.pole_residue import synthesis
+from analysis.identification.residual_terms import NONE
+from analysis.identification.tracking import track
+
+FREQUENCY = np.arange(100.0, 700.0, 0.5)
+TEMPERATURE = np.array([10.0, 20.0, 30.0, 40.0])
+AT_COLD = np.array([160.0, 300.0, 306.0, 420.0, 560.0])
+RESIDUES = 1j * np.array([[100.0, 140.0, 120.0, -160.0, 150.0]])
+
+
+def poles() -> np.ndarray:
+    """Frequencies that fall by a tenth, loss factors 6 to 12 %; the second mode overtakes the third."""
+    warmer = (TEMPERATURE - 10.0)[:, None] / 30.0
+    f = AT_COLD * (1.0 - 0.1 * warmer) * np.exp(warmer * np.array([0.0, 0.02, -0.02, 0.0, 0.0]))
+    eta = 0.06 + 0.06 * np.sin(np.pi * warmer)
+    return 2j * np.pi * f * np.sqrt(1 + 1j * eta)
+
+
+def campaign(seed: int = 0) -> Frf:
+    rng = np.random.default_rng(seed)
+    none = np.zeros((1, 0), complex)
+    clean = np.array([synthesis(FREQUENCY, row, RESIDUES, NONE, none) for row in poles()])
+    deviation = 0.005 * np.sqrt(np.mean(np.abs(clean) ** 2, axis=2, keepdims=True))
+    draw = rng.normal(size=clean.shape) + 1j * rng.normal(size=clean.shape)
+    return Frf(
+        temperature=TEMPERATURE,
+        direction=("up",) * 4,
+        level=np.ones(4),
+        frequency=FREQUENCY,
+        h=clean + deviation / np.sqrt(2) * draw,
+        variance=np.broadcast_to(deviation**2, clean.shape).copy(),
+        coherence=np.ones(clean.shape),
+        excluded=np.zeros(len(FREQUENCY), bool),
+        channels=("S1",),
+    )
+
+
+def twin(seed: int) -> ExpectedModes:
+    """Frequencies wrong by 0.3 %, damping by 5 %, each mode by a draw of its own."""
+    rng = np.random.default_rng(seed)
+    true = poles()
+    frequency, damping = np.exp(3e-3 * rng.normal(size=5)), np.exp(0.05 * rng.normal(size=5))
+    return ExpectedModes(frequency * (true.real * damping + 1j * true.imag))
+
+
+def test_every_mode_keeps_its_number_where_two_cross_and_none_is_missing() -> None:
+    tracked = track(campaign(), expected=twin(1))
+    assert (tracked.track >= 0).all()
+    f = tracked.reading().frequency_hz
+    truth = np.sqrt((-(poles() ** 2)).real) / (2 * np.pi)
+    assert f[0, 1] < f[0, 2]
+    assert f[-1, 1] > f[-1, 2]
+    np.testing.assert_allclose(f, truth, rtol=6e-3)
+
+
+def test_deviations_hold_what_the_neighbour_hides() -> None:
+    """Over ten twins and noises nine of ten frequencies and loss factors lie within two standard deviations."""
+    true = poles()
+    k = -(true**2)
+    away = []
+    for seed in range(10):
+        read = track(campaign(seed), expected=twin(seed)).reading()
+        away.append((read.frequency_hz - np.sqrt(k.real) / (2 * np.pi)) / read.sigma_frequency_hz)
+        away.append((read.loss_factor - k.imag / k.real) / read.sigma_loss_factor)
+    assert np.mean(np.abs(away) < 1.96) > 0.88
+
+
+def test_what_the_frf_tells_counts_more_than_the_twin() -> None:
+    """The lone modes are found to a tenth of the twin's error."""
+    truth = np.sqrt((-(poles() ** 2)).real) / (2 * np.pi)
+    wrong = ExpectedModes(1.003 * poles())
+    f = track(campaign(), expected=wrong).reading().frequency_hz
+    assert np.abs(f / truth - 1.0)[:, [0, 3, 4]].max() < 6e-4
+
+
+def test_a_mode_that_the_frf_does_not_show_is_weak() -> None:
+    true = poles()
+    more = np.column_stack([true, 2j * np.pi * 480.0 * np.sqrt(1 + 0.06j) * np.ones(4)])
+    tracked = track(campaign(), expected=ExpectedModes(more))
+    assert all(row[5] == "weak" for row in tracked.status)
+    assert all(row[3] == "kept" for row in tracked.status)
+
+
+def test_expected_modes_refuse_nonsense() -> None:
+    with pytest.raises(ValueError, match="upper half plane"):
+        ExpectedModes(np.array([[1.0 + 100j]]))
+    with pytest.raises(ValueError, match="frequency_deviation 2"):
+        ExpectedModes(poles(), frequency_deviation=2.0)
+    with pytest.raises(ValueError, match="for 3 sweeps"):
+        track(campaign(), expected=ExpectedModes(poles()[:3]))

@@ -1,0 +1,66 @@
+"""The twin of an updated run expects modes: named by their shapes, and refused where they do not belong."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import app.expected_modes
+from analysis.material import Material
+from app.expected_modes import expected_modes
+from app.files.bad_file import ResultFileError
+
+TEMPERATURE = np.array([20.0, 30.0, 40.0])
+
+
+class CrossingTwin:
+    """Three modes whose squares depend on Poisson's ratio, so that the last two cross."""
+
+    def __init__(self, dashpots: int = 0) -> None:
+        self.dashpots = dashpots
+
+    def state(self, laws: Any, _lines: Any) -> Any:
+        return laws
+
+    def solved(self, laws: Any, _lines: Any) -> Any:
+        ratio, loss = float(laws.poisson_ratio(laws.reference)), float(laws.loss_factor(laws.reference))
+        squares = (2 * np.pi * np.array([100.0, 200.0 + 100.0 * (ratio - 0.3), 202.0])) ** 2
+        order = np.argsort(squares)
+        modal = SimpleNamespace(
+            poles=squares[order] * (1 + 1j * loss), shapes=np.eye(3)[:, order].astype(complex), count=self.dashpots
+        )
+        return SimpleNamespace(modal=modal, basis=np.eye(3))
+
+
+def prepared(monkeypatch: pytest.MonkeyPatch, twin: Any, sweeps: int = 3) -> Any:
+    material = Material(np.full(3, 2e9), np.array([0.30, 0.31, 0.36]), np.full(3, 0.05))
+    updated = SimpleNamespace(temperature=TEMPERATURE, material=material)
+    monkeypatch.setattr(app.expected_modes, "load_updated", lambda _: (updated, None))
+    monkeypatch.setattr(app.expected_modes, "campaign_twin", lambda *_: twin)
+    return SimpleNamespace(
+        sweeps=[SimpleNamespace(temperature=float(t)) for t in TEMPERATURE[:sweeps]],
+        experiment=SimpleNamespace(protocol=SimpleNamespace(band=(50.0, 300.0))),
+    )
+
+
+def test_modes_that_cross_keep_their_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign = prepared(monkeypatch, CrossingTwin())
+    poles = expected_modes(campaign, Path("laws.h5"), lambda *_: None).poles
+    k = -(poles**2)
+    f = np.sqrt(k.real) / (2 * np.pi)
+    np.testing.assert_allclose(f, [[100.0, 200.0, 202.0], [100.0, 201.0, 202.0], [100.0, 206.0, 202.0]])
+    np.testing.assert_allclose(k.imag / k.real, 0.05)
+
+
+def test_other_sweeps_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign = prepared(monkeypatch, CrossingTwin(), sweeps=2)
+    with pytest.raises(ResultFileError, match="holds 3 sweeps, the campaign 2"):
+        expected_modes(campaign, Path("laws.h5"), lambda *_: None)
+
+
+def test_a_twin_with_dashpots_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign = prepared(monkeypatch, CrossingTwin(dashpots=1))
+    with pytest.raises(ResultFileError, match="the twin has dashpots"):
+        expected_modes(campaign, Path("laws.h5"), lambda *_: None)
