@@ -1,9 +1,12 @@
 """How the actuator positions of ``section2-panel.toml`` were found.
 
     python examples/place_actuators.py [PANEL.toml] [--starts 6] [--pitch 0.0125]
+    python examples/place_actuators.py --laws plate-run --outside-weight 10 --patches 8 --keep-out 0.18 0 0.24 0.06
 
-Exchanges positions on a lattice until no single move raises the mean STIF contrast, at the panel's illustration
-material (the paper's section 2) and over its band, lines below 540 Hz counting twice as densely as those above.
+Exchanges positions on a lattice until no single move raises the mean STIF contrast over the panel's band, lines
+below 540 Hz counting twice as densely as those above: at the panel's illustration material (the paper's section
+2), or at several temperatures at once of a run's laws. No patch is put into a zone to keep out of. The contrast
+printed is that of lines half-way between those that took part.
 The plate is a thin one (Kirchhoff), clamped, in products of polynomials (Ritz), with the bending stiffness and the
 mass of every glued patch: light enough for thousands of layouts, and independent of the finite-element twin, with
 which the result is then to be judged (``flexura focus``).
@@ -24,6 +27,7 @@ from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast
 from analysis.focusing.placement import clearance, exchange
+from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, read_panel
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 
@@ -77,10 +81,10 @@ def integrals(plate_lengths: tuple[float, float], spans: list[tuple[float, float
 class Layouts:
     """Scores layouts of a panel's patches on a lattice of centres (C, 2), m."""
 
-    def __init__(self, panel: Panel, centers: np.ndarray) -> None:
-        plate, patch, material = panel.plate, panel.patch[0], panel.illustration
+    def __init__(self, panel: Panel, centers: np.ndarray, constants: tuple[float, float, float]) -> None:
+        plate, patch = panel.plate, panel.patch[0]
         lengths = (plate.length_x, plate.length_y)
-        e, nu, self.loss = material.youngs_modulus, material.poisson_ratio, material.loss_factor
+        e, nu, self.loss = constants
         h, hp, ceramic = plate.thickness, patch.thickness, PIEZO_MATERIALS[patch.material]
         whole = integrals(lengths, [(0.0, lengths[0]), (0.0, lengths[1])])
         rigidity = e * h**3 / 12.0 / (1.0 - nu**2)
@@ -111,14 +115,15 @@ class Layouts:
         self.aim = field.T @ (grid.area * grid.target)
         low, high = panel.filters.band
         self.lines = np.concatenate([np.arange(low, 540.0, 20.0), np.arange(540.0, high + 1.0, 40.0)])
-        self.tolerance = panel.filters.tolerance
+        self.tolerance, self.kappa = panel.filters.tolerance, panel.filters.kappa
 
-    def contrast(self, layout: np.ndarray) -> np.ndarray:
-        """STIF contrast (F,) of one layout (N,)."""
+    def contrast(self, layout: np.ndarray, lines: np.ndarray | None = None) -> np.ndarray:
+        """STIF contrast (F,) of one layout (N,), at the lines of the search unless others are given."""
+        lines = self.lines if lines is None else lines
         stiffness = self.bare + self.stiffness[layout].sum(axis=0)
         values, modes = eigh(stiffness, np.eye(MODES) + self.mass[layout].sum(axis=0))
         force = modes.T @ self.load[layout].T
-        dynamic = values * (1.0 + 1j * self.loss) - (2.0 * np.pi * self.lines[:, None]) ** 2
+        dynamic = values * (1.0 + 1j * self.loss) - (2.0 * np.pi * lines[:, None]) ** 2
         response = force / dynamic[:, :, None]
         adjoint = response.conj().transpose(0, 2, 1)
         forms = EnergyForms(
@@ -126,11 +131,25 @@ class Layouts:
             (adjoint @ (modes.T @ self.target @ modes) @ response)[None],
             (adjoint @ (modes.T @ self.aim))[None],
         )
-        return contrast(forms, invert(forms, self.tolerance).filters)[0]
+        return contrast(forms, invert(forms.weighted(self.kappa), self.tolerance).filters)[0]
 
-    def score(self, layouts: np.ndarray) -> np.ndarray:
-        """Mean contrast (S,) of layouts (S, N)."""
-        return np.array([self.contrast(layout).mean() for layout in layouts])
+
+def materials(panel: Panel, run: Path | None, temperatures: list[float]) -> list[tuple[float, float, float]]:
+    """E, nu and eta at each temperature, °C, of a run's laws; without a run those of the illustration."""
+    if run is None:
+        plate = panel.illustration
+        return [(plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor)]
+    law = load_laws(run / "laws.h5").at(np.array(temperatures or [0.0, 20.0, 40.0, 60.0]))
+    rows = zip(law.youngs_modulus, law.poisson_ratio, law.loss_factor, strict=True)
+    return [(float(e), float(nu), float(eta)) for e, nu, eta in rows]
+
+
+def kept_out(centers: np.ndarray, size: tuple[float, float], zones: list[list[float]]) -> np.ndarray:
+    """Which centres (C, 2) of patches of a `size` reach into a zone x0, y0, x1, y1, all m."""
+    half, out = 0.5 * np.array(size), np.zeros(len(centers), dtype=bool)
+    for x0, y0, x1, y1 in zones:
+        out |= ((centers + half > (x0, y0)) & (centers - half < (x1, y1))).all(axis=1)
+    return out
 
 
 def main() -> None:
@@ -141,8 +160,18 @@ def main() -> None:
     parser.add_argument("--pitch", type=float, default=0.0125, help="of the lattice, m")
     parser.add_argument("--first", type=float, default=0.02, help="first centre along x and y, m")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--laws", type=Path, help="run folder with laws.h5; default: the illustration's material")
+    parser.add_argument("--temperature", type=float, action="append", default=[], help="°C, with --laws; repeat")
+    parser.add_argument("--patches", type=int, help="how many; default: the panel's")
+    parser.add_argument("--outside-weight", type=float, help="of the aim; default: the panel's")
+    parser.add_argument(
+        "--keep-out", type=float, nargs=4, action="append", default=[], metavar=("X0", "Y0", "X1", "Y1"), help="m"
+    )
     options = parser.parse_args()
     panel = read_panel(options.panel)
+    if options.outside_weight is not None:
+        settings = panel.filters.model_copy(update={"outside_weight": options.outside_weight})
+        panel = panel.model_copy(update={"filters": settings})
     if panel.plate.outline is not None or panel.plate.hole or panel.plate.boundary != "clamped":
         sys.exit(f"{options.panel}: the polynomials are those of a clamped rectangle without holes")
     size = panel.patch[0].size
@@ -151,19 +180,27 @@ def main() -> None:
         for length, side in zip((panel.plate.length_x, panel.plate.length_y), size, strict=True)
     ]
     centers = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    layouts = Layouts(panel, centers)
+    centers = centers[~kept_out(centers, size, options.keep_out)]
+    plates = [Layouts(panel, centers, one) for one in materials(panel, options.laws, options.temperature)]
+
+    def score(layouts: np.ndarray) -> np.ndarray:
+        return np.array([np.mean([plate.contrast(layout) for plate in plates]) for layout in layouts])
+
     free = clearance(centers, max(size) + GAP)
     rng = np.random.default_rng(options.seed)
     best = None
     for start in range(options.starts):
-        found = exchange(layouts.score, free, len(panel.patch), rng, starts=1)
+        found = exchange(score, free, options.patches or len(panel.patch), rng, starts=1)
         print(f"start {start + 1}: {found.score:.4f}", file=sys.stderr, flush=True)
         best = found if best is None or found.score > best.score else best
     if best is None:
         sys.exit("--starts must be at least 1")
-    reached = layouts.contrast(best.chosen)
-    below = layouts.lines < 540.0
-    print(f"mean contrast {reached[below].mean():.3f} below 540 Hz, {reached[~below].mean():.3f} above")
+    lines = plates[0].lines[:-1] + 0.5 * np.diff(plates[0].lines)
+    below = lines < 540.0
+    for number, plate in enumerate(plates):
+        reached = plate.contrast(best.chosen, lines)
+        where = f"{(options.temperature or [0.0, 20.0, 40.0, 60.0])[number]:g} °C: " if options.laws else ""
+        print(f"{where}contrast {reached[below].mean():.3f} below 540 Hz, {reached[~below].mean():.3f} above")
     for number, center in enumerate(centers[best.chosen], start=1):
         print(f"A{number}: center = [{center[0]:.4f}, {center[1]:.4f}]")
 

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.automatic import 
-from analysis.identification.measured import Measured
 from analysis.identification.averaging import averaged
+from analysis.identification.measured import Measured
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.vector_fitting import start_poles
 

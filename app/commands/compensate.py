@@ -284,13 +284,13 @@ def show(found: "Compensation") -> None:
         ("contrast lost, mean", [f"{c.mean(axis=1).max():.4f}" for c in found.contrast_loss]),
         ("contrast lost, worst line", [f"{c:.4f}" for c in found.largest_loss]),
         ("contrast by area, mean", [f"{area_normalised(c, share).mean():.3f}" for c in found.contrast]),
-        ("phase error [°]", [f"{c:.1f}" for c in found.phase_error]),
-        ("level ripple [dB]", [f"{c:.1f}" for c in found.level_ripple]),
+        ("phase error, °", [f"{c:.1f}" for c in found.phase_error]),
+        ("level ripple, dB", [f"{c:.1f}" for c in found.level_ripple]),
         ("peak drive", [f"{c.max():.3g}" for c in found.peak_drive]),
         ("kilobytes", [f"{c / 1e3:.0f}" for c in found.size]),
-        ("multiplications [10³]", [f"{c / 1e3:.0f}" for c in found.update_cost]),
-        ("time [s]", [f"{c:.2f}" for c in found.seconds]),
-        ("relative error [%]", [f"{_largest(found, m):.1g}" for m in range(len(found.methods))]),
+        ("multiplications, 10³", [f"{c / 1e3:.0f}" for c in found.update_cost]),
+        ("time, s", [f"{c:.2f}" for c in found.seconds]),
+        ("relative error, %", [f"{_largest(found, m):.1g}" for m in range(len(found.methods))]),
     ):
         table.add_row(figure, *values)
     Console().print(table)

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.estimation.windows import without_window
-from analysis.identification.automatic import 
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.tracked_modes import TrackedModes
