@@ -389,7 +389,7 @@ def aim(
     filters : (F, N) ndarray
         On the lines of the band.
     asked : float
-        φᵀ W φ (`FieldSpace.asked`), m3.
+        φᵀ W φ (`FieldSpace.asked`), m4.
 
     Returns
     -------

@@ -47,7 +47,7 @@ def mean_response(forms: EnergyForms, filters: Complex, asked: float) -> Complex
     filters : (T, F, N) ndarray
         Or (F, N), for the same filters at every temperature.
     asked : float
-        φᵀ W φ (`FieldSpace.asked`), m3.
+        φᵀ W φ (`FieldSpace.asked`), m4.
 
     Returns
     -------
