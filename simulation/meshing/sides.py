@@ -258,7 +258,7 @@ class Cutter:
         ----------
         edge : int
         reach : mapping of int to float
-            How long the first piece next to a corner is, m, by the corner's number.
+            Length of the first piece next to a corner, m, by the number of the corner's node.
         repairs : Repairs
 
         Returns
