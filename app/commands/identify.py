@@ -155,7 +155,24 @@ def identify_campaign(
 
 
 def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: Output) -> None:
-    """Identify a test, or the FRFs of a universal file, as one structure; exit status 1 where no mode is found."""
+    """Identify a test, or the FRFs of a universal file, as one structure.
+
+    Parameters
+    ----------
+    path : Path
+        Declaration of a test, its folder, or a universal file.
+    out : Path or None
+        Run folder; None for the one beside `path`.
+    wanted : Wanted
+    output : Output
+
+    Raises
+    ------
+    click.exceptions.Exit
+        With status 1, where no mode is found.
+    ResultFileError
+        Where nothing can be identified.
+    """
     from analysis.mains import likely_mains
     from app.files.modal_test_toml import declares_test
     from app.files.run_folder import run_folder
