@@ -59,11 +59,37 @@ class Curvature(Sparse):
         return table
 
     def height_at(self, xi: Real, zeta: Real, half: tuple[float, float]) -> Real:
-        """Heights (K,), m, at xi and zeta (K,)."""
+        """Heights of the mid-plane.
+
+        Parameters
+        ----------
+        xi, zeta : (K,) ndarray
+            Places, -1 to 1 over the bounding box.
+        half : (float, float)
+            Half lengths of the bounding box, m.
+
+        Returns
+        -------
+        (K,) ndarray
+            m.
+        """
         return np.asarray(polynomial.polyval2d(xi, zeta, self.coefficients(half)))
 
     def slope_at(self, xi: Real, zeta: Real, half: tuple[float, float]) -> Real:
-        """Slopes along x and y, (K, 2), at xi and zeta (K,)."""
+        """Slopes of the mid-plane along x and y.
+
+        Parameters
+        ----------
+        xi, zeta : (K,) ndarray
+            Places, -1 to 1 over the bounding box.
+        half : (float, float)
+            Half lengths of the bounding box, m.
+
+        Returns
+        -------
+        (K, 2) ndarray
+            m/m.
+        """
         table = self.coefficients(half)
         slopes = [
             polynomial.polyval2d(xi, zeta, polynomial.polyder(table, axis=axis)) / half[axis] for axis in (0, 1)

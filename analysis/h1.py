@@ -59,9 +59,20 @@ def h1(
 def bad_repeats(drive: NDArray[np.float32], response: NDArray[np.float32], lines: slice) -> list[int]:
     """Repeats whose ratio lies far from the others': a knock, a dropout, a loose cable.
 
-    Each repeat's energy about the median repeat is compared with the median of these energies; more
-    than sixteen times (four times in amplitude) is no noise of a steady rig. Needs three repeats. Only `lines` are
-    divided: beyond the band a drive may be exactly zero.
+    Each repeat's energy about the median repeat is compared with the median of these energies; more than sixteen
+    times (four times in amplitude) is no noise of a steady rig. Needs three repeats.
+
+    Parameters
+    ----------
+    drive, response : (R, M) ndarray, V
+        Repeats as recorded.
+    lines : slice
+        Lines of the real FFT that are divided: beyond the band a drive may be exactly zero.
+
+    Returns
+    -------
+    list of int
+        Numbers of the bad repeats, from 0; empty for fewer than three repeats.
     """
     if drive.shape[0] < 3:
         return []

@@ -60,7 +60,21 @@ def _check_place(plate: Plate, patch: Patch) -> None:
 
 
 def check_point(plate: Plate, name: str, point: Point) -> None:
-    """Raise GeometryError unless a point lies on the plate; `name` says what is fixed there."""
+    """Check that a point lies on the plate.
+
+    Parameters
+    ----------
+    plate : Plate
+    name : str
+        What is fixed there, for the message.
+    point : (float, float)
+        m.
+
+    Raises
+    ------
+    GeometryError
+        For a point in a hole or off the plate.
+    """
     if plate.contains(np.array([point]))[0]:
         return
     for number, hole in enumerate(plate.hole_loops):

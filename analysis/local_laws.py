@@ -43,7 +43,26 @@ class LocalLaws:
         reference: float = 20.0,
         slope: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> "LocalLaws":
-        """Laws through E [Pa], nu and eta at `reference`, with slopes of log E, nu and log eta per K."""
+        """Laws through one material, linear in temperature.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            At `reference`, Pa.
+        poisson_ratio : float
+            At `reference`.
+        loss_factor : float
+            At `reference`.
+        reference : float
+            °C.
+        slope : (float, float, float)
+            Of log E, nu and log eta, per K.
+
+        Returns
+        -------
+        LocalLaws
+            Without curvature.
+        """
         value = np.array([np.log(youngs_modulus), poisson_ratio, np.log(loss_factor)])
         return cls(reference, value, np.array(slope), np.zeros(3))
 

@@ -20,14 +20,27 @@ FEWEST_ODD = 3
 
 
 def mains_lines(frequency: Real, mains: float, record: float) -> NDArray[np.bool_]:
-    """Lines within one and a half spacings of a harmonic of `mains` [Hz], for a record of `record` seconds."""
+    """Lines within one and a half spacings of a harmonic of the mains.
+
+    Parameters
+    ----------
+    frequency : (F,) ndarray, Hz
+    mains : float
+        Mains frequency, Hz.
+    record : float
+        Length of the record, s; its inverse is the spacing.
+
+    Returns
+    -------
+    (F,) ndarray of bool
+    """
     distance = np.abs(frequency - mains * np.round(frequency / mains))
     lines: NDArray[np.bool_] = distance < 1.5 / record
     return lines
 
 
 def other_hums(frequency: Real, rough: Real, excluded: NDArray[np.bool_]) -> list[float]:
-    """Return fundamentals of hums that stand out of the noise and are not all on `excluded` lines, Hz, ascending.
+    """Return fundamentals of hums that stand out of the noise and are not all on `excluded` lines.
 
     They are sought in all sweeps together and in each: mains wander by some hundredths of a hertz.
 
@@ -38,6 +51,11 @@ def other_hums(frequency: Real, rough: Real, excluded: NDArray[np.bool_]) -> lis
     rough : (T, K, F) ndarray
         Power that neighbouring lines have not in common, in units of the noise, of T sweeps and K channels.
     excluded : (F,) bool ndarray
+
+    Returns
+    -------
+    list of float
+        Hz, ascending.
     """
     sweeps, channels, _ = rough.shape
     power = np.concatenate([rough.mean((0, 1))[None], rough.mean(1)])

@@ -11,9 +11,20 @@ CLEAR = 1e-4
 
 
 def check_parts(outline: Loop, holes: Sequence[Loop], zones: Sequence[Loop]) -> None:
-    """Raise GeometryError unless all lie inside the outline and apart, holes clear of every other edge.
+    """Check that all parts lie inside the outline and apart, holes clear of every other edge.
 
     Zones may reach to the outline, to holes and to each other, and hold all of a hole.
+
+    Parameters
+    ----------
+    outline : Loop
+    holes : sequence of Loop
+    zones : sequence of Loop
+
+    Raises
+    ------
+    GeometryError
+        For parts that reach out of the outline, overlap, cross or come too close, with the place.
     """
     cuts = [(f"hole {n + 1}", loop) for n, loop in enumerate(holes)]
     areas = [(f"zone {n + 1}", loop) for n, loop in enumerate(zones)]

@@ -129,7 +129,23 @@ class Sensor(Sparse):
 
 
 def check_footprint(plate: Plate, name: str, point: Point, radius: float) -> None:
-    """Raise GeometryError unless a disc lies on the plate, over no edge."""
+    """Check that a disc lies on the plate, over no edge.
+
+    Parameters
+    ----------
+    plate : Plate
+    name : str
+        What is fixed there, for the message.
+    point : (float, float)
+        Centre, m.
+    radius : float
+        m; 0 for a point.
+
+    Raises
+    ------
+    GeometryError
+        For a centre off the plate or in a hole, and a disc that reaches over an edge, with the place.
+    """
     if not plate.contains(np.array([point]))[0]:
         raise GeometryError(
             f"{name}: point {at(point)} is off the plate or in a hole; move it onto the plate", point

@@ -73,7 +73,27 @@ class TwinModel(Protocol):
     def frf(
         self, laws: LocalLaws, frequency: Real, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
     ) -> Complex:
-        """Transfer of one sweep, (K, F); arguments and errors as `linearise`."""
+        """Transfer of one sweep.
+
+        Parameters
+        ----------
+        laws : LocalLaws
+        frequency : (F,) ndarray, Hz
+        effects : mapping
+            Values of those that are on.
+        point : SweepPoint, optional
+            As in `linearise`.
+
+        Returns
+        -------
+        (K, F) complex ndarray
+            V/V or, of transducers, SI units per unit of the drive.
+
+        Raises
+        ------
+        ValueError
+            As `linearise`.
+        """
         ...
 
     def linearise(
@@ -97,6 +117,10 @@ class TwinModel(Protocol):
             Circumstances of the sweep; unless given, a steady temperature, the laws' reference, at 1 V.
         tangents : sequence of Tangent
             Parameters of effects by which to differentiate.
+
+        Returns
+        -------
+        Linearisation
 
         Raises
         ------

@@ -33,7 +33,24 @@ def run_studies(
     training: Training,
     report: Progress,
 ) -> Studies:
-    """Compute what `figures` show.
+    """Compute what figures of the paper show.
+
+    Parameters
+    ----------
+    figures : sequence of str
+        Their numbers: 4, 13 to 19.
+    model : PanelTwin
+    panel : Panel
+    laws : MaterialLaws
+        Of the panel's plate.
+    training : Training
+    report : callable
+        Told the stage's name and the share done.
+
+    Returns
+    -------
+    Studies
+        None in it for figures not asked for.
 
     Raises
     ------

@@ -97,6 +97,23 @@ def train(
 
     A network stands still when in 20 steps on end neither its objective nor α moved by more than
     `tolerance` of itself, or when the damping has passed 1e10: no descent left in the digits at hand.
+
+    Parameters
+    ----------
+    problem : TrainingProblem
+    start : Weights
+        First weights of the B networks.
+    epochs : int
+        Steps tried at most.
+    tolerance : float
+        Relative change under which objective and α count as unmoved.
+    progress : callable, optional
+        Told the number of every step done, from 0.
+
+    Returns
+    -------
+    BayesianFit
+        Weights, evidence and steps tried of every network.
     """
     weights = start
     at = linearise(weights, problem.inputs, problem.targets, problem.used)
@@ -130,7 +147,21 @@ def train(
 
 
 def first_estimate(problem: TrainingProblem, weights: Weights, at: Linearised) -> tuple[Tensor, Tensor]:
-    """Estimate α, β as though the data determined every parameter; β = 1 where they are too few for that."""
+    """Estimate α, β as though the data determined every parameter; β = 1 where they are too few for that.
+
+    Parameters
+    ----------
+    problem : TrainingProblem
+    weights : Weights
+        First weights.
+    at : Linearised
+        The networks at `weights`.
+
+    Returns
+    -------
+    alpha, beta : (B,) Tensor
+        Weights of the squared parameters and of the squared scaled errors.
+    """
     count = float(parameter_count(weights, problem.outputs))
     spare = problem.error_count - count
     beta = torch.where(spare > 0, spare / (2.0 * _squares(at.error)), torch.ones_like(spare))
@@ -140,7 +171,22 @@ def first_estimate(problem: TrainingProblem, weights: Weights, at: Linearised) -
 def reestimate(
     problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor
 ) -> tuple[Tensor, Tensor]:
-    """One round of MacKay's α and β."""
+    """One round of MacKay's α = γ/(2 E_W) and β = (n M - γ)/(2 E_D).
+
+    Parameters
+    ----------
+    problem : TrainingProblem
+    weights : Weights
+    at : Linearised
+        The networks at `weights`.
+    alpha, beta : (B,) Tensor
+        The estimates before.
+
+    Returns
+    -------
+    alpha, beta : (B,) Tensor
+        The estimates after.
+    """
     gamma = determined(problem, weights, at, alpha, beta)
     # An exact fit would send beta to infinity; the floor is far below any rounding of the errors.
     squares = _squares(at.error).clamp(min=1e-30 * float(problem.outputs))
@@ -148,7 +194,27 @@ def reestimate(
 
 
 def determined(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor) -> Tensor:
-    """Count the parameters the data determine: γ (B,)."""
+    """Count the parameters the data determine: γ = P - α tr(β JᵀJ + α I)⁻¹.
+
+    Parameters
+    ----------
+    problem : TrainingProblem
+    weights : Weights
+    at : Linearised
+        The networks at `weights`.
+    alpha, beta : (B,) Tensor
+        Weights of the squared parameters and of the squared scaled errors.
+
+    Returns
+    -------
+    (B,) Tensor
+        γ, of the P = 2H + M(H+1) parameters of each network.
+
+    Raises
+    ------
+    torch.linalg.LinAlgError
+        Where the border matrix is not positive definite to the digits at hand.
+    """
     count = parameter_count(weights, problem.outputs)
     return count - alpha * inverse_trace(weights, at, alpha, beta, problem.outputs)
 
@@ -157,6 +223,20 @@ def judge(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Ten
     """Evidence of networks at their weights, by Laplace's approximation about them.
 
     ln p(D) = -β E_D - α E_W - ½ ln|β JᵀJ + α I| + P/2 ln α + nM/2 ln(β/π).
+
+    Parameters
+    ----------
+    problem : TrainingProblem
+    weights : Weights
+    at : Linearised
+        The networks at `weights`.
+    alpha, beta : (B,) Tensor
+        Weights of the squared parameters and of the squared scaled errors.
+
+    Returns
+    -------
+    Evidence
+        α, β, γ and the logarithm of the evidence of each of the B networks.
     """
     count = parameter_count(weights, problem.outputs)
     fit = -beta * _squares(at.error) - alpha * weights.squares()

@@ -20,10 +20,22 @@ def linear(filters: FirBank, temperature: Real) -> Real:
 
 
 def cubic_spline(filters: FirBank, knots: Real, places: Real) -> Real:
-    """Taps (T, N, M) on a cubic not-a-knot spline of each tap.
+    """Taps on a cubic not-a-knot spline of each tap; beyond the knots, those of the nearest end.
 
-    `knots` (n,) are the abscissae of the training filters and `places` (T,) those wanted: temperatures, or
-    log √D(T), along which the modes move evenly and the spline has less to bend.
+    Parameters
+    ----------
+    filters : FirBank
+        At the n training temperatures.
+    knots : (n,) ndarray
+        Abscissae of the training filters: temperatures, °C, or log √D(T), along which the modes move evenly and
+        the spline has less to bend.
+    places : (T,) ndarray
+        Abscissae wanted, of the same kind.
+
+    Returns
+    -------
+    (T, N, M) ndarray
+        Taps, V per unit of audio signal.
     """
     ascending = np.argsort(knots)
     low, high = knots[ascending[0]], knots[ascending[-1]]
@@ -52,6 +64,11 @@ def reduced_frequency(filters: FirBank, knots: Real, places: Real, frequency: Re
     knots, places : (n,) and (T,) ndarray
         log √D at the training and at the wanted temperatures.
     frequency : (F,) ndarray, Hz
+
+    Returns
+    -------
+    (T, F, N) complex ndarray
+        Responses of the filters wanted.
     """
     ascending = np.argsort(knots)
     knots = knots[ascending]

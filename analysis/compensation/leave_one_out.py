@@ -28,9 +28,31 @@ def leave_one_out(filters: FirBank, method: Callable[[FirBank, Real], Real]) -> 
 def leave_one_out_networks(
     filters: FirBank, trained: Trained, settings: Training, device: str = "cpu", epochs: int = 300
 ) -> Real:
-    """Relative error (n-2, N), %, of networks trained again without each inner temperature.
+    """Predict every inner training filter by networks trained without it.
 
     All of them are trained side by side, each from the hidden layer of the full training.
+
+    Parameters
+    ----------
+    filters : FirBank
+        At the n training temperatures.
+    trained : Trained
+        The networks trained on all of them.
+    settings : Training
+    device : str
+        Torch's name of the device to train on.
+    epochs : int
+        Steps tried at most.
+
+    Returns
+    -------
+    (n - 2, N) ndarray
+        Relative error of each filter left out, %.
+
+    Raises
+    ------
+    ValueError
+        Where a filter is silent, so that its relative error is undefined.
     """
     count, actuators = filters.taps.shape[:2]
     inner = np.arange(1, count - 1)

@@ -31,7 +31,26 @@ def study_networks(
 ) -> NetworkStudy:
     """Train (nodes, spacing) after (nodes, spacing) on every so many °C of `truth`, judge on all of it.
 
-    `forms` are those of the band's lines `frequency` (F,), Hz, at the temperatures of `truth`.
+    Parameters
+    ----------
+    truth : FirBank
+        Filters computed at every temperature.
+    forms : EnergyForms
+        At the temperatures of `truth` and the lines `frequency`.
+    frequency : (F,) ndarray, Hz
+        Lines of the band.
+    choices : sequence of (int, float)
+        Hidden nodes, and spacing of the training temperatures, K.
+    training : Training
+        Settings other than the nodes.
+    inputs : InputMap
+    report : callable
+        Told the share done.
+
+    Returns
+    -------
+    NetworkStudy
+        NaN where the evidence collapsed for every restart.
     """
     direct = contrast(forms, truth.response(frequency))
     errors, losses = [], []

@@ -87,12 +87,38 @@ def predict(weights: Weights, inputs: Tensor) -> Tensor:
 
 
 def errors(weights: Weights, inputs: Tensor, targets: Tensor, used: Tensor) -> Tensor:
-    """Network minus target (B, n, k), zero for samples that are not `used` (B, n)."""
+    """Network minus target, zero for samples that are not used.
+
+    Parameters
+    ----------
+    weights : Weights
+    inputs : (n,) Tensor
+    targets : (B, n, k) Tensor
+    used : (B, n) Tensor
+        1, or 0 for samples left out.
+
+    Returns
+    -------
+    (B, n, k) Tensor
+    """
     return (predict(weights, inputs) - targets) * used[:, :, None]
 
 
 def linearise(weights: Weights, inputs: Tensor, targets: Tensor, used: Tensor) -> Linearised:
-    """Linearise networks about `weights` at `inputs` (n,); `used` (B, n) is 1 or, for samples left out, 0."""
+    """Linearise networks about their weights.
+
+    Parameters
+    ----------
+    weights : Weights
+    inputs : (n,) Tensor
+    targets : (B, n, k) Tensor
+    used : (B, n) Tensor
+        1, or 0 for samples left out.
+
+    Returns
+    -------
+    Linearised
+    """
     hidden = torch.tanh(weights.slope[:, None, :] * inputs[:, None] + weights.bias[:, None, :])
     features = torch.cat([hidden, torch.ones_like(hidden[..., :1])], dim=2) * used[:, :, None]
     derivative = (1.0 - hidden**2) * used[:, :, None]
@@ -112,7 +138,25 @@ def linearise(weights: Weights, inputs: Tensor, targets: Tensor, used: Tensor) -
 def step(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, damping: Tensor) -> Weights:
     """Levenberg–Marquardt step of β E_D + α E_W: solves (β JᵀJ + (α + μ) I) d = -(β Jᵀe + α w).
 
-    `alpha`, `beta` and `damping` are (B,).
+    Parameters
+    ----------
+    weights : Weights
+    at : Linearised
+        The networks at `weights`.
+    alpha, beta : (B,) Tensor
+        Weights of the squared parameters and of the squared scaled errors.
+    damping : (B,) Tensor
+        μ, added to α in the matrix alone.
+
+    Returns
+    -------
+    Weights
+        The step d, to be added to `weights`.
+
+    Raises
+    ------
+    torch.linalg.LinAlgError
+        Where the border matrix is not positive definite to the digits at hand.
     """
     a, b = alpha[:, None, None], beta[:, None, None]
     ridge = alpha + damping
@@ -135,7 +179,27 @@ def step(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, damping:
 
 
 def inverse_trace(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, outputs: int) -> Tensor:
-    """Trace (B,) of (β JᵀJ + α I)⁻¹ for networks of `outputs` outputs, rotated away or not."""
+    """Trace of (β JᵀJ + α I)⁻¹, from the blocks of the arrow and its border.
+
+    Parameters
+    ----------
+    weights : Weights
+    at : Linearised
+        The networks at `weights`.
+    alpha, beta : (B,) Tensor
+        Weights of the squared parameters and of the squared scaled errors.
+    outputs : int
+        Outputs M of a network, rotated away or not.
+
+    Returns
+    -------
+    (B,) Tensor
+
+    Raises
+    ------
+    torch.linalg.LinAlgError
+        Where the border matrix is not positive definite to the digits at hand.
+    """
     order = at.right.shape[-1]
     blocks = outputs * (1.0 / (beta[:, None] * at.power[:, :order] + alpha[:, None])).sum(1)
     count = at.left.shape[-1]
@@ -148,7 +212,27 @@ def inverse_trace(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor,
 
 
 def log_determinant(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, outputs: int) -> Tensor:
-    """Logarithm (B,) of the determinant of β JᵀJ + α I for networks of `outputs` outputs."""
+    """Logarithm of the determinant of β JᵀJ + α I, from the blocks of the arrow and its border.
+
+    Parameters
+    ----------
+    weights : Weights
+    at : Linearised
+        The networks at `weights`.
+    alpha, beta : (B,) Tensor
+        Weights of the squared parameters and of the squared scaled errors.
+    outputs : int
+        Outputs M of a network, rotated away or not.
+
+    Returns
+    -------
+    (B,) Tensor
+
+    Raises
+    ------
+    torch.linalg.LinAlgError
+        Where the border matrix is not positive definite to the digits at hand.
+    """
     order = at.right.shape[-1]
     blocks = outputs * torch.log(beta[:, None] * at.power[:, :order] + alpha[:, None]).sum(1)
     border = _cholesky(_border(weights, at, alpha, beta)).diagonal(dim1=1, dim2=2)

@@ -53,7 +53,30 @@ def compensate(
 ) -> Compensation:
     """Train on filters every `spacing` °C, judge every `step` °C of the range laws and panel share.
 
-    `method` is how the filters are designed that the networks and their rivals have to follow.
+    Parameters
+    ----------
+    model : PanelModel
+    panel : Panel
+    laws : MaterialLaws
+    spacing : float
+        Between training temperatures, K.
+    training : Training
+    clock : callable
+        Present time, s.
+    step : float
+        Between the temperatures judged at, K.
+    device : str
+        Torch's name of the device to train on.
+    report : callable
+        Told the stage and the share done.
+    method : str
+        How the filters are designed that the networks and their rivals have to follow.
+    workers : int
+        Threads that design filters.
+
+    Returns
+    -------
+    Compensation
 
     Raises
     ------
@@ -199,7 +222,35 @@ def direct_filters(
     workers: int = 1,
     stage: str = "Filters everywhere",
 ) -> tuple[FirBank, EnergyForms]:
-    """FIR filters computed at every temperature, and the energy forms of the band there."""
+    """FIR filters computed at every temperature, and the energy forms of the band there.
+
+    Parameters
+    ----------
+    model : PanelModel
+    panel : Panel
+    laws : MaterialLaws
+    temperature : (T,) ndarray, °C
+    method : str
+        How the filters are designed.
+    report : callable
+        Told the stage and the share done.
+    workers : int
+        Threads that design filters.
+    stage : str
+        Name under which progress is reported.
+
+    Returns
+    -------
+    FirBank
+        Filters (T, N, M).
+    EnergyForms
+        Of the F lines of the band, at every temperature.
+
+    Raises
+    ------
+    ValueError
+        For a material outside the box of the model.
+    """
     lines = panel.filters.frequency
     band = panel.filters.in_band(lines)
     rule, design = designer(method, model, panel, lines), tap_design(method, model, panel, laws)

@@ -42,7 +42,20 @@ class Batch:
     offset: Real
 
     def bank(self, weights: Weights, chosen: NDArray[np.int64], inputs: InputMap) -> NetworkBank:
-        """Networks with rotation and scale undone, of the `chosen` members."""
+        """Networks with rotation and scale undone, of the `chosen` members.
+
+        Parameters
+        ----------
+        weights : Weights
+            Of all B networks.
+        chosen : (N,) ndarray of int
+            Members of the batch, one per actuator.
+        inputs : InputMap
+
+        Returns
+        -------
+        NetworkBank
+        """
         output = weights.output.cpu().numpy()[chosen] @ self.axes[chosen] * self.scale[chosen, None, :]
         output[:, -1] += self.offset[chosen]
         return NetworkBank(inputs, weights.slope.cpu().numpy()[chosen], weights.bias.cpu().numpy()[chosen], output)
@@ -55,7 +68,23 @@ def train_networks(
     progress: Callable[[int], None] | None = None,
     inputs: InputMap | None = None,
 ) -> Trained:
-    """Train one network per actuator on the filters at a few temperatures, fed with `inputs` (temperature).
+    """Train one network per actuator on the filters at a few temperatures.
+
+    Parameters
+    ----------
+    filters : FirBank
+        At the training temperatures.
+    settings : Training
+    device : str
+        Torch's name of the device to train on.
+    progress : callable, optional
+        Told the number of every step done, from 0.
+    inputs : InputMap, optional
+        What the networks are fed; the temperature itself where left out.
+
+    Returns
+    -------
+    Trained
 
     Raises
     ------
@@ -87,10 +116,27 @@ def prepare(
     device: str = "cpu",
     hidden: tuple[Real, Real] | None = None,
 ) -> Batch:
-    """Scale and rotate `targets` (B, n, M) at `inputs` (n,) on -1..1, and draw first weights.
+    """Scale and rotate targets, and draw first weights.
 
-    `used` (B, n) is 1 for samples trained on; `hidden` (slope and bias, each (B, H)) starts from known
-    hidden layers instead of drawn ones.
+    Parameters
+    ----------
+    inputs : (n,) ndarray
+        On -1..1.
+    targets : (B, n, M) ndarray
+        Taps, V per unit of audio signal.
+    used : (B, n) ndarray
+        1 for samples trained on, 0 for samples left out.
+    settings : Training
+    rng : numpy Generator
+        Draws the first weights.
+    device : str
+        Torch's name of the device to train on.
+    hidden : ((B, H) ndarray, (B, H) ndarray), optional
+        Slope and bias of known hidden layers to start from; drawn where left out.
+
+    Returns
+    -------
+    Batch
     """
     seen = np.where(used[:, :, None] > 0.0, targets, np.nan)
     low, high = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)
@@ -120,7 +166,23 @@ def prepare(
 
 
 def split(networks: int, temperatures: int, kind: str, rng: np.random.Generator) -> Real:
-    """Which temperatures each network trains on (B, n): all, or MATLAB's 85 %."""
+    """Which temperatures each network trains on: all, or MATLAB's 85 %, drawn for each.
+
+    Parameters
+    ----------
+    networks : int
+        Number B.
+    temperatures : int
+        Number n.
+    kind : str
+        ``matlab``, or any other for all temperatures.
+    rng : numpy Generator
+
+    Returns
+    -------
+    (B, n) ndarray
+        1 for temperatures trained on, 0 for those left out.
+    """
     used = np.ones((networks, temperatures))
     if kind == "matlab":
         left_out = round(0.15 * temperatures)
@@ -184,7 +246,20 @@ def _report(
 
 
 def outputs_at(batch: Batch, weights: Weights, inputs: Real) -> Real:
-    """Taps (B, n, M) of a batch's networks at `inputs` (n,), rotation and scale undone."""
+    """Taps of a batch's networks, rotation and scale undone.
+
+    Parameters
+    ----------
+    batch : Batch
+    weights : Weights
+    inputs : (n,) ndarray
+        On -1..1.
+
+    Returns
+    -------
+    (B, n, M) ndarray
+        V per unit of audio signal.
+    """
     x = torch.as_tensor(inputs, dtype=torch.float64, device=weights.slope.device)
     rotated = predict(weights, x).cpu().numpy()
     taps: Real = rotated @ batch.axes * batch.scale[:, None, :] + batch.offset[:, None, :]

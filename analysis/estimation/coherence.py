@@ -23,6 +23,11 @@ def coherence_variance(
         n; where the file does not tell, the level of the noise is taken from the roughness of `h` along
         frequency, and only its course from the coherence.
 
+    Returns
+    -------
+    (F,) ndarray
+        In the square of the unit of `h`, above zero.
+
     Raises
     ------
     ValueError

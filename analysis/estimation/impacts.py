@@ -141,6 +141,10 @@ def find_blows(
     full_scales : sequence, optional
         Largest value that the drive and each response can have, SI; None where it is not known.
 
+    Returns
+    -------
+    Blows
+
     Raises
     ------
     ValueError

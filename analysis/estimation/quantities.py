@@ -88,6 +88,10 @@ def calibration(file_unit: str, sensitivity: str | None, quantity: Quantity | No
     quantity : str, optional
         What is expected; needed to say that volts are meant as volts.
 
+    Returns
+    -------
+    Calibration
+
     Raises
     ------
     ValueError

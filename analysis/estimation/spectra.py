@@ -47,6 +47,10 @@ def of_blocks(
         Hz.
     averages : float, optional
         Independent blocks they are worth; all of them unless given.
+
+    Returns
+    -------
+    Spectra
     """
     count, _, samples = drives.shape
     u = np.moveaxis(np.fft.rfft(drives, axis=2), 2, 0)
@@ -71,6 +75,10 @@ def welch(recording: SampledSignals, segment: float, window: Shape = "hann", ove
     window : str
     overlap : float
         Share of a segment that the next one begins with, 0 to 0.95.
+
+    Returns
+    -------
+    Spectra
 
     Raises
     ------

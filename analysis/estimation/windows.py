@@ -24,6 +24,18 @@ def effective_averages(window: NDArray[np.float64], step: int, segments: int) ->
 
     Welch, IEEE Trans. Audio Electroacoust. 15, 1967, eq. 10: neighbours share samples, by the window's own
     correlation at the step between them.
+
+    Parameters
+    ----------
+    window : (M,) ndarray
+    step : int
+        Samples from one segment to the next.
+    segments : int
+
+    Returns
+    -------
+    float
+        1 to `segments`.
     """
     length = len(window)
     energy = float((window**2).sum())
@@ -64,9 +76,19 @@ class RingdownWindow:
 
 
 def force_window(samples: int, begin: int, end: int) -> NDArray[np.float64]:
-    """Window of 1 from `begin` to `end` and 0 elsewhere, with cosine flanks: drops the noise after a blow.
+    """Window of 1 over a blow and 0 elsewhere, with cosine flanks: drops the noise after it.
 
     The flanks are as long as an eighth of what is kept, and lie outside it.
+
+    Parameters
+    ----------
+    samples : int
+    begin, end : int
+        First and last sample kept whole.
+
+    Returns
+    -------
+    (samples,) ndarray
     """
     flank = max((end - begin) // 8, 2)
     place = np.arange(samples)

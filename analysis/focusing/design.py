@@ -75,7 +75,21 @@ class TapDesign:
 
 
 def fitted(filters: Complex, temperature: Real, settings: Filters, delay: int) -> FirBank:
-    """Taps nearest to `filters` (T, F, N) where no field is known to weigh the errors: all lines count alike."""
+    """Taps nearest to filters where no field is known to weigh the errors: all lines count alike.
+
+    Parameters
+    ----------
+    filters : (T, F, N) ndarray
+        At the lines of `settings`, V per unit of audio signal.
+    temperature : (T,) ndarray, °C
+    settings : Filters
+    delay : int
+        Modelling delay, samples.
+
+    Returns
+    -------
+    FirBank
+    """
     count, lines, actuators = filters.shape
     taps = FieldFit.of(settings).alike(filters.transpose(1, 0, 2).reshape(lines, -1), delay)
     return FirBank(taps.reshape(count, actuators, -1), temperature, settings.sample_rate, delay)

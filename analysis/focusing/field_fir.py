@@ -60,7 +60,20 @@ class FieldFit:
         )
 
     def problem(self, weight: Complex, filters: Complex, delay: int) -> "FieldProblem":
-        """Taps nearest to `filters` R (F, N), delayed, where errors weigh `weight` P (F, N, N).
+        """Set up the least squares for the taps nearest to filters.
+
+        Parameters
+        ----------
+        weight : (F, N, N) ndarray
+            P, Hermitian: how errors of the actuators weigh together.
+        filters : (F, N) ndarray
+            R, the filters wanted.
+        delay : int
+            Modelling delay, samples.
+
+        Returns
+        -------
+        FieldProblem
 
         Notes
         -----

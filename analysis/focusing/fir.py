@@ -81,7 +81,21 @@ def taper(frequency: Real, settings: Filters) -> Real:
 
 
 def inverse_fft(filters: Complex, temperature: Real, settings: Filters, delay: int) -> FirBank:
-    """Cut `filters` (T, F, N), given at `settings.frequency`, to `settings.taps` taps, as the paper does.
+    """Cut filters to taps by the inverse FFT, as the paper does.
+
+    Parameters
+    ----------
+    filters : (T, F, N) ndarray
+        At `settings.frequency`, V per unit of audio signal.
+    temperature : (T,) ndarray, °C
+    settings : Filters
+    delay : int
+        Modelling delay, samples.
+
+    Returns
+    -------
+    FirBank
+        `settings.taps` taps of each filter.
 
     Notes
     -----
@@ -98,9 +112,19 @@ def inverse_fft(filters: Complex, temperature: Real, settings: Filters, delay: i
 
 
 def energy(filters: Complex, settings: Filters, delay: int) -> FirEnergy:
-    """Where the energy of the uncut impulse responses of `filters` (T, F, N) lies about taps that begin early.
+    """Where the energy of the uncut impulse responses lies about taps that begin early.
 
-    They begin `delay` samples ahead of the sound's own time.
+    Parameters
+    ----------
+    filters : (T, F, N) ndarray
+        At the lines of `settings`.
+    settings : Filters
+    delay : int
+        Samples by which the taps begin ahead of the sound's own time.
+
+    Returns
+    -------
+    FirEnergy
     """
     temperatures, _, actuators = filters.shape
     squares = [np.square(impulse) for impulse in _impulses(filters, settings)]

@@ -41,17 +41,31 @@ def invert(
 ) -> InverseFilters:
     """STIF filters of every temperature and frequency.
 
+    Parameters
+    ----------
+    forms : EnergyForms
+        Of T temperatures, F lines and N actuators.
+    tolerance : float
+        Share of the largest singular value, 1e-7 to 1.
+    regularisation : str
+        ``tikhonov`` or ``truncation``.
+
+    Returns
+    -------
+    InverseFilters
+        Filters (T, F, N), V per unit of audio signal, with rank and condition.
+
+    Raises
+    ------
+    ValueError
+        For a tolerance outside 1e-7 to 1 or a regularisation of another name.
+
     Notes
     -----
     With Hᴴ W H = V diag(s²) Vᴴ and the largest singular value s₁, the filters are
     V diag(g) Vᴴ Hᴴ W φ where g = 1/(s² + tolerance² s₁²) (Tikhonov) or g = 1/s² for
     s > tolerance · s₁ and 0 else (truncation, as the paper and its reference [37] do).
     Forming Hᴴ W H squares the condition number: a tolerance under about 1e-7 would act on rounding.
-
-    Raises
-    ------
-    ValueError
-        For a tolerance outside 1e-7 to 1 or a regularisation of another name.
     """
     if not 1e-7 <= tolerance < 1.0:
         raise ValueError(f"tolerance {tolerance:g} is outside 1e-7 to 1")

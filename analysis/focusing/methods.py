@@ -47,10 +47,42 @@ class PanelModel(Protocol):
     def amplitudes(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
     ) -> Complex:
-        """Generalised coordinates (N, F, r) per volt or newton of every actuator; ValueError outside the box."""
+        """Generalised coordinates of the field of every actuator.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        frequency : (F,) ndarray, Hz
+
+        Returns
+        -------
+        (N, F, r) complex ndarray
+            Per volt or newton.
+
+        Raises
+        ------
+        ValueError
+            For a material outside the box of the model.
+        """
 
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
-        """Return the lowest `count` modes."""
+        """Return the lowest `count` modes.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        count : int
+
+        Returns
+        -------
+        PanelModes
+        """
 
 
 @dataclass(frozen=True)
@@ -62,11 +94,49 @@ class NoModes:
     def amplitudes(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
     ) -> Complex:
-        """Raise ValueError: nothing is known of another material."""
+        """Refuse: nothing is known of another material.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        frequency : (F,) ndarray, Hz
+
+        Returns
+        -------
+        (N, F, r) complex ndarray
+            Never reached.
+
+        Raises
+        ------
+        ValueError
+            Always.
+        """
         raise ValueError("measured transfers hold for the plate that was measured only")
 
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
-        """Raise ValueError: there is no model."""
+        """Refuse: there is no model.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        count : int
+
+        Returns
+        -------
+        PanelModes
+            Never reached.
+
+        Raises
+        ------
+        ValueError
+            Always.
+        """
         raise ValueError("measured transfers have no modes")
 
 
@@ -74,7 +144,27 @@ Designer = Callable[[Constants, Complex, EnergyForms], Complex]
 
 
 def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> Designer:
-    """Return the rule of one method: (E, nu, eta), amplitudes and forms of one temperature -> filters (F, N)."""
+    """Return the rule by which one method designs its filters.
+
+    Parameters
+    ----------
+    method : str
+        One of `METHODS`.
+    model : PanelModel
+    panel : Panel
+    lines : (F,) ndarray, Hz
+
+    Returns
+    -------
+    callable
+        From (E, nu, eta), amplitudes (N, F, r) and forms of one temperature to filters (F, N), V per unit of audio
+        signal. Where the panel declares a level, the filters are scaled to it at every line.
+
+    Raises
+    ------
+    KeyError
+        For a method of another name.
+    """
     settings, displacement = panel.filters, panel.target.displacement
     band = settings.in_band(lines)
 
@@ -147,7 +237,25 @@ class MethodComparison:
 
 
 def compare(model: PanelModel, panel: Panel, constants: Constants) -> MethodComparison:
-    """Contrast and spot error of every method on a plate of `constants` E, nu, eta."""
+    """Contrast and spot error of every method on one plate.
+
+    Parameters
+    ----------
+    model : PanelModel
+    panel : Panel
+    constants : (float, float, float)
+        E, Pa, nu and eta.
+
+    Returns
+    -------
+    MethodComparison
+        On the lines of the band.
+
+    Raises
+    ------
+    ValueError
+        For a material outside the box of the model.
+    """
     lines = panel.filters.frequency
     band = panel.filters.in_band(lines)
     amplitude = model.amplitudes(*constants, lines)

@@ -146,7 +146,30 @@ def focus(
     report: Progress = lambda _stage, _share: None,
     workers: int = 1,
 ) -> Focusing:
-    """Design filters at `temperature` (T,), °C, and try those of the reference temperature at each of them."""
+    """Design filters over temperature, and try those of the reference temperature everywhere.
+
+    Parameters
+    ----------
+    model : PanelModel
+    panel : Panel
+    laws : MaterialLaws
+    temperature : (T,) ndarray, °C
+    method : str
+        One of `METHODS`.
+    report : callable
+        Told the stage and the share done.
+    workers : int
+        Threads that design filters.
+
+    Returns
+    -------
+    Focusing
+
+    Raises
+    ------
+    ValueError
+        For a material outside the box of the model, or a temperature outside the range of the laws.
+    """
     lines, reference = panel.filters.frequency, reference_temperature(panel, laws)
     rule = designer(method, model, panel, lines)
 
@@ -169,6 +192,20 @@ def focus_measured(
     workers: int = 1,
 ) -> Focusing:
     """Design filters from measured transfers, at the temperatures these were measured at.
+
+    Parameters
+    ----------
+    measured : MeasuredPanel
+    method : str
+        One of `METHODS`.
+    report : callable
+        Told the stage and the share done.
+    workers : int
+        Threads that design filters.
+
+    Returns
+    -------
+    Focusing
 
     Raises
     ------
@@ -271,10 +308,25 @@ def _tried(
 def robust_forms(
     model: PanelModel, panel: Panel, laws: MaterialLaws, temperature: float, forms: EnergyForms
 ) -> EnergyForms:
-    """Energy forms for a design at `temperature`, °C, where a thermometer may err; `forms` are exactly its own.
+    """Energy forms for a design where a thermometer may err.
 
     The mean over T ± `thermometer_error`, all alike likely (five Gauss points): the filters that follow from it
     make the mean squared error of the field smallest, whatever the temperature really is.
+
+    Parameters
+    ----------
+    model : PanelModel
+    panel : Panel
+    laws : MaterialLaws
+    temperature : float
+        T, °C.
+    forms : EnergyForms
+        Those of T alone; returned where the panel declares no error.
+
+    Returns
+    -------
+    EnergyForms
+        Of one temperature.
     """
     width = panel.filters.thermometer_error
     if width == 0.0:
@@ -292,6 +344,18 @@ def tap_design(method: Method, model: PanelModel, panel: Panel, laws: MaterialLa
 
     That is half the taps for STIF, and for the others where the taps hold most of their energy, judged at the
     reference temperature.
+
+    Parameters
+    ----------
+    method : str
+        One of `METHODS`.
+    model : PanelModel
+    panel : Panel
+    laws : MaterialLaws
+
+    Returns
+    -------
+    TapDesign
     """
     settings = panel.filters
     if method == "stif" or settings.delay is not None:
@@ -311,7 +375,27 @@ def aim(
     filters: Complex,
     asked: float,
 ) -> Aimed:
-    """Contrast, spot error and response (F,) of `filters` (F, N) in the `band` of one temperature's forms."""
+    """Contrast, spot error and response of filters in the band of one temperature.
+
+    Parameters
+    ----------
+    space : FieldSpace
+    forms : EnergyForms
+        Of this temperature, at all lines.
+    amplitude : (N, L, r) ndarray
+        Generalised coordinates of this temperature, at all L lines.
+    band : (L,) ndarray of bool
+        The F lines of the band.
+    filters : (F, N) ndarray
+        On the lines of the band.
+    asked : float
+        φᵀ W φ (`FieldSpace.asked`), m4.
+
+    Returns
+    -------
+    Aimed
+        Three arrays (F,).
+    """
     within = forms.at(slice(None), band)
     spot = spot_error(space, amplitude[:, band], filters)
     return contrast(within, filters)[0], spot, mean_response(within, filters, asked)[0]
@@ -326,7 +410,27 @@ def joined(rows: list[Aimed]) -> Aim:
 def responses(
     model: PanelModel, laws: MaterialLaws, temperature: Real, frequency: Real
 ) -> Iterator[tuple[Constants, Complex]]:
-    """E, nu, eta and the panel's amplitudes (N, F, r), one temperature after the other."""
+    """Material and answer of a panel, one temperature after the other.
+
+    Parameters
+    ----------
+    model : PanelModel
+    laws : MaterialLaws
+    temperature : (T,) ndarray, °C
+    frequency : (F,) ndarray, Hz
+
+    Yields
+    ------
+    (float, float, float)
+        E, Pa, nu and eta.
+    (N, F, r) complex ndarray
+        Generalised coordinates per volt or newton of every actuator.
+
+    Raises
+    ------
+    ValueError
+        For a material outside the box of the model.
+    """
     for constants in _constants(laws, temperature):
         yield constants, model.amplitudes(*constants, frequency)
 
@@ -355,6 +459,19 @@ def reference_temperature(panel: Panel, laws: MaterialLaws) -> float:
 
 
 def spaced(low: float, high: float, spacing: float) -> Real:
-    """Temperatures every `spacing` from `low`, and `high` itself."""
+    """Temperatures in even steps, and the upper end itself.
+
+    Parameters
+    ----------
+    low, high : float
+        Ends, °C.
+    spacing : float
+        K.
+
+    Returns
+    -------
+    (T,) ndarray, °C
+        Ascending.
+    """
     steps = np.arange(low, high + 1e-9, spacing)
     return steps if high - steps[-1] < 1e-6 * spacing else np.append(steps, high)

@@ -7,9 +7,18 @@ from analysis.focusing.energy import EnergyForms, FieldSpace
 
 
 def contrast(forms: EnergyForms, filters: Complex) -> Real:
-    """Contrast (T, F) of `filters` (T, F, N): energy over the target over energy over the plate, 0 to 1.
+    """Contrast: energy over the target over energy over the plate, paper eq. (9).
 
-    Paper eq. (9) as it stands; `filters` may be (F, N) for the same filters at every temperature.
+    Parameters
+    ----------
+    forms : EnergyForms
+    filters : (T, F, N) ndarray
+        Or (F, N), for the same filters at every temperature.
+
+    Returns
+    -------
+    (T, F) ndarray
+        0 to 1; 0 where the filters are silent.
     """
     inside = _energy(forms.target, filters)
     whole = _energy(forms.plate, filters)
@@ -30,9 +39,20 @@ def area_normalised(literal: Real, target_share: float) -> Real:
 
 
 def mean_response(forms: EnergyForms, filters: Complex, asked: float) -> Complex:
-    """Mean displacement (T, F) of the target over what was `asked` of it: 1 is full level at the right phase.
+    """Mean displacement of the target over what was asked of it, weighed by the target shape.
 
-    `asked` is φᵀ W φ (`FieldSpace.asked`); the mean is weighed by the target shape.
+    Parameters
+    ----------
+    forms : EnergyForms
+    filters : (T, F, N) ndarray
+        Or (F, N), for the same filters at every temperature.
+    asked : float
+        φᵀ W φ (`FieldSpace.asked`), m4.
+
+    Returns
+    -------
+    (T, F) complex ndarray
+        1 is full level at the right phase.
     """
     response: Complex = np.sum(forms.aim.conj() * filters, axis=-1) / asked
     return response
@@ -53,6 +73,11 @@ def spot_error(space: FieldSpace, amplitude: Complex, filters: Complex) -> Real:
     amplitude : (N, F, r) ndarray
         Of one temperature.
     filters : (F, N) ndarray
+
+    Returns
+    -------
+    (F,) ndarray
+        Share of Lx.
     """
     field = space.deflection @ np.einsum("nfr,fn->rf", amplitude, filters)
     peak = space.grid.points[np.argmax(np.abs(field), axis=0)]

@@ -76,6 +76,26 @@ def exchange(
     held; it ends when a whole sweep changes nothing (Fedorov's exchange, for designs without a
     determinant to update).
 
+    Parameters
+    ----------
+    score : callable
+        From sets of candidates (S, count), int, to their values (S,); the larger the better.
+    compatible : (C, C) ndarray of bool
+        Which candidates may stand together.
+    count : int
+        Candidates in a set.
+    rng : numpy Generator
+        Draws the first sets.
+    starts : int
+        Searches.
+    sweeps : int
+        Sweeps of one search at most.
+
+    Returns
+    -------
+    Placement
+        The best set, its value, and the value where each search ended.
+
     Raises
     ------
     ValueError

@@ -51,7 +51,22 @@ class Played:
 
 
 def sweep(band: tuple[float, float], seconds: float, rate: float) -> tuple[Real, Real]:
-    """Logarithmic sweep (S,) of amplitude 1 over `band`, Hz, and its instantaneous frequency (S,), Hz."""
+    """Logarithmic sweep of amplitude 1, and its instantaneous frequency.
+
+    Parameters
+    ----------
+    band : (float, float)
+        First and last frequency, Hz.
+    seconds : float
+        Length, s.
+    rate : float
+        Samples per second, Hz.
+
+    Returns
+    -------
+    signal : (S,) ndarray
+    frequency : (S,) ndarray, Hz
+    """
     time = np.arange(int(seconds * rate)) / rate
     speed = np.log(band[1] / band[0]) / seconds
     frequency = band[0] * np.exp(speed * time)
@@ -59,7 +74,26 @@ def sweep(band: tuple[float, float], seconds: float, rate: float) -> tuple[Real,
 
 
 def play_methods(model: PanelModel, panel: Panel, constants: Constants, seconds: float = 2.0) -> Played:
-    """Design every method's taps on a plate of `constants` and play a sweep of the band through them."""
+    """Design every method's taps on one plate and play a sweep of the band through them.
+
+    Parameters
+    ----------
+    model : PanelModel
+    panel : Panel
+    constants : (float, float, float)
+        E, Pa, nu and eta.
+    seconds : float
+        Length of the sweep, s.
+
+    Returns
+    -------
+    Played
+
+    Raises
+    ------
+    ValueError
+        For a material outside the box of the model.
+    """
     settings, lines = panel.filters, panel.filters.frequency
     band = settings.in_band(lines)
     amplitude = model.amplitudes(*constants, lines)

@@ -33,6 +33,16 @@ def modal_control(
     count : int, optional
         Modes controlled; as many as there are actuators where left out.
 
+    Returns
+    -------
+    (F, N) complex ndarray
+        V per unit of audio signal.
+
+    Raises
+    ------
+    ValueError
+        For a `count` under 1 or over the m modes known.
+
     Notes
     -----
     The target's modal amplitudes are q = (Φᵀ W Φ)⁻¹ Φᵀ W φ of the controlled modes; the forces that
@@ -48,7 +58,22 @@ def modal_control(
 
 
 def nearest_actuator(centers: Real, target: tuple[float, float], lines: int) -> Complex:
-    """Return filters (F, N) that drive only the actuator nearest to the target; `centers` (N, 2) in m."""
+    """Return filters that drive only the actuator nearest to the target.
+
+    Parameters
+    ----------
+    centers : (N, 2) ndarray, m
+        Of the actuators.
+    target : (float, float)
+        Centre of the target, m.
+    lines : int
+        Number F.
+
+    Returns
+    -------
+    (F, N) complex ndarray
+        1 for the nearest actuator, 0 for the others.
+    """
     nearest = int(np.argmin(np.sum((centers - np.asarray(target)) ** 2, axis=1)))
     filters = np.zeros((lines, len(centers)), dtype=complex)
     filters[:, nearest] = 1.0

@@ -121,7 +121,22 @@ Curve = Segment | Arc | Cubic
 
 
 def moved(curve: Curve, angle: float, shift: Point, scale: float = 1.0) -> Curve:
-    """Return `curve` enlarged by `scale` and turned by `angle` rad about the origin, then shifted, m."""
+    """Return a curve enlarged and turned about the origin, then shifted.
+
+    Parameters
+    ----------
+    curve : Segment, Arc or Cubic
+    angle : float
+        rad, from x towards y.
+    shift : (float, float)
+        m.
+    scale : float
+
+    Returns
+    -------
+    Segment, Arc or Cubic
+        Of the same kind.
+    """
     c, s = scale * np.cos(angle), scale * np.sin(angle)
 
     def there(point: Point) -> Point:

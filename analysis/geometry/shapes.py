@@ -11,7 +11,21 @@ from analysis.geometry.loop import Loop
 
 
 def rectangle(center: Point, size: tuple[float, float], angle: float = 0.0) -> Loop:
-    """Rectangle about `center`, m, its first side turned by `angle` rad against x."""
+    """Rectangle as four segments.
+
+    Parameters
+    ----------
+    center : (float, float)
+        m.
+    size : (float, float)
+        Sides, m.
+    angle : float
+        Of the first side against x, rad.
+
+    Returns
+    -------
+    Loop
+    """
     a, b = 0.5 * size[0], 0.5 * size[1]
     return polygon([(-a, -b), (a, -b), (a, b), (-a, b)]).moved(angle, center)
 
@@ -24,7 +38,21 @@ def polygon(points: Sequence[Point]) -> Loop:
 
 
 def ellipse(center: Point, radii: tuple[float, float], angle: float = 0.0) -> Loop:
-    """Ellipse of semi-axes `radii` about `center`, m, the first turned by `angle` rad against x; four arcs."""
+    """Ellipse as four arcs.
+
+    Parameters
+    ----------
+    center : (float, float)
+        m.
+    radii : (float, float)
+        Semi-axes, m.
+    angle : float
+        Of the first semi-axis against x, rad.
+
+    Returns
+    -------
+    Loop
+    """
     quarter = 0.5 * np.pi
     return Loop(tuple(Arc(center, radii, angle, k * quarter, quarter) for k in range(4)))
 

@@ -150,8 +150,23 @@ def settle(
 ) -> PoleFit:
     """Bring an order that is about right to the one BIC prefers: births, residual terms, deaths.
 
-    `proposals` are poles to be tried besides those that the residual itself proposes; `rounds` is how often the
-    order may be settled anew because what it leaves over shows fewer independent lines than were counted on.
+    Parameters
+    ----------
+    measured : Measured
+    lines : Lines
+        All lines, unaveraged.
+    found : PoleFit
+        Start.
+    settings : Settings
+    proposals : (N,) complex ndarray, optional
+        Poles to be tried besides those that the residual itself proposes, rad/s.
+    rounds : int
+        How often at most the order is settled anew because what it leaves over shows fewer independent lines than
+        were counted on.
+
+    Returns
+    -------
+    PoleFit
     """
     for _ in range(rounds):
         lines = measured.reweighted(lines, found)
@@ -177,14 +192,49 @@ def finish(
     found: PoleFit,
     settings: Settings,
 ) -> Modes:
-    """PoleFit on all lines and judge every pole."""
+    """Fit once more on all lines and judge every pole.
+
+    Parameters
+    ----------
+    measured : Measured
+    lines : Lines
+        All lines, unaveraged.
+    found : PoleFit
+    settings : Settings
+
+    Returns
+    -------
+    Modes
+        Sorted by frequency.
+    """
     return finish_in_order(measured, lines, found, settings)[0]
 
 
 def finish_in_order(
     measured: Measured, lines: Lines, found: PoleFit, settings: Settings, prior: Prior | None = None
 ) -> tuple[Modes, NDArray[np.intp], NDArray[np.float64]]:
-    """Do the same, and return where each pole of `found` stands among the modes and what rests on it (BIC)."""
+    """Do the same as `finish`, and tell where each pole of `found` stands among the modes.
+
+    Parameters
+    ----------
+    measured : Measured
+    lines : Lines
+        All lines, unaveraged.
+    found : PoleFit
+        Of J poles.
+    settings : Settings
+    prior : Prior, optional
+        What is known of the poles already.
+
+    Returns
+    -------
+    modes : Modes
+        Sorted by frequency.
+    place : (J,) ndarray of int
+        Place of each pole of `found` in `modes`.
+    support : (J,) ndarray
+        By how much BIC would rise without each pole of `found`.
+    """
     lines = measured.reweighted(lines, found)
     tolerance = EXACT / len(lines.frequency) / len(lines.h)
     last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS, prior=prior)
@@ -222,7 +272,18 @@ def _rejected(started: NDArray[np.complex128], stayed: NDArray[np.complex128]) -
 
 
 def refine(measured: Measured, start: Modes, settings: Settings | None = None) -> Modes:
-    """PoleFit again from the poles and residual terms of `start`, with no search for the order: a warm start."""
+    """Fit again from the poles and residual terms of `start`, with no search for the order: a warm start.
+
+    Parameters
+    ----------
+    measured : Measured
+    start : Modes
+    settings : Settings, optional
+
+    Returns
+    -------
+    Modes
+    """
     settings = settings or Settings()
     lines = measured.lines()
     blocks = averaged(lines)

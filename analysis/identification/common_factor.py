@@ -15,10 +15,23 @@ WIDE_MISFIT = 0.1
 
 
 def common_factor(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> tuple[float, bool]:
-    """Find the factor that moves all poles to where they explain FRFs best, and whether that is the scan's edge.
+    """Find the factor that moves all poles to where they explain FRFs best.
 
-    A scan in steps of half the median half width, no coarser than 0.5 %, then a parabola through the lowest
-    three; three times as wide where the lowest is the last or leaves much over.
+    A scan in steps of half the median half width, no coarser than 0.5 %, then a parabola through the lowest three;
+    three times as wide where the lowest is the last or leaves much over.
+
+    Parameters
+    ----------
+    lines : Lines
+    poles : (J,) complex ndarray
+        Upper half plane, rad/s.
+    terms : ResidualTerms
+
+    Returns
+    -------
+    factor : float
+    edge : bool
+        Whether the lowest misfit is at the edge of the scan.
     """
     zeta = float(np.median(-poles.real / np.abs(poles))) if len(poles) else 0.01
     step = min(max(0.5 * zeta, 1e-3), 5e-3)

@@ -56,9 +56,29 @@ def fit_expected(
     settings: Settings,
     progress: Callable[[str, float], None] | None = None,
 ) -> tuple[tuple[Modes, ...], NDArray[np.int64]]:
-    """Fit every sweep; the table (T, J) holds each mode's pole in the sweep's modes, -1 out of band.
+    """Fit every sweep with the modes that are expected in it.
 
-    Raises ValueError where sweeps and expected poles differ in number.
+    Parameters
+    ----------
+    measured : sequence of Measured
+        T sweeps.
+    expected : ExpectedModes
+        J modes at every sweep.
+    settings : Settings
+    progress : callable, optional
+        Told the stage and the share done.
+
+    Returns
+    -------
+    modes : tuple of Modes
+        One per sweep.
+    table : (T, J) ndarray of int
+        Place of each expected mode's pole in the sweep's modes; -1 out of band.
+
+    Raises
+    ------
+    ValueError
+        Where sweeps and expected poles differ in number.
     """
     if len(expected.poles) != len(measured):
         raise ValueError(

@@ -23,7 +23,22 @@ TONE = 10.0
 
 
 def harmonic_of(frequency: float, mains: float, spacing: float) -> tuple[int, float] | None:
-    """Tell number and fundamental [Hz] of the mains harmonic that a needle may be, those of `mains` first."""
+    """Tell which mains harmonic a needle may be, those of `mains` first.
+
+    Parameters
+    ----------
+    frequency : float
+        Of the needle, Hz.
+    mains : float
+        Mains frequency, Hz.
+    spacing : float
+        Of the lines, Hz.
+
+    Returns
+    -------
+    (int, float) or None
+        Number of the harmonic and its fundamental, Hz; None where there is none within a line.
+    """
     for fundamental in dict.fromkeys((mains, *GRIDS)):
         number = max(round(frequency / fundamental), 1)
         if abs(frequency - number * fundamental) <= max(spacing, WANDER * frequency):
@@ -32,7 +47,22 @@ def harmonic_of(frequency: float, mains: float, spacing: float) -> tuple[int, fl
 
 
 def needle_hum(pole: complex, mains: float, spacing: float) -> tuple[int, float] | None:
-    """Harmonic, as `harmonic_of` gives it, that a pole [rad/s] stands for; None where it is wider than a line."""
+    """Harmonic that a pole stands for.
+
+    Parameters
+    ----------
+    pole : complex
+        rad/s.
+    mains : float
+        Mains frequency, Hz.
+    spacing : float
+        Of the lines, Hz.
+
+    Returns
+    -------
+    (int, float) or None
+        As `harmonic_of` gives it; None where the pole is wider than a line.
+    """
     frequency, width = pole.imag / (2.0 * np.pi), -pole.real / (2.0 * np.pi)
     return harmonic_of(frequency, mains, spacing) if width <= NEEDLE * spacing else None
 

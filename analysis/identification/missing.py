@@ -23,7 +23,20 @@ def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> N
     """Poles that would explain most of a residual: a bank of matched filters, one per half width.
 
     Every filter is the weighted line shape 1/(s - lambda), correlated with the residual over the whole band by
-    FFT; the strongest peaks of all widths are returned, (shortlist,), rad/s.
+    FFT; the strongest peaks of all widths are returned.
+
+    Parameters
+    ----------
+    lines : Lines
+    left : (K, F) complex ndarray
+        Measured minus model.
+    shortlist : int
+        Poles returned at most.
+
+    Returns
+    -------
+    (N,) complex ndarray
+        rad/s, upper half plane, strongest first; N is at most `shortlist`.
     """
     spacing = lines.spacing
     place = np.round((lines.frequency - lines.frequency[0]) / spacing).astype(int)
@@ -52,7 +65,19 @@ def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> N
 
 
 def gains(lines: Lines, fitted: PoleFit, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Fall of the misfit by adding each pole alone, all residues refitted, poles held: (N,) ndarray."""
+    """Fall of the misfit by adding each pole alone, all residues refitted, poles held.
+
+    Parameters
+    ----------
+    lines : Lines
+    fitted : PoleFit
+    poles : (N,) complex ndarray
+        Candidates, rad/s.
+
+    Returns
+    -------
+    (N,) ndarray
+    """
     s = lines.s
     model = np.concatenate(
         [pole_columns(s, fitted.poles, lines.spread), fitted.terms.columns(s, lines.scale, lines.spread)]
@@ -88,8 +113,23 @@ def add_missing(
 ) -> PoleFit:
     """Add the poles that the residual asks for, one at a time, as long as BIC falls.
 
-    The residual of all `lines` proposes, and the caller may add `proposals`; `blocks`, the same FRFs averaged,
-    decide and carry `fitted`.
+    Parameters
+    ----------
+    lines : Lines
+        All lines, whose residual proposes poles.
+    blocks : Lines
+        The same FRFs averaged, on which BIC is judged.
+    fitted : PoleFit
+        On `blocks`.
+    proposals : (N,) complex ndarray, optional
+        Further poles to be tried, rad/s.
+    most : int
+        Poles added at most.
+
+    Returns
+    -------
+    PoleFit
+        On `blocks`.
     """
     for _ in range(most):
         candidates = matched(lines, residual(lines, fitted))

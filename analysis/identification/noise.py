@@ -23,7 +23,7 @@ def deviation_from_residual(
     *,
     smallest_width: int = 41,
 ) -> NDArray[np.float64]:
-    """Smooth root mean square of residuals along frequency, (K, F).
+    """Smooth root mean square of residuals along frequency.
 
     The window holds a sixteenth of the lines, so that the weights carry a few per cent of noise themselves and
     cost under one per cent of variance; noise that changes faster than that is averaged. What a resonance leaves
@@ -37,6 +37,11 @@ def deviation_from_residual(
         Measured minus model, and what was measured, whose rounding is the least deviation.
     smallest_width : int
         Lines in the window at least.
+
+    Returns
+    -------
+    (K, F) ndarray
+        Above zero, in the unit of `h`.
     """
     power = np.abs(left) ** 2
     count = left.shape[1]

@@ -28,7 +28,21 @@ def bic(fitted: PoleFit, lines: Lines) -> float:
 
 
 def misfit_worth(lines: Lines, level: float, parameters: int) -> float:
-    """Return the misfit at which a model of so many parameters reaches a BIC of `level`."""
+    """Return the misfit at which a model reaches a BIC of `level`.
+
+    Parameters
+    ----------
+    lines : Lines
+    level : float
+        BIC.
+    parameters : int
+        Real parameters of the model.
+
+    Returns
+    -------
+    float
+        Sum of squared errors in units of the deviations; negative where no misfit is low enough.
+    """
     n = lines.independent
     return float(lines.values * np.exp((level - parameters * np.log(n)) / n) - lines.hidden)
 
@@ -72,7 +86,16 @@ def support(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
 def drop_unsupported(lines: Lines, fitted: PoleFit, share: float = 0.0) -> PoleFit:
     """Drop, weakest first, the poles whose absence costs less than their price, the others held.
 
-    `share` of the price is a margin: 0 drops whatever does not pay, -0.5 only what pays less than half.
+    Parameters
+    ----------
+    lines : Lines
+    fitted : PoleFit
+    share : float
+        Of the price, a margin: 0 drops whatever does not pay, -0.5 only what pays less than half.
+
+    Returns
+    -------
+    PoleFit
     """
     price = pole_price(lines)
     while len(fitted.poles):
@@ -100,6 +123,10 @@ def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
         Over-specified start.
     candidates : int
         How many of the weakest poles are tried before the order is accepted.
+
+    Returns
+    -------
+    PoleFit
     """
     free = _at(lines, fitted.poles[~fitted.stuck | _outstanding(lines, fitted)], fitted.terms)
     lesser = unresolved(free.poles, free.projection.residues, lines.spacing)
@@ -136,7 +163,24 @@ def attempt(
     *,
     start: Projection | None = None,
 ) -> PoleFit | None:
-    """PoleFit a rival model and return it if its BIC falls below `level`; given up early where it cannot."""
+    """Fit a rival model; given up early where its BIC cannot fall below `level`.
+
+    Parameters
+    ----------
+    lines : Lines
+    poles : (J,) complex ndarray
+        Start, rad/s, upper half plane.
+    terms : ResidualTerms
+    level : float
+        BIC to fall below.
+    start : Projection, optional
+        The projection at `poles`, if it is known already.
+
+    Returns
+    -------
+    PoleFit or None
+        None where its BIC does not fall below `level`.
+    """
     responses = len(lines.h)
     parameters = len(poles) * (2 + 2 * responses) + responses * terms.parameters
     target = misfit_worth(lines, level, parameters)
@@ -160,10 +204,22 @@ def _smaller(lines: Lines, best: PoleFit, candidates: int) -> PoleFit | None:
 
 
 def suspects(lines: Lines, fitted: PoleFit, count: int) -> list[int]:
-    """Poles worth dropping on trial: the `count` that explain least, then the ill-determined ones.
+    """Poles worth dropping on trial: those that explain least, then the ill-determined ones.
 
-    One of two poles that share a peak explains much as long as the other stays where it is; what gives it away
-    is that its damping is hardly known.
+    One of two poles that share a peak explains much as long as the other stays where it is; what gives it away is
+    that its damping is hardly known.
+
+    Parameters
+    ----------
+    lines : Lines
+    fitted : PoleFit
+    count : int
+        How many of those that explain least are looked at.
+
+    Returns
+    -------
+    list of int
+        Places of the poles in `fitted`, at most `count` + 2.
     """
     rise, price = support(fitted, lines), pole_price(lines)
     rise[fitted.stuck] = -np.inf
@@ -192,7 +248,20 @@ def duplicates(poles: NDArray[np.complex128], share: float = 0.5) -> list[tuple[
 
 
 def choose_terms(lines: Lines, fitted: PoleFit, choices: tuple[ResidualTerms, ...] = CHOICES) -> PoleFit:
-    """Choose the residual terms of lowest BIC, the poles refitted with each."""
+    """Choose the residual terms of lowest BIC, the poles refitted with each.
+
+    Parameters
+    ----------
+    lines : Lines
+    fitted : PoleFit
+        Start, with residual terms of its own.
+    choices : tuple of ResidualTerms
+        Tried besides those of `fitted`.
+
+    Returns
+    -------
+    PoleFit
+    """
     best = fitted
     for terms in choices:
         if terms != fitted.terms:

@@ -33,6 +33,10 @@ def identify_by_peaks(
     terms : ResidualTerms
         The paper's E + F/s^2 unless another choice is asked for.
 
+    Returns
+    -------
+    Modes
+
     Raises
     ------
     ValueError
@@ -61,7 +65,18 @@ def peaks(lines: Lines) -> list[tuple[int, float]]:
 def local_pole(lines: Lines, place: int, width: float) -> complex:
     """Pole of one peak, fitted alone with a constant over one half-power width to either side.
 
-    The half-power estimate itself where the fit leaves that window.
+    Parameters
+    ----------
+    lines : Lines
+    place : int
+        Line of the peak.
+    width : float
+        Half-power width, in lines.
+
+    Returns
+    -------
+    complex
+        rad/s; the half-power estimate itself where the fit leaves that window.
     """
     f, half = lines.frequency[place], 0.5 * max(width, 1.0) * lines.spacing
     guess = 2.0 * np.pi * complex(-half, f)

@@ -15,7 +15,7 @@ Spread = NDArray[np.float64] | None
 def pole_columns(
     s: NDArray[np.complex128], poles: NDArray[np.complex128], spread: Spread = None
 ) -> NDArray[np.complex128]:
-    """Columns that Re R and Im R multiply, pole by pole: (2J, F) complex ndarray.
+    """Columns that Re R and Im R multiply, pole by pole.
 
     Parameters
     ----------
@@ -26,6 +26,11 @@ def pole_columns(
     spread : (F,) ndarray, optional
         Where `s` is the middle of several averaged lines, their mean squared distance from it, (rad/s)^2:
         the mean of 1/(s - lambda) over them is taken to fourth order in their reach over s - lambda.
+
+    Returns
+    -------
+    (2J, F) complex ndarray
+        s/rad.
     """
     columns = np.empty((2 * len(poles), len(s)), dtype=complex)
     upper, lower = 1.0 / (s - poles[:, None]), 1.0 / (s - poles.conj()[:, None])
@@ -39,10 +44,23 @@ def pole_columns(
 def columns_with_derivatives(
     s: NDArray[np.complex128], poles: NDArray[np.complex128], spread: Spread = None
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Return `pole_columns` and, in the same arrangement, the columns of 1/(s - lambda)^2: twice (2J, F).
+    """Return `pole_columns` and, in the same arrangement, the columns of 1/(s - lambda)^2.
 
-    Moving a pole by d changes its share of the FRF by R d/(s - lambda)^2 + conj(R d)/(s - conj(lambda))^2,
-    which lies in the real span of the latter whatever R and d are.
+    Moving a pole by d changes its share of the FRF by R d/(s - lambda)^2 + conj(R d)/(s - conj(lambda))^2, which
+    lies in the real span of the latter whatever R and d are.
+
+    Parameters
+    ----------
+    s : (F,) complex ndarray
+        jw, rad/s.
+    poles : (J,) complex ndarray
+        Upper half plane, rad/s.
+    spread : (F,) ndarray, optional
+        As in `pole_columns`, (rad/s)^2.
+
+    Returns
+    -------
+    columns, moved : (2J, F) complex ndarray
     """
     upper, lower = 1.0 / (s - poles[:, None]), 1.0 / (s - poles.conj()[:, None])
     columns = np.empty((2 * len(poles), len(s)), dtype=complex)

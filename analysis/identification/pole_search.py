@@ -95,6 +95,10 @@ def fit(
         Stop once the Gauss-Newton model promises no misfit as low as this, or once one is reached.
     prior : Prior, optional
         What is known of the poles already; counts in the misfit.
+
+    Returns
+    -------
+    PoleFit
     """
     bounds = Bounds.of(lines)
     x = bounds.clip(to_parameters(poles))

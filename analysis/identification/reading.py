@@ -48,6 +48,11 @@ def read_poles(
         Of log |lambda| and log damping ratio of each pole.
     damping : str
         ``hysteretic`` or ``viscous``.
+
+    Returns
+    -------
+    PoleReading
+        Frequency, Hz, damping ratio and loss factor, (...), with standard deviations.
     """
     w = np.abs(poles)
     zeta = -poles.real / w

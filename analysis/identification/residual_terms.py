@@ -33,9 +33,21 @@ class ResidualTerms:
     def columns(
         self, s: NDArray[np.complex128], scale: float, spread: NDArray[np.float64] | None = None
     ) -> NDArray[np.complex128]:
-        """Columns of the least-squares problem, (parameters, F), with s in units of `scale` rad/s.
+        """Columns of the least-squares problem.
 
-        `spread` (F,) is the mean squared distance of lines averaged into one, (rad/s)^2.
+        Parameters
+        ----------
+        s : (F,) complex ndarray
+            jw, rad/s.
+        scale : float
+            Unit of s in the columns, rad/s.
+        spread : (F,) ndarray, optional
+            Mean squared distance of lines averaged into one, (rad/s)^2.
+
+        Returns
+        -------
+        (P, F) complex ndarray
+            One row per real parameter.
         """
         powers: NDArray[np.complex128] = np.empty((len(self.powers), len(s)), dtype=complex)
         for row, power in enumerate(self.powers):

@@ -37,7 +37,7 @@ def heights(poles: NDArray[np.complex128], residues: NDArray[np.complex128]) -> 
 def unresolved(
     poles: NDArray[np.complex128], residues: NDArray[np.complex128], spacing: float
 ) -> NDArray[np.bool_]:
-    """Which poles are the lesser of two that the lines cannot tell apart, or leakage: (J,) ndarray.
+    """Which poles are the lesser of two that the lines cannot tell apart, or leakage.
 
     Parameters
     ----------
@@ -46,6 +46,10 @@ def unresolved(
     residues : (K, J) complex ndarray
     spacing : float
         Of the lines, Hz.
+
+    Returns
+    -------
+    (J,) ndarray of bool
     """
     height = heights(poles, residues)
     place = poles.imag / (2.0 * np.pi * spacing)

@@ -39,6 +39,11 @@ def judge(lines: Lines, fitted: PoleFit, mains: float | None) -> tuple[tuple[str
         Converged.
     mains : float or None
         Mains frequency, Hz.
+
+    Returns
+    -------
+    status, reason : tuple of str
+        One per pole: what it is, and why.
     """
     gain = support(fitted, lines)
     spread = relative_deviations(fitted, lines)

@@ -60,13 +60,31 @@ def r10(rng: np.random.Generator, *, noise: float = 0.01, modes: int = 10) -> Sy
         sqrt(E|noise|^2) over rms |H|.
     modes : int
         Ten in the case this is named after.
+
+    Returns
+    -------
+    SyntheticFrf
     """
     f = _frequencies(rng, modes, 160.0, 1450.0, 0.045)
     return _drawn(rng, f, rng.uniform(0.02, 0.05, modes), noise)
 
 
 def shared_noise(rng: np.random.Generator, *, noise: float = 0.01, lines: int = 5) -> SyntheticFrf:
-    """R10 with noise averaged over so many `lines`, as windows and interpolation do it."""
+    """R10 with noise averaged over neighbouring lines, as windows and interpolation do it.
+
+    Parameters
+    ----------
+    rng : numpy Generator
+        Source of the draw.
+    noise : float
+        sqrt(E|noise|^2) over rms |H|.
+    lines : int
+        How many are averaged over.
+
+    Returns
+    -------
+    SyntheticFrf
+    """
     case = r10(rng, noise=noise)
     count = len(case.h) + lines - 1
     drawn = rng.normal(size=count) + 1j * rng.normal(size=count)
@@ -75,7 +93,21 @@ def shared_noise(rng: np.random.Generator, *, noise: float = 0.01, lines: int = 
 
 
 def rippled(rng: np.random.Generator, *, ripple: float = 5e-3, noise: float = 1e-3) -> SyntheticFrf:
-    """R10 times 1 + a random ripple with a correlation length of 10 Hz, its rms `ripple`."""
+    """R10 times 1 + a random ripple with a correlation length of 10 Hz.
+
+    Parameters
+    ----------
+    rng : numpy Generator
+        Source of the draw.
+    ripple : float
+        Its rms.
+    noise : float
+        sqrt(E|noise|^2) over rms |H|.
+
+    Returns
+    -------
+    SyntheticFrf
+    """
     case = r10(rng, noise=noise)
     drawn = rng.normal(size=len(case.h)) + 1j * rng.normal(size=len(case.h))
     smooth = gaussian_filter1d(drawn, 10.0 / (case.frequency[1] - case.frequency[0]))

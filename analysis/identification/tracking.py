@@ -99,6 +99,10 @@ def track(
     expected : ExpectedModes, optional
         What a twin expects in every sweep. Its modes are fitted in place of a search, and are the tracks.
 
+    Returns
+    -------
+    TrackedModes
+
     Raises
     ------
     ValueError

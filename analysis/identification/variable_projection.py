@@ -52,7 +52,19 @@ class Projection:
 
 
 def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> Projection:
-    """Eliminate residues and residual terms at given poles."""
+    """Eliminate residues and residual terms at given poles.
+
+    Parameters
+    ----------
+    lines : Lines
+    poles : (J,) complex ndarray
+        Upper half plane, rad/s.
+    terms : ResidualTerms
+
+    Returns
+    -------
+    Projection
+    """
     s, scale, count = lines.s, lines.scale, len(poles)
     own, moved = columns_with_derivatives(s, poles, lines.spread)
     columns = np.concatenate([own, terms.columns(s, scale, lines.spread)])
@@ -92,7 +104,20 @@ def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -
 
 
 def misfit_at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> float:
-    """Misfit of the best residues and residual terms at given poles: that of `project`, without derivatives."""
+    """Misfit of the best residues and residual terms at given poles: that of `project`, without derivatives.
+
+    Parameters
+    ----------
+    lines : Lines
+    poles : (J,) complex ndarray
+        Upper half plane, rad/s.
+    terms : ResidualTerms
+
+    Returns
+    -------
+    float
+        Sum of squared errors in units of the deviations.
+    """
     columns = np.concatenate(
         [pole_columns(lines.s, poles, lines.spread), terms.columns(lines.s, lines.scale, lines.spread)]
     )

@@ -16,7 +16,21 @@ from analysis.identification.residual_terms import ResidualTerms
 
 
 def spread_poles(low: float, high: float, count: int, damping: float = 0.01) -> NDArray[np.complex128]:
-    """Pole pairs spread evenly between `low` and `high` Hz, rad/s."""
+    """Pole pairs spread evenly over a band.
+
+    Parameters
+    ----------
+    low, high : float
+        Hz.
+    count : int
+    damping : float
+        Damping ratio of each.
+
+    Returns
+    -------
+    (count,) complex ndarray
+        rad/s, upper half plane, ascending.
+    """
     w = 2.0 * np.pi * np.linspace(low, high, count)
     poles: NDArray[np.complex128] = w * (-damping + 1j * np.sqrt(1.0 - damping**2))
     return poles
@@ -25,7 +39,17 @@ def spread_poles(low: float, high: float, count: int, damping: float = 0.01) -> 
 def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> NDArray[np.complex128]:
     """One relaxed relocation: zeros of sigma for the present poles, reflected into the left half plane.
 
-    Returns the new pole pairs (upper half plane only; real zeros are left out).
+    Parameters
+    ----------
+    lines : Lines
+    poles : (J,) complex ndarray
+        Present poles, upper half plane, rad/s.
+    terms : ResidualTerms
+
+    Returns
+    -------
+    (N,) complex ndarray
+        New poles, rad/s, upper half plane only; real zeros are left out.
     """
     s, count = lines.s, len(poles)
     basis = pole_columns(s, poles, lines.spread)
@@ -63,7 +87,22 @@ def _zeros(
 
 
 def start_poles(lines: Lines, count: int, terms: ResidualTerms, *, iterations: int = 12) -> NDArray[np.complex128]:
-    """Over-specified pole pairs of FRFs that share them, sorted by frequency, rad/s."""
+    """Over-specified pole pairs of FRFs that share them.
+
+    Parameters
+    ----------
+    lines : Lines
+    count : int
+        Pole pairs at the start of the search.
+    terms : ResidualTerms
+    iterations : int
+        Relocations at most.
+
+    Returns
+    -------
+    (N,) complex ndarray
+        rad/s, upper half plane, sorted by frequency; N is at most `count`.
+    """
     poles = spread_poles(lines.frequency[0], lines.frequency[-1], count)
     for _ in range(iterations):
         moved = relocate(lines, poles, terms)

@@ -46,6 +46,11 @@ def faults(
     set_point : SweepSetPoint
         What it was to be.
     protocol : AcquisitionProtocol
+
+    Returns
+    -------
+    tuple of str
+        One sentence per fault; empty for a good sweep.
     """
     of_signals = signal_faults(
         sweep.drive, sweep.responses, played, sweep.level, overloaded, sample_rate, protocol
@@ -68,10 +73,19 @@ def signal_faults(
     ----------
     drive : (R, M) ndarray, V
     responses : (K, R, M) ndarray, V
+    played : (M,) ndarray, V
+        The drive as asked for.
     level : float
         Of the drive, V.
-    played, overloaded, sample_rate, protocol
-        See `faults`.
+    overloaded : (1 + K,) ndarray
+        Channels that came near the inputs' range in any repeat, drive first.
+    sample_rate : float, Hz
+    protocol : AcquisitionProtocol
+
+    Returns
+    -------
+    tuple of str
+        One sentence per fault; empty for good signals.
     """
     signals = (
         *_overload(overloaded),

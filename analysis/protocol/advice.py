@@ -9,9 +9,22 @@ WORTH_TELLING = 0.01
 
 
 def unresolved(lines: tuple[float, float], spacing: float, loss_factor: float) -> tuple[str, ...]:
-    """Say where resonances of `loss_factor` are narrower than the `spacing` of lines, Hz, between two ends.
+    """Say where resonances are narrower than the lines lie apart.
 
     A record as long as 1/spacing cuts the ringing of such a plate off, too.
+
+    Parameters
+    ----------
+    lines : (float, float)
+        First and last frequency, Hz.
+    spacing : float
+        Of the lines, Hz.
+    loss_factor : float
+
+    Returns
+    -------
+    tuple of str
+        One sentence of advice, or none.
     """
     width = loss_factor * float((lines[0] * lines[1]) ** 0.5)
     if width >= LEAST_LINES * spacing:

@@ -60,7 +60,24 @@ def clock_difference(
 
 
 def stretched(played: Real, difference: float, sample_rate: float, sweep: SweepSettings, level: float) -> Real:
-    """Return a drive (M,) as it is recorded where the clock that plays it is faster by a share."""
+    """Return a drive as it is recorded where the clock that plays it is faster.
+
+    Parameters
+    ----------
+    played : (M,) ndarray, V
+        The drive as asked for; only its length counts.
+    difference : float
+        Share by which the playing clock is faster.
+    sample_rate : float
+        Of the recording clock, Hz.
+    sweep : SweepSettings
+    level : float
+        Of the drive, V.
+
+    Returns
+    -------
+    (M,) ndarray, V
+    """
     signal = drive_signal(sweep, level, sample_rate / (1.0 + difference))
     return np.asarray(np.pad(signal, (0, max(0, played.size - signal.size)))[: played.size])
 

@@ -16,6 +16,15 @@ def likeness(
     A card delays by a constant number of samples, not a whole one. A sample lost or doubled in the
     middle splits the record into two of different delay, which no single delay can make alike.
 
+    Parameters
+    ----------
+    recorded : (M,) ndarray, V
+    played : (M,) ndarray, V
+    sample_rate : float
+        Hz.
+    frequencies : (float, float)
+        First and last frequency of the drive, Hz.
+
     Returns
     -------
     gain : float

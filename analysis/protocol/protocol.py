@@ -64,6 +64,11 @@ class AcquisitionProtocol:
             The leg under way.
         ramping : bool
             Whether its ramp has begun; otherwise the way to its start and the soak come first.
+
+        Returns
+        -------
+        float
+            s.
         """
         programme, total, here = self.programme, 0.0, temperature
         for one in self.legs[leg:]:

@@ -87,6 +87,10 @@ def heard(
         Hz.
     full : float
         Where the input clips, V.
+
+    Returns
+    -------
+    Heard
     """
     quiet = silence - silence.mean()
     by_mains = {mains: _hum(quiet, mains, rate) for mains in MAINS}

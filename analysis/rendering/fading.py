@@ -10,9 +10,23 @@ STEP = 0.25
 
 
 def raised_cosine(first: int, count: int, length: int) -> NDArray[np.float64]:
-    """Share (count,) of the new filters from sample `first` of a fade of `length` samples on: 0 to 1.
+    """Share of the new filters in a fade, sample by sample.
 
     Its spectrum falls by 18 dB an octave, so that little of a fade is heard beyond the band of the filters.
+
+    Parameters
+    ----------
+    first : int
+        Samples of the fade already past.
+    count : int
+        Samples wanted.
+    length : int
+        Samples of the whole fade.
+
+    Returns
+    -------
+    (count,) ndarray
+        0 to 1.
     """
     done = np.minimum(first + np.arange(count), length)
     share: NDArray[np.float64] = 0.5 - 0.5 * np.cos(np.pi * done / length)

@@ -27,7 +27,20 @@ class FieldContrast:
 
 
 def field_contrast(forms: EnergyForms, filters: Complex, spectrum: Real) -> FieldContrast:
-    """Judge `filters` (F, N) on a plate of `forms` (1, F, N, N), with a sound of power `spectrum` (F,)."""
+    """Judge filters on a plate, line by line and for a sound.
+
+    Parameters
+    ----------
+    forms : EnergyForms
+        Of one temperature, at the F lines.
+    filters : (F, N) ndarray
+    spectrum : (F,) ndarray
+        Power of the sound.
+
+    Returns
+    -------
+    FieldContrast
+    """
     lines = contrast(forms, filters)[0]
     whole = np.einsum("fn,fnm,fm->f", filters.conj(), forms.plate[0], filters).real * spectrum
     played = float(whole.sum())
@@ -39,9 +52,22 @@ def field_contrast(forms: EnergyForms, filters: Complex, spectrum: Real) -> Fiel
 
 
 def power_spectrum(samples: Real, sample_rate: float, frequency: Real) -> Real:
-    """Power (F,) of `samples` (n,) about each of `frequency` (F,), Hz, evenly spaced; in the square of their unit.
+    """Power of a signal about each of some frequencies.
 
     Sums of the squared Fourier coefficients from half a spacing below to half above.
+
+    Parameters
+    ----------
+    samples : (n,) ndarray
+    sample_rate : float
+        Hz.
+    frequency : (F,) ndarray, Hz
+        Evenly spaced.
+
+    Returns
+    -------
+    (F,) ndarray
+        In the square of the unit of `samples`.
     """
     power = np.abs(np.fft.rfft(samples)) ** 2
     lines = np.arange(len(power)) * sample_rate / len(samples)

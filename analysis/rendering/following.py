@@ -113,7 +113,20 @@ class FollowingBank:
 
     @classmethod
     def of_networks(cls, networks: NetworkBank, sample_rate: float, delay: int) -> Self:
-        """Trained networks as they are."""
+        """Trained networks as they are.
+
+        Parameters
+        ----------
+        networks : NetworkBank
+        sample_rate : float
+            Hz.
+        delay : int
+            Modelling delay in the taps, samples.
+
+        Returns
+        -------
+        FollowingBank
+        """
         weights = TanhWeights(networks.slope, networks.bias)
         return cls(networks.input, weights, networks.output, sample_rate, delay)
 
@@ -148,9 +161,26 @@ class FollowingBank:
     def of_principal(
         cls, temperature: Real, share: Real, filters: Real, mean: Real, sample_rate: float, delay: int
     ) -> Self:
-        """Join a mean (N, M) and K principal `filters` (K, N, M) by splines through their `share` (n, K).
+        """Join a mean and K principal filters by splines through their shares.
 
-        The shares are those at ascending `temperature` (n,).
+        Parameters
+        ----------
+        temperature : (n,) ndarray, °C
+            Ascending.
+        share : (n, K) ndarray
+            Of every principal filter, at each temperature.
+        filters : (K, N, M) ndarray
+            Principal filters, V per unit of audio signal.
+        mean : (N, M) ndarray
+            V per unit of audio signal.
+        sample_rate : float
+            Hz.
+        delay : int
+            Modelling delay in the taps, samples.
+
+        Returns
+        -------
+        FollowingBank
         """
         cardinal = _cardinal(temperature, "cubic")
         one = np.zeros((*cardinal.shape[:2], 1))

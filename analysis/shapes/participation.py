@@ -71,6 +71,10 @@ def mode_shapes(
         read by sensors of several kinds.
     wanted : (J,) bool ndarray
         Poles that are modes.
+
+    Returns
+    -------
+    ModeShapes
     """
     responses = tuple(dict.fromkeys(one.response for one in transfers))
     references = tuple(dict.fromkeys(one.reference for one in transfers))

@@ -39,7 +39,19 @@ class StabilizationChart:
 
 
 def stabilization_chart(measured: Measured, terms: ResidualTerms, orders: Sequence[int]) -> StabilizationChart:
-    """Run vector fitting at rising orders; each pole is held against those of the order before."""
+    """Run vector fitting at rising orders; each pole is held against those of the order before.
+
+    Parameters
+    ----------
+    measured : Measured
+    terms : ResidualTerms
+    orders : sequence of int
+        Rising orders, in pole pairs.
+
+    Returns
+    -------
+    StabilizationChart
+    """
     lines = averaged(measured.lines())
     low, high = float(lines.frequency[0]), float(lines.frequency[-1])
     before: tuple[NDArray[np.float64], NDArray[np.float64]] = (np.zeros(0), np.zeros(0))

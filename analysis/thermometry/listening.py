@@ -91,7 +91,26 @@ class Listener:
         seconds: float = 1.0,
         largest_sigma: float = 1.0,
     ) -> Self:
-        """Ask a panel for its answers at `temperature` (T,), for stretches of `seconds`."""
+        """Ask a panel for its answers over temperature.
+
+        Parameters
+        ----------
+        panel : PatchResponse
+        temperature : (T,) ndarray, °C
+            Ascending, evenly spaced.
+        sample_rate : float
+            Hz.
+        band : (float, float)
+            Hz.
+        seconds : float
+            Length of a stretch, s.
+        largest_sigma : float
+            K above which a reading is refused.
+
+        Returns
+        -------
+        Listener
+        """
         frame = round(seconds * sample_rate)
         lines, _ = _lines(_whole(frame, sample_rate), sample_rate, band)
         answers = np.array([panel.transfer(float(t), lines) for t in temperature])

@@ -21,9 +21,27 @@ def simulated_response(
     signal_to_noise: float,
     rng: np.random.Generator,
 ) -> Real:
-    """Response (n,) of the sensing patch to `drive` (N, n), white noise `signal_to_noise` dB below it.
+    """Response of the sensing patch to drives, with white noise.
 
     The panel answers in the band only; it is linear, and slower in its temperature than in its ringing.
+
+    Parameters
+    ----------
+    panel : PatchResponse
+    drive : (N, n) ndarray, V
+    sample_rate : float
+        Hz.
+    band : (float, float)
+        Hz.
+    programme : TemperatureProgramme
+    signal_to_noise : float
+        dB.
+    rng : numpy Generator
+        Draws the noise.
+
+    Returns
+    -------
+    (n,) ndarray, V
     """
     step, memory = round(APART * sample_rate), round(MEMORY * sample_rate)
     behind = memory // 4

@@ -53,7 +53,23 @@ def assignments(count: int, kinds: Sequence[Kind]) -> tuple[Assignment, ...]:
 
 
 def shuffled(names: Sequence[str], stream: str, seed: int, ordinal: int, word: int) -> str:
-    """Return the `ordinal`-th of `names` dealt like cards: each once in a round, every round in its own order."""
+    """Return the `ordinal`-th of `names` dealt like cards: each once in a round, every round in its own order.
+
+    Parameters
+    ----------
+    names : sequence of str
+    stream : str
+        One of `STREAMS`.
+    seed : int
+    ordinal : int
+        From 0.
+    word : int
+        Part of the seed: different words give orders independent of each other.
+
+    Returns
+    -------
+    str
+    """
     turn, place = divmod(ordinal, len(names))
     order = np.random.default_rng([STREAMS[stream], seed, 2, word, turn]).permutation(len(names))
     return names[int(order[place])]

@@ -42,7 +42,21 @@ def claims(outcomes: Sequence[TrialOutcome]) -> list[tuple[Named, bool]]:
 
 
 def reliability(stated: NDArray[np.float64], right: NDArray[np.bool_], bins: int = BINS) -> Reliability:
-    """Sort claims into `bins` of equal size, by the probability stated (N,); `right` (N,) says which came true."""
+    """Sort claims into bins of equal size, by the probability stated.
+
+    Parameters
+    ----------
+    stated : (N,) ndarray
+        Probabilities, 0 to 1.
+    right : (N,) bool ndarray
+        Which claims came true.
+    bins : int
+        At most so many: fewer claims fill fewer bins.
+
+    Returns
+    -------
+    Reliability
+    """
     order = np.argsort(stated, kind="stable")
     parts = [part for part in np.array_split(order, bins) if part.size]
     return Reliability(

@@ -50,7 +50,21 @@ class DrawnEffects:
 
 
 def wanted(assignment: Assignment, names: Sequence[str], stream: str, seed: int) -> tuple[str, ...]:
-    """Names that an assignment is about; the second of a pair is chosen with the plate at hand."""
+    """Names that an assignment is about; the second of a pair is chosen with the plate at hand.
+
+    Parameters
+    ----------
+    assignment : Assignment
+    names : sequence of str
+        Effects to choose from, but for the kind ``outside``, which has its own.
+    stream, seed : str, int
+        See `shuffled`.
+
+    Returns
+    -------
+    tuple of str
+        One name; empty for the kind ``null``.
+    """
     word = KINDS.index(assignment.kind)
     match assignment.kind:
         case "null":
@@ -78,7 +92,24 @@ def partners(legs: Sequence[str], levels: Sequence[float]) -> tuple[str, ...]:
 def draw_effects(
     assignment: Assignment, first: Sequence[str], others: Sequence[str], yard: EffectSize, rng: np.random.Generator
 ) -> DrawnEffects:
-    """Draw the effects' parameters and bring them to size."""
+    """Draw the effects' parameters and bring them to size.
+
+    Parameters
+    ----------
+    assignment : Assignment
+    first : sequence of str
+        Of `wanted`.
+    others : sequence of str
+        From which the second of a pair is chosen.
+    yard : EffectSize
+        The campaign in which the size is measured.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    DrawnEffects
+        Without effects where `first` is empty.
+    """
     if not first:
         return DrawnEffects({}, {}, None, {})
     size = wanted_size(assignment, first[0], rng)
@@ -94,7 +125,20 @@ def draw_effects(
 
 
 def wanted_size(assignment: Assignment, name: str, rng: np.random.Generator) -> float:
-    """Sigma that an effect is to have; single effects meet all `SIZES` in three rounds through the library."""
+    """Size that an effect is to have; single effects meet all `SIZES` in three rounds through the library.
+
+    Parameters
+    ----------
+    assignment : Assignment
+    name : str
+        Of an effect of the library, for a single one.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    float
+        Sigma.
+    """
     if assignment.kind == "single":
         turn = (tuple(LIBRARY).index(name) + assignment.ordinal // len(LIBRARY)) % len(SIZES)
         if turn + 1 < len(SIZES):
@@ -104,7 +148,22 @@ def wanted_size(assignment: Assignment, name: str, rng: np.random.Generator) -> 
 
 
 def of_size(yard: EffectSize, name: str, size: float, rng: np.random.Generator) -> dict[str, float]:
-    """Parameters in a random direction, so large that the effect has `size` sigma, or as large as it may be."""
+    """Parameters in a random direction, so large that the effect has the size wanted, or as large as it may be.
+
+    Parameters
+    ----------
+    yard : EffectSize
+    name : str
+        Of the effect.
+    size : float
+        Sigma.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    dict of str to float
+        Values in the units of the effect's card.
+    """
     card = yard.specimen.cards[name]
     direction, shapes = _direction(card, rng)
     most = min(

@@ -61,7 +61,22 @@ class EffectSize:
         rng: np.random.Generator,
         executor: Executor,
     ) -> "EffectSize":
-        """Choose the noise so that it is a `share` of the response in the FRF of a mean sweep."""
+        """Choose the noise by its share of the response in the FRF of a mean sweep.
+
+        Parameters
+        ----------
+        specimen : Specimen
+        share : float
+            0.01 is 1 % of the response on a line.
+        rng : numpy.random.Generator
+            Of the noise.
+        executor : Executor
+            Works through the sweeps.
+
+        Returns
+        -------
+        EffectSize
+        """
         frf, noise = _expected_frf(specimen, share, rng)
         updated = _as_updated(specimen, frf)
         sweeps = prepare(frf, specimen.declared.protocol, updated)[0]

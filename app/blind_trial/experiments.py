@@ -18,7 +18,23 @@ ALIAS_FREE = 0.44
 def draw_experiment(
     rng: np.random.Generator, kind: PlateKind, title: str, legs: tuple[str, ...], levels: tuple[float, ...]
 ) -> AcquiredExperiment:
-    """Draw a campaign of seven to nine temperatures on a plate; what is hidden is not in it, nor the noise."""
+    """Draw a campaign of seven to nine temperatures on a plate; what is hidden is not in it, nor the noise.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    kind : PlateKind
+    title : str
+    legs : tuple of str
+        Directions of the programme's legs.
+    levels : tuple of float
+        Of the drive, V.
+
+    Returns
+    -------
+    AcquiredExperiment
+        Of a simulated rig, checked as one read from a file.
+    """
     count, every = int(rng.integers(7, 10)), float(rng.integers(5, 8))
     lowest = float(rng.integers(0, 9))
     gain = float(rng.uniform(10.0, 16.0))

@@ -64,7 +64,22 @@ def make_campaign(
 def record(
     assignment: Assignment, kind: PlateKind, specimen: Specimen, hidden: DrawnEffects, yard: EffectSize
 ) -> dict[str, Any]:
-    """Return what a truth file holds."""
+    """Return what a truth file holds.
+
+    Parameters
+    ----------
+    assignment : Assignment
+    kind : PlateKind
+    specimen : Specimen
+    hidden : DrawnEffects
+    yard : EffectSize
+        Gives the noise, V rms, and the sweeps.
+
+    Returns
+    -------
+    dict
+        Of values that JSON holds.
+    """
     simulation, shown = specimen.simulation, yard.sweeps
     return {
         "schema": SCHEMA,

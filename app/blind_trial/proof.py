@@ -69,7 +69,23 @@ def figures(outcomes: Sequence[TrialOutcome]) -> tuple[Figure, ...]:
 
 
 def share(name: str, among: Sequence[TrialOutcome], test: Test, least: float = 0.0, most: float = 1.0) -> Figure:
-    """Share of campaigns that pass a test."""
+    """Share of campaigns that pass a test.
+
+    Parameters
+    ----------
+    name : str
+        Of the figure.
+    among : sequence of TrialOutcome
+    test : callable
+        Whether a campaign passes.
+    least, most : float
+        Ends within which the share should lie.
+
+    Returns
+    -------
+    Figure
+        Its value is None where `among` is empty.
+    """
     hits = sum(test(o) for o in among)
     low, high = proportion_interval(hits, len(among))
     return Figure(name, hits / len(among) if among else None, low, high, len(among), (least, most))

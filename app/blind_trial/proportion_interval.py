@@ -7,9 +7,24 @@ NINETY_FIVE = 1.959963984540054
 
 
 def proportion_interval(hits: int, count: int, z: float = NINETY_FIVE) -> tuple[float, float]:
-    """Return the ends of the interval for a proportion of `hits` in `count`; 0 to 1 where nothing was counted.
+    """Return the ends of the interval for a proportion.
 
-    ValueError for more hits than were counted, or less than none.
+    Parameters
+    ----------
+    hits, count : int
+        Hits among all that were counted.
+    z : float
+        Half width of the interval in standard deviations of a normal distribution; 95 % by default.
+
+    Returns
+    -------
+    low, high : float
+        0 and 1 where nothing was counted.
+
+    Raises
+    ------
+    ValueError
+        For more hits than were counted, or less than none.
     """
     if not 0 <= hits <= count:
         raise ValueError(f"{hits} hits of {count}: between none and all are possible")

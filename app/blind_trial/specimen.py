@@ -74,7 +74,25 @@ class Specimen:
     def of(
         cls, experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators | None = None
     ) -> "Specimen":
-        """Make the specimen of one campaign; `operators` come from the cache where they are not given."""
+        """Make the specimen of one campaign.
+
+        Parameters
+        ----------
+        experiment : AcquiredExperiment
+            With a simulation.
+        kind : PlateKind
+        operators : EffectOperators, optional
+            Of `specimen_operators`, which gives them by default.
+
+        Returns
+        -------
+        Specimen
+
+        Raises
+        ------
+        ValueError
+            For an experiment that simulates nothing.
+        """
         simulation = experiment.simulation
         if simulation is None:
             raise ValueError("an experiment that simulates nothing has no specimen")
@@ -109,7 +127,21 @@ class Specimen:
         return ResonatorTransfer(transfer, ridden["mass"], ridden["resonance"])
 
     def rig(self, effects: Mapping[str, Values], noise: float, file: Path) -> Rig:
-        """Return the simulated rig around it, with `noise` [V rms] on every input; `file` for messages."""
+        """Return the simulated rig around it.
+
+        Parameters
+        ----------
+        effects : mapping of str to Values
+            What is hidden: parameters' values by effect.
+        noise : float
+            On every input, V rms.
+        file : Path
+            The experiment's, for messages.
+
+        Returns
+        -------
+        Rig
+        """
         noisy = self.simulation.model_copy(update={"noise": noise})
         return parts_around(self.experiment, noisy, TwinPlate(self.transfer(effects), self.gain), file).rig()
 
@@ -120,7 +152,20 @@ def with_hidden_point(declared: Experiment, kind: PlateKind) -> Experiment:
 
 
 def specimen_operators(declared: Experiment, kind: PlateKind, report: Progress | None = None) -> EffectOperators:
-    """Operators on the trial's own mesh, from the cache or made and kept there."""
+    """Operators on the trial's own mesh, from the cache or made and kept there.
+
+    Parameters
+    ----------
+    declared : Experiment
+    kind : PlateKind
+        Gives the point that is not declared.
+    report : callable, optional
+        Told the stage's name and the share done.
+
+    Returns
+    -------
+    EffectOperators
+    """
     silent: Progress = report or (lambda stage, share: None)
     box = material_box(declared.plate.material)
     return cached_operators(with_hidden_point(declared, kind), box, silent, OTHER_MESH)

@@ -169,7 +169,34 @@ def trained_and_judged(
     output: Output,
     method: "Method" = "stif",
 ) -> "Compensation":
-    """Build the panel's twin, train, and try every method; exit status 1 where no network is good enough."""
+    """Build the panel's twin, train, and try every method.
+
+    Parameters
+    ----------
+    panel : Panel
+    laws : MaterialLaws
+        Of the panel's plate.
+    spacing : float
+        Between training temperatures, K.
+    training : Training
+    device : str
+        Where torch trains: ``cpu``, ``cuda``, ``cuda:1``.
+    output : Output
+        For progress and messages.
+    method : str
+        How the filters are designed that the networks have to follow.
+
+    Returns
+    -------
+    Compensation
+
+    Raises
+    ------
+    click.exceptions.Exit
+        With status 1, where no network is good enough.
+    ValueError
+        Where the range gives fewer than four training temperatures.
+    """
     from analysis.compensation.study import compensate
     from analysis.compensation.training import EvidenceCollapseError
     from app.stages.panel_inputs import workers
@@ -196,7 +223,23 @@ def trained_and_judged(
 
 
 def notes(twin: Path | None, panel: "Panel", low: float, high: float, method: str) -> list[str]:
-    """Return what a user has to know of where the laws come from, how far they reach, °C, and what is followed."""
+    """Return what a user has to know of where the laws come from, how far they reach, and what is followed.
+
+    Parameters
+    ----------
+    twin : Path or None
+        Twin file that gave the laws; None where a run did.
+    panel : Panel
+    low, high : float
+        Temperatures that laws and panel share, degrees Celsius.
+    method : str
+        How the filters followed are designed.
+
+    Returns
+    -------
+    list of str
+        A sentence each; empty where there is nothing to say.
+    """
     from app.stages.panel_inputs import effects_left_out
 
     found = [] if twin is None else effects_left_out(twin)
@@ -297,7 +340,20 @@ def show(found: "Compensation") -> None:
 
 
 def summary(found: "Compensation", target: Path, seconds: float) -> str:
-    """Return one line for people."""
+    """Return one line for people.
+
+    Parameters
+    ----------
+    found : Compensation
+    target : Path
+        File it was written to.
+    seconds : float
+        It took, s.
+
+    Returns
+    -------
+    str
+    """
     t = found.temperature
     return (
         f"{len(found.training_temperature)} training temperatures, judged at {len(t)} from {t[0]:g} to {t[-1]:g} "

@@ -116,7 +116,24 @@ def command(out: Path | None, output: Output) -> None:
 
 
 def record(seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path, pages: list[Path]) -> dict[str, Any]:
-    """Return what ``--json`` prints: seconds a stage, laws put in and found, effects put in and found, reports."""
+    """Return what ``--json`` prints: seconds a stage, laws put in and found, effects put in and found, reports.
+
+    Parameters
+    ----------
+    seconds : dict of Part to dict of str to float
+        Time that each stage of each part took, s.
+    run : Path
+        Run folder of the campaign without effects.
+    puzzle : Path
+        Run folder of the campaign with hidden effects.
+    pages : list of Path
+        Reports.
+
+    Returns
+    -------
+    dict
+        Of values that JSON holds.
+    """
     temperature, put_in, found = laws_beside(run)
     hidden, gap = effects_beside(puzzle)
     return {

@@ -116,7 +116,21 @@ def _temperatures(sent: "Shipment", given: tuple[float, ...]) -> "NDArray[np.flo
 
 
 def record(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") -> dict[str, Any]:
-    """Return what ``--json`` prints."""
+    """Return what ``--json`` prints.
+
+    Parameters
+    ----------
+    sent : Shipment
+    written : tuple of Path
+        Its files.
+    cost : Cost or None
+        On the target; None for formats that are no program.
+
+    Returns
+    -------
+    dict
+        Of values that JSON holds.
+    """
     _, weights, taps = sent.filters.banks.shape
     low, high = sent.filters.temperature_range
     found: dict[str, Any] = {
@@ -141,7 +155,20 @@ def record(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") -> 
 
 
 def summary(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") -> str:
-    """Return one line for people."""
+    """Return one line for people.
+
+    Parameters
+    ----------
+    sent : Shipment
+    written : tuple of Path
+        Its files, at least one.
+    cost : Cost or None
+        On the target; None for formats that are no program.
+
+    Returns
+    -------
+    str
+    """
     actuators, _, taps = sent.filters.banks.shape
     low, high = sent.filters.temperature_range
     span = f"{low:g} to {high:g} °C" if low < high else f"{low:g} °C"

@@ -163,7 +163,21 @@ def _focus_measured(
 
 
 def record(panel: "Panel", focusing: "Focusing", comparison: "MethodComparison", seconds: float) -> dict[str, Any]:
-    """Return what ``--json`` prints: figures over the band at every temperature."""
+    """Return what ``--json`` prints: figures over the band at every temperature.
+
+    Parameters
+    ----------
+    panel : Panel
+    focusing : Focusing
+    comparison : MethodComparison
+    seconds : float
+        It took, s.
+
+    Returns
+    -------
+    dict
+        Of values that JSON holds; temperatures in degrees Celsius.
+    """
     from analysis.focusing.design import peak_drive
 
     energy, share = focusing.energy, focusing.target_share
@@ -304,7 +318,20 @@ def show(panel: "Panel", focusing: "Focusing") -> None:
 
 
 def summary(focusing: "Focusing", target: Path, seconds: float) -> str:
-    """Return one line for people."""
+    """Return one line for people.
+
+    Parameters
+    ----------
+    focusing : Focusing
+    target : Path
+        File it was written to.
+    seconds : float
+        It took, s.
+
+    Returns
+    -------
+    str
+    """
     t = focusing.temperature
     direct, fixed = focusing.direct.contrast.mean(axis=1), focusing.fixed.contrast.mean(axis=1)
     return (

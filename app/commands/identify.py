@@ -116,7 +116,21 @@ def _is_toml(path: Path) -> bool:
 def identify_campaign(
     campaign: Path, out: Path | None, export: Path | None, twin: Path | None, wanted: "Wanted", output: Output
 ) -> None:
-    """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs for others where asked."""
+    """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs for others where asked.
+
+    Parameters
+    ----------
+    campaign : Path
+        Its folder.
+    out : Path or None
+        Run folder; None for the one beside the campaign.
+    export : Path or None
+        File for the FRFs.
+    twin : Path or None
+        Run folder of ``flexura update`` whose twin says which modes to expect.
+    wanted : Wanted
+    output : Output
+    """
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder
     from app.stages import identify
@@ -141,7 +155,24 @@ def identify_campaign(
 
 
 def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: Output) -> None:
-    """Identify a test, or the FRFs of a universal file, as one structure; exit status 1 where no mode is found."""
+    """Identify a test, or the FRFs of a universal file, as one structure.
+
+    Parameters
+    ----------
+    path : Path
+        Declaration of a test, its folder, or a universal file.
+    out : Path or None
+        Run folder; None for the one beside `path`.
+    wanted : Wanted
+    output : Output
+
+    Raises
+    ------
+    click.exceptions.Exit
+        With status 1, where no mode is found.
+    ResultFileError
+        Where nothing can be identified.
+    """
     from analysis.mains import likely_mains
     from app.files.modal_test_toml import declares_test
     from app.files.run_folder import run_folder
@@ -185,7 +216,20 @@ def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: O
 
 
 def identify_uff(path: Path, wanted: "Wanted", output: Output) -> None:
-    """Identify the FRFs of a universal file and print their modes; exit status 1 where none is found."""
+    """Identify the FRFs of a universal file one by one, and print their modes.
+
+    Parameters
+    ----------
+    path : Path
+        Of data sets 58.
+    wanted : Wanted
+    output : Output
+
+    Raises
+    ------
+    click.exceptions.Exit
+        With status 1, where no mode is found.
+    """
     from app.files.uff58 import read_frfs
     from app.stages.identify import uff_records
     from app.terminal.modes import show_modes

@@ -115,7 +115,21 @@ def covered(sent: "Shipment", course: "TemperatureProgramme") -> None:
 
 
 def record(sent: "Shipment", done: "Rendering", trace: "Trace", block: int) -> dict[str, Any]:
-    """Return what ``--json`` prints; null for a contrast of silence."""
+    """Return what ``--json`` prints; null for a contrast of silence.
+
+    Parameters
+    ----------
+    sent : Shipment
+    done : Rendering
+    trace : Trace
+    block : int
+        Samples filtered at a time, which count as latency.
+
+    Returns
+    -------
+    dict
+        Of values that JSON holds.
+    """
     return {
         "sound": str(done.sound),
         "trace": str(done.trace),
@@ -151,7 +165,19 @@ def notes(channels: int, trace: "Trace") -> list[str]:
 
 
 def summary(sent: "Shipment", done: "Rendering", trace: "Trace") -> str:
-    """Return one line for people."""
+    """Return one line for people.
+
+    Parameters
+    ----------
+    sent : Shipment
+    done : Rendering
+    trace : Trace
+        With at least one moment.
+
+    Returns
+    -------
+    str
+    """
     t = [m.temperature for m in trace.moments]
     used, kept = ([m.mean for m in way] for way in _ways(trace))
     return (

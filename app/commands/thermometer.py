@@ -176,7 +176,23 @@ def _signals(
 def record(
     looks: list["Look"], panel: "ListeningPanel", true: "NDArray[np.float64] | None", target: Path
 ) -> dict[str, Any]:
-    """Return what ``--json`` prints; null where a stretch was refused."""
+    """Return what ``--json`` prints; null where a stretch was refused.
+
+    Parameters
+    ----------
+    looks : (n,) list of Look
+        At least one.
+    panel : ListeningPanel
+    true : (n,) ndarray or None
+        True temperatures, degrees Celsius; None where they are not known.
+    target : Path
+        File of the readings.
+
+    Returns
+    -------
+    dict
+        Of values that JSON holds.
+    """
     told = [look for look in looks if not look.reading.refused]
     last = looks[-1]
     found: dict[str, Any] = {
@@ -203,7 +219,22 @@ def record(
 
 
 def summary(looks: list["Look"], panel: "ListeningPanel", true: "NDArray[np.float64] | None", target: Path) -> str:
-    """Return one line for people."""
+    """Return one line for people.
+
+    Parameters
+    ----------
+    looks : (n,) list of Look
+        At least one.
+    panel : ListeningPanel
+    true : (n,) ndarray or None
+        True temperatures, degrees Celsius; None where they are not known.
+    target : Path
+        File of the readings.
+
+    Returns
+    -------
+    str
+    """
     last = looks[-1]
     refused = sum(bool(look.reading.refused) for look in looks)
     line = (

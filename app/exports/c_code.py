@@ -21,7 +21,26 @@ WIDTH = 118
 
 
 def write_c(shipment: Shipment, folder: Path, fixed_point: bool) -> tuple[Path, ...]:
-    """Write ``flexura_filters.h`` and ``flexura_filters.c``; ValueError for numbers that float32 does not hold."""
+    """Write ``flexura_filters.h`` and ``flexura_filters.c``.
+
+    Parameters
+    ----------
+    shipment : Shipment
+    folder : Path
+    fixed_point : bool
+        int16 in place of float32.
+
+    Returns
+    -------
+    (2,) tuple of Path
+
+    Raises
+    ------
+    ValueError
+        For numbers that float32 does not hold.
+    ResultFileError
+        Where the folder cannot be written.
+    """
     header, code = c_texts(shipment, fixed_point)
     with written_together(folder, NAMES) as (header_path, code_path):
         header_path.write_text(header, encoding="ascii", newline="\n")
@@ -30,7 +49,19 @@ def write_c(shipment: Shipment, folder: Path, fixed_point: bool) -> tuple[Path, 
 
 
 def c_texts(shipment: Shipment, fixed_point: bool) -> tuple[str, str]:
-    """Return header and code."""
+    """Return header and code.
+
+    Parameters
+    ----------
+    shipment : Shipment
+    fixed_point : bool
+        int16 in place of float32.
+
+    Returns
+    -------
+    header, code : str
+        ASCII.
+    """
     filters = shipment.filters
     short = FixedPoint.of(filters) if fixed_point else None
     data = "".join(_data(shipment, short))

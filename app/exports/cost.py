@@ -29,7 +29,15 @@ class Cost:
 
     @classmethod
     def of(cls, filters: FollowingBank, fixed_point: bool, block: int) -> Self:
-        """Count for float32 or, fixed point, int16."""
+        """Count for float32 or, fixed point, int16.
+
+        Parameters
+        ----------
+        filters : FollowingBank
+        fixed_point : bool
+        block : int
+            Samples filtered at a time.
+        """
         actuators, weights, taps = filters.banks.shape
         size = 2 if fixed_point else 4
         tables = 8 * len(filters.input.temperature) + (4 * actuators * weights if fixed_point else 0)

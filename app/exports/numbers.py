@@ -15,7 +15,24 @@ NPZ_NAME, CSV_NAME = "flexura_filters.npz", "flexura_filters.csv"
 
 
 def write_npz(shipment: Shipment, folder: Path, temperature: NDArray[np.float64]) -> tuple[Path, ...]:
-    """Write taps (T, N, M) at `temperature` (T,), and all that gives them at any other."""
+    """Write ``flexura_filters.npz``: taps at some temperatures, and all that gives them at any other.
+
+    Parameters
+    ----------
+    shipment : Shipment
+    folder : Path
+    temperature : (T,) ndarray
+        Of the taps (T, N, M), degrees Celsius.
+
+    Returns
+    -------
+    (1,) tuple of Path
+
+    Raises
+    ------
+    ResultFileError
+        Where the folder cannot be written.
+    """
     filters = shipment.filters
     held: dict[str, Any] = {
         "provenance": shipment.stamp,
@@ -38,7 +55,26 @@ def write_npz(shipment: Shipment, folder: Path, temperature: NDArray[np.float64]
 
 
 def write_csv(shipment: Shipment, folder: Path, temperature: NDArray[np.float64]) -> tuple[Path, ...]:
-    """Write one row per temperature and tap, one column per actuator, V per unit of audio signal."""
+    """Write ``flexura_filters.csv``: one row per temperature and tap, one column per actuator.
+
+    Taps are in V per unit of audio signal.
+
+    Parameters
+    ----------
+    shipment : Shipment
+    folder : Path
+    temperature : (T,) ndarray
+        Degrees Celsius.
+
+    Returns
+    -------
+    (1,) tuple of Path
+
+    Raises
+    ------
+    ResultFileError
+        Where the folder cannot be written.
+    """
     filters = shipment.filters
     with written_together(folder, (CSV_NAME,)) as (path,), path.open("w", encoding="utf-8", newline="") as file:
         file.write(f"# {shipment.stamp}\n")

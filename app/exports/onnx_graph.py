@@ -26,7 +26,22 @@ IR_VERSION = 8
 
 
 def write_onnx(shipment: Shipment, folder: Path) -> tuple[Path, ...]:
-    """Write ``flexura_filters.onnx``; ResultFileError where onnx is not installed."""
+    """Write ``flexura_filters.onnx``.
+
+    Parameters
+    ----------
+    shipment : Shipment
+    folder : Path
+
+    Returns
+    -------
+    (1,) tuple of Path
+
+    Raises
+    ------
+    ResultFileError
+        Where onnx is not installed, or the folder cannot be written.
+    """
     model = graph_of(shipment)
     with written_together(folder, (NAME,)) as (path,):
         path.write_bytes(model.SerializeToString(deterministic=True))
@@ -34,7 +49,22 @@ def write_onnx(shipment: Shipment, folder: Path) -> tuple[Path, ...]:
 
 
 def graph_of(shipment: Shipment) -> "onnx.ModelProto":
-    """Return the model: input ``temperature`` (1,), °C, output ``taps`` (N, M), V per unit of audio signal."""
+    """Return the model: input ``temperature`` (1,), °C, output ``taps`` (N, M), V per unit of audio signal.
+
+    Parameters
+    ----------
+    shipment : Shipment
+
+    Returns
+    -------
+    onnx.ModelProto
+        Checked.
+
+    Raises
+    ------
+    ResultFileError
+        Where onnx is not installed.
+    """
     try:
         from onnx import TensorProto, checker, helper
     except ImportError as error:

@@ -14,6 +14,17 @@ from app.files.wav_file import WavFileError, create_wav
 def write_wav(shipment: Shipment, folder: Path, temperature: NDArray[np.float64]) -> tuple[Path, ...]:
     """Write a file per temperature, one channel per actuator, float32 in V per unit of audio signal.
 
+    Parameters
+    ----------
+    shipment : Shipment
+    folder : Path
+    temperature : (T,) ndarray
+        Degrees Celsius.
+
+    Returns
+    -------
+    (T,) tuple of Path
+
     Raises
     ------
     ResultFileError

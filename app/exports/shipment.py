@@ -60,7 +60,17 @@ class Shipment:
         return json.dumps({"format": FORMAT} | self.made_from, allow_nan=False)
 
     def chosen(self, settings: dict[str, Any]) -> "Shipment":
-        """Return the same with further settings in its provenance."""
+        """Return the same with further settings in its provenance.
+
+        Parameters
+        ----------
+        settings : dict
+            Of values that JSON holds.
+
+        Returns
+        -------
+        Shipment
+        """
         kept = self.made_from | {"settings": self.made_from["settings"] | settings}
         return replace(self, made_from=kept)
 
@@ -77,6 +87,10 @@ def shipment(run: Path, method: str | None, verb: str) -> Shipment:
         filters of ``flexura focus``.
     verb : str
         For messages.
+
+    Returns
+    -------
+    Shipment
 
     Raises
     ------

@@ -76,7 +76,22 @@ class AcquiredCampaign:
         return frozenset(self._finished)
 
     def keep(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int) -> None:
-        """Write a good sweep; FileExistsError rather than touch one that is there, OSError on a full disk."""
+        """Write a good sweep.
+
+        Parameters
+        ----------
+        sweep : Sweep
+            In volts, as recorded.
+        set_point : SweepSetPoint
+        attempt : int
+
+        Raises
+        ------
+        FileExistsError
+            Rather than touch a sweep that is there.
+        OSError
+            If it cannot be written: a full disk, as a rule.
+        """
         path = self.folder / SWEEPS / file_name(sweep, _place(set_point))
         if path.exists():
             raise FileExistsError(errno.EEXIST, "a finished sweep is never overwritten", str(path))
@@ -84,7 +99,17 @@ class AcquiredCampaign:
         self._finished.add(set_point.step)
 
     def put_aside(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int, faults: Sequence[str]) -> None:
-        """Write a bad sweep where no reader of campaigns looks."""
+        """Write a bad sweep where no reader of campaigns looks.
+
+        Parameters
+        ----------
+        sweep : Sweep
+            In volts, as recorded.
+        set_point : SweepSetPoint
+        attempt : int
+        faults : sequence of str
+            What is wrong with it; written into the file.
+        """
         stem = Path(file_name(sweep, _place(set_point))).stem
         path = self.folder / REJECTED / f"{stem}_attempt{attempt}.h5"
         while path.exists():
@@ -92,7 +117,15 @@ class AcquiredCampaign:
         self._write(path, sweep, {"attempt": attempt, "faults": "\n".join(faults)})
 
     def show(self, record: Record, set_point: SweepSetPoint, repeat: int) -> None:
-        """Put a repeat where windows look; OSError is logged, for nothing hangs on it."""
+        """Put a repeat where windows look; OSError is logged, for nothing hangs on it.
+
+        Parameters
+        ----------
+        record : Record
+        set_point : SweepSetPoint
+        repeat : int
+            From 0.
+        """
         latest = LatestRepeat(
             step=set_point.step,
             repeat=repeat,
@@ -162,8 +195,12 @@ def open_campaign(
         Of `frozen_protocol`. It must be the very one a folder that is there was begun with.
     experiment : Experiment
     source : Source
-    check, sensitivities
+    check, sensitivities : callable, Sensitivities
         See `AcquiredCampaign`.
+
+    Returns
+    -------
+    AcquiredCampaign
 
     Raises
     ------

@@ -93,6 +93,10 @@ def cached_reduction(
     progress : callable, optional
         Told the stage's name and the share done.
 
+    Returns
+    -------
+    ReducedModel
+
     Raises
     ------
     ResultFileError
@@ -139,7 +143,24 @@ def basis_file(
     driven: Sequence[int] = (),
     attached: Sequence[Footprint] | None = None,
 ) -> Path:
-    """Return where the cache keeps a reduced model, there or not; arguments of `cached_reduction`."""
+    """Return where the cache keeps a reduced model, there or not.
+
+    Parameters
+    ----------
+    plate, patches, box : Plate, sequence of Patch, MaterialBox
+    band : (float, float)
+        Hz.
+    points : (K, 2) array_like, optional
+        m.
+    fineness, training, field_certified : Fineness, BasisTraining, bool
+    footprints, driven, attached : sequence
+        These and all others as of `cached_reduction`.
+
+    Returns
+    -------
+    Path
+        Its name is a hash of all arguments.
+    """
     from simulation.reduction.basis_key import basis_key
 
     key = basis_key(plate, patches, box, band, points, fineness, training, field_certified)
@@ -167,7 +188,15 @@ def reducing(box: MaterialBox, band: tuple[float, float]) -> Iterator[None]:
 
 
 def save_basis(file: Path, reduced: "ReducedModel", basis: "PlateBasis | None" = None) -> None:
-    """Write a reduced model, and what it rests on, whole or not at all."""
+    """Write a reduced model, and what it rests on, whole or not at all.
+
+    Parameters
+    ----------
+    file : Path
+    reduced : ReducedModel
+    basis : PlateBasis, optional
+        Kept where effects will be asked of the plate.
+    """
     with atomic_hdf5(file) as stored:
         stored.attrs["format"] = FORMAT
         stored.attrs["error"] = reduced.error

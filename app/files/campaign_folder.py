@@ -57,6 +57,11 @@ def frozen_protocol(
         SHA-256 of every file imported, or of the experiment's file, by name.
     acquired : dict, optional
         Everything the rig was told, for a campaign of Flexura's own.
+
+    Returns
+    -------
+    dict
+        With the SHA-256 of all the rest.
     """
     content = {
         "format": FORMAT,

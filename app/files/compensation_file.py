@@ -16,7 +16,16 @@ from app.files.values import read_value, write_value
 def save_compensation(
     target: Path, panel: Panel, compensation: Compensation, made_from: Mapping[str, Any]
 ) -> None:
-    """Write networks and the test of every method, whole or not at all."""
+    """Write networks and the test of every method, whole or not at all.
+
+    Parameters
+    ----------
+    target : Path
+    panel : Panel
+    compensation : Compensation
+    made_from : mapping
+        Provenance.
+    """
     with atomic_hdf5(target) as file:
         begin_result(file, panel, made_from)
         write_value(file.create_group("compensation"), compensation)

@@ -54,7 +54,26 @@ def cached_operators(
 ) -> "EffectOperators":
     """Operators of an experiment's plate, from the cache or made and kept there; about a minute where made.
 
-    `basis`, asked only then, gives what the plain reduction rests on, if it is known.
+    Parameters
+    ----------
+    experiment : Experiment
+    box : MaterialBox
+        Materials over which the operators are trained.
+    report : callable
+        Told the stage's name and the share done.
+    fineness : Fineness, optional
+        The converged one unless given.
+    basis : callable, optional
+        Asked only where they are made: returns what the plain reduction rests on, None where it is not known.
+
+    Returns
+    -------
+    EffectOperators
+
+    Raises
+    ------
+    ResultFileError
+        Where the plate cannot be reduced, with what to change.
     """
     from simulation.reduction.effect_reduction import reduce_with_effects
 
@@ -69,7 +88,19 @@ def cached_operators(
 
 
 def operators_key(experiment: Experiment, box: MaterialBox, fineness: "Fineness | None" = None) -> str:
-    """SHA-256, hexadecimal, over all that decides an experiment's operators."""
+    """Return a hash over all that decides an experiment's operators.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    box : MaterialBox
+    fineness : Fineness, optional
+
+    Returns
+    -------
+    str
+        SHA-256, hexadecimal.
+    """
     from simulation.reduction.basis_key import basis_key
 
     attached = [

@@ -11,7 +11,20 @@ FAR = 30.0
 
 
 def far_limits(name: str, limits: Limits, oven: OvenSettings) -> Iterator[Problem]:
-    """Yield what is wrong with the limits in the experiment's file `name`."""
+    """Yield what is wrong with the limits of a campaign.
+
+    Parameters
+    ----------
+    name : str
+        Of the experiment's file.
+    limits : Limits
+    oven : OvenSettings
+
+    Yields
+    ------
+    Problem
+        A limit more than `FAR` beyond the oven's own.
+    """
     least, most = oven.minimum - FAR, oven.maximum + FAR
     remedy = "bring it nearer, or correct [oven]: it is to stop a campaign that goes where no set-point is"
     if limits.hottest > most:

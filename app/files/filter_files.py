@@ -26,7 +26,16 @@ def save_focusing(
 ) -> None:
     """Write filters over temperature and the comparison of methods, whole or not at all.
 
-    `uncorrected` is what filters reach that were designed with the laws of a twin without its effects.
+    Parameters
+    ----------
+    target : Path
+    panel : Panel
+    focusing : Focusing
+    comparison : MethodComparison
+    made_from : mapping
+        Provenance.
+    uncorrected : Aim, optional
+        What filters reach that were designed with the laws of a twin without its effects.
     """
     with atomic_hdf5(target) as file:
         begin_result(file, panel, made_from)
@@ -66,6 +75,15 @@ def load_panel(path: Path) -> Panel:
 
 
 def begin_result(file: h5py.File, panel: Panel, made_from: Mapping[str, Any]) -> None:
-    """Stamp a result file with what it was made from, and the panel it holds for."""
+    """Stamp a result file with what it was made from, and the panel it holds for.
+
+    Parameters
+    ----------
+    file : h5py.File
+        Open for writing.
+    panel : Panel
+    made_from : mapping
+        Provenance.
+    """
     stamp(file, made_from)
     file.attrs["panel"] = panel.model_dump_json()

@@ -13,7 +13,16 @@ from app.files.values import read_value, write_value
 
 
 def save_frf(target: Path, experiment: Experiment, frf: Frf, made_from: Mapping[str, Any]) -> None:
-    """Write FRFs, whole or not at all."""
+    """Write FRFs, whole or not at all.
+
+    Parameters
+    ----------
+    target : Path
+    experiment : Experiment
+    frf : Frf
+    made_from : mapping
+        Provenance.
+    """
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
         file.attrs["experiment"] = experiment.model_dump_json()

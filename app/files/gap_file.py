@@ -115,7 +115,19 @@ def save_gap(
     record: Mapping[str, Any],
     made_from: Mapping[str, Any],
 ) -> None:
-    """Write the arrays and the record of gap.json."""
+    """Write the arrays and the record of gap.json, whole or not at all.
+
+    Parameters
+    ----------
+    target : Path
+    figures : GapFigures
+    signatures : sequence of Signature
+        Of effects alone; may be empty.
+    record : mapping
+        Of `gap_record`.
+    made_from : mapping
+        Provenance.
+    """
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
         write_value(file.create_group("figures"), figures)

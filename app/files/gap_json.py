@@ -29,6 +29,11 @@ def gap_record(
         Provenance.
     seconds : float
         Wall time from reading the FRFs to the file.
+
+    Returns
+    -------
+    dict
+        Of values that JSON holds.
     """
     gap = report.unexplained is not None
     left = report.after.regions if gap else ()

@@ -38,6 +38,11 @@ def mesh_of_file(path: Path, unit: float, names: Mapping[str, str]) -> dict[str,
     names : mapping
         Other names of physical groups (identifiers of patches), and what each stands for.
 
+    Returns
+    -------
+    dict
+        Points, m; cells and curves by their points, surfaces by their cells, all counted from 0.
+
     Raises
     ------
     ImportError

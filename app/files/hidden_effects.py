@@ -27,6 +27,11 @@ def effect_problems(file: str, experiment: Experiment, effects: Mapping[str, Val
     experiment : Experiment
     effects : mapping
         Parameters' values by effect.
+
+    Returns
+    -------
+    list of Problem
+        Empty where nothing is wrong.
     """
     problems: list[Problem] = []
     for name, values in effects.items():

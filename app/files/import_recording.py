@@ -79,6 +79,11 @@ def import_recording(
     actuator : str, optional
         See `read_recording`.
 
+    Returns
+    -------
+    Imported
+        The folder, what was read, and what was done.
+
     Raises
     ------
     CampaignFileError

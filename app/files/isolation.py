@@ -36,9 +36,23 @@ def require_readable(path: Path) -> None:
 
 
 def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
-    """Run one of our modules on a file of `size` bytes, in a process of its own.
+    """Run one of our modules on a file, in a process of its own.
 
-    Raises ValueError with the last line the process said where it fails, SlowReadError where it takes too long.
+    Parameters
+    ----------
+    module : str
+        Its dotted name.
+    arguments : sequence of str
+        Of its command line.
+    size : int
+        Of the file, bytes: a larger one is given more time.
+
+    Raises
+    ------
+    ValueError
+        With the last line the process said, where it fails.
+    SlowReadError
+        Where it takes too long.
     """
     limit = PATIENCE + size / SLOWEST
     # not from the current folder, which may be anybody's: a package there would be run in the place of ours

@@ -42,7 +42,18 @@ class TwinFrf:
 def save_laws(
     target: Path, updated: Updated, laws: MaterialLaws | None, twin: TwinFrf, made_from: Mapping[str, Any]
 ) -> None:
-    """Write the result of updating; `laws` is None where there are too few temperatures for any."""
+    """Write the result of updating, whole or not at all.
+
+    Parameters
+    ----------
+    target : Path
+    updated : Updated
+    laws : MaterialLaws or None
+        None where there are too few temperatures for any.
+    twin : TwinFrf
+    made_from : mapping
+        Provenance.
+    """
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
         write_value(file.create_group("updated"), updated)

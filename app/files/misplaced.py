@@ -34,7 +34,21 @@ class Misplaced:
 
 
 def misplaced(source: Path, declared: Mapping[str, Any], details: "Sequence[ErrorDetails]") -> Misplaced | None:
-    """Gather the places that pydantic's errors name; None where no geometry is wrong."""
+    """Gather the places that pydantic's errors name.
+
+    Parameters
+    ----------
+    source : Path
+        File of the declaration.
+    declared : mapping
+        Its keys and values.
+    details : sequence of ErrorDetails
+
+    Returns
+    -------
+    Misplaced or None
+        None where no geometry is wrong.
+    """
     from analysis.geometry.fault import GeometryError  # --help waits for no library
 
     errors = [detail.get("ctx", {}).get("error") for detail in details]

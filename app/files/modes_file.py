@@ -61,7 +61,14 @@ def save_modes(
 ) -> None:
     """Write tracked modes, whole or not at all; they rebuild their FRFs exactly when read back.
 
-    `shapes` are those of a test at many places.
+    Parameters
+    ----------
+    target : Path
+    tracked : TrackedModes
+    made_from : mapping
+        Provenance.
+    shapes : ModeShapes, optional
+        Of a test at many places.
     """
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
@@ -105,7 +112,15 @@ def _modes(sweep: _Sweep) -> Modes:
 
 
 def write_table(target: Path, tracked: TrackedModes, damping: Damping) -> None:
-    """Write one row per sweep and mode as comma-separated text."""
+    """Write one row per sweep and mode as comma-separated text.
+
+    Parameters
+    ----------
+    target : Path
+    tracked : TrackedModes
+    damping : str
+        ``hysteretic`` or ``viscous``.
+    """
     reading = tracked.reading(damping)
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")

@@ -22,7 +22,26 @@ def actuators(table: Mapping[str, Any]) -> list[str]:
 
 
 def driven_by(path: Path, table: Mapping[str, Any], actuator: str | None) -> Mapping[str, Any]:
-    """Return the declaration with the actuator named, if one is; CampaignFileError for an unknown one."""
+    """Return the declaration with only the actuator named, if one is; the others are shorted or left out.
+
+    Parameters
+    ----------
+    path : Path
+        File of the declaration, for messages.
+    table : mapping
+        Its keys and values, unchecked.
+    actuator : str or None
+        Identifier; None leaves the declaration as it is.
+
+    Returns
+    -------
+    mapping
+
+    Raises
+    ------
+    CampaignFileError
+        For an actuator that is not declared.
+    """
     if actuator is None:
         return table
     names = actuators(table)
@@ -39,9 +58,22 @@ def driven_by(path: Path, table: Mapping[str, Any], actuator: str | None) -> Map
 
 
 def sweeps_of(files: Sequence[Path], actuator: str, names: Sequence[str]) -> tuple[list[Path], list[Problem]]:
-    """Return the files of the sweeps that one of several actuators drove, and what is wrong with others.
+    """Choose the files of the sweeps that one of several actuators drove.
 
     A file that cannot be read counts as one of them: its reader says why.
+
+    Parameters
+    ----------
+    files : sequence of Path
+    actuator : str
+    names : sequence of str
+        All actuators declared.
+
+    Returns
+    -------
+    chosen : list of Path
+    problems : list of Problem
+        Files that name none of `names`.
     """
     chosen, problems = [], []
     for path in files:

@@ -68,6 +68,10 @@ def read_recording(
     actuator : str, optional
         Of several that drove the plate one after the other: its sweeps are read, as a campaign of their own.
 
+    Returns
+    -------
+    Recording
+
     Raises
     ------
     CampaignFileError

@@ -38,8 +38,24 @@ def run_folder(campaign: Path, out: Path | None) -> Path:
 def run_file(run: Path, name: str, verb: str) -> Path:
     """Path of one stage's result in a run.
 
-    Raises ResultFileError where it is missing: with what to type for `verb` if `run` is a campaign whose own run
-    folder holds it, else with the verb that makes it.
+    Parameters
+    ----------
+    run : Path
+        The run folder.
+    name : str
+        Of the file.
+    verb : str
+        Of the command that asks, for messages.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ResultFileError
+        Where it is missing: with what to type for `verb` if `run` is a campaign whose own run folder holds it,
+        else with the verb that makes it.
     """
     path = run / name
     if path.is_file():

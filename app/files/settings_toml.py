@@ -44,7 +44,25 @@ def read_table(path: Path) -> dict[str, Any]:
 
 
 def checked(path: Path, table: Mapping[str, Any], model: type[Model]) -> Model:
-    """Hold what `read_table` read against a model, drawings turned into curves; raises as `read_settings`."""
+    """Hold what `read_table` read against a model, drawings turned into curves.
+
+    Parameters
+    ----------
+    path : Path
+        The file; drawings are named relative to its folder.
+    table : mapping
+        Its keys and values, unchecked.
+    model : type of pydantic.BaseModel
+
+    Returns
+    -------
+    Model
+
+    Raises
+    ------
+    CampaignFileError
+        As `read_settings`, and for drawings that cannot be used.
+    """
     try:
         table = with_drawings(path.parent, table)
     except DrawingError as error:

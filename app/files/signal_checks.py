@@ -26,6 +26,11 @@ def faults(
         Gives range and resolution; None where the module is unknown, or the samples are no volts.
     unit : str
         Of the samples.
+
+    Yields
+    ------
+    seen, allowed : str
+        One pair at most: further checks mean nothing after a fault.
     """
     finite = np.isfinite(samples)
     if not finite.all():

@@ -61,7 +61,16 @@ KINDS: Mapping[str, type] = {
 
 
 def save_studies(target: Path, panel: Panel, studies: Studies, made_from: Mapping[str, Any]) -> None:
-    """Write what was computed, whole or not at all."""
+    """Write what was computed, whole or not at all.
+
+    Parameters
+    ----------
+    target : Path
+    panel : Panel
+    studies : Studies
+    made_from : mapping
+        Provenance.
+    """
     with atomic_hdf5(target) as file:
         begin_result(file, panel, made_from)
         for name in KINDS:

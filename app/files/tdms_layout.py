@@ -59,7 +59,20 @@ class TdmsLayout:
 
 
 def layout_problems(name: str, tdms: TdmsFile, layout: TdmsLayout) -> Iterator[Problem]:
-    """Yield everything in which a file (its samples unread) differs from the layout."""
+    """Yield everything in which a file differs from the layout.
+
+    Parameters
+    ----------
+    name : str
+        Of the file, for messages.
+    tdms : TdmsFile
+        Its samples unread.
+    layout : TdmsLayout
+
+    Yields
+    ------
+    Problem
+    """
     there = [group.name for group in tdms.groups()]
     yield from _names(name, "groups", there, layout.groups, "protocol.repeats says how many")
     lengths: dict[str, int] = {}

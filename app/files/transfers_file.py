@@ -23,7 +23,20 @@ UNITS = {"displacement": ("m",), "velocity": ("m/s",), "acceleration": ("m/s^2",
 
 
 def read_transfers(path: Path, band: tuple[float, float], temperature: float) -> MeasuredTransfers:
-    """Read transfers that have to cover `band`, Hz; a universal file was measured at `temperature`, °C.
+    """Read measured transfers that cover a band.
+
+    Parameters
+    ----------
+    path : Path
+        HDF5, by its ending, or a universal file.
+    band : (float, float)
+        Which they have to cover to within a line, Hz.
+    temperature : float
+        At which a universal file was measured, degrees Celsius.
+
+    Returns
+    -------
+    MeasuredTransfers
 
     Raises
     ------

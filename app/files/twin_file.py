@@ -174,7 +174,21 @@ def read_twin(path: Path) -> TwinFile:
 
 
 def require_same_plate(path: Path, twin: TwinFile, experiment: Experiment) -> None:
-    """CampaignFileError with all that the twin in `path` declares otherwise than the campaign."""
+    """Raise unless a twin's plate is that of the campaign.
+
+    Parameters
+    ----------
+    path : Path
+        File of the twin.
+    twin : TwinFile
+    experiment : Experiment
+        Of the campaign.
+
+    Raises
+    ------
+    CampaignFileError
+        With all that is declared otherwise, but for `RECORDER`.
+    """
     remedy = "as the campaign declares; a twin belongs to one plate with its patches"
     problems = [
         Problem(path.name, place, seen, wanted, remedy)
@@ -187,7 +201,21 @@ def require_same_plate(path: Path, twin: TwinFile, experiment: Experiment) -> No
 
 
 def require_known_effects(path: Path, twin: TwinFile, cards: Mapping[str, EffectCard]) -> None:
-    """CampaignFileError for effects, parameters, units and values that the library does not know or allow."""
+    """Raise unless the library knows a twin's effects, their parameters and units, and allows the values.
+
+    Parameters
+    ----------
+    path : Path
+        File of the twin.
+    twin : TwinFile
+    cards : mapping of str to EffectCard
+        The library's, by effect.
+
+    Raises
+    ------
+    CampaignFileError
+        With all that it does not know or allow.
+    """
     problems: list[Problem] = []
     for number, effect in enumerate(twin.effect):
         place = f"effect[{number}]"

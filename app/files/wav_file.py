@@ -46,7 +46,22 @@ class WavFile:
 
 @contextmanager
 def create_wav(path: Path, sample_rate: float, channels: int, frames: int, comment: str) -> Iterator[WavFile]:
-    """Yield a file for `frames` samples a channel; `comment` goes in as text that players show.
+    """Yield a file to write float32 samples to.
+
+    Parameters
+    ----------
+    path : Path
+    sample_rate : float
+        A whole number of Hz.
+    channels : int
+    frames : int
+        Samples of a channel that are going to be written.
+    comment : str
+        Goes in as text that players show.
+
+    Yields
+    ------
+    WavFile
 
     Raises
     ------

@@ -32,6 +32,11 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     report : callable
         Told how far it is.
 
+    Returns
+    -------
+    FrfSet
+        In SI units.
+
     Raises
     ------
     CampaignFileError

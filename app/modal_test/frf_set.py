@@ -78,7 +78,18 @@ class FrfSet:
         return np.array(known) if len(known) == len(self.transfers) else None
 
     def label(self, number: int) -> str:
-        """Name an FRF's axis: ``accelerance [m/s2/N]``."""
+        """Name an FRF's axis.
+
+        Parameters
+        ----------
+        number : int
+            Of the FRF, from 0.
+
+        Returns
+        -------
+        str
+            ``accelerance [m/s2/N]``.
+        """
         one = self.transfers[number]
         if one.quantity in UNITS and one.reference_quantity in UNITS:
             return frf_label(one.quantity, one.reference_quantity)
@@ -86,13 +97,39 @@ class FrfSet:
 
 
 def ends(transfers: Sequence[MeasuredTransfer]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Places of all responses and of all references, in the order of their first FRF."""
+    """Places of all responses and of all references, in the order of their first FRF.
+
+    Parameters
+    ----------
+    transfers : sequence of MeasuredTransfer
+
+    Returns
+    -------
+    responses, references : tuple of str
+        Each place once.
+    """
     responses = tuple(dict.fromkeys(one.response for one in transfers))
     return responses, tuple(dict.fromkeys(one.reference for one in transfers))
 
 
 def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
-    """FRFs of a universal file as those of one structure; ResultFileError where their lines differ."""
+    """FRFs of a universal file as those of one structure.
+
+    Parameters
+    ----------
+    path : Path
+    transfers : list of MeasuredTransfer
+        Read from it.
+
+    Returns
+    -------
+    FrfSet
+
+    Raises
+    ------
+    ResultFileError
+        Where there are none, or their lines differ.
+    """
     try:
         return FrfSet(title=path.stem, transfers=tuple(transfers), hashes={path.name: sha256(path)})
     except ValueError as error:
@@ -100,7 +137,23 @@ def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
 
 
 def cut(frfs: FrfSet, band: tuple[float, float] | None) -> FrfSet:
-    """Return the FRFs inside a band, Hz; ResultFileError where fewer than 8 lines are in it."""
+    """Return the FRFs inside a band.
+
+    Parameters
+    ----------
+    frfs : FrfSet
+    band : (float, float) or None
+        Hz, both ends included; None for all lines.
+
+    Returns
+    -------
+    FrfSet
+
+    Raises
+    ------
+    ResultFileError
+        Where fewer than 8 lines are in it.
+    """
     if band is None:
         return frfs
     inside = (frfs.frequency >= band[0]) & (frfs.frequency <= band[1])

@@ -14,7 +14,27 @@ from app.modal_test.signals import missing_columns
 
 
 def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[MeasuredTransfer]:
-    """FRFs that a file holds as such; ValueError for lines that cannot be, and for values that are none."""
+    """Read FRFs that a file holds as such, in SI units.
+
+    Parameters
+    ----------
+    record : RecordOfTest
+        Says which file, and at which places it was measured.
+    columns : Columns
+        Of that file.
+    test : ModalTest
+        Says what each column is.
+
+    Returns
+    -------
+    list of MeasuredTransfer
+        Without lines at 0 Hz.
+
+    Raises
+    ------
+    ValueError
+        For columns that are not there, lines that cannot be, and values that are no FRF.
+    """
     by_role: dict[str, list[str]] = {}
     for name, channel in test.channels.items():
         by_role.setdefault(channel.role, []).append(name)

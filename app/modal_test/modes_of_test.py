@@ -60,12 +60,44 @@ class TestModes:
 
 
 def rebuilt(modes: Modes, frequency: NDArray[np.float64], window_rate: float) -> NDArray[np.complex128]:
-    """FRFs that the modes make under an exponential window of a rate, 1/s."""
+    """FRFs that the modes make under an exponential window.
+
+    Parameters
+    ----------
+    modes : Modes
+        The window's damping taken out.
+    frequency : (F,) ndarray
+        Hz.
+    window_rate : float
+        1/s.
+
+    Returns
+    -------
+    (L, F) complex ndarray
+        In the units of the residues.
+    """
     return replace(modes, poles=modes.poles - window_rate).synthesis(frequency)
 
 
 def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes:
-    """Identify the FRFs of a structure with one set of poles; ResultFileError where nothing can be found."""
+    """Identify the FRFs of a structure with one set of poles.
+
+    Parameters
+    ----------
+    frfs : FrfSet
+    wanted : Wanted
+    report : callable
+        Told the stage's name and the share done.
+
+    Returns
+    -------
+    TestModes
+
+    Raises
+    ------
+    ResultFileError
+        Where nothing can be found.
+    """
     report("identify", 0.0)
     try:
         modes = wanted.identify(frfs.transfers)
@@ -110,7 +142,16 @@ def _freed(modes: Modes, rate: float) -> Modes:
 
 
 def save_test(run: Path, found: TestModes, wanted: "Wanted") -> None:
-    """Write everything a run folder of a test holds; each file whole or not at all."""
+    """Write everything a run folder of a test holds; each file whole or not at all.
+
+    Parameters
+    ----------
+    run : Path
+        The folder.
+    found : TestModes
+    wanted : Wanted
+        With which they were found.
+    """
     frfs, made_from = found.frfs, provenance(found.frfs.hashes, {"test": found.frfs.title} | wanted.record())
     save_frfs(run / "transfers.h5", frfs, made_from)
     save_modes(run / "modes.h5", _tracked(found), made_from, found.shapes)
@@ -140,6 +181,23 @@ def _tracked(found: TestModes) -> TrackedModes:
 
 
 def load_test(run: Path) -> tuple[FrfSet, Modes, ModeShapes]:
-    """Read back what `save_test` wrote; ResultFileError where a file is missing or something else."""
+    """Read back what `save_test` wrote.
+
+    Parameters
+    ----------
+    run : Path
+        The folder.
+
+    Returns
+    -------
+    frfs : FrfSet
+    modes : Modes
+    shapes : ModeShapes
+
+    Raises
+    ------
+    ResultFileError
+        Where a file is missing or something else.
+    """
     frfs = load_frfs(run / "transfers.h5")
     return frfs, load_modes(run / "modes.h5").modes[0], load_shapes(run / "modes.h5")

@@ -76,6 +76,14 @@ class NewTest:
 def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalTest, list[str]]:
     """Write a test's declaration.
 
+    Parameters
+    ----------
+    files : sequence of Path
+        Measurements; the first is looked into.
+    said : NewTest
+    target : Path
+        File to write.
+
     Returns
     -------
     declared : ModalTest
@@ -219,6 +227,11 @@ def new_campaign(target: Path, plate: tuple[float, float, float, float] | None, 
         Length along x and y, thickness, m, and mass, kg; None for those of the example.
     title : str
         Empty for that of the folder.
+
+    Returns
+    -------
+    Path
+        Of the file.
 
     Raises
     ------

@@ -14,7 +14,21 @@ if TYPE_CHECKING:
 
 
 def record_of(found: TestModes, damping: Damping, seconds: float) -> dict[str, Any]:
-    """Return what ``--json`` prints."""
+    """Return what ``--json`` prints.
+
+    Parameters
+    ----------
+    found : TestModes
+    damping : str
+        ``hysteretic`` or ``viscous``.
+    seconds : float
+        It took, s.
+
+    Returns
+    -------
+    dict
+        Of values that JSON holds.
+    """
     shapes = found.shapes
     collinear = mpc(shapes.shape)
     return {
@@ -45,7 +59,14 @@ def record_of(found: TestModes, damping: Damping, seconds: float) -> dict[str, A
 
 
 def show_shapes(found: TestModes, damping: Damping) -> None:
-    """Print how the shapes are judged, where there is more than one place."""
+    """Print how the shapes are judged, where there is more than one place.
+
+    Parameters
+    ----------
+    found : TestModes
+    damping : str
+        ``hysteretic`` or ``viscous``.
+    """
     from rich.console import Console
 
     if len(found.shapes.places) > 1:
@@ -53,7 +74,18 @@ def show_shapes(found: TestModes, damping: Damping) -> None:
 
 
 def shape_table(found: TestModes, damping: Damping) -> "Table":
-    """Return the table of the shapes."""
+    """Return the table of the shapes.
+
+    Parameters
+    ----------
+    found : TestModes
+    damping : str
+        ``hysteretic`` or ``viscous``.
+
+    Returns
+    -------
+    rich.table.Table
+    """
     from rich.table import Table
 
     table = Table(title=f"shapes at {len(found.shapes.places)} places", header_style="bold")

@@ -28,7 +28,15 @@ COLUMNS = ("frequency_hz", "sigma_frequency_hz", "damping_ratio", "sigma_damping
 
 
 def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
-    """Write a test's FRFs, whole or not at all."""
+    """Write a test's FRFs, whole or not at all.
+
+    Parameters
+    ----------
+    target : Path
+    frfs : FrfSet
+    made_from : mapping
+        Provenance.
+    """
     told = {
         "title": frfs.title,
         "transfers": [{name: getattr(t, name) for name in TEXTS} | {"units": t.units} for t in frfs.transfers],
@@ -50,7 +58,21 @@ def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
 
 
 def load_frfs(path: Path) -> FrfSet:
-    """Read back what `save_frfs` wrote; ResultFileError where the file is something else."""
+    """Read back what `save_frfs` wrote.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    FrfSet
+
+    Raises
+    ------
+    ResultFileError
+        Where the file is missing or something else.
+    """
     with result_file(path, "identify") as file:
         told = parse_json(file["test"].asstr()[()])
         frequency, h = file["frequency"][()], file["h"][()]
@@ -78,20 +100,52 @@ def load_frfs(path: Path) -> FrfSet:
 
 
 def save_stabilization(target: Path, chart: StabilizationChart, made_from: Mapping[str, Any]) -> None:
-    """Write a chart, whole or not at all."""
+    """Write a chart, whole or not at all.
+
+    Parameters
+    ----------
+    target : Path
+    chart : StabilizationChart
+    made_from : mapping
+        Provenance.
+    """
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
         write_value(file.create_group("stabilization"), chart)
 
 
 def load_stabilization(path: Path) -> StabilizationChart:
-    """Read back what `save_stabilization` wrote; ResultFileError where the file is something else."""
+    """Read back what `save_stabilization` wrote.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    StabilizationChart
+
+    Raises
+    ------
+    ResultFileError
+        Where the file is missing or something else.
+    """
     with result_file(path, "identify") as file:
         return read_value(file["stabilization"], StabilizationChart)
 
 
 def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes, damping: Damping) -> None:
-    """Write one row per mode as comma-separated text, its shape (real and imaginary part by place) after it."""
+    """Write one row per mode as comma-separated text, its shape (real and imaginary part by place) after it.
+
+    Parameters
+    ----------
+    target : Path
+    modes : Modes
+    shapes : ModeShapes
+        Of these modes.
+    damping : str
+        ``hysteretic`` or ``viscous``.
+    """
     reading, reasons = modes.reading(damping), modes.explanation(damping)
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")

@@ -38,7 +38,20 @@ class Signals:
 
 
 def signals(file: str, columns: Columns, test: ModalTest) -> Signals:
-    """Turn the columns of `file` into signals.
+    """Turn the columns of a file into signals.
+
+    Parameters
+    ----------
+    file : str
+        Its name, for messages.
+    columns : Columns
+    test : ModalTest
+        Says what each column is.
+
+    Returns
+    -------
+    Signals
+        In SI units.
 
     Raises
     ------
@@ -78,7 +91,21 @@ def signals(file: str, columns: Columns, test: ModalTest) -> Signals:
 
 
 def missing_columns(file: str, columns: Columns, wanted: list[str]) -> list[str]:
-    """Say which declared channels a file lacks, with those it holds."""
+    """Say which declared channels a file lacks, with those it holds.
+
+    Parameters
+    ----------
+    file : str
+        Its name, for messages.
+    columns : Columns
+    wanted : list of str
+        Names of channels.
+
+    Returns
+    -------
+    list of str
+        A message each; empty where none is missing.
+    """
     there = ", ".join(list(columns.values)[:12]) + (", ..." if len(columns.values) > 12 else "")
     return [
         f"{file}: no channel {name!r}; it holds: {there}. Correct its name in [channels]"
@@ -88,7 +115,25 @@ def missing_columns(file: str, columns: Columns, wanted: list[str]) -> list[str]
 
 
 def sample_rate(file: str, columns: Columns, test: ModalTest) -> float:
-    """Sample rate of signals, Hz: as declared, from their times, or as the file tells; ValueError otherwise."""
+    """Sample rate of signals: as declared, from their times, or as the file tells.
+
+    Parameters
+    ----------
+    file : str
+        Its name.
+    columns : Columns
+    test : ModalTest
+
+    Returns
+    -------
+    float
+        Hz.
+
+    Raises
+    ------
+    ValueError
+        Where none of these tells it, times are not evenly spaced, or channels have different rates.
+    """
     if isinstance(test.sample_rate, float):
         return test.sample_rate
     if isinstance(test.sample_rate, str):

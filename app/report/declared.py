@@ -50,7 +50,20 @@ class Pieces:
 
 
 def pieces_of(plate: Plate, patches: Iterable[Patch], points: Iterable[tuple[str, Point]] = ()) -> Pieces:
-    """Take the pieces of a declaration that is right."""
+    """Take the pieces of a declaration that is right.
+
+    Parameters
+    ----------
+    plate : Plate
+    patches : iterable of Patch
+    points : iterable of (str, (float, float))
+        Further points with their names, m.
+
+    Returns
+    -------
+    Pieces
+        To be drawn.
+    """
     loops = (plate.loop, *plate.hole_loops)
     supports = [(support.kind, support.point) for support in plate.supported_points() if support.point]
     return Pieces(

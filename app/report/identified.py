@@ -12,7 +12,20 @@ REFERENCE = 25.4
 
 
 def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
-    """Draw one measured FRF, its synthesis from poles and residues, and what each mode adds."""
+    """Draw one measured FRF, its synthesis from poles and residues, and what each mode adds.
+
+    Parameters
+    ----------
+    frf : Frf
+    tracked : TrackedModes
+        Of the same sweeps; the one nearest to the reference temperature is drawn.
+    channel : int
+        From 0.
+
+    Returns
+    -------
+    Figure
+    """
     row = int(np.argmin(np.abs(tracked.temperature - REFERENCE)))
     modes = tracked.modes[row]
     rebuilt = modes.synthesis(frf.frequency)[channel]

@@ -130,7 +130,20 @@ def stabilization(frfs: FrfSet, chart: StabilizationChart) -> Figure:
 
 
 def drawn_shapes(frfs: FrfSet, modes: Modes, shapes: ModeShapes) -> Figure:
-    """Draw the shapes: coloured points where nodes lie in a plane, bars otherwise."""
+    """Draw the shapes: coloured points where nodes lie in a plane, bars otherwise.
+
+    Parameters
+    ----------
+    frfs : FrfSet
+        Gives the places of the nodes, as far as they are known.
+    modes : Modes
+    shapes : ModeShapes
+        Only the first are drawn, see `DRAWN_SHAPES`.
+
+    Returns
+    -------
+    Figure
+    """
     count = min(len(shapes.pole), DRAWN_SHAPES)
     rows = (count + 2) // 3
     figure, axes = panels(rows, 3, width=10.0, height=2.6 * rows + 0.4, squeeze=False)

@@ -160,7 +160,19 @@ class Section:
 
 
 def page(title: str, subtitle: str, sections: Sequence[Section]) -> str:
-    """Return the whole page as HTML."""
+    """Return the whole page.
+
+    Parameters
+    ----------
+    title, subtitle : str
+        Plain text.
+    sections : sequence of Section
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     parts = [
         '<!doctype html><html lang="en"><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',

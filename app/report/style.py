@@ -45,7 +45,22 @@ def saved(target: Path, draw: Callable[[], Figure]) -> None:
 def panels(
     rows: int, columns: int, width: float = 10.0, height: float = 4.0, **options: Any
 ) -> tuple[Figure, Any]:
-    """Return a figure without a window, and its axes as `Figure.subplots` returns them."""
+    """Return a figure without a window, and its axes.
+
+    Parameters
+    ----------
+    rows, columns : int
+    width, height : float
+        Inches.
+    **options
+        Of `Figure.subplots`.
+
+    Returns
+    -------
+    figure : Figure
+    axes : Axes or ndarray of Axes
+        As `Figure.subplots` returns them.
+    """
     figure = Figure(figsize=(width, height))
     return figure, figure.subplots(rows, columns, **options)
 

@@ -12,7 +12,21 @@ from app.report.style import BAND, MEASURED, MODEL, frequency_axis, panels
 
 
 def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0) -> Figure:
-    """Measured and updated FRFs, amplitude and phase, cold, in the middle and hot."""
+    """Measured and updated FRFs, amplitude and phase, cold, in the middle and hot.
+
+    Parameters
+    ----------
+    frf : Frf
+    twin : TwinFrf
+        Of the same sweeps and lines.
+    updated : Updated
+    channel : int
+        From 0.
+
+    Returns
+    -------
+    Figure
+    """
     rows = spread(frf.temperature, 3)
     figure, axes = panels(2, len(rows), width=11.0, height=5.2, sharex=True, squeeze=False, height_ratios=[2, 1])
     for column, row in enumerate(rows):

@@ -52,7 +52,20 @@ class ListeningPanel:
         return [n for n in range(self.twin.reduced.capacitance.size) if n != self.sensor]
 
     def transfer(self, temperature: float, frequency: Real) -> Complex:
-        """Charge (N - 1, F) of the listening patch per volt on each of the others, C/V."""
+        """Charge of the listening patch per volt on each of the others.
+
+        Parameters
+        ----------
+        temperature : float
+            Degrees Celsius.
+        frequency : (F,) ndarray
+            Hz.
+
+        Returns
+        -------
+        (N - 1, F) complex ndarray
+            C/V.
+        """
         material = self.laws.at(temperature)
         constants = (material.youngs_modulus, material.poisson_ratio, material.loss_factor)
         e, nu, eta = (float(value[0]) for value in constants)
@@ -61,7 +74,18 @@ class ListeningPanel:
         return chosen
 
     def law_sigma(self, temperature: float) -> float:
-        """K by which one standard deviation of the law of E moves the reading."""
+        """By how much one standard deviation of the law of E moves the reading.
+
+        Parameters
+        ----------
+        temperature : float
+            Degrees Celsius.
+
+        Returns
+        -------
+        float
+            K; infinite where E does not depend on the temperature.
+        """
         spread = float(
             self.laws.sigma(temperature).youngs_modulus[0] / self.laws.at(temperature).youngs_modulus[0]
         )
@@ -112,6 +136,22 @@ def recorded(
 ) -> Signals:
     """Read two files that were recorded together.
 
+    Parameters
+    ----------
+    drive : Sound
+        A channel for each of the N patches, V.
+    response : Sound
+        One channel, of the listening patch, in any unit.
+    panel : ListeningPanel
+    names : (N,) tuple of str
+        Of the patches.
+    highest : float
+        Highest frequency to be kept, Hz.
+
+    Returns
+    -------
+    Signals
+
     Raises
     ------
     ResultFileError
@@ -148,7 +188,25 @@ def simulated(
     signal_to_noise: float,
     rng: np.random.Generator,
 ) -> Signals:
-    """Play a sound through the panel's filters, the listening patch left out, and let the twin answer."""
+    """Play a sound through the panel's filters, the listening patch left out, and let the twin answer.
+
+    Parameters
+    ----------
+    sound : Sound
+        Its channels are averaged.
+    shipment : Shipment
+    panel : ListeningPanel
+    programme : TemperatureProgramme
+        Of the plate.
+    signal_to_noise : float
+        By how much the white noise lies below the response, dB.
+    rng : numpy.random.Generator
+        Of the noise.
+
+    Returns
+    -------
+    Signals
+    """
     settings = shipment.panel.filters
     renderer = Renderer(shipment.filters, float(programme.at(0.0)), BLOCK)
     down = Decimator(len(panel.driven), sound.sample_rate, settings.edges[1])
@@ -172,7 +230,26 @@ def listened(
     largest_sigma: float,
     report: Progress = lambda _stage, _share: None,
 ) -> list[Look]:
-    """Return what every stretch of `seconds` says of a temperature within `span`, °C, and the track through all.
+    """Return what every stretch of a recording says of the temperature, and the track through all.
+
+    Parameters
+    ----------
+    panel : ListeningPanel
+    signals : Signals
+    band : (float, float)
+        Hz.
+    span : (float, float)
+        Temperatures looked at, degrees Celsius.
+    seconds : float
+        Length of a stretch, s.
+    largest_sigma : float
+        A reading less certain than this is refused, K.
+    report : callable, optional
+        Told the stage's name and the share done.
+
+    Returns
+    -------
+    list of Look
 
     Raises
     ------
@@ -200,7 +277,20 @@ def listened(
 
 
 def write_looks(looks: list[Look], folder: Path, true: Real | None) -> Path:
-    """Write ``thermometer.csv``: a row a stretch; empty where there is no number. `true` (n,), °C, where known."""
+    """Write ``thermometer.csv``: a row a stretch; empty where there is no number.
+
+    Parameters
+    ----------
+    looks : (n,) list of Look
+    folder : Path
+    true : (n,) ndarray or None
+        True temperatures, degrees Celsius; None where they are not known.
+
+    Returns
+    -------
+    Path
+        Of the file.
+    """
     with written_together(folder, (NAME,)) as (path,), path.open("w", encoding="utf-8", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
         heading = [

@@ -69,6 +69,26 @@ def render(
 
     Channels are averaged. The output is longer than the input by the taps, less one, so that nothing is cut off.
 
+    Parameters
+    ----------
+    sound : Sound
+    shipment : Shipment
+    programme : TemperatureProgramme
+    folder : Path
+        Of the results.
+    block : int
+        Samples filtered at a time.
+    trace : Trace
+        Looks at the field meanwhile.
+    report : callable, optional
+        Told the stage's name and the share done.
+    clock : callable, optional
+        Returns seconds; processor time of the thread by default.
+
+    Returns
+    -------
+    Rendering
+
     Raises
     ------
     ResultFileError

@@ -23,6 +23,10 @@ def programme(said: str, duration: float) -> TemperatureProgramme:
     duration : float
         Of the sound, s.
 
+    Returns
+    -------
+    TemperatureProgramme
+
     Raises
     ------
     ResultFileError

@@ -69,7 +69,24 @@ class Trace:
     moments: list[TraceMoment] = field(default_factory=list)
 
     def look(self, time: float, temperature: float, held: float, samples: Real) -> TraceMoment:
-        """Judge the field of `samples` (n,), played at `time`, s, through the filters of `held`, °C."""
+        """Judge the field of a piece of sound.
+
+        Parameters
+        ----------
+        time : float
+            When it is played, s.
+        temperature : float
+            Of the plate, degrees Celsius.
+        held : float
+            Temperature of the filters in use, degrees Celsius.
+        samples : (n,) ndarray
+            In any unit: only their spectrum's shape counts.
+
+        Returns
+        -------
+        TraceMoment
+            Also added to `moments`.
+        """
         lines = self.panel.filters.frequency
         lines = lines[self.panel.filters.in_band(lines)]
         (_, amplitude), *_ = responses(self.twin, self.laws, np.array([temperature]), lines)
@@ -84,7 +101,13 @@ class Trace:
         return self.moments[-1]
 
     def write(self, file: TextIO) -> None:
-        """Write the moments as CSV."""
+        """Write the moments as CSV.
+
+        Parameters
+        ----------
+        file : text file
+            Open for writing.
+        """
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(HEADING)
         for m in self.moments:

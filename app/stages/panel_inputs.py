@@ -31,9 +31,24 @@ def laws_of(run: Path, verb: str) -> tuple[Path, MaterialLaws]:
 
 
 def laws_for(run: Path | None, twin: Path | None, verb: str) -> tuple[Path, MaterialLaws, Path]:
-    """Return the laws of a run, or of a twin file if one is named; the file they stand in; the results' folder.
+    """Return the laws of a run, or of a twin file if one is named.
 
-    Results go beside the laws, or with a twin file into `run` where that is a folder. `verb` is for messages.
+    Parameters
+    ----------
+    run : Path or None
+        Run folder; None for the current folder.
+    twin : Path or None
+        Twin file.
+    verb : str
+        Of the command that asks, for messages.
+
+    Returns
+    -------
+    path : Path
+        File the laws stand in.
+    laws : MaterialLaws
+    folder : Path
+        Of the results: beside the laws, or with a twin file `run` where that is a folder.
     """
     if twin is None:
         path, laws = laws_of(run or Path(), verb)
@@ -83,7 +98,25 @@ def changed(panel: Panel, changes: Mapping[str, Any]) -> Panel:
 
 
 def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, float]:
-    """Return the temperatures panel and laws share, °C; ResultFileError if none."""
+    """Return the temperatures that panel and laws share.
+
+    Parameters
+    ----------
+    panel : Panel
+    laws : MaterialLaws
+    origin : Path
+        File of the laws, for messages.
+
+    Returns
+    -------
+    low, high : float
+        Degrees Celsius.
+
+    Raises
+    ------
+    ResultFileError
+        If they share none.
+    """
     try:
         return covered(laws, panel.filters.operating_range)
     except ValueError as error:
@@ -91,7 +124,26 @@ def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, flo
 
 
 def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
-    """Return `temperature`, or raise ResultFileError naming the first the laws do not cover."""
+    """Return temperatures, all of which the laws cover.
+
+    Parameters
+    ----------
+    temperature : (T,) ndarray
+        Degrees Celsius.
+    laws : MaterialLaws
+    origin : Path
+        File of the laws, for messages.
+
+    Returns
+    -------
+    (T,) ndarray
+        `temperature` itself.
+
+    Raises
+    ------
+    ResultFileError
+        Naming the first that the laws do not cover.
+    """
     low, high = laws.temperature_range
     outside = temperature[~np.isfinite(temperature) | (temperature < low - 1e-9) | (temperature > high + 1e-9)]
     if outside.size:
@@ -104,7 +156,19 @@ def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
 def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple[Panel, Path]:
     """Return the panel of a file, or else the one the run's filters were made for, or else the shipped one.
 
-    With filter settings changed where `changes` says so.
+    Parameters
+    ----------
+    path : Path or None
+        File of the panel.
+    run : Path
+    changes : mapping
+        Filter settings to be replaced, by key; None leaves one as it is.
+
+    Returns
+    -------
+    panel : Panel
+    path : Path
+        File it comes from.
     """
     made = run / "filters.h5"
     if path is None and made.is_file():
@@ -113,7 +177,25 @@ def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple
 
 
 def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) -> MeasuredPanel:
-    """Join a panel to its measured transfers; ResultFileError where the two do not fit each other."""
+    """Join a panel to its measured transfers.
+
+    Parameters
+    ----------
+    panel : Panel
+    path : Path
+        See `read_transfers`.
+    temperatures : tuple of float
+        The one at which a universal file was measured, degrees Celsius; empty for the panel's reference.
+
+    Returns
+    -------
+    MeasuredPanel
+
+    Raises
+    ------
+    ResultFileError
+        For more than one temperature, and where panel and transfers do not fit each other.
+    """
     if len(temperatures) > 1 or not np.isfinite(temperatures).all():
         raise ResultFileError(f"--temperature {temperatures}: one, at which {path} was measured, in °C")
     transfers = read_transfers(path, panel.filters.edges, *temperatures or (panel.filters.reference_temperature,))
@@ -133,7 +215,19 @@ def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) ->
 
 
 def method_for(named: Method | None, path: Path | None, run: Path) -> Method:
-    """Return the method named, or else that of the run's filters where their panel is taken, or STIF."""
+    """Return the method named, or else that of the run's filters where their panel is taken, or STIF.
+
+    Parameters
+    ----------
+    named : str or None
+    path : Path or None
+        File of the panel; None where the run's panel is taken.
+    run : Path
+
+    Returns
+    -------
+    str
+    """
     made = run / "filters.h5"
     return named or (load_method(made) if path is None and made.is_file() else "stif")
 

@@ -23,9 +23,25 @@ def uncorrected_aim(
     temperature: NDArray[np.float64],
     method: Method,
 ) -> Aim | None:
-    """Aim on a panel that obeys `laws` of FIR filters designed for `uncorrected`, at `temperature` (T,), °C.
+    """Aim, on a panel that obeys the true laws, of FIR filters designed for the uncorrected ones.
 
-    None where there are no uncorrected laws.
+    Parameters
+    ----------
+    model : PanelTwin
+    panel : Panel
+    laws : MaterialLaws
+        Which the panel obeys.
+    uncorrected : MaterialLaws or None
+        For which the filters are designed.
+    temperature : (T,) ndarray
+        Degrees Celsius.
+    method : str
+        How they are designed.
+
+    Returns
+    -------
+    Aim or None
+        None where there are no uncorrected laws.
     """
     if uncorrected is None:
         return None
@@ -46,10 +62,21 @@ def uncorrected_aim(
 
 
 def uncorrected_laws(run: Path, temperature: NDArray[np.float64], plate: Plate) -> MaterialLaws | None:
-    """Laws that `flexura update` left in a run, as they count for a `plate` that may grow.
+    """Laws that `flexura update` left in a run, as they count for a plate that may grow.
 
-    None where there are none that cover `temperature` (T,), °C,
-    and where they were fitted with effects switched on (`flexura update --twin`): those are corrected.
+    Parameters
+    ----------
+    run : Path
+        Run folder.
+    temperature : (T,) ndarray
+        Degrees Celsius.
+    plate : Plate
+
+    Returns
+    -------
+    MaterialLaws or None
+        None where there are none that cover `temperature`, and where they were fitted with effects switched on
+        (`flexura update --twin`): those are corrected.
     """
     try:
         laws = plate.grown(load_laws(run / "laws.h5"))

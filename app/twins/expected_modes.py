@@ -28,6 +28,10 @@ def expected_modes(campaign: Campaign, laws: Path, report: Progress) -> Expected
     report : Progress
         Told how far the twin is, if it has to be made.
 
+    Returns
+    -------
+    ExpectedModes
+
     Raises
     ------
     ResultFileError

@@ -91,7 +91,28 @@ class Chart(pyqtgraph.PlotWidget):
         named: bool = True,
         points: bool = False,
     ) -> Any:
-        """Draw a curve and return it; `label` heads its columns when exported, in the legend too if `named`."""
+        """Draw a curve.
+
+        Parameters
+        ----------
+        x, y : (n,) array_like
+            In the units of the axes; NaN leaves a gap.
+        label : str
+            Heads its columns when exported.
+        color : Color
+        width : float
+            Dots.
+        style : str
+            ``line``, ``dash`` or ``dot``.
+        named : bool
+            Whether `label` stands in the legend, too.
+        points : bool
+            Whether every point is marked.
+
+        Returns
+        -------
+        pyqtgraph.PlotDataItem
+        """
         marks = {"symbol": "o", "symbolSize": 5, "symbolBrush": color, "symbolPen": None} if points else {}
         x, y = np.asarray(x, float), np.asarray(y, float)
         if points and not np.isfinite(y).any():  # of which pyqtgraph's bounds know nothing
@@ -108,7 +129,20 @@ class Chart(pyqtgraph.PlotWidget):
         return item
 
     def band(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, color: Color, label: str) -> list[Any]:
-        """Fill between two curves; their columns are exported as ``label, low`` and ``label, high``."""
+        """Fill between two curves; their columns are exported as ``label, low`` and ``label, high``.
+
+        Parameters
+        ----------
+        x, low, high : (n,) array_like
+            In the units of the axes; points that are not finite are left out.
+        color : Color
+        label : str
+
+        Returns
+        -------
+        list
+            Both edges and the filling.
+        """
         known = np.isfinite(np.asarray(low, float)) & np.isfinite(np.asarray(high, float))
         x, low, high = (np.asarray(values, float)[known] for values in (x, low, high))
         shade = pyqtgraph.mkColor(color)
@@ -122,7 +156,20 @@ class Chart(pyqtgraph.PlotWidget):
         return [*edges, fill]
 
     def error_bars(self, x: ArrayLike, y: ArrayLike, reach: ArrayLike, color: Color) -> Any:
-        """Draw a bar of +- `reach` through every point."""
+        """Draw a bar through every point.
+
+        Parameters
+        ----------
+        x, y : (n,) array_like
+            In the units of the axes.
+        reach : (n,) array_like
+            Of a bar to either side, in the unit of y.
+        color : Color
+
+        Returns
+        -------
+        pyqtgraph.ErrorBarItem
+        """
         item = pyqtgraph.ErrorBarItem(
             x=np.asarray(x, float),
             y=np.asarray(y, float),
@@ -141,7 +188,23 @@ class Chart(pyqtgraph.PlotWidget):
         label: str,
         ticks: Sequence[tuple[float, str]] | None = None,
     ) -> Any:
-        """Draw a map with its colour bar; call `show_map` to change what it shows."""
+        """Draw a map with its colour bar; call `show_map` to change what it shows.
+
+        Parameters
+        ----------
+        shown : Map
+        colors : pyqtgraph.ColorMap
+        levels : (float, float)
+            Values at the ends of the colours.
+        label : str
+            Of the colour bar, with its unit.
+        ticks : sequence of (float, str), optional
+            Of the colour bar: values and their words.
+
+        Returns
+        -------
+        pyqtgraph.ImageItem
+        """
         item = pyqtgraph.ImageItem()
         item.setZValue(-10)
         self.addItem(item)
@@ -198,7 +261,23 @@ class Chart(pyqtgraph.PlotWidget):
     def follow(
         self, direction: Literal["x", "y"], value: float, moved: SignalInstance, move: Callable[[float], None]
     ) -> Any:
-        """Show a cursor that follows the signal `moved`; dragging it, or a click on the plot, calls `move`."""
+        """Show a cursor that follows a signal; dragging it, or a click on the plot, moves it.
+
+        Parameters
+        ----------
+        direction : str
+            Axis along which it moves, ``x`` or ``y``.
+        value : float
+            Where it begins, in the unit of that axis.
+        moved : SignalInstance
+            Of Qt; brings the place the cursor goes to.
+        move : callable
+            Told the place that a drag or a click asks for.
+
+        Returns
+        -------
+        pyqtgraph.InfiniteLine
+        """
         line = pyqtgraph.InfiniteLine(
             value,
             angle=90 if direction == "x" else 0,

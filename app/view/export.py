@@ -25,7 +25,20 @@ def export_png(chart: QWidget, target: Path) -> None:
 
 
 def picture(widget: QWidget, scale: float, target: Path) -> None:
-    """Write any widget as PNG, `scale` dots for each of its own."""
+    """Write any widget as PNG.
+
+    Parameters
+    ----------
+    widget : QWidget
+    scale : float
+        Dots of the picture for each of the widget's own.
+    target : Path
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
     shown = QPixmap(widget.size() * scale)
     shown.setDevicePixelRatio(scale)
     shown.fill(widget.palette().window().color())

@@ -20,6 +20,18 @@ def window_of(viewed: Viewed, kind: Kind | None, theme: Theme) -> Window:
 
     A campaign that is under way, or that was acquired and has no result yet, is shown live; all else recorded.
 
+    Parameters
+    ----------
+    viewed : Viewed
+        Campaign and run that were found.
+    kind : str or None
+        ``live`` or ``recorded``; None for the one that fits.
+    theme : Theme
+
+    Returns
+    -------
+    Window
+
     Raises
     ------
     ResultFileError

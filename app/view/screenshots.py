@@ -21,7 +21,20 @@ SHARP = 1.25
 
 
 def screenshots(window: Window, folder: Path, report: Progress) -> list[Path]:
-    """Write every page of a window as PNG into a folder; return the files."""
+    """Write every page of a window as PNG into a folder.
+
+    Parameters
+    ----------
+    window : Window
+    folder : Path
+    report : callable
+        Told the stage's name and the share done.
+
+    Returns
+    -------
+    list of Path
+        The files.
+    """
     report("pages", 0.0)
     window.show()
     if isinstance(window, LiveWindow):

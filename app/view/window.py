@@ -57,7 +57,22 @@ class Window(QMainWindow):
             self._offer_export(chart)
 
     def bind(self, text: str, keys: str, slot: Callable[[], object], menu: QMenu | None = None) -> QAction:
-        """Bind keys to something the window does; it stands in the help, and in a menu if one is named."""
+        """Bind keys to something the window does; it stands in the help, and in a menu if one is named.
+
+        Parameters
+        ----------
+        text : str
+            What it does.
+        keys : str
+            As Qt writes them, ``Ctrl+E``.
+        slot : callable
+            Called without arguments.
+        menu : QMenu, optional
+
+        Returns
+        -------
+        QAction
+        """
         action = QAction(text, self)
         action.setShortcut(QKeySequence(keys))
         action.triggered.connect(lambda: slot())

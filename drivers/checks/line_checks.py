@@ -46,7 +46,24 @@ class Reader:
         self._hold(self.read())
 
     def bears(self, fault: LineFault, questions: float = math.inf, times: int = 4) -> None:
-        """Raise Failed where a fault gives a wrong temperature, another error than OvenError, or lasts."""
+        """Bring a fault on the line, read, then mend the line and read once more.
+
+        Parameters
+        ----------
+        fault : LineFault
+        questions : float
+            How many questions meet the fault; infinite: all until the line is mended.
+        times : int
+            Temperatures read under the fault, a second apart.
+
+        Raises
+        ------
+        Failed
+            If a temperature is wrong, an OvenError has no advice, a lasting fault is not told at every reading, or
+            the fault goes on once the line is mended.
+        NotChecked
+            If the driver has asked nothing over this line.
+        """
         if self.line.questions == 0:
             raise NotChecked("the driver does not talk over the line it is given")
         self.line.fail(fault, questions)

@@ -124,12 +124,17 @@ def from_status(doing: str, code: int, said: str, existing: tuple[str, ...] = ()
 
     Parameters
     ----------
-    doing, said
+    doing, said : str
         See `DaqError`.
     code : int
         The driver's status.
     existing : tuple of str
         What exists, told only where a name was wrong.
+
+    Returns
+    -------
+    DaqError
+        With the table's action and next step. It is returned, not raised.
     """
     known = next((error for error in KNOWN_ERRORS if error.code == code), None)
     if known is None:

@@ -27,7 +27,21 @@ SAME_RATE = 1e-5
 
 
 def set_up_inputs(task: Any, wiring: Wiring, samples: int) -> float:
-    """Set an input task up for so many samples and return its rate as read back, Hz."""
+    """Set up an input task: channels, IEPE supply, coupling and sample clock.
+
+    Parameters
+    ----------
+    task : nidaqmx.Task
+        Without channels.
+    wiring : Wiring
+    samples : int
+        Per channel.
+
+    Returns
+    -------
+    float
+        Its sample rate as read back, Hz.
+    """
     for terminal in wiring.inputs:
         limits = {
             "terminal_config": TerminalConfiguration[wiring.terminal_configuration],

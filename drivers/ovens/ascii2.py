@@ -164,7 +164,22 @@ def decode_status(answer: bytes, layout: Ascii2Layout) -> Status:
 
 
 def encode_status(address: int, nominal: tuple[float, ...], bits: str) -> bytes:
-    """Return the ``$01E`` string that sets all channels and bits."""
+    """Return the ``$01E`` string that sets all channels and bits.
+
+    Parameters
+    ----------
+    address : int
+        0 to 99.
+    nominal : (C,) tuple of float
+        Set-points of the channels in their own units, temperature (degrees Celsius) first; one decimal is sent.
+    bits : str
+        One ``0`` or ``1`` for each digital channel.
+
+    Returns
+    -------
+    bytes
+        With the carriage return at its end.
+    """
     return f"${address:02d}E {_values(nominal)} {bits}\r".encode("ascii")
 
 

@@ -80,10 +80,25 @@ class EurothermProgram:
         return SetPoint(target, rate)
 
     def start(self, here: float, harmless: float, ramp: float) -> None:
-        """Start it, or start it anew, at the temperature `here`; reset, it returns to `harmless`, both °C.
+        """Start it, or start it anew; reset, it returns to a harmless set-point.
 
         The set-point it may start from is the temperature only while the program before still runs, and in the
-        moment between its reset and the new start: nothing else would end by itself. The ramp takes `ramp` s.
+        moment between its reset and the new start: nothing else would end by itself.
+
+        Parameters
+        ----------
+        here : float
+            Temperature it starts from, degrees Celsius.
+        harmless : float
+            Set-point after a reset, degrees Celsius.
+        ramp : float
+            How long the ramp takes, s.
+
+        Raises
+        ------
+        OvenError
+            Of kind not taken, if the program does not run or a register reads back different; of another kind if
+            the line fails.
         """
         self.expiry.starting = True
         put = self._unit.put

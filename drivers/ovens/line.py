@@ -172,6 +172,11 @@ class Line:
             Says where the answer ends.
         quiet : float, optional
             Take a silence of this many seconds after the first byte for the end as well.
+
+        Returns
+        -------
+        bytes
+            Empty after silence.
         """
         self._transport.drain()
         self._transport.write(request)

@@ -212,7 +212,21 @@ class MappedOven:
 
 
 def require_rest(switch: bool, rest_at: float | None, limits: OvenLimits) -> None:
-    """Raise ValueError unless a declaration says, in one way, how the oven comes to rest."""
+    """Raise unless a declaration says, in one way, how the oven comes to rest.
+
+    Parameters
+    ----------
+    switch : bool
+        Whether a register or command that switches the oven off is declared.
+    rest_at : float or None
+        Temperature at which the oven is left instead, degrees Celsius.
+    limits : OvenLimits
+
+    Raises
+    ------
+    ValueError
+        If both or neither is declared, or `rest_at` lies outside the limits.
+    """
     if switch == (rest_at is not None):
         raise ValueError(
             f"{'both run and rest_at say' if switch else 'neither run nor rest_at says'} how it comes to rest; "

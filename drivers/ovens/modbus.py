@@ -108,11 +108,34 @@ class ModbusUnit:
         self._unit = _Instrument(line, address, framing)
 
     def read(self, register: int, decimals: int = 0, *, signed: bool = True) -> float:
-        """Return one register as a scaled integer."""
+        """Return one register as a scaled integer.
+
+        Parameters
+        ----------
+        register : int
+        decimals : int
+            The content is divided by 10 to this power.
+        signed : bool
+
+        Returns
+        -------
+        float
+            In the register's unit.
+        """
         return self._call(lambda: float(self._unit.read_register(register, decimals, signed=signed)))
 
     def write(self, register: int, value: float, decimals: int = 0, *, signed: bool = True) -> None:
-        """Write one register (function 6) as a scaled integer."""
+        """Write one register (function 6) as a scaled integer.
+
+        Parameters
+        ----------
+        register : int
+        value : float
+            In the register's unit.
+        decimals : int
+            The value is multiplied by 10 to this power, and rounded.
+        signed : bool
+        """
         # minimalmodbus scales and then cuts off: 0.29 with two decimals would become 28
         scaled = round(value * 10**decimals)
         self._call(lambda: self._unit.write_register(register, scaled, functioncode=6, signed=signed), writes=True)
@@ -126,7 +149,21 @@ class ModbusUnit:
         self._call(lambda: self._unit.write_float(register, value, byteorder=self._order), writes=True)
 
     def read_words(self, register: int, count: int, function: int) -> tuple[int, ...]:
-        """Return registers as they are: holding ones (function 3) or inputs (4)."""
+        """Return registers as they are.
+
+        Parameters
+        ----------
+        register : int
+            The first.
+        count : int
+        function : int
+            3 for holding registers, 4 for inputs.
+
+        Returns
+        -------
+        (count,) tuple of int
+            0 to 65535 each.
+        """
         return tuple(self._call(lambda: self._unit.read_registers(register, count, functioncode=function)))
 
     def write_words(self, register: int, words: Sequence[int]) -> None:
@@ -145,10 +182,25 @@ class ModbusUnit:
         self._call(lambda: self._unit.write_bit(register, bit, functioncode=5), writes=True)
 
     def put(self, register: int, value: float, decimals: int = 0, *, name: str) -> float:
-        """Make a register hold `value`, read it back, and return what it holds.
+        """Make a register hold `value`, and read it back.
 
         A register that holds it already is not written: many controllers keep their settings in a
         memory that wears out.
+
+        Parameters
+        ----------
+        register : int
+        value : float
+            In the register's unit.
+        decimals : int
+            As of `write`.
+        name : str
+            What the register is, for messages.
+
+        Returns
+        -------
+        float
+            What it holds, in the register's unit.
 
         Raises
         ------
@@ -164,7 +216,21 @@ class ModbusUnit:
         return _taken(name, register, value, held, tolerance)
 
     def put_float(self, register: int, value: float, tolerance: float, *, name: str) -> float:
-        """Make two registers hold `value` to within `tolerance`; otherwise as `put`."""
+        """Make two registers hold a 32-bit float; otherwise as `put`.
+
+        Parameters
+        ----------
+        register : int
+            The first of the two.
+        value, tolerance : float
+            In the register's unit; what differs by no more than `tolerance` is not written, and is taken.
+        name : str
+
+        Returns
+        -------
+        float
+            What they hold.
+        """
         with self.line.reserved():
             held = self.read_float(register)
             if not abs(held - value) <= tolerance:  # so that NaN is written over
@@ -173,7 +239,20 @@ class ModbusUnit:
         return _taken(name, register, value, held, tolerance)
 
     def put_long(self, register: int, value: int, *, name: str) -> int:
-        """Make two registers, high word first, hold a whole number; otherwise as `put`."""
+        """Make two registers, high word first, hold a whole number; otherwise as `put`.
+
+        Parameters
+        ----------
+        register : int
+            The first of the two.
+        value : int
+        name : str
+
+        Returns
+        -------
+        int
+            What they hold.
+        """
         with self.line.reserved():
             held = self._call(lambda: int(self._unit.read_long(register)))
             if held != value:

@@ -78,7 +78,20 @@ class Points:
 
 
 def not_taken(name: str, wanted: str, held: str) -> OvenError:
-    """Return the error for a controller that reads back something else than it was set to."""
+    """Return the error for a controller that reads back something else than it was set to.
+
+    Parameters
+    ----------
+    name : str
+        What was set.
+    wanted, held : str
+        The values, with their units where they have any.
+
+    Returns
+    -------
+    OvenError
+        Of kind not taken. It is returned, not raised.
+    """
     return OvenError(
         Fault.NOT_TAKEN,
         f"{name} was set to {wanted} and reads back {held}",

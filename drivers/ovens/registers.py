@@ -194,7 +194,23 @@ class RunSwitch:
 
 
 def read_content(unit: ModbusUnit, name: str, at: int, table: str) -> int:
-    """Return a register or bit as it is."""
+    """Return a register or bit as it is.
+
+    Parameters
+    ----------
+    unit : ModbusUnit
+    name : str
+        The declared key, for messages.
+    at : int
+        Its address.
+    table : str
+        ``coil``, ``discrete``, ``holding`` or ``input``.
+
+    Returns
+    -------
+    int
+        0 or 1 of a bit, 0 to 65535 of a register.
+    """
     function = FUNCTIONS[table]
     if function <= 2:
         return _named(name, lambda: unit.read_bit(at, function))

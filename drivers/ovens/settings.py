@@ -93,5 +93,18 @@ def oven_settings(declared: Mapping[str, Any]) -> OvenSettings:
 
 
 def open_oven(settings: OvenSettings, clock: Clock | None = None, transport: Transport | None = None) -> Oven:
-    """Return the oven that `settings` describe, see `OvenSettings.open`; on the machine's own clock by default."""
+    """Return the oven that `settings` describe, after a first exchange with it; see `OvenSettings.open`.
+
+    Parameters
+    ----------
+    settings : OvenSettings
+    clock : Clock, optional
+        The machine's own by default.
+    transport : Transport, optional
+        Instead of the port declared.
+
+    Returns
+    -------
+    Oven
+    """
     return settings.open(clock or SystemClock(), transport)

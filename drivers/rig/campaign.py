@@ -112,6 +112,11 @@ def run_campaign(
     again : bool
         Try once more what was missed or failed: legs with such set-points are run from their start.
 
+    Returns
+    -------
+    Outcome
+        How many sweeps are finished, how many given up, and how many this run added.
+
     Raises
     ------
     RigStopped

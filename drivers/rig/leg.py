@@ -94,7 +94,19 @@ class LegRun:
         return self.leg.sign * max(along, self.leg.sign * self.leg.start)
 
     def settle(self, watch: Watcher, target: float, rate: float, soak: float, stage: str) -> None:
-        """Take the plate to `target` and let it rest there for `soak` s.
+        """Take the plate to `target` and let it rest there.
+
+        Parameters
+        ----------
+        watch : callable
+        target : float
+            Degrees Celsius.
+        rate : float
+            K/min.
+        soak : float
+            How long it rests, s; never shorter than `lasting` of the programme's settling.
+        stage : str
+            What `watch` is told is being done.
 
         Raises
         ------

@@ -73,7 +73,19 @@ def in_use(places: Sequence[str]) -> str | None:
 def instrument_places(
     oven: OvenSettings | None, thermometer: ThermometerSettings | None, cards: CardsSettings | None
 ) -> tuple[str, ...]:
-    """Return what of instruments only one process can use, in the same words for everybody."""
+    """Return what of instruments only one process can use, in the same words for everybody.
+
+    Parameters
+    ----------
+    oven : OvenSettings or None
+    thermometer : ThermometerSettings or None
+    cards : CardsSettings or None
+
+    Returns
+    -------
+    tuple of str
+        "oven at …", "thermometer at …", "cards …"; an instrument without a place is left out.
+    """
     lines = [("oven", oven.place)] if oven is not None else []
     lines += [("thermometer", thermometer.place)] if thermometer is not None else []
     named = [f"{what} at {_line(place)}" for what, place in lines if place]

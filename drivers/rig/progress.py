@@ -36,7 +36,21 @@ class Progress:
     def of(
         cls, finished: frozenset[int], events: Sequence[Mapping[str, Any]], *, again: bool = False
     ) -> "Progress":
-        """Read a log; `again` tries what was given up once more."""
+        """Read a log.
+
+        Parameters
+        ----------
+        finished : frozenset of int
+            Steps whose sweeps are kept.
+        events : sequence of mapping
+            Oldest first, as `Store.events` returns them.
+        again : bool
+            Try once more what was given up: nothing counts as given up, and every leg begins at its start.
+
+        Returns
+        -------
+        Progress
+        """
         attempts: dict[int, int] = {}
         given_up: set[int] = set()
         begun: set[int] = set()

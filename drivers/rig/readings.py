@@ -67,7 +67,22 @@ class Patience:
         self._since = math.inf
 
     def bad(self, now: float, what: str, next_step: str) -> None:
-        """Note a failure at `now` (s); raise RigStopped if they have lasted longer than the limit."""
+        """Note a failure.
+
+        Parameters
+        ----------
+        now : float
+            s.
+        what : str
+            What fails.
+        next_step : str
+            What to do about it.
+
+        Raises
+        ------
+        RigStopped
+            If failures have lasted as long as the limit, or longer.
+        """
         self._since = min(self._since, now)
         if now - self._since >= self._limit:
             raise RigStopped(

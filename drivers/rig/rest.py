@@ -39,7 +39,22 @@ def bring_to_rest(rig: Rig, oven: Oven | None = None, cards: Cards | None = None
 
 
 def rest_oven(open_oven: Callable[[], Oven], clock: Clock, oven: Oven | None = None) -> str | None:
-    """Tell an oven to rest, and let go of it; return what could not be verified, None where it is at rest."""
+    """Tell an oven to rest, and let go of it.
+
+    Parameters
+    ----------
+    open_oven : callable
+        Returns the oven, open.
+    clock : Clock
+        For the second between two attempts.
+    oven : Oven, optional
+        As far as it is open.
+
+    Returns
+    -------
+    str or None
+        What could not be verified; None where the oven is at rest.
+    """
 
     def rest() -> None:
         nonlocal oven

@@ -34,6 +34,19 @@ def fire(cards: Cards, protocol: AcquisitionProtocol, check: Callable[[], None] 
     A cable that is off, an input that clips, an output that plays something else is told after the first repeat.
     Low coherence is no fault of so short a sweep.
 
+    Parameters
+    ----------
+    cards : Cards
+        Open.
+    protocol : AcquisitionProtocol
+        Its sweep is shortened; only its first level is played.
+    check : callable
+        Called while a sweep plays; raises to break it off.
+
+    Returns
+    -------
+    Shot
+
     Raises
     ------
     DaqError

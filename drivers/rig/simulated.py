@@ -165,10 +165,14 @@ def simulated_parts(
     **chassis
         Anything else that `Surroundings` takes: how far off the clocks are.
 
+    Returns
+    -------
+    SimulatedParts
+
     Raises
     ------
     ValueError
-        If a terminal of the wiring is on no module, or the oven's kind cannot be simulated.
+        If a terminal of the wiring is on no module, or the kind of oven or thermometer cannot be simulated.
     """
     chamber = chamber or Chamber()
     clock = VirtualClock()

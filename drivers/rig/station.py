@@ -158,7 +158,22 @@ class Station:
         return round(float(np.mean(readings)), RESOLUTION) if readings.size else None
 
     def ramp(self, target: float, rate: float, purpose: Purpose) -> None:
-        """Let the oven ramp, and log it with the time it was told to; RigStopped if it will not."""
+        """Let the oven ramp, and log it with the time it was told to.
+
+        Parameters
+        ----------
+        target : float
+            Degrees Celsius.
+        rate : float
+            K/min.
+        purpose : str
+            ``approach`` to a leg's start, or the ``leg`` itself.
+
+        Raises
+        ------
+        RigStopped
+            If the oven does not take the command.
+        """
         self._command("ramp", lambda: self._oven.ramp_to(target, rate), target=target, rate=rate, purpose=purpose)
 
     def hold(self, why: str) -> None:

@@ -16,15 +16,42 @@ class Store(Protocol):
         ...
 
     def keep(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int) -> None:
-        """Keep a good sweep for ever; return when it is on the disk."""
+        """Keep a good sweep for ever; return when it is on the disk.
+
+        Parameters
+        ----------
+        sweep : Sweep
+        set_point : SweepSetPoint
+            What it was measured for.
+        attempt : int
+            The set-point's attempt, as counted in the log.
+        """
         ...
 
     def put_aside(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int, faults: Sequence[str]) -> None:
-        """Keep a bad sweep where nobody takes it for a good one."""
+        """Keep a bad sweep where nobody takes it for a good one.
+
+        Parameters
+        ----------
+        sweep : Sweep
+        set_point : SweepSetPoint
+        attempt : int
+            As of `keep`.
+        faults : sequence of str
+            What is wrong with it.
+        """
         ...
 
     def show(self, record: Record, set_point: SweepSetPoint, repeat: int) -> None:
-        """Let people look at a repeat, counted from 0, as soon as it is recorded; never raises, may be lost."""
+        """Let people look at a repeat as soon as it is recorded; never raises, may be lost.
+
+        Parameters
+        ----------
+        record : Record
+        set_point : SweepSetPoint
+        repeat : int
+            Counted from 0.
+        """
         ...
 
     def log(self, event: Mapping[str, Any]) -> None:

@@ -100,7 +100,20 @@ def _supply(wiring: Wiring, devices: tuple[Device, ...], lacking: FindingState) 
 
 
 def look_at_sound(settings: SoundCard, *, needed: bool, sound: Any = None) -> Finding:
-    """Look for a sound card and count its channels; `sound` stands in for the package. Nothing is played."""
+    """Look for a sound card and count its channels. Nothing is played.
+
+    Parameters
+    ----------
+    settings : SoundCard
+    needed : bool
+        Whether a lack is bad or only to be noted.
+    sound : object, optional
+        Stands in for the package ``sounddevice``.
+
+    Returns
+    -------
+    Finding
+    """
     lacking, what = FindingState.BAD if needed else FindingState.NOTE, f"sound card {settings.device}".rstrip()
     try:
         sound = sound if sound is not None else backend()

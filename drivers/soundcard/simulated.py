@@ -77,7 +77,35 @@ class SimulatedSound:
         device: str | None,
         latency: str,
     ) -> NDArray[np.float32]:
-        """Return what is going to be recorded while `data` (N, 1) is played."""
+        """Return at once what is going to be recorded while `data` is played.
+
+        Parameters
+        ----------
+        data : (M, 1) ndarray
+            Samples from -1 to 1, `output_range` each.
+        samplerate : float
+            Hz.
+        dtype : str
+            Of the samples returned.
+        input_mapping : (C,) list of int
+            Input channels to record, from 1.
+        output_mapping : list of int
+            Not used: there is one output.
+        device : str or None
+            Not used: there is one device.
+        latency : str
+            Not used: the attribute of the same name holds.
+
+        Returns
+        -------
+        (M, C) ndarray
+            Samples from -1 to 1, `input_range` each.
+
+        Raises
+        ------
+        PortAudioError
+            If the device is gone, or has no such input.
+        """
         if self.gone:
             raise PortAudioError("Error opening Stream: Device unavailable [PaErrorCode -9985]")
         missing = sorted(set(input_mapping) - set(self.inputs))
@@ -131,7 +159,20 @@ class SimulatedSound:
 
 
 def simulated_sound(settings: Any, plate: DrivenPlate, clock: Clock, **others: Any) -> SimulatedSound:
-    """Return a card wired and calibrated as `settings` (a SoundCard) declare."""
+    """Return a card wired and calibrated as `settings` declare.
+
+    Parameters
+    ----------
+    settings : SoundCard
+    plate : DrivenPlate
+    clock : Clock
+    **others
+        Any other attribute of `SimulatedSound`.
+
+    Returns
+    -------
+    SimulatedSound
+    """
     from drivers.soundcard.settings import channel_number
 
     rows = {channel_number(name): row for row, name in enumerate(settings.responses)}

@@ -31,6 +31,19 @@ def card(experiment: Experiment) -> EffectCard:
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
     """Add -w**2 m_a + j w r per area to normal motion.
 
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``added_mass_factor`` and ``radiation_factor``, 1 for the formulas as they stand.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+
     Notes
     -----
     m_a = 2 rho_a/(k_b sqrt(1 - q**2)) and r = 0.35 rho_a c q**2, each times its factor, with the wavenumber

@@ -28,6 +28,19 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     """Storage modulus times 1 - a e, loss modulus times 1 - a e + b e, e the relative strain energy, at most 4.
 
     The energy is that of the plate so softened: `simulation.twin.strain_energy` finds it.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``a`` and ``b``, per unit of relative strain energy.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
     """
     energy = np.minimum(circumstances.strain_energy, LARGEST)
     kept = 1.0 - values["a"] * energy

@@ -34,7 +34,21 @@ def available(experiment: Experiment) -> bool:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Multiply membrane stiffness and coupling of every patch by chi = 1/(1 + gamma25 exp(softening (T - 25)))."""
+    """Multiply membrane stiffness and coupling of every patch by chi = 1/(1 + gamma25 exp(softening (T - 25))).
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``gamma25``, the shear lag at 25 °C, and ``softening``, 1/K.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     warmer = state.mean_temperature - REFERENCE_TEMPERATURE
     chi = 1.0 / (1.0 + values["gamma25"] * np.exp(values["softening"] * warmer))
     return state.with_(bond=state.bond * chi)

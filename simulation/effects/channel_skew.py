@@ -23,7 +23,21 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Multiply responses by exp(-j w delay): a positive delay makes them late."""
+    """Multiply responses by exp(-j w delay): a positive delay makes them late.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``delay``, s.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     return state.with_(phase=state.phase - 2.0 * np.pi * circumstances.frequency * values["delay"])
 
 

@@ -25,7 +25,21 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Loss factor eta (f/500)**p, the storage modulus as it was."""
+    """Loss factor eta (f/500)**p, the storage modulus as it was.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``p``, the exponent.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     factor = np.exp(values["p"] * np.log(circumstances.frequency / REFERENCE_FREQUENCY))
     return state.with_(loss=state.loss * factor)
 

@@ -21,7 +21,21 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Add (gx xi + gy zeta)/2 to the local temperature."""
+    """Add (gx xi + gy zeta)/2 to the local temperature.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``gx`` and ``gy``, K over the plate's bounding box.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     tilt = 0.5 * (values["gx"] * state.xi + values["gy"] * state.zeta)
     return state.with_(temperature=state.temperature + tilt)
 

@@ -26,7 +26,21 @@ def available(experiment: Experiment) -> bool:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Add a real constant to the ratio of every sensor voltage to the actuator's; other transfers have none."""
+    """Add a real constant to the ratio of every sensor voltage to the actuator's; other transfers have none.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``gain``, V/V.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     return state.with_(feedthrough=state.feedthrough + values["gain"])
 
 

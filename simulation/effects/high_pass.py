@@ -23,7 +23,21 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Multiply responses by j f/(j f + corner) = 1/(1 - j corner/f)."""
+    """Multiply responses by j f/(j f + corner) = 1/(1 - j corner/f).
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``corner``, Hz.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     ratio = values["corner"] / circumstances.frequency
     return state.with_(
         log_gain=state.log_gain - 0.5 * np.log(1.0 + ratio**2),

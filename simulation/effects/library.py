@@ -89,10 +89,28 @@ def apply_all(
     circumstances: Circumstances,
     values: Mapping[str, Mapping[str, Any]],
 ) -> PlateState:
-    """Apply those of `effects` that have `values`, in the order of `effects`.
+    """Apply those effects that have values, in the order of `effects`.
 
     A value v + 1j * step makes step times the derivative the imaginary part of whatever in the state follows that
-    parameter. ValueError for values of an effect that is not among `effects`.
+    parameter.
+
+    Parameters
+    ----------
+    effects : mapping of str to Effect
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping of str to mapping
+        Of every effect that is on, its parameters' values in the units of its card.
+
+    Returns
+    -------
+    PlateState
+
+    Raises
+    ------
+    ValueError
+        For values of an effect that is not among `effects`.
     """
     for name in values:
         if name not in effects:

@@ -39,7 +39,21 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Plate modulus times 1 - loss within 12 mm of (x, y)."""
+    """Plate modulus times 1 - loss within 12 mm of (x, y).
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``x`` and ``y``, m, and ``loss``, the share of the modulus lost.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     disc = Disc(x=values["x"], y=values["y"], radius=RADIUS, loss=values["loss"])
     return state.with_(discs=(*state.discs, disc))
 

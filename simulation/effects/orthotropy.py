@@ -27,6 +27,19 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     """E_x = E (1 - delta_e), E_y = E (1 + delta_e), in-plane shear modulus times 1 + delta_g.
 
     nu_xy nu_yx = nu**2 makes Q12 follow the root of E_x E_y; transverse shear stays.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``delta_e`` and ``delta_g``, shares of the moduli.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
     """
     return state.with_(
         modulus_x=state.modulus_x * (1.0 - values["delta_e"]),

@@ -34,7 +34,21 @@ def available(experiment: Experiment) -> bool:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Multiply responses by 1 + alpha (T_oven - 25)."""
+    """Multiply responses by 1 + alpha (T_oven - 25).
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``alpha``, 1/K.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     warmer = circumstances.point.temperature - REFERENCE_TEMPERATURE
     return state.with_(log_gain=state.log_gain + np.log(1.0 + values["alpha"] * warmer))
 

@@ -21,7 +21,21 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Put the mass on the normal motion of the cable point, the first one where several are declared."""
+    """Put the mass on the normal motion of the cable point, the first one where several are declared.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``mass``, kg.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     load = PointLoad(circumstances.cables[0], mass=values["mass"])
     return state.with_(point_loads=(*state.point_loads, load))
 

@@ -28,7 +28,21 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Put the first sensor patch at its declared centre + (dx, dy)."""
+    """Put the first sensor patch at its declared centre + (dx, dy).
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``dx`` and ``dy``, m.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     return state.with_(offset_x=state.offset_x + values["dx"], offset_y=state.offset_y + values["dy"])
 
 

@@ -24,7 +24,21 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Put the same spring and dashpot on the normal motion of each declared string point."""
+    """Put the same spring and dashpot on the normal motion of each declared string point.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``stiffness``, N/m, and ``damping``, N s/m, of each string.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     loads = tuple(
         PointLoad(point, stiffness=values["stiffness"], damping=values["damping"])
         for point in circumstances.strings

@@ -23,7 +23,21 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Add s (gx xi + gy zeta)/2 to the local temperature, s = (T - room)/(60 - room)."""
+    """Add s (gx xi + gy zeta)/2 to the local temperature, s = (T - room)/(60 - room).
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``gx`` and ``gy``, K over the plate's bounding box in an oven at 60 °C.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     room = circumstances.room_temperature
     heating = (state.mean_temperature - room) / (REFERENCE_TEMPERATURE - room)
     tilt = 0.5 * (values["gx"] * state.xi + values["gy"] * state.zeta)

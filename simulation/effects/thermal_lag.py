@@ -25,7 +25,21 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Plate temperature = oven temperature - tau dT_oven/dt, everywhere."""
+    """Plate temperature = oven temperature - tau dT_oven/dt, everywhere.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``tau``, s.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     return state.with_(temperature=state.temperature - values["tau"] * circumstances.point.rate)
 
 

@@ -21,7 +21,21 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Thickness h0 (1 + tx xi + ty zeta), symmetric about the mid-plane; the mass stays as weighed."""
+    """Thickness h0 (1 + tx xi + ty zeta), symmetric about the mid-plane; the mass stays as weighed.
+
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``tx`` and ``ty``, shares of the thickness.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+    """
     share = values["tx"] * state.xi + values["ty"] * state.zeta
     return state.with_(thickness=state.thickness * (1.0 + share))
 

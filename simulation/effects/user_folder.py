@@ -16,6 +16,18 @@ def load_folder(folder: Path, experiment: Experiment, taken: Container[str] = ()
 
     Files whose names begin with an underscore are passed over.
 
+    Parameters
+    ----------
+    folder : Path
+    experiment : Experiment
+        What effects are made for and verified on.
+    taken : container of str
+        Names that the library has already.
+
+    Returns
+    -------
+    dict of str to Effect
+
     Raises
     ------
     ValueError

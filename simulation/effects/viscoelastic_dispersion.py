@@ -27,6 +27,19 @@ def card(experiment: Experiment) -> EffectCard:
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
     """Multiply the complex modulus by (f/500)**(2 kappa eta/pi).
 
+    Parameters
+    ----------
+    state : PlateState
+    circumstances : Circumstances
+        Of the sweep.
+    values : mapping
+        ``kappa``, 1 for the local relation as it stands.
+
+    Returns
+    -------
+    PlateState
+        `state` with the effect on.
+
     Notes
     -----
     The local Kramers-Kronig relation: dln|E|/dln f = 2 delta/pi with the loss angle delta, here eta (Booij and

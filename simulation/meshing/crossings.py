@@ -95,7 +95,18 @@ def _crossings(
 
 
 def inside(places: Real, start: Real, end: Real) -> NDArray[np.bool_]:
-    """Which places (K, 2) lie within closed rings of sides: a ray crosses them an odd number of times."""
+    """Which places lie within closed rings of sides: a ray crosses them an odd number of times.
+
+    Parameters
+    ----------
+    places : (K, 2) ndarray, m
+    start, end : (S, 2) ndarray, m
+        Ends of the sides, of all rings.
+
+    Returns
+    -------
+    (K,) ndarray of bool
+    """
     x, y = places.T[..., None]
     rises = (start[:, 1] > y) != (end[:, 1] > y)
     slope = np.where(rises, end[:, 1] - start[:, 1], 1.0)

@@ -64,7 +64,23 @@ def crossing_sides(points: Real, rings: Sequence[Sequence[int]]) -> list[tuple[i
 
 
 def fill(points: Real, rings: Sequence[Sequence[int]], spacing: float, growth: float) -> Fill:
-    """Triangulate the region inside rings of `points` (K, 2): the outer ring first, then holes."""
+    """Triangulate the region inside rings of points.
+
+    Parameters
+    ----------
+    points : (K, 2) ndarray, m
+    rings : sequence of sequence of int
+        Numbers of points: the outer ring first, then holes.
+    spacing : float
+        Largest distance of points inside, m.
+    growth : float
+        Increase of the spacing per distance from the border, m/m.
+
+    Returns
+    -------
+    Fill
+        Points, triangles, and what is wrong with them.
+    """
     sides = _sides(rings)
     start, end = points[sides[:, 0]], points[sides[:, 1]]
     free = _graded(start, end, spacing, growth)

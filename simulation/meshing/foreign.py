@@ -40,6 +40,10 @@ def foreign_mesh(
     tolerance : float
         Largest distance of an edge from its border, m.
 
+    Returns
+    -------
+    PlateMesh
+
     Raises
     ------
     GeometryError

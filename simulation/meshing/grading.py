@@ -44,7 +44,21 @@ def graded(cells: Cells, share: float, corners: set[int]) -> None:
 
 
 def corners_apart(cells: Cells, wanted: set[int], triangles: set[int]) -> set[int]:
-    """Corners that can be graded: no triangle touches them, and no quadrilateral has two of them."""
+    """Corners that can be graded: no triangle touches them, and no quadrilateral has two of them.
+
+    Parameters
+    ----------
+    cells : Cells
+    wanted : set of int
+        Points to be graded.
+    triangles : set of int
+        Points that triangles touch.
+
+    Returns
+    -------
+    set of int
+        Of the points wanted.
+    """
     found = wanted - triangles
     for quad in cells.quads:
         touched = found & set(quad)
@@ -54,7 +68,21 @@ def corners_apart(cells: Cells, wanted: set[int], triangles: set[int]) -> set[in
 
 
 def path_between(cells: Cells, a: int, b: int) -> tuple[Path, bool]:
-    """Path along the edge between two points, and whether it runs from the first to the second."""
+    """Path along the edge between two points.
+
+    Parameters
+    ----------
+    cells : Cells
+    a, b : int
+        Numbers of the points.
+
+    Returns
+    -------
+    path : callable
+        From parameters (...) in 0 to 1 to points (..., 2), m.
+    forward : bool
+        Whether it runs from `a` to `b`.
+    """
     if (a, b) in cells.paths:
         return cells.paths[a, b], True
     if (b, a) in cells.paths:
@@ -64,7 +92,20 @@ def path_between(cells: Cells, a: int, b: int) -> tuple[Path, bool]:
 
 
 def part_of(path: Path, first: float, last: float) -> Callable[[Real], Real]:
-    """Return the path between two of its parameters."""
+    """Return the path between two of its parameters.
+
+    Parameters
+    ----------
+    path : callable
+        From parameters (...) in 0 to 1 to points (..., 2), m.
+    first, last : float
+        Parameters between which it is taken; it is run backwards where `first` is the larger.
+
+    Returns
+    -------
+    callable
+        Of the same kind, again over 0 to 1.
+    """
     return lambda t: path(first + np.asarray(t, float) * (last - first))
 
 

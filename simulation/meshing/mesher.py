@@ -84,6 +84,10 @@ def mesh_plate(
     cuts : sequence of points
         On borders, where an edge shall end, m: ends of supports.
 
+    Returns
+    -------
+    PlateMesh
+
     Raises
     ------
     GeometryError

@@ -33,6 +33,10 @@ def numbered(
         Points of `cells`.
     owners : sequence of int
         Faces of the triangles.
+
+    Returns
+    -------
+    PlateMesh
     """
     quads = np.array(cells.quads, int).reshape(-1, 4)
     used, flat = np.unique(np.concatenate([quads.ravel(), triangles.ravel()]), return_inverse=True)

@@ -206,7 +206,20 @@ class Cutter:
 
     @classmethod
     def of(cls, plan: Arrangement, faces: Mapping[int, Face], sizes: Mapping[int, Sizes]) -> "Cutter":
-        """Find corners and free distances once: they do not change from round to round."""
+        """Find corners and free distances once: they do not change from round to round.
+
+        Parameters
+        ----------
+        plan : Arrangement
+        faces : mapping of int to Face
+            Those to be meshed.
+        sizes : mapping of int to Sizes
+            Of every edge.
+
+        Returns
+        -------
+        Cutter
+        """
         edges = {half.edge for face in faces.values() for cycle in face.cycles for half in cycle}
         corners = {f: corners_of(plan, face) for f, face in faces.items()}
         return cls(plan, faces, sizes, Clearance(plan, edges), corners)
@@ -239,7 +252,20 @@ class Cutter:
         return min(width, SHARE * min(lengths), SHARE * free)
 
     def cut(self, edge: int, reach: Mapping[int, float], repairs: Repairs) -> Real:
-        """Parameters (n + 1,) of the ends of an edge's pieces."""
+        """Cut an edge into pieces.
+
+        Parameters
+        ----------
+        edge : int
+        reach : mapping of int to float
+            Length of the first piece next to a corner, m, by the number of the corner's node.
+        repairs : Repairs
+
+        Returns
+        -------
+        (n + 1,) ndarray
+            Parameters of the ends of the n pieces, 0 to 1, ascending.
+        """
         whole, size = self.plan.edges[edge], self.sizes[edge]
         curve = whole.curve
         first = _parameter(curve, reach[whole.start], 0.0) if whole.start in reach else 0.0
@@ -272,7 +298,22 @@ class Cutter:
         return np.array(sorted({0.0, 1.0} | inner))
 
     def side(self, half: HalfEdge, cut: Real, number: list[int], repairs: Repairs) -> Side:
-        """One side of an edge, with the width of its strip at every cut."""
+        """One side of an edge, with the width of its strip at every cut.
+
+        Parameters
+        ----------
+        half : HalfEdge
+        cut : (n + 1,) ndarray
+            Parameters of the ends of the edge's pieces, 0 to 1, in the edge's own direction.
+        number : list of int
+            Numbers of the n + 1 points there.
+        repairs : Repairs
+
+        Returns
+        -------
+        Side
+            In the direction of `half`, widths in m.
+        """
         curve, wanted = self.plan.curve(half), self.width(half)
         bare = np.array([repairs.without_strip(half, 0.5 * (a + b)) for a, b in pairwise(cut)])
         if half.backward:

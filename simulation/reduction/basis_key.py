@@ -28,9 +28,33 @@ def basis_key(
     training: BasisTraining | None = None,
     field_certified: bool = True,
 ) -> str:
-    """SHA-256, hexadecimal, over plate, patches, their material, mesh, training, box, band and points.
+    """SHA-256 over plate, patches, their material, mesh, training, box, band and points.
 
     Names and roles of patches do not count: they change no matrix.
+
+    Parameters
+    ----------
+    plate : Plate
+    patches : sequence of Patch
+    box : MaterialBox
+    band : (float, float)
+        Hz.
+    points : (K, 2) array_like, optional
+        Where the deflection will be asked for, m.
+    fineness : Fineness, optional
+    training : BasisTraining, optional
+    field_certified : bool
+        Whether the deflection there counts in the error.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+
+    Raises
+    ------
+    KeyError
+        For a patch of an unknown piezo material.
     """
     geometry = [patch.model_dump(exclude={"id", "role"}) for patch in patches]
     declared = {

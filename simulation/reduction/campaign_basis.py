@@ -30,8 +30,21 @@ def for_materials(ops: EffectOperators, materials: Sequence[LocalLaws], tail: fl
     """Operators on the leading directions of a plate's answers at some materials, in plain and extreme states.
 
     Proper orthogonal decomposition, as in `simulation.reduction.energy_decomposition`. The extreme states are
-    asked for the first and the last material only. `tail` is what may be left out of the answers, as a share of
-    their size in the energy's norm: transfers follow its square.
+    asked for the first and the last material only.
+
+    Parameters
+    ----------
+    ops : EffectOperators
+    materials : sequence of LocalLaws
+        At least one.
+    tail : float
+        What may be left out of the answers, as a share of their size in the energy's norm: transfers follow its
+        square.
+
+    Returns
+    -------
+    EffectOperators
+        Over fewer coordinates.
     """
     basis = field_basis(BENDING_DEGREE)
     states = [

@@ -36,11 +36,28 @@ def held_out(box: MaterialBox, attempt: int) -> list[Constants]:
 def measured_error(
     model: ShellModel, small: ReducedModel, candidate: ReducedModel, lines: Real, attempt: int
 ) -> tuple[float, Complex]:
-    """Error of `small` at the held-out materials, and the full model's responses there (n, S).
+    """Measure the error of `small` at the held-out materials.
 
     Each material is solved in full at the frequency where `small` departs most from the `candidate` it was cut
     from, of the even `lines` and those on narrow resonances; a material that was drawn also at a frequency drawn
     from the band or, where resonances are narrow, from their flanks. Errors are those of `ReducedModel.error`.
+
+    Parameters
+    ----------
+    model : ShellModel
+        The full model, of n unknowns.
+    small : ReducedModel
+    candidate : ReducedModel
+    lines : (F,) ndarray, Hz
+        Even, over the band.
+    attempt : int
+        Decides which materials and frequencies are drawn.
+
+    Returns
+    -------
+    error : float
+    seen : (n, S) complex ndarray
+        The full model's responses there, displacements per volt with the sign turned.
     """
     rng = np.random.default_rng(100 + attempt)
     materials = held_out(small.box, attempt)

@@ -54,7 +54,19 @@ class CoarsePlate:
         return cls(reduced.loaded(np.array([one.mass for one in footprints])), Instruments.of(experiment))
 
     def frf(self, youngs_modulus: float, poisson_ratio: float, frequency: Real) -> Complex:
-        """Return the outputs per unit of the input, about, (K, F), damped by `LOSS_FACTOR`."""
+        """Return the outputs per unit of the input, about, damped by `LOSS_FACTOR`.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        frequency : (F,) ndarray, Hz
+
+        Returns
+        -------
+        (K, F) complex ndarray
+        """
         stiffness = self.reduced.stiffness(youngs_modulus, poisson_ratio, 0.0).real
         seen, driving = self.instruments.seen, self.instruments.driving
         ports = list(dict.fromkeys((*seen, *driving)))
@@ -74,6 +86,26 @@ def coarse_reduction(
     """Galerkin model on Krylov vectors at a few moduli and the middle nu; its error is not measured.
 
     Patches and the first `FORCES` footprints, the input among them, drive the vectors; others are read off them.
+
+    Parameters
+    ----------
+    plate : Plate
+        A mesh that it declares is not used.
+    patches : sequence of Patch
+    box : MaterialBox
+    band : (float, float)
+        Hz.
+    footprints : sequence of Footprint
+
+    Returns
+    -------
+    ReducedModel
+        Of no certified error.
+
+    Raises
+    ------
+    GeometryError
+        Where no good mesh is found.
     """
     shorter = min(plate.length_x, plate.length_y)
     spacing = shorter / CELLS * float((0.003 / plate.thickness) ** 0.5)

@@ -121,7 +121,21 @@ def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
 
 
 def offset_part(ops: EffectOperators, c: Coefficients, place: Numbers) -> Composite:
-    """Sum what the offset adds, with moduli, thickness and inertia as they are around the sensor."""
+    """Sum what the offset adds, with moduli, thickness and inertia as they are around the sensor.
+
+    Parameters
+    ----------
+    ops : EffectOperators
+    c : Coefficients
+        Of the state.
+    place : (monomials,) ndarray
+        Monomials of the offset, or their derivative; complex where derivatives are taken.
+
+    Returns
+    -------
+    Composite
+        In all r coordinates; without patches and coupling.
+    """
 
     def here(coefficients: Numbers, stack: Real) -> Numbers:
         powers = coefficients @ ops.zone_fit[: stack.shape[-4], : coefficients.shape[-1]].T

@@ -37,7 +37,20 @@ class DampedModes:
 
     @classmethod
     def of(cls, stiffness: Real, coupling: Real, dashpots: Real | None = None) -> Self:
-        """Solve the eigenproblem of a real symmetric (r, r) stiffness; `dashpots` (r, q) are connected."""
+        """Solve the eigenproblem of a stiffness whose mass is the identity.
+
+        Parameters
+        ----------
+        stiffness : (r, r) ndarray, rad2/s2
+            Real; its symmetric part is taken.
+        coupling : (r, P) ndarray
+        dashpots : (r, q) ndarray, optional
+            Columns whose product is the damping matrix, 1/s.
+
+        Returns
+        -------
+        DampedModes
+        """
         squares, shapes = scipy.linalg.eigh(0.5 * (stiffness + stiffness.T), driver="evd", check_finite=False)
         columns = np.zeros((len(squares), 0)) if dashpots is None else shapes.T @ dashpots
         return cls(squares, shapes, shapes.T @ coupling, columns)
@@ -73,7 +86,18 @@ class DampedModes:
 
 
 def relative_error(value: Complex, reference: Complex, lines: Real | None = None) -> float:
-    """Largest deviation of any transfer (..., F) over its reference's rms over the band, given uneven `lines`."""
+    """Largest deviation of any transfer over its reference's rms over the band.
+
+    Parameters
+    ----------
+    value, reference : (..., F) ndarray
+    lines : (F,) ndarray, optional
+        Hz, where they are uneven; even unless given.
+
+    Returns
+    -------
+    float
+    """
     even = np.arange(float(reference.shape[-1])) if lines is None else lines
     rms = root_mean_square(reference, even)
     return float((np.abs(value - reference).max(axis=-1) / rms).max())

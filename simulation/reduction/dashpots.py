@@ -31,7 +31,7 @@ def columns(damping: csr_matrix | Real, answers: Real) -> Real:
 
 
 def forces(between: Complex, moved: Complex, frequency: ArrayLike) -> Complex:
-    """Return the forces of the dashpots, (q, J, F).
+    """Return the forces of the dashpots.
 
     Parameters
     ----------
@@ -40,6 +40,10 @@ def forces(between: Complex, moved: Complex, frequency: ArrayLike) -> Complex:
     moved : (q, J, F) complex ndarray
         R' Z0**-1 b of J loads.
     frequency : (F,) array_like, Hz
+
+    Returns
+    -------
+    (q, J, F) complex ndarray
     """
     factor = 2j * np.pi * np.asarray(frequency, float)
     system = np.moveaxis(factor * between, -1, 0) + np.eye(len(between))
@@ -47,7 +51,20 @@ def forces(between: Complex, moved: Complex, frequency: ArrayLike) -> Complex:
 
 
 def connected(compliance: Complex, count: int, frequency: ArrayLike) -> Complex:
-    """Compliance (I, J, F) with the dashpots, from one without them over q = `count` more rows and columns."""
+    """Connect the dashpots to the compliance of a plate without them.
+
+    Parameters
+    ----------
+    compliance : (I + q, J + q, F) ndarray
+        Without the dashpots; the last q rows and columns are theirs.
+    count : int
+        q.
+    frequency : (F,) array_like, Hz
+
+    Returns
+    -------
+    (I, J, F) complex ndarray
+    """
     if not count:
         return compliance
     x = forces(compliance[-count:, -count:], compliance[-count:, :-count], frequency)
@@ -55,7 +72,22 @@ def connected(compliance: Complex, count: int, frequency: ArrayLike) -> Complex:
 
 
 def connected_derivatives(compliance: Complex, slopes: Complex, count: int, frequency: ArrayLike) -> Complex:
-    """Differentiate `connected`, (D, I, J, F), given the derivatives (D, I + q, J + q, F) of the compliance."""
+    """Differentiate `connected` by D parameters.
+
+    Parameters
+    ----------
+    compliance : (I + q, J + q, F) ndarray
+        Without the dashpots; the last q rows and columns are theirs.
+    slopes : (D, I + q, J + q, F) ndarray
+        Derivatives of `compliance`.
+    count : int
+        q.
+    frequency : (F,) array_like, Hz
+
+    Returns
+    -------
+    (D, I, J, F) complex ndarray
+    """
     if not count:
         return slopes
     between = compliance[-count:, -count:]

@@ -26,11 +26,25 @@ GRID = 200
 def measured_error(full: FullPlate, ops: EffectOperators, footprints: Sequence[Footprint] = ()) -> float:
     """Largest error of any transfer between patches and footprints, over its peak along the band.
 
-    `footprints` are the first of `EffectOperators.forces`.
-
     Of a soft plate as declared, and of a stiff one with all effects at once, half as strong as `extreme_states`
     and on the side these were not made for; at the line where the reduced transfers are largest and at one drawn
     from the band.
+
+    Parameters
+    ----------
+    full : FullPlate
+    ops : EffectOperators
+    footprints : sequence of Footprint
+        The first of `EffectOperators.forces`.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    ValueError
+        Where the sensor has no room for the offset.
     """
     rng = np.random.default_rng(0)
     basis = field_basis(BENDING_DEGREE)
@@ -56,10 +70,25 @@ def state_error(
     drawn: int,
     footprints: Sequence[Footprint] = (),
 ) -> float:
-    """Error in one state, given with its fields at the points of `field_basis` and at those of the full plate.
+    """Error in one state, over the peak of each transfer along the band.
 
-    Where the sensor is off its place, at those of the plate so moved: fields stay where they are. Of `GRID` lines
-    along the band those are asked at which the reduced transfers are largest, and number `drawn`.
+    Parameters
+    ----------
+    full : FullPlate
+    ops : EffectOperators
+    reduced : PlateState
+        With its fields at the points of `field_basis`.
+    exact : PlateState
+        The same state with its fields at the points of the full plate; where the sensor is off its place, at those
+        of the plate so moved: fields stay where they are.
+    drawn : int
+        Of `GRID` lines along the band, asked besides the one at which the reduced transfers are largest.
+    footprints : sequence of Footprint
+        The first of `EffectOperators.forces`.
+
+    Returns
+    -------
+    float
     """
     lines = np.linspace(*ops.band, GRID)
     over_band = solved(ops, reduced, lines, len(footprints)).compliance()
@@ -77,7 +106,20 @@ def state_error(
 
 
 def solved(ops: EffectOperators, state: PlateState, frequency: Real, count: int) -> LocalSolution:
-    """Solve a state whose spectra are constant over frequency, the first `count` forces as further ports."""
+    """Solve a state, spectra left constant over frequency.
+
+    Parameters
+    ----------
+    ops : EffectOperators
+    state : PlateState
+    frequency : (F,) ndarray, Hz
+    count : int
+        The first `count` forces of `ops` are further ports.
+
+    Returns
+    -------
+    LocalSolution
+    """
     ones, zeros = np.ones(frequency.size), np.zeros(frequency.size)
     state = state.with_(storage=ones, loss=ones, area_mass=zeros, area_resistance=zeros)
     whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))

@@ -90,7 +90,21 @@ def weight_table(p: Projector, degrees: Collection[tuple[int, int]]) -> Real:
 
 
 def plate_energies(p: Projector, executor: Executor, step: Step) -> dict[str, Real]:
-    """Stacks ``bending``, ``membrane``, ``shear``, ``mass``, ``rotary`` and ``normal`` of `EffectOperators`."""
+    """Project the energies of the plate, weighed by smooth fields.
+
+    Parameters
+    ----------
+    p : Projector
+    executor : Executor
+        Works on several energies at a time.
+    step : callable
+        Called after every chunk of cells.
+
+    Returns
+    -------
+    dict of str to ndarray
+        Stacks ``bending``, ``membrane``, ``shear``, ``mass``, ``rotary`` and ``normal`` of `EffectOperators`.
+    """
     fine, coarse = (len(polynomials(degree)) for degree in (BENDING_DEGREE, MEMBRANE_DEGREE))
     table = weight_table(p, polynomials(BENDING_DEGREE))
     counts = {"bending": fine, "membrane": coarse, "shear": coarse, "mass": coarse, "normal": 1}
@@ -108,7 +122,7 @@ def weighed_energies(
     executor: Executor | None = None,
     step: Step | None = None,
 ) -> dict[str, Real]:
-    """Energies of the plate with weights over some cells, a stack for each kind; with ``mass`` comes ``rotary``.
+    """Energies of the plate with weights over some cells; with ``mass`` comes ``rotary``.
 
     Parameters
     ----------
@@ -119,11 +133,19 @@ def weighed_energies(
         Weights at the points of quadrature, the first of them one everywhere: others are lifted by it where they
         are negative, so that every energy is a sum of squares.
     counts : dict
-        How many of them each kind takes: ``bending``, ``membrane``, ``shear``, ``mass``, ``normal`` (the square
-        of the deflection).
+        How many of them each kind takes: ``bending``, ``membrane``, ``shear``, ``mass``, ``normal`` (the square of
+        the deflection).
     cells : (cells,) bool ndarray, optional
+        All unless given.
     executor : Executor, optional
         Works on several energies at a time.
+    step : callable, optional
+        Called after every chunk of cells.
+
+    Returns
+    -------
+    dict of str to ndarray
+        A stack for each kind, its last axes (count, r, r).
     """
     r, shell = p.vectors.shape[1], p.full.shell
     h, rho = shell.space.spread(shell.thickness), shell.plate.density

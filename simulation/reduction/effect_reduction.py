@@ -50,10 +50,36 @@ def reduce_with_effects(
     training: BasisTraining | None = None,
     progress: Progress | None = None,
 ) -> tuple[EffectOperators, FullPlate, Real]:
-    """Operators of an experiment's plate, the full plate behind them, and their vectors (n, r).
+    """Reduce an experiment's plate for all states that effects make of it.
 
-    `basis` is that of the plain reduction at the same `fineness`; one that is not given, or is of another mesh (of
-    another version's triangulation), is made with `training`.
+    Parameters
+    ----------
+    experiment : Experiment
+    box : MaterialBox
+    basis : PlateBasis, optional
+        Of the plain reduction at the same `fineness`; one that is not given, or is of another mesh (of another
+        version's triangulation), is made with `training`.
+    fineness : Fineness, optional
+    training : BasisTraining, optional
+    progress : callable, optional
+        Told the stage's name and the share done.
+
+    Returns
+    -------
+    ops : EffectOperators
+        With their error measured.
+    full : FullPlate
+    vectors : (n, r) ndarray
+        Orthonormal in the mass.
+
+    Raises
+    ------
+    GeometryError
+        Where no good mesh is found.
+    ValueError
+        If box or band make no sense, or the plate has neither patch nor force.
+    RuntimeError
+        If the tolerance of the plain reduction cannot be reached.
     """
     report = progress or (lambda stage, share: None)
     band = experiment.protocol.band
@@ -159,7 +185,30 @@ def project(
     band: tuple[float, float],
     step: Callable[[], None],
 ) -> EffectOperators:
-    """Operators on given vectors; their error is yet unmeasured."""
+    """Operators on given vectors; their error is yet unmeasured.
+
+    Parameters
+    ----------
+    full : FullPlate
+    vectors : (n, r) ndarray
+        Orthonormal in the mass.
+    model : ShellModel
+        The plain plate, whose capacitances are taken.
+    places : (K, 2) ndarray, m
+        Points of strings and cables.
+    probe : (K + S, n) matrix
+        Mean deflections there, then over the footprints of transducers.
+    box : MaterialBox
+    band : (float, float)
+        Hz.
+    step : callable
+        Called after every chunk of cells.
+
+    Returns
+    -------
+    EffectOperators
+        Its error is infinite, for nobody has measured it.
+    """
     p = Projector(full, vectors)
     with ThreadPoolExecutor(WORKERS) as executor:
         stacks: dict[str, Any] = {

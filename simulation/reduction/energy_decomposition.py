@@ -44,7 +44,7 @@ def training_loss(box: MaterialBox) -> float:
 
 
 def orthonormal(vectors: Real, weight: csr_matrix, cutoff: float) -> Real:
-    """Orthonormal columns (n, N) for the inner product x' W y, directions below `cutoff` left out.
+    """Orthonormal columns for the inner product x' W y, directions below `cutoff` left out.
 
     Parameters
     ----------
@@ -53,6 +53,11 @@ def orthonormal(vectors: Real, weight: csr_matrix, cutoff: float) -> Real:
         W, symmetric and positive definite.
     cutoff : float
         Smallest singular value kept of the vectors, each first made of norm 1, over the largest.
+
+    Returns
+    -------
+    (n, N) ndarray
+        N is at most k.
     """
     weighed = weight @ vectors
     norm = np.sqrt(np.einsum("ni,ni->i", vectors, weighed))
@@ -68,7 +73,20 @@ def orthonormal(vectors: Real, weight: csr_matrix, cutoff: float) -> Real:
 
 
 def mass_orthonormal(vectors: Real, energy: csr_matrix, mass: csr_matrix) -> Real:
-    """Columns (n, N) of the same space, orthonormal in the mass; nearly dependent ones are left out."""
+    """Columns that span the same space, orthonormal in the mass; nearly dependent ones are left out.
+
+    Parameters
+    ----------
+    vectors : (n, k) ndarray
+    energy : (n, n) csr_matrix
+        Symmetric and positive definite: decides what is nearly dependent.
+    mass : (n, n) csr_matrix
+
+    Returns
+    -------
+    (n, N) ndarray
+        N is at most k.
+    """
     vectors = orthonormal(vectors, energy, cutoff=1e-6)
     root = scipy.linalg.cholesky(vectors.T @ (mass @ vectors), lower=True)
     return np.asarray(vectors @ np.linalg.inv(root).T)

@@ -32,6 +32,37 @@ def reduce_with_footprints(
 
     Forces on the `driven` footprints and those that carry a mass are trained and certified as patches are, and so
     are all others if they are few; of a laser's many points the field is certified instead.
+
+    Parameters
+    ----------
+    model : ShellModel
+        Of n unknowns.
+    box : MaterialBox
+    band : (float, float)
+        Hz.
+    footprints : sequence of Footprint
+    driven : sequence of int
+        Places in `footprints`.
+    points : (K, 2) array_like, optional
+        Where the deflection will be asked for, m.
+    field_certified : bool
+        Whether the deflection there counts in the error.
+    training : BasisTraining, optional
+    progress : callable, optional
+        Told the stage's name and the share done.
+
+    Returns
+    -------
+    reduced : ReducedModel
+    vectors : (n, r) ndarray
+        Orthonormal in the mass.
+
+    Raises
+    ------
+    ValueError
+        If box or band make no sense, or the plate has neither patch nor force.
+    RuntimeError
+        If the tolerance cannot be reached.
     """
     if not footprints:
         return reduce(

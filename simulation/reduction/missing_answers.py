@@ -24,10 +24,23 @@ LINES = 150
 
 
 def missed(vectors: Real, matrices: StateMatrices, band: tuple[float, float], least: float) -> Real:
-    """Directions (n, s) that `vectors` (n, r) miss of a state's answers to its loads, leading ones first.
+    """Directions that vectors miss of a state's answers to its loads, leading ones first.
 
-    The length of each, in the norm of the state's energy, is its rms share in the answers; those shorter than
-    `least` are left out.
+    Parameters
+    ----------
+    vectors : (n, r) ndarray
+        Orthonormal in the mass.
+    matrices : StateMatrices
+        Of the state.
+    band : (float, float)
+        Hz.
+    least : float
+        Share below which directions are left out.
+
+    Returns
+    -------
+    (n, s) ndarray
+        The length of each, in the norm of the state's energy, is its rms share in the answers.
     """
     stiffness = matrices.plate + matrices.patches
     shifts = 2 * np.pi * np.array(SHIFTS) * band[1]
@@ -54,7 +67,7 @@ def missed(vectors: Real, matrices: StateMatrices, band: tuple[float, float], le
 
 
 def joined(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, tail: float) -> Real:
-    """Basis (n, r + k) of `vectors` and the leading directions of all that they miss, orthonormal in the mass.
+    """Basis of vectors and the leading directions of all that they miss, orthonormal in the mass.
 
     Parameters
     ----------
@@ -65,6 +78,11 @@ def joined(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, t
     energy, mass : (n, n) sparse matrix
     tail : float
         What may be left out, as a share of a state's answers.
+
+    Returns
+    -------
+    (n, r + k) ndarray
+        The given vectors first.
     """
     weighed = energy @ vectors
     rest = missing - vectors @ np.linalg.solve(vectors.T @ weighed, weighed.T @ missing)

@@ -80,9 +80,19 @@ class ModalForm:
         return np.asarray(answers[: -self.count] - np.einsum("qfr,qnf->nfr", answers[-self.count :], x))
 
     def compliance(self, left: Real, right: Real, frequency: ArrayLike, sums: PoleSums | None = None) -> Complex:
-        """Return a' Z**-1 b for every column a of `left` (r, I) and b of `right` (r, J): (I, J, F).
+        """Return a' Z**-1 b for every column a of `left` and b of `right`.
 
-        `sums` are those of `poles` at `frequency`, where they are known.
+        Parameters
+        ----------
+        left : (r, I) ndarray
+        right : (r, J) ndarray
+        frequency : (F,) array_like, Hz
+        sums : PoleSums, optional
+            Of `poles` at `frequency`, where they are known.
+
+        Returns
+        -------
+        (I, J, F) complex ndarray
         """
         a, b = self.with_dashpots(left).T @ self.shapes, self.inverse @ self.with_dashpots(right)
         whole = (sums or PoleSums.of(self.poles, frequency)).simple(a[:, None] * b.T[None])

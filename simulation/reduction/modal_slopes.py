@@ -54,7 +54,23 @@ class ModalSlopes:
     def of(
         cls, form: ModalForm, left: Real, right: Real, frequency: ArrayLike, sums: PoleSums | None = None
     ) -> Self:
-        """Take the columns a (r, I) and b (r, J); `sums` are those of the form's poles, where they are known."""
+        """Prepare derivatives for the columns a and b.
+
+        Parameters
+        ----------
+        form : ModalForm
+        left : (r, I) ndarray
+            The columns a.
+        right : (r, J) ndarray
+            The columns b.
+        frequency : (F,) array_like, Hz
+        sums : PoleSums, optional
+            Of the form's poles at `frequency`, where they are known.
+
+        Returns
+        -------
+        ModalSlopes
+        """
         lines = np.atleast_1d(np.asarray(frequency, float))
         a, b = form.with_dashpots(left).T @ form.shapes, form.inverse @ form.with_dashpots(right)
         sums = sums or PoleSums.of(form.poles, lines)

@@ -66,14 +66,43 @@ def plain_reduction(
 
     Parameters
     ----------
-    plate, patches, box, band, fineness
-        As in `simulation.shell.assembly.assemble_for`.
+    plate : Plate
+    patches : sequence of Patch
+        Voltages and charges keep this order.
+    box : MaterialBox
+        Of the materials that will be asked.
+    band : (float, float)
+        Hz.
     attached : sequence of Footprint
         Discs of strings and cables: forces there count in the choice of functions.
-    footprints, driven, points, field_certified, training
-        As in `simulation.reduction.footprint_reduction`.
+    footprints : sequence of Footprint
+        Of transducers.
+    driven : sequence of int
+        Places in `footprints`.
+    points : (K, 2) array_like, optional
+        Where the deflection will be asked for, m.
+    field_certified : bool
+        Whether the deflection there counts in the error.
+    fineness : Fineness, optional
+    training : BasisTraining, optional
     progress : callable, optional
         Told the stage's name and the share done.
+
+    Returns
+    -------
+    ShellModel
+        The full model.
+    ReducedModel
+    PlateBasis
+
+    Raises
+    ------
+    GeometryError
+        Where no good mesh is found.
+    ValueError
+        If box or band make no sense, or the plate has neither patch nor force.
+    RuntimeError
+        If the tolerance cannot be reached.
     """
     report = progress or (lambda stage, share: None)
     model = assemble_for(

@@ -91,10 +91,34 @@ def material_space(
     loss_factor: float,
     tolerance: float,
 ) -> Real:
-    """Vectors (n, N) that hold every transfer between patches at one material.
+    """Vectors that hold every transfer between patches at one material.
 
-    Chains grow until the transfers over the even grid `lines`, Hz, and on its resonances, lightly damped, change
-    by less than `tolerance` of their rms; RuntimeError if they do not.
+    Chains grow until the transfers over the grid and on its resonances, lightly damped, change by less than
+    `tolerance` of their rms.
+
+    Parameters
+    ----------
+    model : ShellModel
+        Of n unknowns.
+    youngs_modulus : float
+        Pa.
+    poisson_ratio : float
+    shifts : (S,) ndarray, Hz
+        Expansion points, one chain for each.
+    lines : (F,) ndarray, Hz
+        Even grid over the band.
+    loss_factor : float
+        Of the light damping.
+    tolerance : float
+
+    Returns
+    -------
+    (n, N) ndarray
+
+    Raises
+    ------
+    RuntimeError
+        Where the longest chains do not suffice.
     """
     stiffness = model.stiffness(youngs_modulus, poisson_ratio)
     chains = [

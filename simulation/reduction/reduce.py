@@ -217,9 +217,24 @@ def _damped_answers(
 def projected(
     model: ShellModel, vectors: Real, box: MaterialBox, band: tuple[float, float], dashpots: Real
 ) -> ReducedModel:
-    """Galerkin model on vectors (n, N) that are orthonormal in the mass; its error is yet unmeasured.
+    """Galerkin model on given vectors; its error is yet unmeasured.
 
-    `dashpots` (n, q) are columns whose product is the damping, as far as it is felt.
+    Parameters
+    ----------
+    model : ShellModel
+        Of n unknowns.
+    vectors : (n, N) ndarray
+        Orthonormal in the mass.
+    box : MaterialBox
+    band : (float, float)
+        Hz.
+    dashpots : (n, q) ndarray
+        Columns whose product is the damping, as far as it is felt.
+
+    Returns
+    -------
+    ReducedModel
+        Its error is infinite.
     """
 
     def of(matrix: csr_matrix) -> Real:

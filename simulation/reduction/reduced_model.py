@@ -96,10 +96,27 @@ class ReducedModel:
     def modes(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int
     ) -> tuple[Complex, Real]:
-        """Lowest `count` undamped modes, each with the damping that plate and dashpots give it (patches add none).
+        """Lowest undamped modes, each with the damping that plate and dashpots give it (patches add none).
 
-        Squares of the angular frequency (count,), rad2/s2, the damping as their imaginary part, and shapes
-        (r, count).
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        count : int
+            r at most.
+
+        Returns
+        -------
+        squares : (count,) complex ndarray, rad2/s2
+            Squares of the angular frequency, the damping as their imaginary part.
+        shapes : (r, count) ndarray
+
+        Raises
+        ------
+        ValueError
+            Outside the trained box.
         """
         self.require(youngs_modulus, poisson_ratio, loss_factor)
         stiffness = self.stiffness(youngs_modulus, poisson_ratio, loss_factor)
@@ -111,7 +128,22 @@ class ReducedModel:
     def require(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike = ()
     ) -> None:
-        """ValueError, naming value and range, for what lies outside the trained box or band."""
+        """Refuse what lies outside the trained box or band.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        frequency : array_like, Hz
+            Of any shape; none is checked unless given.
+
+        Raises
+        ------
+        ValueError
+            With the value seen and the range allowed.
+        """
         asked = (
             ("youngs_modulus", youngs_modulus, self.box.youngs_modulus, "Pa"),
             ("poisson_ratio", poisson_ratio, self.box.poisson_ratio, ""),
@@ -132,7 +164,19 @@ class ReducedModel:
             )
 
     def stiffness(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> Complex:
-        """Complex K, (r, r), rad2/s2."""
+        """Complex stiffness K at one material.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+
+        Returns
+        -------
+        (r, r) complex ndarray, rad2/s2
+        """
         c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
         plate = c1 * self.stiffness_1 + c2 * self.stiffness_2
         return np.asarray((1.0 + 1j * loss_factor) * plate + self.stiffness_patch, complex)
@@ -151,14 +195,49 @@ class ReducedModel:
         )
 
     def modal_form(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> ModalForm:
-        """Poles and shapes at one material; ValueError outside the box."""
+        """Poles and shapes at one material.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+
+        Returns
+        -------
+        ModalForm
+
+        Raises
+        ------
+        ValueError
+            Outside the trained box.
+        """
         self.require(youngs_modulus, poisson_ratio, loss_factor)
         return ModalForm.of(self.stiffness(youngs_modulus, poisson_ratio, loss_factor), self.dashpots)
 
     def compliance(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike
     ) -> Complex:
-        """b_i' Z**-1 b_k between all patches, (P, P, F), C/V."""
+        """Return b_i' Z**-1 b_k between all patches.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        frequency : (F,) array_like, Hz
+
+        Returns
+        -------
+        (P, P, F) complex ndarray, C/V
+
+        Raises
+        ------
+        ValueError
+            Outside the trained box or band.
+        """
         self.require(youngs_modulus, poisson_ratio, loss_factor, frequency)
         modal = self.modal_form(youngs_modulus, poisson_ratio, loss_factor)
         return modal.compliance(self.coupling, self.coupling, frequency)
@@ -171,10 +250,28 @@ class ReducedModel:
         frequency: ArrayLike,
         inputs: ArrayLike | None = None,
     ) -> Complex:
-        """Coordinates A per unit of each input, patches short-circuited: (N, F, r).
+        """Coordinates A per unit of each input, patches short-circuited.
 
-        The field is w = deflection @ A[n, f], in m/V; of a footprint in m per -1 N along z. `inputs` (N,) are
-        indices of `ports`, all unless given.
+        The field is w = deflection @ A[n, f], in m/V; of a footprint in m per -1 N along z.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        frequency : (F,) array_like, Hz
+        inputs : (N,) array_like of int, optional
+            Columns of `ports`; all unless given.
+
+        Returns
+        -------
+        (N, F, r) complex ndarray
+
+        Raises
+        ------
+        ValueError
+            Outside the trained box or band.
         """
         self.require(youngs_modulus, poisson_ratio, loss_factor, frequency)
         modal = self.modal_form(youngs_modulus, poisson_ratio, loss_factor)

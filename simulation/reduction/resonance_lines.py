@@ -14,7 +14,7 @@ NARROW = 2.0
 
 
 def resonance_lines(natural: Real, loss_factor: float, grid: Real) -> Real:
-    """Ascending lines over a band, Hz: those of an even grid, and more around narrow resonances.
+    """Lines over a band: those of an even grid, and more around narrow resonances.
 
     Parameters
     ----------
@@ -24,6 +24,11 @@ def resonance_lines(natural: Real, loss_factor: float, grid: Real) -> Real:
         Of every mode: the half-power width is loss_factor times the natural frequency.
     grid : (G,) ndarray
         Even lines from one end of the band to the other, Hz.
+
+    Returns
+    -------
+    (F,) ndarray, Hz
+        Ascending.
     """
     step = grid[1] - grid[0]
     inside = natural[(natural > grid[0]) & (natural < grid[-1])]

@@ -50,6 +50,15 @@ def assemble(
     degree : int
     materials : mapping
         Piezo material of each ``Patch.material``.
+
+    Returns
+    -------
+    ShellModel
+
+    Raises
+    ------
+    GeometryError
+        Where no good mesh is found.
     """
     shell = ShellPlate.of(plate, patches, recipe=recipe, degree=degree, materials=materials)
     return assembled(shell, ~shell.held, _parts(shell))
@@ -69,8 +78,9 @@ def assemble_for(
 
     Parameters
     ----------
-    plate, patches
-        As in `assemble`.
+    plate : Plate
+    patches : sequence of Patch
+        Voltages and charges keep this order.
     box : MaterialBox
         Of the materials that will be asked: answers are computed at its extremes.
     band : (float, float)
@@ -80,6 +90,15 @@ def assemble_for(
     fineness : Fineness, optional
     progress : callable, optional
         Told the share done, 0 to 1.
+
+    Returns
+    -------
+    ShellModel
+
+    Raises
+    ------
+    GeometryError
+        Where no good mesh is found.
     """
     report = progress or (lambda share: None)
     report(0.0)
@@ -129,7 +148,26 @@ def assemble_for(
 def assemble_chosen(
     plate: Plate, patches: Sequence[Patch], kept: Mask, *, fineness: Fineness | None = None
 ) -> ShellModel | None:
-    """Assemble a plate with functions (5, N) that `assemble_for` has chosen; None if they are another mesh's."""
+    """Assemble a plate with functions that `assemble_for` has chosen.
+
+    Parameters
+    ----------
+    plate : Plate
+    patches : sequence of Patch
+    kept : (5, N) ndarray of bool
+        By field and function.
+    fineness : Fineness, optional
+
+    Returns
+    -------
+    ShellModel or None
+        None where the functions are those of another mesh.
+
+    Raises
+    ------
+    GeometryError
+        Where no good mesh is found.
+    """
     fine = fineness or Fineness()
     shell = ShellPlate.of(plate, patches, recipe=fine.mesh, degree=fine.degree)
     if kept.shape != shell.held.shape:
@@ -138,7 +176,22 @@ def assemble_chosen(
 
 
 def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0) -> ShellModel:
-    """Sparse matrices over the functions (5, N) that are kept."""
+    """Sparse matrices over the functions that are kept.
+
+    Parameters
+    ----------
+    shell : ShellPlate
+    kept : (5, N) ndarray of bool
+        By field and function.
+    parts : tuple of lists of blocks
+        Of K1, K2, Kp and M.
+    dropped : float
+        Estimate of the energy lost, as `Choice` has it.
+
+    Returns
+    -------
+    ShellModel
+    """
     unknowns = Unknowns.of(shell.space, kept)
     first, second, patches, mass = (unknowns.matrix(blocks) for blocks in parts)
     patches = csr_matrix(patches + unknowns.springs(shell))

@@ -73,7 +73,24 @@ def chosen(
 ) -> Choice:
     """Keep the functions whose share |x|**2 K_ii / (x' K x) of some answer x exceeds `tolerance`.
 
-    Functions of points stay in any case. `step` is called after each problem.
+    Functions of points stay in any case.
+
+    Parameters
+    ----------
+    space : ShapeSpace
+        Of N functions.
+    held : (5, N) ndarray of bool
+        Functions held at zero by supports.
+    problems : sequence of ResponseProblem
+    tolerance : float
+    executor : Executor, optional
+        Solves several problems at a time.
+    step : callable, optional
+        Called after each problem.
+
+    Returns
+    -------
+    Choice
     """
     order = elimination_order(space)
     run = map if executor is None else executor.map

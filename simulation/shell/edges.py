@@ -46,7 +46,20 @@ def supported(space: ShapeSpace, one: SupportedEdge) -> Whole:
 
 
 def spring_blocks(space: ShapeSpace, plate: Plate, *, damping: bool = False) -> Iterator[LineBlock]:
-    """Springs along elastic edges (their dashpots instead, if `damping`), and the penalty of oblique hard ones."""
+    """Springs along elastic edges, or their dashpots, and the penalty of oblique hard ones.
+
+    Parameters
+    ----------
+    space : ShapeSpace
+    plate : Plate
+    damping : bool
+        Whether the dashpots are wanted instead.
+
+    Yields
+    ------
+    LineBlock
+        Two fields, functions (K, m), and matrices (K, m, m).
+    """
     for one in plate.supported_edges():
         support, edges = one.support, supported(space, one)
         if support.kind == "elastic":
@@ -84,7 +97,24 @@ def _within(border: BorderEdges, curve: int, first: float, last: float) -> Mask:
 def line_blocks(
     space: ShapeSpace, edges: Whole, fields: dict[int, int | None], stiffness: float, normal: bool = True
 ) -> Iterator[LineBlock]:
-    """Integral along edges of stiffness times the square of a field, or of the rotation in one direction."""
+    """Integral along edges of stiffness times the square of a field, or of the rotation in one direction.
+
+    Parameters
+    ----------
+    space : ShapeSpace
+    edges : (K,) ndarray of int
+    fields : dict of int to int or None
+        Fields and, of a rotation, the axis (0 or 1) along which it counts.
+    stiffness : float
+        Per length: N/m2 for a deflection, N for a rotation; of dashpots times s.
+    normal : bool
+        Whether the rotation is that of the normal direction; else of the tangent.
+
+    Yields
+    ------
+    LineBlock
+        Two fields, functions (K, m), and matrices (K, m, m).
+    """
     nodes, weights = leggauss(space.degree + 3 + CURVE_DEGREE // 2)
     value = np.vstack([0.5 * (1.0 - nodes), 0.5 * (1.0 + nodes), lobatto(space.degree, nodes)[0]])
     slope = lobatto(CURVE_DEGREE, nodes)[1]

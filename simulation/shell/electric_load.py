@@ -38,7 +38,7 @@ class ElectricLoad:
     def admittance(
         self, patch_capacitance: NDArray[np.float64], compliance: Complex, frequency: ArrayLike
     ) -> Complex:
-        """diag(Cp + Cc + 1/(j w R)) + G of sensors that are all connected, (F, K, K), F.
+        """Return diag(Cp + Cc + 1/(j w R)) + G of sensors that are all connected.
 
         Parameters
         ----------
@@ -46,6 +46,10 @@ class ElectricLoad:
         compliance : (K, K, F) ndarray
             G = b_i' Z**-1 b_j between the sensors.
         frequency : (F,) array_like, Hz, above 0
+
+        Returns
+        -------
+        (F, K, K) complex ndarray, F
         """
         across = self.across(patch_capacitance, frequency)
         total = np.moveaxis(compliance, -1, 0).astype(complex)
@@ -60,14 +64,20 @@ class ElectricLoad:
         patch_capacitance: NDArray[np.float64],
         frequency: ArrayLike,
     ) -> Complex:
-        """Sensor voltages per actuator volt, (K, F): (diag(Cp + Cc + 1/(j w R)) + G) V = -h.
+        """Sensor voltages V per actuator volt: (diag(Cp + Cc + 1/(j w R)) + G) V = -h.
 
         Parameters
         ----------
         transfer : (K, F) ndarray
-            h = b_i' Z**-1 b_a.
-        compliance, patch_capacitance, frequency
-            As in `admittance`.
+            h = b_i' Z**-1 b_a, C/V.
+        compliance : (K, K, F) ndarray
+            G = b_i' Z**-1 b_j between the sensors, C/V.
+        patch_capacitance : (K,) ndarray, F
+        frequency : (F,) array_like, Hz, above 0
+
+        Returns
+        -------
+        (K, F) complex ndarray, V/V
         """
         total = self.admittance(patch_capacitance, compliance, frequency)
         return np.asarray(-np.linalg.solve(total, transfer.T[..., None])[..., 0].T, complex)

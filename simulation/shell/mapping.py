@@ -21,7 +21,22 @@ def geometry_of(mesh: PlateMesh, triangles: bool) -> Real:
 
 
 def map_cells(mesh: PlateMesh, places: Real, triangles: bool) -> tuple[Real, Real]:
-    """Points (C, Q, 2) of all cells and derivatives by the reference coordinates (C, Q, 2 of x, 2 by)."""
+    """Carry the same reference points over to all cells of a kind.
+
+    Parameters
+    ----------
+    mesh : PlateMesh
+    places : (2, Q) ndarray
+        Reference coordinates.
+    triangles : bool
+        Whether the cells are triangles; else quadrilaterals.
+
+    Returns
+    -------
+    x : (C, Q, 2) ndarray, m
+    jacobian : (C, Q, 2, 2) ndarray, m
+        Derivatives of x, on the third axis, by the reference coordinates, on the last.
+    """
     shape = geometry_of(mesh, triangles)
     count = 3 + 3 * (CURVE_DEGREE - 1) if triangles else 4 * CURVE_DEGREE
     table = (triangle_functions if triangles else quad_functions)(CURVE_DEGREE, places)
@@ -31,7 +46,24 @@ def map_cells(mesh: PlateMesh, places: Real, triangles: bool) -> tuple[Real, Rea
 
 
 def map_places(mesh: PlateMesh, number: Whole, places: Real, triangles: bool) -> tuple[Real, Real]:
-    """Point (K, 2) and derivatives (K, 2, 2) of one place (2, K) in each of K cells of a kind."""
+    """Carry one reference point over to each of K cells of a kind.
+
+    Parameters
+    ----------
+    mesh : PlateMesh
+    number : (K,) ndarray of int
+        Of the cells, among those of their kind.
+    places : (2, K) ndarray
+        Reference coordinates.
+    triangles : bool
+        Whether the cells are triangles; else quadrilaterals.
+
+    Returns
+    -------
+    x : (K, 2) ndarray, m
+    jacobian : (K, 2, 2) ndarray, m
+        Derivatives of x, on the middle axis, by the reference coordinates, on the last.
+    """
     shape = geometry_of(mesh, triangles)[number]
     count = 3 + 3 * (CURVE_DEGREE - 1) if triangles else 4 * CURVE_DEGREE
     table = (triangle_functions if triangles else quad_functions)(CURVE_DEGREE, places)
@@ -58,7 +90,24 @@ def boxes_of(mesh: PlateMesh, triangles: bool) -> tuple[Real, Real]:
 
 
 def inverse_of(mesh: PlateMesh, number: Whole, points: Real, triangles: bool) -> tuple[Real, Real]:
-    """Return reference coordinates (K, 2) of points in given cells, and how far outside these they lie (K,)."""
+    """Return reference coordinates of points in given cells, and how far outside these they lie.
+
+    Parameters
+    ----------
+    mesh : PlateMesh
+    number : (K,) ndarray of int
+        Of a cell for each point, among those of its kind.
+    points : (K, 2) ndarray, m
+    triangles : bool
+        Whether the cells are triangles; else quadrilaterals.
+
+    Returns
+    -------
+    place : (K, 2) ndarray
+        Reference coordinates.
+    off : (K,) ndarray
+        0 within the cell; else in reference coordinates, above 1 where no place was found.
+    """
     place = np.full((len(points), 2), 1.0 / 3.0) if triangles else np.zeros((len(points), 2))
     for _ in range(8):
         x, jacobian = map_places(mesh, number, place.T, triangles)

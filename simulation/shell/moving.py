@@ -17,10 +17,27 @@ LEAST_ROOM = 0.4
 
 
 def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> ShapeSpace:
-    """Space over the mesh with one patch moved by `shift` m; functions and their numbers stay.
+    """Space over the mesh with one patch moved; functions and their numbers stay.
 
     What is integrated depends smoothly on the shift. Cells under other patches stay, and so do their matrices.
-    ValueError where there is no room for it, or where another patch lies on the other face.
+
+    Parameters
+    ----------
+    shell : ShellPlate
+    patch : int
+        Place among the plate's patches.
+    shift : (float, float)
+        m.
+
+    Returns
+    -------
+    ShapeSpace
+
+    Raises
+    ------
+    ValueError
+        For a patch that does not exist, where there is no room for the shift, or where another patch lies on the
+        other face.
     """
     if not 0 <= patch < len(shell.patches):
         raise ValueError(f"patch {patch} does not exist; the plate has {len(shell.patches)}")

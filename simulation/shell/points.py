@@ -27,7 +27,24 @@ def footprint_rows(space: ShapeSpace, footprints: Sequence[Footprint]) -> csr_ma
 def point_springs(
     space: ShapeSpace, plate: Plate, *, damping: bool = False
 ) -> Iterator[tuple[int, csr_matrix, float]]:
-    """Field, row (1, N) and stiffness of every spring that stands for a support at a point; or damping."""
+    """Springs that stand for supports at points, or their dashpots.
+
+    Parameters
+    ----------
+    space : ShapeSpace
+        Of N functions.
+    plate : Plate
+    damping : bool
+        Whether the dashpots are wanted instead.
+
+    Yields
+    ------
+    field : int
+    row : (1, N) csr_matrix
+        Mean of the field over the support's disc.
+    stiffness : float
+        N/m of a deflection, N m of a rotation; of dashpots N s/m.
+    """
     for support in plate.supported_points():
         if support.point is None:
             continue

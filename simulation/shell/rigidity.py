@@ -94,7 +94,22 @@ class CellMatrices:
         return self._summed(rigidity.terms())
 
     def inertia(self, straight: Weight, first: Weight | None, turning: Weight) -> Iterator[Block]:
-        """Mass from moments over the thickness: per area [kg/m2], its first [kg/m] and second [kg] moment."""
+        """Mass from moments over the thickness.
+
+        Parameters
+        ----------
+        straight : float or ndarray
+            Mass per area, kg/m2: a number, or one for every cell or every point of quadrature.
+        first : float or ndarray, optional
+            First moment, kg/m; none for layers symmetric about the mid-plane.
+        turning : float or ndarray
+            Second moment, kg.
+
+        Yields
+        ------
+        Block
+            Two fields, a group of cells, and their matrices (C, N, N).
+        """
         terms: dict[tuple[int, int], dict[tuple[str, str], Weight]] = {
             **{(k, k): {("0", "0"): straight} for k in (U, V, W)},
             **{(k, k): {("0", "0"): turning} for k in (THX, THY)},
@@ -143,7 +158,24 @@ def laminate(
     bending: Sequence[Sequence[Weight]],
     shear: Weight,
 ) -> tuple[tuple[tuple[int, int], Weight], ...]:
-    """Entries of `Rigidity` from the matrices A, B, D (3, 3) of a laminate and its transverse shear stiffness."""
+    """Entries of `Rigidity` from the matrices A, B, D of a laminate and its transverse shear stiffness.
+
+    Parameters
+    ----------
+    membrane : (3, 3) sequence of float or ndarray
+        A, N/m.
+    coupling : (3, 3) sequence of float or ndarray, optional
+        B, N; none for layers symmetric about the mid-plane.
+    bending : (3, 3) sequence of float or ndarray
+        D, N m.
+    shear : float or ndarray
+        N/m.
+
+    Returns
+    -------
+    tuple of ((int, int), float or ndarray)
+        Places among the eight strains, upper triangle, and values; zeros are left out.
+    """
     entries: list[tuple[tuple[int, int], Weight]] = []
     for i in range(3):
         for j in range(i, 3):

@@ -73,7 +73,20 @@ class ShellModel:
         return self.unknowns.size
 
     def stiffness(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float = 0.0) -> csr_matrix:
-        """K at one set of plate constants, (n, n); real without loss."""
+        """Stiffness K at one set of plate constants.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+
+        Returns
+        -------
+        (n, n) csr_matrix
+            Real without loss.
+        """
         c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
         plate = c1 * self.stiffness_1 + c2 * self.stiffness_2
         if loss_factor:
@@ -83,7 +96,21 @@ class ShellModel:
     def responses(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike
     ) -> Complex:
-        """Z**-1 b of every patch by direct solution, (n, P, F): minus the displacements per volt."""
+        """Return Z**-1 b of every patch by direct solution: minus the displacements per volt.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        frequency : (F,) array_like, Hz
+
+        Returns
+        -------
+        (n, P, F) complex ndarray
+            m/V and rad/V.
+        """
         stiffness = self.stiffness(youngs_modulus, poisson_ratio, loss_factor)
         lines = np.atleast_1d(np.asarray(frequency, float))
         load = self.coupling.astype(complex)
@@ -93,7 +120,20 @@ class ShellModel:
     def compliance(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike
     ) -> Complex:
-        """b_i' Z**-1 b_k between all patches by direct solution, (P, P, F), C/V."""
+        """Return b_i' Z**-1 b_k between all patches by direct solution.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        frequency : (F,) array_like, Hz
+
+        Returns
+        -------
+        (P, P, F) complex ndarray, C/V
+        """
         answers = self.responses(youngs_modulus, poisson_ratio, loss_factor, frequency)
         return np.asarray(np.einsum("ni,nkf->ikf", self.coupling, answers))
 
@@ -108,7 +148,26 @@ class ShellModel:
         sensors: Sequence[int],
         load: ElectricLoad,
     ) -> Complex:
-        """Sensor voltages per volt on the actuator by direct solution, (K, F)."""
+        """Sensor voltages per volt on the actuator by direct solution.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        frequency : (F,) array_like, Hz, above 0
+        actuator : int
+            Place among the patches.
+        sensors : sequence of int
+            Places of the K sensors.
+        load : ElectricLoad
+            Across every sensor.
+
+        Returns
+        -------
+        (K, F) complex ndarray, V/V
+        """
         coupled = self.compliance(youngs_modulus, poisson_ratio, loss_factor, frequency)
         chosen = list(sensors)
         return load.voltages(
@@ -124,7 +183,20 @@ class ShellModel:
         return np.asarray(self.unknowns.rows(footprint_rows(self.space, footprints), W).toarray())
 
     def eigenfrequencies(self, youngs_modulus: float, poisson_ratio: float, count: int) -> Real:
-        """Lowest `count` undamped natural frequencies, rigid body modes included, Hz, ascending."""
+        """Lowest undamped natural frequencies, rigid body modes included.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        count : int
+
+        Returns
+        -------
+        (count,) ndarray, Hz
+            Ascending.
+        """
         stiffness = self.stiffness(youngs_modulus, poisson_ratio)
         shift = -((2 * np.pi * 5.0) ** 2)  # below zero, so that a free plate can be factorized
         factors = factorize(stiffness - shift * self.mass)

@@ -60,7 +60,30 @@ class ShellPlate:
         degree: int = 6,
         materials: Mapping[str, PiezoMaterial] = PIEZO_MATERIALS,
     ) -> "ShellPlate":
-        """Mesh a plate and its patches; ValueError, with the place, where that is not possible."""
+        """Mesh a plate and its patches.
+
+        Parameters
+        ----------
+        plate : Plate
+        patches : sequence of Patch
+        recipe : MeshRecipe, optional
+            Not used where the plate declares a mesh.
+        degree : int
+            Of the functions.
+        materials : mapping
+            Piezo material of each ``Patch.material``.
+
+        Returns
+        -------
+        ShellPlate
+
+        Raises
+        ------
+        GeometryError
+            Where no good mesh is found, or a declared one does not fit, with the place.
+        ValueError
+            For a degree outside 1 to 12.
+        """
         borders = [Border("outline", plate.loop, "outline")]
         borders += [Border(f"hole {k + 1}", loop, "hole") for k, loop in enumerate(plate.hole_loops)]
         borders += [Border(f"zone {k + 1}", loop) for k, loop in enumerate(plate.zone_loops)]
@@ -122,10 +145,20 @@ class ShellPlate:
         return spring_blocks(self.space, self.plate, damping=damping)
 
     def moduli(self, c1: Weight, c2: Weight, x: Weight = 1.0, y: Weight = 1.0, shear: Weight = 1.0) -> InPlane:
-        """Q of the sheet along the plate's axes, from C1 = E/(1 - nu**2) and C2 = nu C1.
+        """Stiffness Q of the sheet along the plate's axes.
 
-        `x`, `y` and `shear` multiply E_x, E_y and the in-plane shear modulus in the sheet's own axes, besides what
-        is declared of its orthotropy.
+        Parameters
+        ----------
+        c1, c2 : float or ndarray
+            E/(1 - nu**2) and nu times that, Pa: numbers, or one for every cell or point of quadrature.
+        x, y, shear : float or ndarray
+            Factors on E_x, E_y and the in-plane shear modulus in the sheet's own axes, besides what is declared of
+            its orthotropy.
+
+        Returns
+        -------
+        tuple of six
+            Q11, Q22, Q12, Q66, Q16 and Q26, Pa.
         """
         sheet = self.sheet
         x, y, shear = (1.0 - sheet.delta_e) * x, (1.0 + sheet.delta_e) * y, (1.0 + sheet.delta_g) * shear
@@ -139,7 +172,21 @@ class ShellPlate:
         return (material.departure if material is not None else None) or Orthotropy(0.0, 0.0)
 
     def plate_stiffness(self, q: InPlane, shear_modulus: Weight, thickness: Weight) -> Rigidity:
-        """Return the rigidity of the plate alone: a layer symmetric about the mid-plane."""
+        """Return the rigidity of the plate alone: a layer symmetric about the mid-plane.
+
+        Parameters
+        ----------
+        q : tuple of six
+            Q11, Q22, Q12, Q66, Q16 and Q26 of the sheet, Pa.
+        shear_modulus : float or ndarray
+            Transverse, Pa.
+        thickness : float or ndarray
+            m.
+
+        Returns
+        -------
+        Rigidity
+        """
         plane = _matrix(q)
         return self._rigidity(
             [[_times(m, thickness) for m in row] for row in plane],
@@ -171,7 +218,20 @@ class ShellPlate:
         return self._rigidity(a, b, d, shear)
 
     def inertia(self, thickness: Real, *, plate: bool = True, patches: bool = True) -> Iterator[Block]:
-        """Mass of plate and patches for a thickness per cell or per point, m."""
+        """Mass of plate and patches.
+
+        Parameters
+        ----------
+        thickness : (cells,) or (Q,) ndarray, m
+            Of the plate, for every cell or every point of quadrature.
+        plate, patches : bool
+            Whether the plate's own mass, and that of its patches, is in it.
+
+        Yields
+        ------
+        Block
+            Two fields, a group of cells, and their matrices (C, N, N).
+        """
         density = self.plate.density if plate else 0.0
         straight, turning = density * thickness, density * thickness**3 / 12.0
         first = np.zeros_like(thickness)
@@ -194,9 +254,19 @@ class ShellPlate:
         return found
 
     def dilatation(self, patch: int, flat: Real, height: Real) -> dict[int, Real]:
-        """Integral under a patch of flat (u,x + v,y) + height (thx,x + thy,y), by field, (N,) each.
+        """Integral under a patch of flat (u,x + v,y) + height (thx,x + thy,y).
 
-        `flat` and `height` are given at the points of quadrature, (Q,).
+        Parameters
+        ----------
+        patch : int
+            Place among the plate's patches.
+        flat, height : (Q,) ndarray
+            At the points of quadrature.
+
+        Returns
+        -------
+        dict of int to (N,) ndarray
+            By field.
         """
         cells = self.under[patch]
         moments = self.space.moments

@@ -127,7 +127,7 @@ class ShapeSpace:
         return np.concatenate([np.repeat(part, count) for part, count in zip(parts, counts, strict=True)])
 
     def product(self, row: str, column: str, cells: Mask | None = None, weight: Real | None = None) -> csr_matrix:
-        """Integral of weight times N_i (or its derivative by ``row``) times N_j (by ``column``), (n, n).
+        """Integral of weight times N_i (or its derivative by ``row``) times N_j (by ``column``).
 
         Most products of hierarchical functions are orthogonal on rectangles: what is rounding noise is dropped,
         for it would fill the factors of a sparse solver.
@@ -140,6 +140,10 @@ class ShapeSpace:
             All unless given.
         weight : (Q,) ndarray, optional
             At `points`.
+
+        Returns
+        -------
+        (n, n) csr_matrix
         """
         rows, columns, values = [], [], []
         for group, chosen, measure in self._measures(cells, weight):
@@ -154,7 +158,21 @@ class ShapeSpace:
         return csr_matrix(coo_matrix(flat, shape=(self.size, self.size)))
 
     def blocks(self, row: str, column: str, group: int, weight: Real | None = None) -> Real:
-        """Integrals of `product` on every cell of a group, (C, N, N)."""
+        """Integrals of `product` on every cell of a group.
+
+        Parameters
+        ----------
+        row, column : str
+            ``x`` or ``y`` for that derivative, ``0`` for the function itself.
+        group : int
+            0 for quadrilaterals, 1 for triangles.
+        weight : (C, q) ndarray, optional
+            At the points of quadrature of the group's cells; one unless given.
+
+        Returns
+        -------
+        (C, N, N) ndarray
+        """
         part, whole = self.groups[group], slice(None)
         measure = part.dx if weight is None else part.dx * weight
         return np.asarray(
@@ -175,7 +193,21 @@ class ShapeSpace:
                 yield group, chosen, measure
 
     def moments(self, derivative: str, weight: Real | None = None, cells: Mask | None = None) -> Real:
-        """Integral of weight times every function (``0``) or its derivative (``x``, ``y``), (n,)."""
+        """Integral of weight times every function or its derivative.
+
+        Parameters
+        ----------
+        derivative : str
+            ``x`` or ``y`` for that derivative, ``0`` for the function itself.
+        weight : (Q,) ndarray, optional
+            At `points`; one unless given.
+        cells : (cells,) bool ndarray, optional
+            All unless given.
+
+        Returns
+        -------
+        (n,) ndarray
+        """
         total = np.zeros(self.size)
         for group, chosen, measure in self._measures(cells, weight):
             moment = np.einsum("cnq,cq->cn", group.factor(derivative, chosen), measure)

@@ -37,7 +37,21 @@ class Unknowns:
 
     @classmethod
     def ordered(cls, space: ShapeSpace, kept: Mask, order: Whole) -> "Unknowns":
-        """Take the functions (5, N) that are kept in a given order of functions (N,)."""
+        """Take the functions that are kept, in a given order.
+
+        Parameters
+        ----------
+        space : ShapeSpace
+            Of N functions.
+        kept : (5, N) ndarray of bool
+            By field and function.
+        order : (N,) ndarray of int
+            All functions, the first to be eliminated first.
+
+        Returns
+        -------
+        Unknowns
+        """
         rank = np.empty(space.size, int)
         rank[order] = np.arange(space.size)
         field, function = np.nonzero(kept)

@@ -26,7 +26,19 @@ WHOLE = 0.95
 
 
 def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Composite:
-    """Take the stiffness that a state's discs have lost out of a composite."""
+    """Take the stiffness that a state's discs have lost out of a composite.
+
+    Parameters
+    ----------
+    ops : EffectOperators
+    whole : Composite
+        Without discs, in all r coordinates.
+    state : PlateState
+
+    Returns
+    -------
+    Composite
+    """
     loss = state.laws.loss_factor(state.mean_temperature)
     for disc in state.discs:
         near, lost = _lost(ops, state, disc)
@@ -36,9 +48,21 @@ def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Com
 
 
 def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, basis: Real) -> Composite:
-    """Add what discs contribute to the derivative by the parameter whose imaginary step gave `stepped`.
+    """Add what discs contribute to a derivative of the composite.
 
-    `moved` is in the coordinates whose columns (r, m) are `basis`.
+    Parameters
+    ----------
+    ops : EffectOperators
+    moved : Composite
+        The derivative without discs, in the coordinates of `basis`.
+    stepped : PlateState
+        The state with an imaginary step of the parameter.
+    basis : (r, m) ndarray
+        Columns that span the coordinates.
+
+    Returns
+    -------
+    Composite
     """
     loss = stepped.laws.loss_factor(stepped.mean_temperature)
     for disc in stepped.discs:

@@ -20,7 +20,20 @@ ANISOTROPY, TAPER, TILT, SLIP = 0.12, 0.05, 3.5, 0.45
 
 
 def laws_within(box: MaterialBox, shares: tuple[float, float], loss_factor: float = 0.05) -> LocalLaws:
-    """Return a material at given shares of a box's ranges, steep in temperature, its loss within the box."""
+    """Return a material at given shares of a box's ranges, steep in temperature, its loss within the box.
+
+    Parameters
+    ----------
+    box : MaterialBox
+    shares : (float, float)
+        0 to 1, of the ranges of log E and nu.
+    loss_factor : float
+        Clipped to the box's range.
+
+    Returns
+    -------
+    LocalLaws
+    """
     (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
     e, nu = e0 * (e1 / e0) ** shares[0], n0 + shares[1] * (n1 - n0)
     return LocalLaws.of_material(float(e), float(nu), float(np.clip(loss_factor, h0, h1)), slope=STEEPEST)
@@ -29,9 +42,21 @@ def laws_within(box: MaterialBox, shares: tuple[float, float], loss_factor: floa
 def extreme_states(
     xi: NDArray[Any], zeta: NDArray[Any], laws: LocalLaws, offset_range: float, size: float = 1.0
 ) -> list[PlateState]:
-    """One state for each way in which fields and patches can change, fields at (xi, zeta).
+    """One state for each way in which fields and patches can change.
 
-    `size` is the share of the certified range, negative for the other side.
+    Parameters
+    ----------
+    xi, zeta : (Q,) ndarray
+        Sampling points of the fields, -1 to 1.
+    laws : LocalLaws
+    offset_range : float
+        Farthest shift of the first sensor patch, m.
+    size : float
+        Share of the certified range, negative for the other side.
+
+    Returns
+    -------
+    list of PlateState
     """
     plain = PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0]))
     return [
@@ -56,7 +81,22 @@ def offset_states(plain: PlateState, offset: float) -> list[PlateState]:
 def combined_state(
     xi: NDArray[Any], zeta: NDArray[Any], laws: LocalLaws, offset_range: float, size: float
 ) -> PlateState:
-    """All of `extreme_states` at once; 0 is the plate as declared."""
+    """All of `extreme_states` at once; 0 is the plate as declared.
+
+    Parameters
+    ----------
+    xi, zeta : (Q,) ndarray
+        Sampling points of the fields, -1 to 1.
+    laws : LocalLaws
+    offset_range : float
+        Farthest shift of the first sensor patch, m.
+    size : float
+        Share of the certified range, negative for the other side.
+
+    Returns
+    -------
+    PlateState
+    """
     plain = PlateState.baseline(xi, zeta, laws, laws.reference, np.array([500.0]))
     return plain.with_(
         modulus_x=1 - ANISOTROPY * size,

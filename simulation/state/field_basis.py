@@ -20,7 +20,19 @@ def polynomials(degree: int) -> list[tuple[int, int]]:
 
 
 def polynomial(degrees: tuple[int, int], xi: Real, zeta: Real) -> Real:
-    """Product of two Legendre polynomials at points."""
+    """Product of two Legendre polynomials at points.
+
+    Parameters
+    ----------
+    degrees : (int, int)
+        Along xi and zeta.
+    xi, zeta : (Q,) ndarray
+        -1 to 1.
+
+    Returns
+    -------
+    (Q,) ndarray
+    """
     first, second = (np.eye(d + 1)[d] for d in degrees)
     return np.asarray(legval(xi, first) * legval(zeta, second))
 

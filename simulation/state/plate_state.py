@@ -52,7 +52,18 @@ class Circumstances:
 
     @classmethod
     def of(cls, experiment: Experiment, point: SweepPoint, frequency: NDArray[np.float64]) -> "Circumstances":
-        """Take from an experiment what is declared; the strain energy is left at ones."""
+        """Take from an experiment what is declared; the strain energy is left at ones.
+
+        Parameters
+        ----------
+        experiment : Experiment
+        point : SweepPoint
+        frequency : (F,) ndarray, Hz
+
+        Returns
+        -------
+        Circumstances
+        """
         return cls(
             frequency=frequency,
             point=point,
@@ -156,7 +167,21 @@ class PlateState:
     def baseline(
         cls, xi: Field, zeta: Field, laws: LocalLaws, temperature: float, frequency: NDArray[np.float64]
     ) -> "PlateState":
-        """Return the plate as declared, all of it at one temperature, without any effect."""
+        """Return the plate as declared, all of it at one temperature, without any effect.
+
+        Parameters
+        ----------
+        xi, zeta : (Q,) ndarray
+            Sampling points of the fields, -1 to 1.
+        laws : LocalLaws
+        temperature : float
+            °C.
+        frequency : (F,) ndarray, Hz
+
+        Returns
+        -------
+        PlateState
+        """
         ones, zeros = np.ones(frequency.size), np.zeros(frequency.size)
         return cls(
             xi=xi,

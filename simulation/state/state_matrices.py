@@ -79,11 +79,28 @@ class FullPlate:
     def matrices(
         self, state: PlateState, *, loss: bool = True, footprints: Sequence[Footprint] = ()
     ) -> StateMatrices:
-        """Assemble `state`; discs and point loads are not in it. Without `loss`, K_loss is left at zero.
+        """Assemble a state; discs and point loads are not in it.
 
-        Its fields stand at the points of `sampling`, those of the moved plate if the state has an offset.
-        Footprints stay on the cells that they were declared on: beside a sensor that is
-        off its place they move along by a share.
+        Footprints stay on the cells that they were declared on: beside a sensor that is off its place they move
+        along by a share.
+
+        Parameters
+        ----------
+        state : PlateState
+            Its fields stand at the points of `sampling`, those of the moved plate if it has an offset.
+        loss : bool
+            Whether K_loss is assembled; it is left at zero otherwise.
+        footprints : sequence of Footprint
+            Further columns of the coupling, after those of the patches.
+
+        Returns
+        -------
+        StateMatrices
+
+        Raises
+        ------
+        ValueError
+            For an offset for which there is no room.
         """
         here = self
         if state.offset_x or state.offset_y:

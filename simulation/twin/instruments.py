@@ -80,7 +80,20 @@ class Instruments:
 
     @classmethod
     def of_patches(cls, actuator: int, sensors: Sequence[int], load: ElectricLoad) -> Self:
-        """Drive one patch and read the voltage of others, a load across each."""
+        """Drive one patch and read the voltage of others, a load across each.
+
+        Parameters
+        ----------
+        actuator : int
+            Port of the patch that is driven.
+        sensors : sequence of int
+            Ports of the patches that are read.
+        load : ElectricLoad
+
+        Returns
+        -------
+        Instruments
+        """
         pickups = tuple(Pickup(port) for port in sensors)
         return cls(actuator, 1.0, tuple(sensors), (load,) * len(pickups), pickups)
 
@@ -121,7 +134,7 @@ class Instruments:
         return (*self.connected, self.source)
 
     def admittance(self, capacitance: Real, compliance: Complex, frequency: ArrayLike) -> Complex:
-        """Y + G of the connected ports, (F, c, c), F.
+        """Return Y + G of the connected ports.
 
         Parameters
         ----------
@@ -130,6 +143,10 @@ class Instruments:
         compliance : (c, c, F) ndarray
             G between the connected ports.
         frequency : (F,) array_like, Hz, above 0
+
+        Returns
+        -------
+        (F, c, c) complex ndarray, F
         """
         total = np.moveaxis(compliance, -1, 0).astype(complex)
         for k, (port, load) in enumerate(zip(self.connected, self.loads, strict=True)):

@@ -51,7 +51,18 @@ class LineSolver:
 
     @classmethod
     def of(cls, plate: LocalPlate, state: PlateState, frequency: Real) -> Self:
-        """Take the mean factors, and what is damped at points, from a state."""
+        """Take the mean factors, and what is damped at points, from a state.
+
+        Parameters
+        ----------
+        plate : LocalPlate
+        state : PlateState
+        frequency : (F,) ndarray, Hz
+
+        Returns
+        -------
+        LineSolver
+        """
         local: Composite = plate.composite
         mean = float(np.mean(state.storage)), float(np.mean(state.loss))
         poles, shapes = np.linalg.eig(mean[0] * local.plate + 1j * mean[1] * local.plate_loss + local.fixed)
@@ -72,7 +83,20 @@ class LineSolver:
         return found[: len(self.terms)]
 
     def solve(self, weights: list[Complex], right: Complex, lines: Whole) -> Complex:
-        """Z x = right at some lines, (m, n), both in the complex modes; `weights` are of all lines."""
+        """Solve Z x = right at some lines, both sides in the complex modes.
+
+        Parameters
+        ----------
+        weights : list of (F,) complex ndarray
+            Of each of `terms`, at all lines.
+        right : (m, n) complex ndarray
+            One column for each of `lines`.
+        lines : (n,) ndarray of int
+
+        Returns
+        -------
+        (m, n) complex ndarray
+        """
         used = [(w[lines], term) for w, term in zip(weights, self.terms, strict=True) if w[lines].any()]
         apart = self.poles[:, None] - self.omega2[lines]
         diagonal = apart + sum((w * np.diagonal(term)[:, None] for w, term in used), np.zeros_like(apart))

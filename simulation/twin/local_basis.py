@@ -24,6 +24,16 @@ LEAST = 1e-7
 def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float) -> Real:
     """Modes up to `reach` times the band's end, and residual vectors of ports, points and dashpots.
 
+    Parameters
+    ----------
+    ops : LoadedPlate
+    whole : Composite
+        In all r coordinates.
+    storage : float
+        Mean factor on the plate's stiffness.
+    reach : float
+        Modes are taken up to `reach` times the band's end.
+
     Returns
     -------
     (r, m) ndarray

@@ -42,7 +42,21 @@ class LocalPlate:
 
     @classmethod
     def of(cls, ops: LoadedPlate, whole: Composite, state: PlateState, reach: float = REACH) -> Self:
-        """Choose local coordinates, modes up to `reach` times the band's end (all if infinite)."""
+        """Choose local coordinates.
+
+        Parameters
+        ----------
+        ops : LoadedPlate
+        whole : Composite
+            In all r coordinates, without the state's point loads.
+        state : PlateState
+        reach : float
+            Modes are taken up to `reach` times the band's end; all of them if infinite.
+
+        Returns
+        -------
+        LocalPlate
+        """
         stiffness, mass = whole.fixed, whole.mass
         for load in state.point_loads:
             row = deflection_at(ops, load)
@@ -83,7 +97,22 @@ class LocalSolution:
     def of(
         cls, ops: LoadedPlate, whole: Composite, state: PlateState, frequency: Real, reach: float = REACH
     ) -> Self:
-        """Choose local coordinates, modes up to `reach` times the band's end (all if infinite), and solve."""
+        """Choose local coordinates and solve.
+
+        Parameters
+        ----------
+        ops : LoadedPlate
+        whole : Composite
+            In all r coordinates, without the state's point loads.
+        state : PlateState
+        frequency : (F,) ndarray, Hz
+        reach : float
+            Modes are taken up to `reach` times the band's end; all of them if infinite.
+
+        Returns
+        -------
+        LocalSolution
+        """
         plate = LocalPlate.of(ops, whole, state, reach)
         modal = _modal(plate, state)
         return cls(frequency, plate, state, modal, None if modal else _by_lines(plate, state, frequency))

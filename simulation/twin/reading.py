@@ -41,7 +41,21 @@ class SignalReading:
     def of(
         cls, solved: LocalSolution, state: PlateState, instruments: Instruments, capacitance: NDArray[np.float64]
     ) -> Self:
-        """Read a solved plate, whose coupling has a column for each port; `capacitance` (P,) is the patches'."""
+        """Read a solved plate.
+
+        Parameters
+        ----------
+        solved : LocalSolution
+            Its coupling has a column for each port.
+        state : PlateState
+        instruments : Instruments
+        capacitance : (P,) ndarray, F
+            Of the patches.
+
+        Returns
+        -------
+        SignalReading
+        """
         between = solved.compliance(instruments.seen, instruments.driving)
         transfer = Transfer.of(instruments, capacitance, between, solved.frequency)
         factor = np.exp(state.log_gain + 1j * state.phase)

@@ -46,7 +46,22 @@ class TransferSensitivity:
 
     @classmethod
     def of(cls, solved: LocalSolution, state: PlateState, drive: Complex, sense: Complex) -> Self:
-        """Sum the answers of the patches to both fields."""
+        """Sum the answers of the patches to both fields.
+
+        Parameters
+        ----------
+        solved : LocalSolution
+        state : PlateState
+            Whose solution it is.
+        drive : (P, F) complex ndarray
+            Volts on the patches, and minus the forces on further ports.
+        sense : (K, P, F) complex ndarray
+            Weights of the charge of each patch, and of the deflection of each further port.
+
+        Returns
+        -------
+        TransferSensitivity
+        """
         field = np.einsum("mpf,pf->mf", solved.answers, drive)
         adjoint = np.einsum("mpf,kpf->kmf", solved.answers, sense)
         return cls(solved, state, drive, sense, field, adjoint)
@@ -109,7 +124,7 @@ class ModalSensitivity:
 def impedance_change(
     solved: LocalSolution, state: PlateState, local: Composite, stepped: PlateState
 ) -> list[tuple[Real, NDArray[Any]]]:
-    """Differentiate Z: a sum of matrices (m, m), each times a weight (F,); what vanishes is left out.
+    """Differentiate Z by a parameter.
 
     Parameters
     ----------
@@ -120,6 +135,11 @@ def impedance_change(
         Derivative of the composite, in local coordinates.
     stepped : PlateState
         The state with the parameter's imaginary step.
+
+    Returns
+    -------
+    list of ((m, m) ndarray, (F,) ndarray)
+        Matrices, each with its weight at every line; what vanishes is left out.
     """
     omega = 2 * np.pi * solved.frequency
     rates = {name: _rate(getattr(stepped, name)) for name in ("storage", "loss", "area_mass", "area_resistance")}

@@ -64,6 +64,10 @@ class States:
         energy : (F,) ndarray
             Relative strain energy, see `Circumstances`.
 
+        Returns
+        -------
+        PlateState
+
         Raises
         ------
         ValueError

@@ -67,7 +67,25 @@ class StrainEnergy:
         scale: float = 1.0,
         density: float = 1.0,
     ) -> Self:
-        """Take the plate in local coordinates, which do not follow the energy."""
+        """Take the plate in local coordinates, which do not follow the energy.
+
+        Parameters
+        ----------
+        plate : LocalPlate
+        actuator : int
+            Port of the patch that is driven.
+        state_of : callable
+            From the relative strain energy (F,) to the state.
+        frequency : (F,) ndarray, Hz
+        scale : float
+            Energies per J/V2.
+        density : float
+            Mass of the plate by area, kg/m2.
+
+        Returns
+        -------
+        StrainEnergy
+        """
         solver = LineSolver.of(plate, state_of(np.zeros(frequency.size)), frequency)
         metric = solver.shapes.conj().T @ (plate.composite.plate @ solver.shapes)
         return cls(solver, solver.into(plate.composite.coupling[:, actuator]), metric, state_of, scale, density)
@@ -169,7 +187,25 @@ class EnergySlopes:
     def of(
         cls, solved: LocalSolution, actuator: int, state: PlateState, stepped: PlateState, scale: float
     ) -> Self:
-        """Take the state at the self-consistent energy, its solution, and the state with e stepped by j `STEP`."""
+        """Prepare derivatives at the self-consistent energy.
+
+        Parameters
+        ----------
+        solved : LocalSolution
+            At the self-consistent energy.
+        actuator : int
+            Port of the patch that is driven.
+        state : PlateState
+            At the self-consistent energy.
+        stepped : PlateState
+            The state with the energy e stepped by j `STEP`.
+        scale : float
+            Energies per J/V2.
+
+        Returns
+        -------
+        EnergySlopes
+        """
         u = np.ascontiguousarray(solved.answers[:, actuator])
         force = solved.composite.plate @ u
         solver = LineSolver.of(solved.plate, state, solved.frequency)

@@ -35,7 +35,21 @@ class Transfer:
 
     @classmethod
     def of(cls, instruments: Instruments, capacitance: Real, compliance: Complex, frequency: Real) -> Self:
-        """Connect all instruments at once; `capacitance` (P,) is that of all patches, F."""
+        """Connect all instruments at once.
+
+        Parameters
+        ----------
+        instruments : Instruments
+        capacitance : (P,) ndarray, F
+            Of all patches.
+        compliance : (N, c + 1, F) complex ndarray
+            G of the ports of `Instruments.seen` over those of `Instruments.driving`.
+        frequency : (F,) ndarray, Hz, above 0
+
+        Returns
+        -------
+        Transfer
+        """
         count = len(instruments.connected)
         admittance = instruments.admittance(capacitance, compliance[:count, :count], frequency)
         short = instruments.amplitude * compliance[:, -1]

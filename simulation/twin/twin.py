@@ -82,7 +82,21 @@ class Twin(Generic[Plate]):
         library: Mapping[str, Effect] | None = None,
         source: Channel | None = None,
     ) -> Self:
-        """Join an experiment's instruments to its reduced plate; `source` is the input, the first unless given."""
+        """Join an experiment's instruments to its reduced plate.
+
+        Parameters
+        ----------
+        experiment : Experiment
+        plate : ReducedPlate
+        library : mapping of str to Effect, optional
+            In the order in which they are applied; none for the plate as declared.
+        source : Channel, optional
+            The input; the first unless given.
+
+        Returns
+        -------
+        Twin
+        """
         return cls(plate, Instruments.of(experiment, source), experiment, library or {})
 
     @property
@@ -118,14 +132,53 @@ class Twin(Generic[Plate]):
     def frf(
         self, laws: LocalLaws, frequency: ArrayLike, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
     ) -> Complex:
-        """Return the outputs per unit of the input, (K, F); ValueError outside box, band or a certified range."""
+        """Return the outputs per unit of the input.
+
+        Parameters
+        ----------
+        laws : LocalLaws
+        frequency : (F,) array_like, Hz
+        effects : mapping
+            Values of those that are on.
+        point : SweepPoint, optional
+            Circumstances of the sweep; unless given, a steady temperature, the laws' reference, at 1 V.
+
+        Returns
+        -------
+        (K, F) complex ndarray
+
+        Raises
+        ------
+        ValueError
+            Outside the box or the band, for an effect's value outside its certified range, and for an effect that
+            follows the strain energy before `referred` was called.
+        """
         lines = self._within(frequency)
         return self.uncertified_frf(laws, lines, effects, point)
 
     def uncertified_frf(
         self, laws: LocalLaws, frequency: ArrayLike, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
     ) -> Complex:
-        """As `frf`, at frequencies too for which nothing is certified."""
+        """As `frf`, at frequencies too for which nothing is certified.
+
+        Parameters
+        ----------
+        laws : LocalLaws
+        frequency : (F,) array_like, Hz
+        effects : mapping
+            Values of those that are on.
+        point : SweepPoint, optional
+            As in `frf`.
+
+        Returns
+        -------
+        (K, F) complex ndarray
+
+        Raises
+        ------
+        ValueError
+            As `frf`, but lines outside the band are allowed.
+        """
         lines = np.atleast_1d(np.asarray(frequency, float))
         state = self.state(laws, lines, effects, point)
         self.plate.require(state)
@@ -139,7 +192,29 @@ class Twin(Generic[Plate]):
         point: SweepPoint | None = None,
         tangents: Sequence[Tangent] = (),
     ) -> Linearisation:
-        """Transfer and its derivatives, see `analysis.twin_model.TwinModel`."""
+        """Transfer and its derivatives, see `analysis.twin_model.TwinModel`.
+
+        Parameters
+        ----------
+        laws : LocalLaws
+        frequency : (F,) array_like, Hz
+        effects : mapping
+            Values of those that are on.
+        point : SweepPoint, optional
+            Circumstances of the sweep; unless given, a steady temperature, the laws' reference, at 1 V.
+        tangents : sequence of Tangent
+            Parameters of effects by which to differentiate.
+
+        Returns
+        -------
+        Linearisation
+
+        Raises
+        ------
+        ValueError
+            Outside the box or the band, for an effect's value outside its certified range, and for an effect that
+            follows the strain energy before `referred` was called.
+        """
         lines, here = self._within(frequency), point or _steady(laws)
         on = [*effects, *(name for name, _, _ in tangents)]
         energy = self._settled(here, laws, effects, on, lines)
@@ -156,7 +231,24 @@ class Twin(Generic[Plate]):
     ) -> PlateState:
         """Return the plate with some effects on, fields at the points of `field_basis`.
 
-        Values may be complex unless an effect among them follows the strain energy.
+        Parameters
+        ----------
+        laws : LocalLaws
+        frequency : (F,) ndarray, Hz
+        effects : mapping
+            Values of those that are on; they may be complex unless an effect among them follows the strain energy.
+        point : SweepPoint, optional
+            Circumstances of the sweep; unless given, a steady temperature, the laws' reference, at 1 V.
+
+        Returns
+        -------
+        PlateState
+
+        Raises
+        ------
+        ValueError
+            For an effect that is not in the library, and for one that follows the strain energy before `referred`
+            was called.
         """
         here = point or _steady(laws)
         return self.states.at(

@@ -37,7 +37,21 @@ def disc_case(thickness: float, outer: Support) -> Case:
 
 
 def annulus_case(thickness: float, inner: Support, outer: Support, hole: float = 0.3) -> Case:
-    """Return the annulus of outer radius 1 m and inner radius `hole` m."""
+    """Return the annulus of outer radius 1 m.
+
+    Parameters
+    ----------
+    thickness : float
+        m.
+    inner, outer : str
+        Supports of the two edges.
+    hole : float
+        Inner radius, m, below 1.
+
+    Returns
+    -------
+    Case
+    """
     return Case(
         name=f"annulus-{inner}-{outer}-{thickness:g}",
         title=f"Annulus b/a {hole:g}, inside {TITLES[inner]}, outside {TITLES[outer]}, h/a {thickness:g}",
@@ -57,7 +71,21 @@ def annulus_case(thickness: float, inner: Support, outer: Support, hole: float =
 
 
 def rectangle_case(thickness: float, lower: Support, upper: Support, width: float = 0.8) -> Case:
-    """Return the rectangle of 1 m x `width` m on hard simple supports at its short edges, left and right."""
+    """Return the rectangle of length 1 m on hard simple supports at its short edges, left and right.
+
+    Parameters
+    ----------
+    thickness : float
+        m.
+    lower, upper : str
+        Supports of the long edges.
+    width : float
+        m.
+
+    Returns
+    -------
+    Case
+    """
     nu = ALUMINIUM.poisson_ratio
     all_hard = lower == upper == "hard"
     known = HardRectangle(thickness, nu, width) if all_hard else LevyPlate(thickness, nu, width, lower, upper)

@@ -34,7 +34,37 @@ def plate(
     source: str = CONVERGED,
     published: str = "",
 ) -> Case:
-    """Return a case whose frequencies are written in a row; one support stands for all curves."""
+    """Return a case of steel whose frequencies are written in a row.
+
+    Parameters
+    ----------
+    name : str
+    title : str
+    outline : Loop
+    thickness : float
+        m.
+    supports : str or tuple of str
+        One for every curve of the outline, or one that stands for all.
+    values : str
+        Lowest known frequencies, ascending, rigid motions left out, parted by spaces.
+    length : float, optional
+        a, m, where `values` are w a**2 sqrt(rho h / D), without unit; None where they are in Hz.
+    tolerance : float
+        Largest relative error that `values` allow to be asked for.
+    source : str
+        Where `values` come from.
+    published : str
+        Values of the literature beside them, parted by spaces.
+
+    Returns
+    -------
+    Case
+
+    Raises
+    ------
+    ValueError
+        For values that are no numbers.
+    """
     return Case(
         name=name,
         title=title,

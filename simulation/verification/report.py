@@ -111,7 +111,27 @@ def convergence_order(values: Real) -> Real:
 
 
 def compare(case: Case, frequencies: Frequencies, refinements: Sequence[int] = (0, 1, 2)) -> CaseComparison:
-    """Compute a case on several meshes; ValueError where frequencies are missing or a rigid motion is stiff."""
+    """Compute a case on several meshes.
+
+    Parameters
+    ----------
+    case : Case
+    frequencies : callable
+        From a case and a refinement to natural frequencies of bending, Hz, ascending, rigid motions included.
+    refinements : sequence of int
+        Of the mesh, coarsest first.
+
+    Returns
+    -------
+    CaseComparison
+
+    Raises
+    ------
+    ValueError
+        Where frequencies are missing or a rigid motion is stiff.
+    NotCovered
+        Where the solver does not cover the case.
+    """
     wanted, rigid = case.reference.size, case.rigid_motions
     found = []
     for refinement in refinements:
@@ -132,7 +152,27 @@ def compare(case: Case, frequencies: Frequencies, refinements: Sequence[int] = (
 def compare_all(
     cases: Iterable[Case], frequencies: Frequencies, refinements: Sequence[int] = (0, 1, 2)
 ) -> tuple[list[CaseComparison], dict[str, str]]:
-    """Compare every case; names of those the solver does not cover come with the reason."""
+    """Compare every case that the solver covers.
+
+    Parameters
+    ----------
+    cases : iterable of Case
+    frequencies : callable
+        From a case and a refinement to natural frequencies of bending, Hz, ascending, rigid motions included.
+    refinements : sequence of int
+        Of the mesh, coarsest first.
+
+    Returns
+    -------
+    done : list of CaseComparison
+    left_out : dict of str to str
+        Names of the cases the solver does not cover, with the reason.
+
+    Raises
+    ------
+    ValueError
+        Where frequencies are missing or a rigid motion is stiff.
+    """
     done: list[CaseComparison] = []
     left_out: dict[str, str] = {}
     for case in cases:

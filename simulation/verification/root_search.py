@@ -19,21 +19,32 @@ vanishes."""
 def roots(
     determinant: Determinant, lowest: float, highest: float, *, breaks: Sequence[float] = (), step: float = 0.02
 ) -> Real:
-    """Find every simple root between two frequencies, ascending.
+    """Find every simple root between two frequencies.
 
-    The range is sampled evenly in the square root of frequency, in which the roots of a plate lie about evenly.
-    A change of sign is a root. Where the magnitude has a minimum without one, its lowest point is looked at: two
+    The range is sampled evenly in the square root of frequency, in which the roots of a plate lie about evenly. A
+    change of sign is a root. Where the magnitude has a minimum without one, its lowest point is looked at: two
     roots between neighbouring samples show there.
 
     Parameters
     ----------
     determinant : callable
+        From frequencies (n,) to values (n,).
     lowest, highest : float
         Above zero, so that rigid motions are left out.
     breaks : sequence of float
         Frequencies at which the determinant vanishes or changes sign for reasons of form.
     step : float
         Between samples, in the square root of frequency.
+
+    Returns
+    -------
+    (n,) ndarray
+        Ascending, in the unit of `lowest`.
+
+    Raises
+    ------
+    ValueError
+        Unless 0 < `lowest` < `highest`.
     """
     if not 0.0 < lowest < highest:
         raise ValueError(f"roots are looked for from {lowest:g} to {highest:g}; allowed 0 < lowest < highest")

@@ -43,7 +43,24 @@ class Columns:
 
 
 def of_array(name: str, array: NDArray[Any]) -> dict[str, NDArray[Any]]:
-    """Columns of an array of one or two axes, the longer one that of samples; of two: ``H[1]``, ``H[2]``, ..."""
+    """Columns of an array of one or two axes, the longer one that of samples; of two: ``H[1]``, ``H[2]``, ...
+
+    Parameters
+    ----------
+    name : str
+    array : (N,), (C, N) or (N, C) ndarray
+        Axes of length 1 do not count.
+
+    Returns
+    -------
+    dict of str to (N,) ndarray
+        float64 or complex128.
+
+    Raises
+    ------
+    ValueError
+        For more axes, or more than `MOST_COLUMNS` channels.
+    """
     kind = complex if np.iscomplexobj(array) else float
     squeezed = np.squeeze(array)
     if squeezed.ndim == 1:
@@ -57,7 +74,21 @@ def of_array(name: str, array: NDArray[Any]) -> dict[str, NDArray[Any]]:
 
 
 def of_named_arrays(arrays: dict[str, NDArray[Any]]) -> Columns:
-    """Columns of a container of arrays with names: single numbers apart, what is no number left out."""
+    """Columns of a container of arrays with names: single numbers apart, what is no number left out.
+
+    Parameters
+    ----------
+    arrays : dict of str to ndarray
+
+    Returns
+    -------
+    Columns
+
+    Raises
+    ------
+    ValueError
+        As `of_array`, and where no column is left.
+    """
     values: dict[str, NDArray[Any]] = {}
     scalars: dict[str, float] = {}
     for name, array in arrays.items():
@@ -71,7 +102,18 @@ def of_named_arrays(arrays: dict[str, NDArray[Any]]) -> Columns:
 
 
 def unused_name(name: str, taken: dict[str, Any]) -> str:
-    """Return `name`, or ``name (2)`` and so on where that is taken."""
+    """Return `name`, or ``name (2)`` and so on where that is taken.
+
+    Parameters
+    ----------
+    name : str
+    taken : dict
+        By the names that are taken.
+
+    Returns
+    -------
+    str
+    """
     if name not in taken:
         return name
     number = 2

@@ -35,7 +35,21 @@ FORMATS = (
 
 
 def format_of(path: Path) -> Format:
-    """Return the format of a file by its ending; ValueError naming those there are."""
+    """Return the format of a file by its ending.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Format
+
+    Raises
+    ------
+    ValueError
+        For an ending of none, with those there are.
+    """
     for one in FORMATS:
         if path.suffix.lower() in one.endings:
             return one

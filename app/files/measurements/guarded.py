@@ -28,6 +28,14 @@ NAME = "columns.json"
 def read_columns(path: Path) -> Columns:
     """Read a measurement.
 
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Columns
+
     Raises
     ------
     ResultFileError

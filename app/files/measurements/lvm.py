@@ -13,7 +13,21 @@ DELIMITERS = {"Tab": "\t", "Comma": ","}
 
 
 def read(path: Path) -> Columns:
-    """Read the file's one segment; ValueError where it has several, or is none of LabVIEW's."""
+    """Read the file's one segment.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Columns
+
+    Raises
+    ------
+    ValueError
+        Where it has several segments, is damaged, or is none of LabVIEW's.
+    """
     lines = read_bytes(path, LARGEST).decode("utf-8", errors="replace").splitlines()
     if not lines or not lines[0].startswith("LabVIEW Measurement"):
         raise ValueError('does not begin with "LabVIEW Measurement"; give the file the ending of its format')

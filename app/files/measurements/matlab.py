@@ -15,7 +15,22 @@ DEEPEST = 4
 
 
 def read(path: Path) -> Columns:
-    """Read every array of numbers, in structures too: ``test.force``."""
+    """Read every array of numbers, in structures too: ``test.force``.
+
+    Parameters
+    ----------
+    path : Path
+        Of MATLAB's older formats, or HDF5 (version 7.3).
+
+    Returns
+    -------
+    Columns
+
+    Raises
+    ------
+    ValueError
+        For data kept in other files, and where there is no column.
+    """
     arrays: dict[str, NDArray[Any]] = {}
     if h5py.is_hdf5(path):
         with h5py.File(path) as file:

@@ -9,7 +9,21 @@ from app.files.measurements.columns import MOST_BYTES, Columns, of_named_arrays
 
 
 def read(path: Path) -> Columns:
-    """Read every array of numbers; ValueError for objects and for archives that unpack into too much."""
+    """Read every array of numbers.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Columns
+
+    Raises
+    ------
+    ValueError
+        For objects, for archives that unpack into too much, and where there is no column.
+    """
     with zipfile.ZipFile(path) as archive:
         unpacked = sum(member.file_size for member in archive.infolist())
     if unpacked > MOST_BYTES:

@@ -13,7 +13,21 @@ UNITS = ("unit_string", "NI_UnitDescription", "Unit")
 
 
 def read(path: Path) -> Columns:
-    """Read every channel of numbers, scaled as the file says."""
+    """Read every channel of numbers, scaled as the file says.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Columns
+
+    Raises
+    ------
+    ValueError
+        Where there is no such channel.
+    """
     file = TdmsFile.read(path)
     channels = [channel for group in file.groups() for channel in group.channels()]
     often = Counter(channel.name for channel in channels)

@@ -17,7 +17,22 @@ ALIKE = 3
 
 
 def read(path: Path) -> Columns:
-    """Read a table; ValueError, with the line, where it holds none or something else stands among its numbers."""
+    """Read a table.
+
+    Parameters
+    ----------
+    path : Path
+        Text, or text packed by gzip.
+
+    Returns
+    -------
+    Columns
+
+    Raises
+    ------
+    ValueError
+        With the line, where it holds no table or something else stands among its numbers.
+    """
     lines = _text(path).splitlines()
     first, delimiter, comma, count = _table(lines)
     rows = [line for line in lines[first:] if line.strip()]

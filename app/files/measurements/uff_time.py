@@ -13,7 +13,22 @@ UNEVEN = 1e-3
 
 
 def read(path: Path) -> Columns:
-    """Read every time response; ValueError where there is none, with what there is."""
+    """Read every time response.
+
+    Parameters
+    ----------
+    path : Path
+        Universal file with data sets 58.
+
+    Returns
+    -------
+    Columns
+
+    Raises
+    ------
+    ValueError
+        Where there is none, with what there is; where one is cut short or not evenly spaced.
+    """
     held = functions(path)
     columns: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}

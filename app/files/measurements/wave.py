@@ -9,7 +9,17 @@ from app.files.measurements.columns import Columns
 
 
 def read(path: Path) -> Columns:
-    """Read PCM of 8 to 32 bits or floats."""
+    """Read PCM of 8 to 32 bits or floats.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Columns
+        Channels ``1``, ``2`` and so on, as shares of full scale.
+    """
     from scipy.io import wavfile
 
     with warnings.catch_warnings():

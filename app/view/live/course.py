@@ -46,9 +46,14 @@ def set_point_line(
     when : sequence of float
         Their times, s.
     at, air : (R,) ndarray
-        Times and temperatures read: a ramp begins where the air is.
+        Times, s, and temperatures read, degrees Celsius: a ramp begins where the air is.
     now : float
         Time up to which the last command counts, s.
+
+    Returns
+    -------
+    time, value : (n,) ndarray
+        Corners of the line, s and degrees Celsius.
     """
     time: list[float] = []
     value: list[float] = []

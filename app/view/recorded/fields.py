@@ -41,7 +41,26 @@ class Fields:
     def of(
         cls, panel: Panel, focusing: Focusing, laws: MaterialLaws, report: Callable[[str, float], None]
     ) -> "Fields":
-        """Take the panel's twin from the cache, or reduce it; ResultFileError where the laws leave its range."""
+        """Take the panel's twin from the cache, or reduce it.
+
+        Parameters
+        ----------
+        panel : Panel
+        focusing : Focusing
+        laws : MaterialLaws
+            Before the plate's growth.
+        report : callable
+            Told the stage's name and the share done.
+
+        Returns
+        -------
+        Fields
+
+        Raises
+        ------
+        ResultFileError
+            Where the laws leave the twin's range.
+        """
         laws = panel.plate.grown(laws)
         twin = panel_twin(panel, laws, report)
 
@@ -52,9 +71,25 @@ class Fields:
         return cls(panel, focusing, twin, Shapes(modes, twin.space.deflection, twin.space.grid.points, laws))
 
     def focused(self, temperature: float, frequency: float, *, fixed: bool) -> tuple[float, float, Complex]:
-        """Field (X, Y) of the filters at the nearest temperature and line; these two come first.
+        """Field of the filters at the nearest temperature and line.
 
-        `fixed` takes the filters of the reference temperature at every temperature.
+        Parameters
+        ----------
+        temperature : float
+            Degrees Celsius.
+        frequency : float
+            Hz.
+        fixed : bool
+            Take the filters of the reference temperature at every temperature.
+
+        Returns
+        -------
+        temperature : float
+            The nearest that was computed, degrees Celsius.
+        frequency : float
+            The nearest line, Hz.
+        field : (X, Y) complex ndarray
+            Deflection on the grid; NaN off the plate.
         """
         found = self.focusing
         row = int(np.abs(found.temperature - temperature).argmin())

@@ -38,7 +38,21 @@ class InputRecorder:
         self._seed = seed
 
     def samples(self, task: Task, first: int, count: int) -> NDArray[np.float64]:
-        """Return samples `first` to `first + count` of every channel, (C, count), in the channels' units."""
+        """Return samples `first` to `first + count` of every channel.
+
+        Parameters
+        ----------
+        task : Task
+            Has begun and has a sample clock.
+        first : int
+            Number of the first sample, counted from 0 where the task began.
+        count : int
+
+        Returns
+        -------
+        (C, count) ndarray
+            In each channel's unit: V, degrees Celsius, or what `volts_per_unit` makes of the voltage.
+        """
         timing = task.clocked()
         length = timing.samples if timing.finite else max(1, round(timing.rate))
         wanted = range(first // length, (first + max(count, 1) - 1) // length + 1)

@@ -70,7 +70,27 @@ class Answering:
         raise NotSimulatedError(what)
 
     def one_of(self, values: Mapping[int, Any], enumeration: Any, request: Any) -> Any:
-        """Return the value of the property a request names, in whichever of the two fields it came."""
+        """Return the value of the property a request names, in whichever of the two fields it came.
+
+        Parameters
+        ----------
+        values : mapping of int to object
+            Number of a property -> its value.
+        enumeration : protobuf enum wrapper
+            Names of the properties, for the message.
+        request : protobuf message
+            With the fields `attribute` and `attribute_raw`.
+
+        Returns
+        -------
+        object
+            The value in `values`.
+
+        Raises
+        ------
+        NotSimulatedError
+            If `values` has no such property; see `lacks`.
+        """
         wanted = int(request.attribute_raw or request.attribute)
         if wanted in values:
             return values[wanted]

@@ -29,19 +29,62 @@ def delay_taps(module: InputModule, sample_rate: float) -> NDArray[np.float64]:
 
 
 def coupled(volts: NDArray[np.float64], corner: float, sample_rate: float) -> NDArray[np.float64]:
-    """Return what passes a coupling capacitor that has been on 0 V before; first order, `corner` in Hz."""
+    """Return what passes a coupling capacitor that has been on 0 V before: a high-pass of first order.
+
+    Parameters
+    ----------
+    volts : (..., M) ndarray
+        V.
+    corner : float
+        Frequency of 3 dB attenuation, Hz.
+    sample_rate : float
+        Hz.
+
+    Returns
+    -------
+    (..., M) ndarray
+        V.
+    """
     numerator, denominator = butter(1, corner, btype="highpass", fs=sample_rate)
     return np.asarray(lfilter(numerator, denominator, volts, axis=-1))
 
 
 def delayed(volts: NDArray[np.float64], module: InputModule, sample_rate: float) -> NDArray[np.float64]:
-    """Return (C, M) voltages as they come out of the module's filter, 0 V before the first."""
+    """Return voltages as they come out of the module's filter, 0 V before the first.
+
+    Parameters
+    ----------
+    volts : (C, M) ndarray
+        V.
+    module : InputModule
+    sample_rate : float
+        Hz.
+
+    Returns
+    -------
+    (C, M) ndarray
+        V; late by the module's delay, see `delay_taps`.
+    """
     taps = delay_taps(module, sample_rate)
     return np.asarray(oaconvolve(volts, taps[None], axes=1)[:, : volts.shape[1]])
 
 
 def digitised(volts: NDArray[np.float64], module: InputModule, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return (C, M) voltages with the module's noise, clipped at its full scale, rounded to its codes."""
+    """Return voltages with the module's noise, clipped at its full scale, rounded to its codes.
+
+    Parameters
+    ----------
+    volts : (C, M) ndarray
+        V.
+    module : InputModule
+    rng : numpy.random.Generator
+        Of the noise.
+
+    Returns
+    -------
+    (C, M) ndarray
+        V; whole multiples of the module's quantum.
+    """
     # Drawn sample by sample, not channel by channel: a longer record then begins like a shorter one.
     noisy = volts + module.noise * rng.standard_normal(volts.shape[::-1]).T
     codes = np.clip(np.round(noisy / module.quantum), -(2 ** (module.bits - 1)), 2 ** (module.bits - 1) - 1)

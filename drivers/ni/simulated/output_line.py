@@ -69,7 +69,19 @@ class OutputLine:
         self.version = 0
 
     def play(self, samples: NDArray[np.float64], rate: float, start: float, repeats: bool = False) -> None:
-        """Play samples, V, at `rate` from `start` on, rounded to the converter's codes."""
+        """Play samples, rounded to the converter's codes and clipped at its full scale.
+
+        Parameters
+        ----------
+        samples : (M,) ndarray
+            V.
+        rate : float
+            Hz.
+        start : float
+            When the first sample comes, s on the simulation's clock.
+        repeats : bool
+            Begin again after the last sample, without end; otherwise the last one stands.
+        """
         quantum = self._module.quantum
         reach = self._module.full_scale
         coded = np.clip(np.round(np.asarray(samples, dtype=np.float64) / quantum) * quantum, -reach, reach)

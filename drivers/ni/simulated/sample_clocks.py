@@ -57,7 +57,22 @@ class SampleClocks:
         return terminal.lower() in [f"/{self._surroundings.chassis}/PFI{number}".lower() for number in (0, 1)]
 
     def configure(self, task: Task, asked: float, samples: int, *, finite: bool) -> None:
-        """Give a task a sample clock, or another one; it runs at the rate that its timebase allows."""
+        """Give a task a sample clock, or another one; it runs at the rate that its timebase allows.
+
+        Parameters
+        ----------
+        task : Task
+        asked : float
+            Rate asked for, Hz.
+        samples : int
+            Per channel: of a finite task all there are, of a continuous one its buffer.
+        finite : bool
+
+        Raises
+        ------
+        DaqmxStatusError
+            If a module of the task cannot run at this rate.
+        """
         of_inputs, of_outputs = self._surroundings.clock_errors
         master = self._master(task)
         error = of_inputs if (master or task).is_input else of_outputs

@@ -27,7 +27,22 @@ def simulated_modbus_map(declared: "ModbusMapOven", oven: RegulatedOven) -> Cont
 def simulated_registers(
     declared: "ModbusLine", sensors: Sequence["Number"], value: Callable[[], float]
 ) -> Controller:
-    """Return a unit that tells `value`, degrees Celsius, in every register of `sensors`."""
+    """Return a unit that tells one temperature in the registers of several sensors.
+
+    Parameters
+    ----------
+    declared : ModbusLine
+        Address, word order and framing.
+    sensors : sequence of Number
+        Each with its own place, type, scale and unit.
+    value : callable
+        Returns the temperature, degrees Celsius.
+
+    Returns
+    -------
+    Controller
+        Refuses every other register.
+    """
     server = SimulatedRegisters(declared.address, declared.word_order, sensors, value)
     return ModbusTcp(server) if declared.framing == "tcp" else server
 

@@ -123,9 +123,16 @@ class RegulatedOven:
             return self._power / most if most else 0.0
 
     def go(self, target: float, rate: float, start: float | None = None) -> None:
-        """Ramp the working set-point to `target` (degrees Celsius) at `rate` (K/min; infinite: at once).
+        """Ramp the working set-point to `target`.
 
-        The ramp starts at `start`, or where the working set-point is.
+        Parameters
+        ----------
+        target : float
+            Degrees Celsius.
+        rate : float
+            K/min; infinite: at once.
+        start : float, optional
+            Where the ramp starts, degrees Celsius; where the working set-point is by default.
         """
         with self._caught_up():
             if start is not None:
@@ -138,7 +145,19 @@ class RegulatedOven:
             self._rest()
 
     def run(self, target: float, rate: float, dwell: float, start: float | None = None) -> None:
-        """Ramp from `start`, or the temperature measured, to `target`, stay for `dwell` s, then stop by itself."""
+        """Ramp to `target`, stay there, then stop regulating.
+
+        Parameters
+        ----------
+        target : float
+            Degrees Celsius.
+        rate : float
+            K/min; infinite: at once.
+        dwell : float
+            s.
+        start : float, optional
+            Degrees Celsius; the temperature measured by default.
+        """
         with self._caught_up():
             start = self._measured if start is None else start
             ramp = 60.0 * abs(target - start) / rate if rate else 0.0
