@@ -15,6 +15,7 @@
 ``sensitivity``       volts per unit of each channel
 ``campaign``          recorded sweeps of one experiment over temperature
 ``h1``                H1 of synchronous repeats
+``estimation``        H1, H2, Hv and hammer tests: signals of any test to FRFs
 ``frf``               FRFs of a campaign, coherence and variance per line
 ``mains``             lines that mains hum takes
 ``material``          E(T), nu(T), eta(T) with their bands
@@ -28,10 +29,13 @@
 ``held_effects``      a twin with some effects switched on for good
 ``protocol``          what is to be measured, and what a good measurement is
 ``identification``    poles and residues of FRFs, tracked over temperature
+``shapes``            mode shapes at many places, and how they are judged
 ``updating``          material parameters of a twin fitted to measured FRFs
 ``gap``               which effect the twin lacks
 ``focusing``          STIF filters, contrast and spot error
 ``compensation``      filters at any temperature: Bayesian-regularised networks and their rivals
+``rendering``         sound through filters that follow the temperature
+``thermometry``       a panel as its own thermometer
 ``arrays``            types of arrays
 ``progress``          type of a progress callable
 ====================  ============================================================================

@@ -1,15 +1,17 @@
 """Commands, files and reports: the only floor that imports all others.
 
-=================  ===========================================
+=================  =====================================================================
 ``main``           the command line, one verb per stage
 ``commands``       one file per verb: parses, calls, prints
 ``stages``         one module per stage: computes, and saves
 ``twins``          twins built from declarations
 ``rig``            real and simulated rigs
+``modal_test``     tests that are no campaign, from files to shapes
+``sound``          sound files through filters, and the panel as its own thermometer
 ``terminal``       progress, tables, records and closing lines
 ``files``          campaigns, results and recordings on disk
 ``report``         figures and the self-contained HTML page
 ``view``           the windows
 ``blind_trial``    how often the gap workflow is right
-=================  ===========================================
+=================  =====================================================================
 """

@@ -21,9 +21,9 @@ import numpy as np
 from analysis.compensation.network import InputMap, NetworkBank
 from analysis.focusing.fir import FirBank
 from analysis.rendering.following import FollowingBank
-from app.exports.c_code import BLOCK, write_c
-from app.exports.cost import Cost
-from app.exports.shipment import Shipment
+from app.files.exports.c_code import BLOCK, write_c
+from app.files.exports.cost import Cost
+from app.files.exports.shipment import Shipment
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import provenance
 

@@ -9,10 +9,15 @@
 ``acquire``           run an experiment on a rig
 ``import_campaign``   a recording into a campaign folder
 ``identify``          modes
+``new``               a declaration to start from
 ``update``            E, nu and eta
 ``gap``               which effect the twin lacks
 ``focus``             focusing filters over temperature
 ``compensate``        filters at any temperature
+``study``             the paper's figures on focusing
+``export``            filters as other programs take them
+``render``            sound through filters that follow the temperature
+``thermometer``       a panel's temperature from its own patches
 ``report``            one page
 ``view``              windows
 ``doctor``            this computer

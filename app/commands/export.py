@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from app.exports.cost import Cost
-    from app.exports.shipment import Shipment
+    from app.files.exports.cost import Cost
+    from app.files.exports.shipment import Shipment
 
 FORMS = ("c", "onnx", "npz", "wav", "csv")
 METHODS = ("network", "low-rank", "cubic-spline", "cubic-spline-rigidity", "linear")
@@ -68,12 +68,12 @@ def command(
     and the convolution. onnx: temperature in, taps out. npz and csv: taps at some temperatures, npz with all that
     gives them at any other. wav: impulse responses, a file per temperature. Every file says what it was made from.
     """
-    from app.exports.c_code import BLOCK, write_c
-    from app.exports.cost import Cost
-    from app.exports.numbers import write_csv, write_npz
-    from app.exports.onnx_graph import write_onnx
-    from app.exports.responses import write_wav
-    from app.exports.shipment import shipment
+    from app.files.exports.c_code import BLOCK, write_c
+    from app.files.exports.cost import Cost
+    from app.files.exports.numbers import write_csv, write_npz
+    from app.files.exports.onnx_graph import write_onnx
+    from app.files.exports.responses import write_wav
+    from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
 
     if number == "int16" and form != "c":

@@ -11,7 +11,7 @@ from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.rendering.programme import TemperatureProgramme
-    from app.exports.shipment import Shipment
+    from app.files.exports.shipment import Shipment
     from app.sound.rendering import Rendering
     from app.sound.trace import Trace
 
@@ -68,7 +68,7 @@ def command(
     SOUND-rendered.wav, one channel per actuator in volts, and SOUND-rendered.csv: temperature and contrast of the
     twin's field along the way, with the filters in use and with those of the beginning kept.
     """
-    from app.exports.shipment import shipment
+    from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
     from app.files.sound_file import opened_sound
     from app.sound.rendering import render

@@ -58,7 +58,7 @@ def command(
     from app.report.studies import pictures, rows
     from app.report.style import drawing
     from app.stages.panel_inputs import laws_for, panel_for, range_of
-    from app.studies import run_studies
+    from app.stages.study import run_studies
     from app.twins.panel_twin import panel_twin
 
     started = time.perf_counter()

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     from analysis.progress import Progress
     from analysis.rendering.programme import TemperatureProgramme
-    from app.exports.shipment import Shipment
-    from app.sound.listening import ListeningPanel, Look, Signals
+    from app.files.exports.shipment import Shipment
+    from app.sound.listening import ListeningPanel, Look, PlayedSignals
 
 EXAMPLES = """\b
 Examples:
@@ -82,7 +82,7 @@ def command(
     deviation by the noise, and a track through all of them. A stretch whose signal does not tell the temperature
     is refused. Exit status 1 where every stretch is.
     """
-    from app.exports.shipment import shipment
+    from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
     from app.sound.listening import ListeningPanel, listened, write_looks
     from app.stages.panel_inputs import laws_for, range_of
@@ -148,7 +148,7 @@ def _signals(
     files: tuple[Path | None, Path | None, Path | None],
     simulation: tuple[str | None, float, int],
     report: "Progress",
-) -> tuple["Signals", "TemperatureProgramme | None"]:
+) -> tuple["PlayedSignals", "TemperatureProgramme | None"]:
     import numpy as np
 
     from app.commands.render import covered

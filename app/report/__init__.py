@@ -14,6 +14,9 @@
 ``gap``          figures of the gap
 ``gap_section``  the section on the gap
 ``focusing``     contrast and spot error (paper Figs. 4, 13, 15 and 17)
+``studies``      figures of the paper's studies, our numbers beside the paper's
+``modal_test``   a test at many places
+``sound``        contrast along a piece of sound, readings of the thermometer
 ``paper``        our figures beside the paper's
 ===============  ======================================================
 """

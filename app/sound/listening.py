@@ -15,9 +15,9 @@ from analysis.thermometry.bands import Decimator
 from analysis.thermometry.listening import Listener, ThermometerReading
 from analysis.thermometry.simulated import simulated_response
 from analysis.thermometry.tracking import Track
-from app.exports.destination import written_together
-from app.exports.shipment import Shipment
 from app.files.bad_file import ResultFileError
+from app.files.exports.destination import written_together
+from app.files.exports.shipment import Shipment
 from app.files.sound_file import Sound
 from app.twins.panel_twin import PanelTwin
 
@@ -94,7 +94,7 @@ class ListeningPanel:
 
 
 @dataclass(frozen=True)
-class Signals:
+class PlayedSignals:
     """Drive and response at the low rate the band needs.
 
     Attributes
@@ -133,7 +133,7 @@ class Look:
 
 def recorded(
     drive: Sound, response: Sound, panel: ListeningPanel, names: tuple[str, ...], highest: float
-) -> Signals:
+) -> PlayedSignals:
     """Read two files that were recorded together.
 
     Parameters
@@ -150,7 +150,7 @@ def recorded(
 
     Returns
     -------
-    Signals
+    PlayedSignals
 
     Raises
     ------
@@ -177,7 +177,7 @@ def recorded(
             f"{loudest[panel.sensor]:.3g} V; leave it out of the drive, or name another with --sensor"
         )
     every = np.hstack(kept)
-    return Signals(every[panel.driven], every[-1], down.rate)
+    return PlayedSignals(every[panel.driven], every[-1], down.rate)
 
 
 def simulated(
@@ -187,7 +187,7 @@ def simulated(
     programme: TemperatureProgramme,
     signal_to_noise: float,
     rng: np.random.Generator,
-) -> Signals:
+) -> PlayedSignals:
     """Play a sound through the panel's filters, the listening patch left out, and let the twin answer.
 
     Parameters
@@ -205,7 +205,7 @@ def simulated(
 
     Returns
     -------
-    Signals
+    PlayedSignals
     """
     settings = shipment.panel.filters
     renderer = Renderer(shipment.filters, float(programme.at(0.0)), BLOCK)
@@ -218,12 +218,12 @@ def simulated(
         kept.append(down.take(renderer.process(mono)[panel.driven]))
     drive = np.hstack(kept)
     response = simulated_response(panel, drive, down.rate, settings.edges, programme, signal_to_noise, rng)
-    return Signals(drive, response, down.rate)
+    return PlayedSignals(drive, response, down.rate)
 
 
 def listened(
     panel: ListeningPanel,
-    signals: Signals,
+    signals: PlayedSignals,
     band: tuple[float, float],
     span: tuple[float, float],
     seconds: float,
@@ -235,7 +235,7 @@ def listened(
     Parameters
     ----------
     panel : ListeningPanel
-    signals : Signals
+    signals : PlayedSignals
     band : (float, float)
         Hz.
     span : (float, float)

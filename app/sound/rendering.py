@@ -11,9 +11,9 @@ from analysis.arrays import Real
 from analysis.progress import Progress
 from analysis.rendering.programme import TemperatureProgramme
 from analysis.rendering.renderer import Renderer
-from app.exports.destination import written_together
-from app.exports.shipment import Shipment
 from app.files.bad_file import ResultFileError
+from app.files.exports.destination import written_together
+from app.files.exports.shipment import Shipment
 from app.files.sound_file import Sound
 from app.files.wav_file import WavFile, WavFileError, create_wav
 from app.sound.trace import Trace

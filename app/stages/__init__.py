@@ -8,6 +8,7 @@
 ``gap``                    a campaign compared with its twin
 ``issued_twin``            twin file that the gap stage writes
 ``panel_inputs``           laws and panel for `focus` and `compensate`
+``study``                  the paper's figures on focusing for a panel
 ``uncorrected_filters``    loss of filters that were designed without a named effect
 =========================  ================================================================
 """

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.exports.destination import written_together
-from app.exports.shipment import Shipment
 from app.files.bad_file import ResultFileError
+from app.files.exports.destination import written_together
+from app.files.exports.shipment import Shipment
 from app.files.wav_file import WavFileError, create_wav
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from analysis.rendering.fixed_point import FixedPoint
 from analysis.rendering.renderer import Renderer
-from app.exports.c_code import BLOCK, NAMES, c_texts, write_c
-from app.exports.cost import Cost
+from app.files.exports.c_code import BLOCK, NAMES, c_texts, write_c
+from app.files.exports.cost import Cost
 
 GCC = shutil.which("gcc")
 SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.rendering.following import TanhWeights
-from app.exports.destination import written_together
-from app.exports.shipment import Shipment
+from app.files.exports.destination import written_together
+from app.files.exports.shipment import Shipment
 
 NPZ_NAME, CSV_NAME = "flexura_filters.npz", "flexura_filters.csv"
 

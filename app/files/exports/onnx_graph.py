@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.rendering.following import CubicWeights, FollowingBank, TanhWeights
-from app.exports.destination import written_together
-from app.exports.shipment import FORMAT, Shipment
 from app.files.bad_file import ResultFileError
+from app.files.exports.destination import written_together
+from app.files.exports.shipment import FORMAT, Shipment
 
 if TYPE_CHECKING:
     import onnx

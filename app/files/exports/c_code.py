@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from analysis.rendering.fading import FADE, STEP
 from analysis.rendering.fixed_point import FixedPoint
 from analysis.rendering.following import FollowingBank, TanhWeights
-from app.exports.destination import written_together
-from app.exports.shipment import Shipment
+from app.files.exports.destination import written_together
+from app.files.exports.shipment import Shipment
 
 BLOCK = 256
 """Samples filtered at a time; longer blocks are cut, shorter ones taken as they are."""
@@ -68,7 +68,7 @@ def c_texts(shipment: Shipment, fixed_point: bool) -> tuple[str, str]:
     # Compared by the compiler, so that a header and a file of two exports do not make one program.
     digest = f"0x{hashlib.sha256(data.encode()).hexdigest()[:8]}UL"
     sizes = "".join(f"#define FLEXURA_{name} {value}\n" for name, value in _sizes(filters, short, digest).items())
-    template = files("app.exports")
+    template = files("app.files.exports")
     header = template.joinpath("filters.h.in").read_text(encoding="ascii").replace("@SIZES@\n", sizes)
     code = template.joinpath("filters.c.in").read_text(encoding="ascii")
     return header, code.replace("@EXPORT@", digest).replace("@DATA@\n", data)
