@@ -159,6 +159,7 @@ class Chassis:
         task.reserved_on_purpose = on_purpose
         task.state = TaskState.STARTED
         task.position = 0
+        task.pieces.clear()  # of the last run, perhaps with other channels
         task.began = None
         if not task.trigger or self.clocks.is_pfi(task.trigger):
             now = self.clock.now()

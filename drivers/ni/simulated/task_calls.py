@@ -101,7 +101,7 @@ class TaskCalls(Answering):
         values = {
             pb.TASK_ATTRIBUTE_NAME: task.name,
             pb.TASK_ATTRIBUTE_CHANNELS: ", ".join(channel.name for channel in task.channels),
-            pb.TASK_ATTRIBUTE_DEVICES: ", ".join(task.devices()),
+            pb.TASK_ATTRIBUTE_DEVICES: ", ".join(self._devices(task)),
         }
         return pb.GetTaskAttributeStringResponse(value=self.one_of(values, pb.TaskStringAttribute, request))
 
@@ -110,6 +110,11 @@ class TaskCalls(Answering):
         task = self.task_of(request)
         values = {
             pb.TASK_ATTRIBUTE_NUM_CHANS: len(task.channels),
-            pb.TASK_ATTRIBUTE_NUM_DEVICES: len(task.devices()),
+            pb.TASK_ATTRIBUTE_NUM_DEVICES: len(self._devices(task)),
         }
         return pb.GetTaskAttributeUInt32Response(value=self.one_of(values, pb.TaskUInt32Attribute, request))
+
+    def _devices(self, task: Task) -> list[str]:
+        """Names of a task's modules and of their chassis, where programs look for its trigger terminals."""
+        modules = task.devices()
+        return [*modules, self.chassis.surroundings.chassis] if modules else []
