@@ -5,6 +5,7 @@ order, with the simulated chassis' names of devices. Those that wait for the Ent
 """
 
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import Any
@@ -182,6 +183,33 @@ def test_cont_voltage_acq_int_clk_with_events(new_task: NewTask, trigger: str | 
     task.start()
     assert waited() == 2000
     task.stop()
+
+
+@pytest.mark.parametrize("stops", [True, False], ids=["every_n_samples_event", "without_stop"])
+def test_a_task_ends_after_its_callback(channel: InProcessChannel, stops: bool) -> None:
+    """At virtual speed a callback is under way whenever the Enter key comes; it still finds its task."""
+    failures: list[Exception] = []
+    began = threading.Event()
+
+    def callback(*_: object) -> int:
+        began.set()
+        time.sleep(0.01)
+        try:
+            task.read(number_of_samples_per_channel=1000)
+        except DaqError as error:
+            failures.append(error)
+        return 0
+
+    for _ in range(5):
+        with Task(grpc_options=GrpcSessionOptions(channel, "")) as task:
+            ai_voltage(task, 1000, CONTINUOUS)
+            task.register_every_n_samples_acquired_into_buffer_event(1000, callback)
+            task.start()
+            assert began.wait(60.0)
+            if stops:
+                task.stop()
+        began.clear()
+    assert not failures
 
 
 @pytest.mark.parametrize("start", [None, "/cDAQ1/PFI0"], ids=["dig_ref", "dig_start_ref"])
