@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx.error_codes import DAQmxErrors
 from nidaqmx.utils import unflatten_channel_string
@@ -78,7 +79,7 @@ class ChannelCalls(Answering):
 
     def _add(self, request: Any, kind: Kind, volts_per_unit: float = 1.0) -> list[TaskChannel]:
         task = self.task_of(request)
-        terminals = unflatten_channel_string(request.physical_channel)
+        terminals = _listed(request.physical_channel)
         given = request.name_to_assign_to_channel
         reach = max(abs(request.min_val), abs(request.max_val))
         added = []
@@ -95,6 +96,7 @@ class ChannelCalls(Answering):
             )
         self._check_company(task, added)
         task.channels.extend(added)
+        task.written = np.empty(0)  # what lay in the buffer had not as many channels
         return added
 
     def _module_at(self, terminal: str, kind: Kind) -> Module:
@@ -130,7 +132,7 @@ class ChannelCalls(Answering):
 
     def _named(self, request: Any) -> list[TaskChannel]:
         task = self.task_of(request)
-        names = unflatten_channel_string(request.channel) or [channel.name for channel in task.channels]
+        names = _listed(request.channel) or [channel.name for channel in task.channels]
         found = [channel for channel in task.channels if channel.name in names]
         if len(found) != len(names):
             raise DaqmxStatusError(
@@ -211,6 +213,11 @@ class ChannelCalls(Answering):
     def GetChanAttributeString(self, request: Any) -> Any:
         values = {pb.CHANNEL_ATTRIBUTE_PHYSICAL_CHAN_NAME: self._named(request)[0].terminal}
         return pb.GetChanAttributeStringResponse(value=self.one_of(values, pb.ChannelStringAttribute, request))
+
+
+def _listed(channels: str) -> list[str]:
+    """Return names in a list of channels, each of which may begin with a slash."""
+    return [name.removeprefix("/") for name in unflatten_channel_string(channels)]
 
 
 def _unsupported(what: str, why: str) -> DaqmxStatusError:

@@ -158,7 +158,8 @@ class Chassis:
             )
         task.reserved_on_purpose = on_purpose
         task.state = TaskState.STARTED
-        task.position = 0
+        task.position = task.announced = 0
+        task.pieces.clear()  # of the last run, perhaps with other channels
         task.began = None
         if not task.trigger or self.clocks.is_pfi(task.trigger):
             now = self.clock.now()
@@ -207,6 +208,7 @@ class Chassis:
         else:
             self.release(task)
         task.began = None
+        task.announced = 0
         self._tidy()
 
     def _tidy(self) -> None:

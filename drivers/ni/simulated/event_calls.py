@@ -32,7 +32,7 @@ class EventCalls(Answering):
         every = max(1, int(request.n_samples))
         reader = request.every_n_samples_event_type_raw or request.every_n_samples_event_type
         total = every
-        while self._happens(task, context, partial(self._reach, task, total, every)):
+        while self._happens(task, context, partial(self._announce, task, total, every)):
             yield pb.RegisterEveryNSamplesEventResponse(
                 every_n_samples_event_type_raw=reader, n_samples=every, status=0
             )
@@ -71,6 +71,13 @@ class EventCalls(Answering):
                     return True
             time.sleep(_POLL)
         return False
+
+    def _announce(self, task: Task, total: int, every: int) -> bool:
+        """Whether so many samples are there, as `_reach` says; from now on somebody is going to read them."""
+        reached = self._reach(task, total, every)
+        if reached and task.is_input:
+            task.announced = total
+        return reached
 
     def _reach(self, task: Task, total: int, every: int) -> bool:
         """Whether so many samples are there; brings them about once those before them have been read."""

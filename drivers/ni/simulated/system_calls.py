@@ -5,6 +5,7 @@ from typing import Any
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx.error_codes import DAQmxErrors
 
+from drivers.ni.modules import InputModule
 from drivers.ni.output_modules import OutputModule
 from drivers.ni.simulated.answering import Answering, answered
 from drivers.ni.simulated.chassis import PRODUCT
@@ -46,8 +47,10 @@ class SystemCalls(Answering):
 
     def _device(self, request: Any) -> Module | None:
         """Return the module a request names; None is the chassis itself."""
+        return self._device_named(request.device_name)
+
+    def _device_named(self, name: str) -> Module | None:
         devices = self.chassis.devices()
-        name = request.device_name
         if devices and name == self.chassis.surroundings.chassis:
             return None
         if name not in devices:
@@ -82,6 +85,18 @@ class SystemCalls(Answering):
             pb.DEVICE_ATTRIBUTE_COMPACT_DAQ_SLOT_NUM: slots.get(request.device_name, 0),
         }
         return pb.GetDeviceAttributeUInt32Response(value=self.one_of(values, pb.DeviceUInt32Attribute, request))
+
+    @answered
+    def GetDeviceAttributeDoubleArray(self, request: Any) -> Any:
+        module = self._device_named(request.device_name.partition("/")[0])  # NI's playrec.py names a channel
+        inputs = [module.full_scale] if isinstance(module, InputModule) else []
+        outputs = [module.full_scale] if isinstance(module, OutputModule) else []
+        ranges = {
+            pb.DEVICE_ATTRIBUTE_AI_VOLTAGE_RNGS: inputs,
+            pb.DEVICE_ATTRIBUTE_AO_VOLTAGE_RNGS: outputs,
+        }
+        found = self.one_of(ranges, pb.DeviceDoubleArrayAttribute, request)
+        return pb.GetDeviceAttributeDoubleArrayResponse(value=[end for top in found for end in (-top, top)])
 
     @answered
     def GetDeviceAttributeBool(self, request: Any) -> Any:

@@ -100,6 +100,9 @@ class Task:
     watched: bool = False
     """Whether a client waits for its events."""
 
+    announced: int = 0
+    """Samples read or to be read by who was told of them last."""
+
     broken: DaqmxStatusError | None = None
     """What every later call gets, once the hardware has failed under a running task."""
 

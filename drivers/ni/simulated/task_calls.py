@@ -1,5 +1,8 @@
 """Calls on tasks: making, starting, stopping them and asking how they are."""
 
+import time
+from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
 import numpy as np
@@ -9,6 +12,30 @@ from nidaqmx.error_codes import DAQmxErrors
 from drivers.ni.simulated.answering import Answering, answered
 from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.task import Task, TaskState
+
+_PATIENCE = 0.2
+"""Wall time that a callback under way is given to read what it was told of, s."""
+
+
+def _after_callbacks(answer: Callable[..., Any]) -> Callable[..., Any]:
+    """Let an ending call wait for the callback that reads.
+
+    At a card's pace hardly any is under way when a program stops its task; at virtual speed one always is, and
+    would find the task gone.
+    """
+
+    @wraps(answer)
+    def patient(self: Answering, request: Any, context: Any) -> Any:
+        until = time.monotonic() + _PATIENCE
+        while True:
+            with self.lock:
+                task = self.chassis.tasks.get(request.task.name)
+                reading = task is not None and task.broken is None and task.position < task.announced
+                if not reading or time.monotonic() >= until:
+                    return answer(self, request, context)
+            time.sleep(0.005)
+
+    return patient
 
 
 class TaskCalls(Answering):
@@ -30,6 +57,7 @@ class TaskCalls(Answering):
         response.task.name = name
         return response
 
+    @_after_callbacks
     @answered
     def ClearTask(self, request: Any) -> Any:
         task = self.task_of(request)
@@ -43,6 +71,7 @@ class TaskCalls(Answering):
         self.chassis.start(self.task_of(request))
         return pb.StartTaskResponse()
 
+    @_after_callbacks
     @answered
     def StopTask(self, request: Any) -> Any:
         task = self.task_of(request)
@@ -101,7 +130,7 @@ class TaskCalls(Answering):
         values = {
             pb.TASK_ATTRIBUTE_NAME: task.name,
             pb.TASK_ATTRIBUTE_CHANNELS: ", ".join(channel.name for channel in task.channels),
-            pb.TASK_ATTRIBUTE_DEVICES: ", ".join(task.devices()),
+            pb.TASK_ATTRIBUTE_DEVICES: ", ".join(self._devices(task)),
         }
         return pb.GetTaskAttributeStringResponse(value=self.one_of(values, pb.TaskStringAttribute, request))
 
@@ -110,6 +139,11 @@ class TaskCalls(Answering):
         task = self.task_of(request)
         values = {
             pb.TASK_ATTRIBUTE_NUM_CHANS: len(task.channels),
-            pb.TASK_ATTRIBUTE_NUM_DEVICES: len(task.devices()),
+            pb.TASK_ATTRIBUTE_NUM_DEVICES: len(self._devices(task)),
         }
         return pb.GetTaskAttributeUInt32Response(value=self.one_of(values, pb.TaskUInt32Attribute, request))
+
+    def _devices(self, task: Task) -> list[str]:
+        """Names of a task's modules and of their chassis, where programs look for its trigger terminals."""
+        modules = task.devices()
+        return [*modules, self.chassis.surroundings.chassis] if modules else []

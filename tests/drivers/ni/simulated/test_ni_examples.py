@@ -5,6 +5,7 @@ order, with the simulated chassis' names of devices. Those that wait for the Ent
 """
 
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import Any
@@ -14,9 +15,11 @@ import pytest
 from nidaqmx import GrpcSessionOptions, Task
 from nidaqmx.constants import (
     READ_ALL_AVAILABLE,
+    WAIT_INFINITELY,
     AcquisitionType,
     LoggingMode,
     LoggingOperation,
+    ProductCategory,
     RegenerationMode,
     TemperatureUnits,
     ThermocoupleType,
@@ -117,6 +120,25 @@ def test_ai_voltage_acq_int_clk_and_waveform_finite_acq(new_task: NewTask) -> No
     task.stop()
 
 
+def test_ai_voltage_hw_timed(new_task: NewTask) -> None:
+    """A task that is started again records anew, on channels that have joined it as well."""
+    task = new_task()
+    task.ai_channels.add_ai_voltage_chan(AI)
+    task.timing.cfg_samp_clk_timing(1000.0)
+    runs = []
+    for _ in range(2):
+        runs.append(task.read(number_of_samples_per_channel=100))
+        task.wait_until_done()
+        task.stop()
+    assert runs[0] != runs[1]
+    task.ai_channels.add_ai_voltage_chan("cDAQ1Mod4/ai1:3")
+    data = np.array(task.read(number_of_samples_per_channel=100))
+    task.wait_until_done()
+    task.stop()
+    assert data.shape == (4, 100)
+    assert np.all(np.std(data, axis=1) > 0.0)
+
+
 def test_voltage_acq_int_clk_plot_data(new_task: NewTask) -> None:
     task = new_task()
     task.ai_channels.add_ai_voltage_chan("cDAQ1Mod4/ai0:1")
@@ -161,6 +183,33 @@ def test_cont_voltage_acq_int_clk_with_events(new_task: NewTask, trigger: str | 
     task.start()
     assert waited() == 2000
     task.stop()
+
+
+@pytest.mark.parametrize("stops", [True, False], ids=["every_n_samples_event", "without_stop"])
+def test_a_task_ends_after_its_callback(channel: InProcessChannel, stops: bool) -> None:
+    """At virtual speed a callback is under way whenever the Enter key comes; it still finds its task."""
+    failures: list[Exception] = []
+    began = threading.Event()
+
+    def callback(*_: object) -> int:
+        began.set()
+        time.sleep(0.01)
+        try:
+            task.read(number_of_samples_per_channel=1000)
+        except DaqError as error:
+            failures.append(error)
+        return 0
+
+    for _ in range(5):
+        with Task(grpc_options=GrpcSessionOptions(channel, "")) as task:
+            ai_voltage(task, 1000, CONTINUOUS)
+            task.register_every_n_samples_acquired_into_buffer_event(1000, callback)
+            task.start()
+            assert began.wait(60.0)
+            if stops:
+                task.stop()
+        began.clear()
+    assert not failures
 
 
 @pytest.mark.parametrize("start", [None, "/cDAQ1/PFI0"], ids=["dig_ref", "dig_start_ref"])
@@ -250,14 +299,23 @@ def test_cont_gen_voltage_wfm_int_clk_non_regen(new_task: NewTask, server: Simul
     task.stop()
 
 
-def test_ai_ao_sync(new_task: NewTask) -> None:
+def terminal_with_device(task: Any, terminal: str) -> str:
+    """Return a terminal's full name the way NI's examples find it: modules have none of their own."""
+    modules = (ProductCategory.C_SERIES_MODULE, ProductCategory.SCXI_MODULE)
+    (chassis,) = [device.name for device in task.devices if device.product_category not in modules]
+    return f"/{chassis}/{terminal}"
+
+
+@pytest.mark.parametrize("prefixed", [False, True], ids=["short", "with_dev_prefix"])
+def test_ai_ao_sync(new_task: NewTask, prefixed: bool) -> None:
     inputs, output = new_task(), new_task()
     ai_voltage(inputs, 1000, CONTINUOUS)
+    trigger = terminal_with_device(inputs, "ai/StartTrigger") if prefixed else "ai/StartTrigger"
     callback, waited = counting(inputs, 1000, 2)
     inputs.register_every_n_samples_acquired_into_buffer_event(1000, callback)
     output.ao_channels.add_ao_voltage_chan(AO)
     output.timing.cfg_samp_clk_timing(1000.0, sample_mode=CONTINUOUS)
-    output.triggers.start_trigger.cfg_dig_edge_start_trig("ai/StartTrigger")
+    output.triggers.start_trigger.cfg_dig_edge_start_trig(trigger)
     assert output.timing.samp_clk_rate == 1000.0
     output.write(SINE)
     output.start()
@@ -265,6 +323,56 @@ def test_ai_ao_sync(new_task: NewTask) -> None:
     assert waited() == 2000
     inputs.stop()
     output.stop()
+
+
+def test_ao_voltage_hw_timed(new_task: NewTask, server: SimulatedDaq) -> None:
+    """Channels that join a task find nothing of the others' in its buffer."""
+    task = new_task()
+    task.ao_channels.add_ao_voltage_chan(AO)
+    task.timing.cfg_samp_clk_timing(1000.0)
+    assert task.write([1.1, 2.2, 3.3, 4.4, 5.5], auto_start=True) == 5
+    task.wait_until_done()
+    task.stop()
+    task.ao_channels.add_ao_voltage_chan("cDAQ1Mod5/ao1:3")
+    levels = [[1.1, 2.2, 3.3], [1.1, 2.2, 4.4], [2.2, 3.3, 4.4], [2.2, 3.3, 4.4]]
+    assert task.write(levels, auto_start=True) == 3
+    task.wait_until_done()
+    task.stop()
+    assert server.output_voltage() == pytest.approx(
+        1.1, abs=1e-3
+    )  # the thousandth sample of three again and again
+
+
+def test_ranges_as_playrec_asks_for_them(channel: InProcessChannel) -> None:
+    devices = System(GrpcSessionOptions(channel, "")).devices
+    assert devices[AO].ao_voltage_rngs == [-10.0, 10.0]
+    assert devices["cDAQ1Mod2"].ao_voltage_rngs == [-4.24, 4.24]
+    assert devices["cDAQ1Mod1"].ai_voltage_rngs == [-5.0, 5.0]
+    assert (devices["cDAQ1"].ai_voltage_rngs, devices["cDAQ1Mod3"].ai_voltage_rngs) == ([], [])
+    with pytest.raises(DaqError, match="DEVICE_ATTRIBUTE_AI_CURRENT_RNGS"):
+        _ = devices["cDAQ1"].ai_current_rngs
+
+
+def test_playrec(new_task: NewTask) -> None:
+    reader, writer = new_task(), new_task()
+    writer.ao_channels.add_ao_voltage_chan(AO, min_val=-10.0, max_val=10.0)
+    for number in range(3):
+        reader.ai_channels.add_ai_voltage_chan(f"cDAQ1Mod4/ai{number}")
+    for task in (reader, writer):
+        task.timing.cfg_samp_clk_timing(96_000, source="OnboardClock", samps_per_chan=5000)
+    writer.triggers.start_trigger.cfg_dig_edge_start_trig(reader.triggers.start_trigger.term)
+    played = np.random.default_rng(1).normal(size=5000) * 0.01
+    writer.write(played, auto_start=False)
+    writer.start()
+    recorded = np.array(reader.read(5000, timeout=WAIT_INFINITELY))
+    assert recorded.shape == (3, 5000)
+    assert np.std(recorded[0]) == pytest.approx(np.std(played), rel=0.1)
+
+
+def test_a_channel_may_begin_with_a_slash(new_task: NewTask) -> None:
+    """As in ai_multi_task_pxie_ref_clk."""
+    task = new_task()
+    assert task.ai_channels.add_ai_voltage_chan(f"/{AI}").physical_channel.name == AI
 
 
 def test_channel_properties(new_task: NewTask) -> None:
