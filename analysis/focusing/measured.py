@@ -69,7 +69,8 @@ class MeasuredPanel:
     Noise of variance σ² adds Σ w σ², on the diagonal of Hᴴ W H, to the energy that each actuator seems to cause: a
     bias, which is taken out for judging. For the design half of it stays in: all of it turns filters down more
     than the noise deserves, and without any the smallest singular values are noise. From 10 to 30 dB half of it
-    came within 0.005 of the best share at each, or was the best.
+    came within 0.005 of the best share at each, or was the best. Energies over the target and outside it that the
+    subtraction leaves negative are set to zero: where noise covers the field, contrast would be a ratio of noise.
     """
 
     panel: Panel
@@ -109,8 +110,17 @@ class MeasuredPanel:
         variance = np.maximum(self._at_lines(self.transfers.variance[temperature]).real, 0.0)
         noise = [variance @ self.grid.area, variance @ (self.grid.area * self.grid.target)]
         plate, target = (np.eye(len(part))[None, None] * part.T[None, :, :, None] for part in noise)
-        design = EnergyForms(seen.plate - 0.5 * plate, seen.target - 0.5 * target, seen.aim)
-        return design, EnergyForms(seen.plate - plate, seen.target - target, seen.aim)
+        design, judged = (
+            EnergyForms(inside + outside, inside, seen.aim)
+            for inside, outside in (
+                (
+                    _not_negative(seen.target - share * target),
+                    _not_negative(seen.plate - seen.target - share * (plate - target)),
+                )
+                for share in (0.5, 1.0)
+            )
+        )
+        return design, judged
 
     def _at_lines(self, values: Complex | Real) -> Complex:
         """Values (N, F, K) on straight lines between those measured."""
@@ -119,3 +129,10 @@ class MeasuredPanel:
         share = np.clip((lines - frequency[place]) / (frequency[place + 1] - frequency[place]), 0.0, 1.0)
         weight = share[None, :, None]
         return np.asarray((1.0 - weight) * values[:, place] + weight * values[:, place + 1], dtype=complex)
+
+
+def _not_negative(form: Complex) -> Complex:
+    """Nearest form (..., N, N) without negative energies."""
+    values, vectors = np.linalg.eigh(form)
+    nearest: Complex = (vectors * np.maximum(values, 0.0)[..., None, :]) @ vectors.conj().swapaxes(-1, -2)
+    return nearest
