@@ -12,6 +12,7 @@ import pytest
 import pyuff
 from click.testing import CliRunner
 
+from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.over_temperature import responses
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
@@ -20,7 +21,7 @@ from app.files.filter_files import load_focusing
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import read_stamp
 from app.files.transfers_file import read_transfers, write_transfers
-from app.files.uff58 import UffFrf, write_frfs
+from app.files.uff58 import write_frfs
 from app.files.values import write_value
 from app.main import flexura
 from app.stages import panel_inputs as panel_run
@@ -348,7 +349,7 @@ def scanned(run, panel, path, temperature=20.0):
     h = amplitude @ model.space.deflection.T
     points = model.space.grid.points
     frfs = [
-        UffFrf(
+        MeasuredTransfer(
             f"A{n + 1}",
             f"{k + 1}:+3",
             f"{9001 + n}:+3",
