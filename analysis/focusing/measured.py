@@ -40,12 +40,21 @@ class MeasuredTransfers:
     variance: Real
 
     def __post_init__(self) -> None:
-        shape = (len(self.temperature), self.transfer.shape[1], len(self.frequency), len(self.points))
+        count, lines, points = self.temperature.shape, self.frequency.shape, self.points.shape
+        if len(count) != 1 or len(lines) != 1 or lines[0] < 2 or points[1:] != (2,):
+            raise ValueError(
+                f"temperature {count}, frequency {lines} and points {points} must be (T,), (F,) with 2 lines or "
+                "more, and (K, 2)"
+            )
+        actuators = self.transfer.shape[1:2]
+        shape = (*count, *actuators, *lines, points[0])
         if self.transfer.shape != shape or self.variance.shape != shape:
             raise ValueError(
                 f"transfer {self.transfer.shape} and variance {self.variance.shape} must be (T, N, F, K) with "
-                f"T {shape[0]}, F {shape[2]} and K {shape[3]}"
+                f"T {count[0]}, F {lines[0]} and K {points[0]}"
             )
+        if not np.isfinite(self.temperature).all():
+            raise ValueError(f"temperature {self.temperature}: allowed are finite numbers of °C")
         missing = ~np.isfinite(self.transfer).all(axis=(0, 2))
         if missing.any():
             actuator, point = np.argwhere(missing)[0]

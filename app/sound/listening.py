@@ -61,7 +61,8 @@ class ListeningPanel:
         return chosen
 
     def law_sigma(self, temperature: float) -> float:
-        """K by which one standard deviation of the law of E moves the reading."""
+        """K by which one standard deviation of the law of E moves the reading; that of the law's end beyond it."""
+        temperature = float(np.clip(temperature, *self.laws.temperature_range))
         spread = float(
             self.laws.sigma(temperature).youngs_modulus[0] / self.laws.at(temperature).youngs_modulus[0]
         )

@@ -233,7 +233,7 @@ def test_focus_names_what_is_wrong(run, panel, words, said):
 
 
 def test_another_length_brings_its_own_delay(run, panel):
-    """The panel's file declares 64 taps and a delay of 32; half of 48 suits 48."""
+    """The panel's file declares 64 taps and a delay of 32; half of 24 suits 24."""
     assert flex("focus", run, "--panel", panel, "--taps", 24, "--temperature", 20).exit_code == 0
     _, found, _ = load_focusing(run / "filters.h5")
     assert (found.bank.taps.shape[2], found.bank.delay) == (24, 12)
