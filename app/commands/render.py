@@ -102,7 +102,20 @@ def command(
 
 
 def covered(sent: "Shipment", laws: "MaterialLaws", course: "TemperatureProgramme") -> None:
-    """Raise ResultFileError where the temperature leaves what the filters cover, or the laws."""
+    """Make sure that filters and laws reach as far as the temperature goes.
+
+    Parameters
+    ----------
+    sent : Shipment
+    laws : MaterialLaws
+        Of the panel's plate.
+    course : TemperatureProgramme
+
+    Raises
+    ------
+    ResultFileError
+        Where the temperature leaves what one of them covers.
+    """
     from app.files.bad_file import ResultFileError
 
     held = sent.filters.input.temperature_range
