@@ -40,12 +40,21 @@ class MeasuredTransfers:
     variance: Real
 
     def __post_init__(self) -> None:
-        shape = (len(self.temperature), self.transfer.shape[1], len(self.frequency), len(self.points))
+        count, lines, points = self.temperature.shape, self.frequency.shape, self.points.shape
+        if len(count) != 1 or len(lines) != 1 or lines[0] < 2 or points[1:] != (2,):
+            raise ValueError(
+                f"temperature {count}, frequency {lines} and points {points} must be (T,), (F,) with 2 lines or "
+                "more, and (K, 2)"
+            )
+        actuators = self.transfer.shape[1:2]
+        shape = (*count, *actuators, *lines, points[0])
         if self.transfer.shape != shape or self.variance.shape != shape:
             raise ValueError(
                 f"transfer {self.transfer.shape} and variance {self.variance.shape} must be (T, N, F, K) with "
-                f"T {shape[0]}, F {shape[2]} and K {shape[3]}"
+                f"T {count[0]}, F {lines[0]} and K {points[0]}"
             )
+        if not np.isfinite(self.temperature).all():
+            raise ValueError(f"temperature {self.temperature}: allowed are finite numbers of °C")
         missing = ~np.isfinite(self.transfer).all(axis=(0, 2))
         if missing.any():
             actuator, point = np.argwhere(missing)[0]
@@ -69,7 +78,8 @@ class MeasuredPanel:
     Noise of variance σ² adds Σ w σ², on the diagonal of Hᴴ W H, to the energy that each actuator seems to cause: a
     bias, which is taken out for judging. For the design half of it stays in: all of it turns filters down more
     than the noise deserves, and without any the smallest singular values are noise. From 10 to 30 dB half of it
-    came within 0.005 of the best share at each, or was the best.
+    came within 0.005 of the best share at each, or was the best. Energies over the target and outside it that the
+    subtraction leaves negative are set to zero: where noise covers the field, contrast would be a ratio of noise.
     """
 
     panel: Panel
@@ -109,8 +119,17 @@ class MeasuredPanel:
         variance = np.maximum(self._at_lines(self.transfers.variance[temperature]).real, 0.0)
         noise = [variance @ self.grid.area, variance @ (self.grid.area * self.grid.target)]
         plate, target = (np.eye(len(part))[None, None] * part.T[None, :, :, None] for part in noise)
-        design = EnergyForms(seen.plate - 0.5 * plate, seen.target - 0.5 * target, seen.aim)
-        return design, EnergyForms(seen.plate - plate, seen.target - target, seen.aim)
+        design, judged = (
+            EnergyForms(inside + outside, inside, seen.aim)
+            for inside, outside in (
+                (
+                    _not_negative(seen.target - share * target),
+                    _not_negative(seen.plate - seen.target - share * (plate - target)),
+                )
+                for share in (0.5, 1.0)
+            )
+        )
+        return design, judged
 
     def _at_lines(self, values: Complex | Real) -> Complex:
         """Values (N, F, K) on straight lines between those measured."""
@@ -119,3 +138,10 @@ class MeasuredPanel:
         share = np.clip((lines - frequency[place]) / (frequency[place + 1] - frequency[place]), 0.0, 1.0)
         weight = share[None, :, None]
         return np.asarray((1.0 - weight) * values[:, place] + weight * values[:, place + 1], dtype=complex)
+
+
+def _not_negative(form: Complex) -> Complex:
+    """Nearest form (..., N, N) without negative energies."""
+    values, vectors = np.linalg.eigh(form)
+    nearest: Complex = (vectors * np.maximum(values, 0.0)[..., None, :]) @ vectors.conj().swapaxes(-1, -2)
+    return nearest

@@ -83,6 +83,8 @@ def command(
     beside = run or Path()
     sent = shipment(beside, method, "export").chosen({"to": form, "number": number})
     wanted = _temperatures(sent, temperatures)
+    if form == "wav" and len({f"{t:.2f}" for t in wanted}) < len(wanted):
+        raise click.UsageError("--temperature: two of them are the same to 0.01 °C, as in the names of WAV files")
     cost = Cost.of(sent.filters, number == "int16", BLOCK) if form == "c" else None
     folder = run_folder(beside, out or beside)
     if form == "c":

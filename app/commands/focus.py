@@ -1,4 +1,4 @@
-"""``flexura focus``: filters that move one rectangle of a panel alone, over temperature."""
+"""``flexura focus``: filters that move the target of a panel alone, over temperature."""
 
 import time
 from pathlib import Path
@@ -82,6 +82,10 @@ def command(
     """
     changes = {"regularisation": regularisation, "tolerance": tolerance} | filters
     if transfers is not None:
+        if run is not None or twin is not None:
+            raise click.UsageError(
+                "--transfers takes the place of RUN and of --twin; name results' folder by --out"
+            )
         _focus_measured(transfers, panel, temperatures, method, changes, out, output)
         return
     import numpy as np

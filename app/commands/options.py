@@ -46,19 +46,27 @@ FILTER_OPTIONS = (
     click.option(
         "--design",
         type=click.Choice(("field", "inverse-fft")),
-        help="Least squares of the field (default), or a cut inverse FFT as in the paper.",
+        help="Least squares of the field, or a cut inverse FFT as in the paper (default: the panel's).",
     ),
     click.option("--taps", type=int, help="Length of a filter, 16 to 16384 (default: the panel's)."),
     click.option(
-        "--delay", type=int, help="Modelling delay, samples (default: the panel's, else what suits taps)."
+        "--delay", type=int, help="Modelling delay, samples (default: the panel's, else what suits the taps)."
     ),
     click.option(
         "--outside-weight",
         type=float,
-        help="Weight of what moves outside the target, 1 to 10000 (default: 3; 1 for inverse-fft).",
+        help="Weight of what moves outside, 1 to 10000 (default: the panel's, else 3; 1 for inverse-fft).",
     ),
-    click.option("--thermometer-error", type=float, help="°C either way that filters are robust to (default: 0)."),
-    click.option("--level", type=float, help="dB of the displacement asked for, at every line (default: free)."),
+    click.option(
+        "--thermometer-error",
+        type=float,
+        help="°C either way that filters are robust to (default: the panel's, else 0).",
+    ),
+    click.option(
+        "--level",
+        type=float,
+        help="dB of the displacement asked for, at every line (default: the panel's, else free).",
+    ),
 )
 
 

@@ -10,6 +10,7 @@ from app.commands.options import PATH, laws_of_twin, out_folder, picture
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
+    from analysis.material import MaterialLaws
     from analysis.rendering.programme import TemperatureProgramme
     from app.files.exports.shipment import Shipment
     from app.sound.rendering import Rendering
@@ -83,7 +84,7 @@ def command(
     laws = sent.panel.plate.grown(laws)
     with opened_sound(sound, sent.filters.sample_rate) as opened:
         course = programme(temperature, opened.seconds)
-        covered(sent, course)
+        covered(sent, laws, course)
         folder = run_folder(given, out or given)
         with output.progress() as report:
             trace = Trace(panel_twin(sent.panel, laws, report), sent.panel, laws, sent.filters)
@@ -100,18 +101,32 @@ def command(
     output.summary(summary(sent, done, trace))
 
 
-def covered(sent: "Shipment", course: "TemperatureProgramme") -> None:
-    """Raise ResultFileError where the temperature leaves what the filters cover."""
+def covered(sent: "Shipment", laws: "MaterialLaws", course: "TemperatureProgramme") -> None:
+    """Make sure that filters and laws reach as far as the temperature goes.
+
+    Parameters
+    ----------
+    sent : Shipment
+    laws : MaterialLaws
+        Of the panel's plate.
+    course : TemperatureProgramme
+
+    Raises
+    ------
+    ResultFileError
+        Where the temperature leaves what one of them covers.
+    """
     from app.files.bad_file import ResultFileError
 
-    low, high = sent.filters.input.temperature_range
+    held = sent.filters.input.temperature_range
     if sent.filters.weights.count == 1:  # one filter, which follows nothing; its panel's range counts
-        low, high = sent.panel.filters.operating_range
-    outside = course.temperature[(course.temperature < low - 1e-9) | (course.temperature > high + 1e-9)]
-    if outside.size:
-        raise ResultFileError(
-            f"--temperature {outside[0]:g} °C is outside what the filters cover, {low:g} to {high:g} °C"
-        )
+        held = sent.panel.filters.operating_range
+    for what, (low, high) in (("filters", held), ("laws", laws.temperature_range)):
+        outside = course.temperature[(course.temperature < low - 1e-9) | (course.temperature > high + 1e-9)]
+        if outside.size:
+            raise ResultFileError(
+                f"--temperature {outside[0]:g} °C is outside what the {what} cover, {low:g} to {high:g} °C"
+            )
 
 
 def record(sent: "Shipment", done: "Rendering", trace: "Trace", block: int) -> dict[str, Any]:

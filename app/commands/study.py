@@ -11,6 +11,8 @@ from app.commands.options import PATH, filter_options, out_folder
 from app.commands.output import Output, output_options
 
 FIGURES = ("4", "13", "14", "15", "16", "17", "18", "19")
+SPACINGS_OF = {"14": 5.0, "15": 5.0, "16": 5.0, "17": 5.0, "18": 5.0, "19": 8.0}
+"""Widest °C between training temperatures in figures that train."""
 
 EXAMPLES = """\b
 Examples:
@@ -51,7 +53,9 @@ def command(
     """
     from analysis.compensation.settings import Training
     from analysis.compensation.training import EvidenceCollapseError
+    from analysis.focusing.over_temperature import spaced
     from app.files.atomic import atomic_path
+    from app.files.bad_file import ResultFileError
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
     from app.files.studies_file import save_studies
@@ -65,9 +69,18 @@ def command(
     laws_path, laws, beside = laws_for(run, None, "study")
     declared, panel_path = panel_for(panel, beside, filters | ({"design": "inverse-fft"} if as_paper else {}))
     laws = declared.plate.grown(laws)
-    range_of(declared, laws, laws_path)
+    low, high = range_of(declared, laws, laws_path)
     training = Training(seed=seed)
     wanted = FIGURES if figure == "all" else (figure,)
+    spacing = max((SPACINGS_OF[one] for one in wanted if one in SPACINGS_OF), default=None)
+    if spacing is not None:
+        try:
+            training.check_temperatures(len(spaced(low, high, spacing)))
+        except ValueError as error:
+            raise ResultFileError(
+                f"{laws_path}: {low:g} to {high:g} °C give too few temperatures {spacing:g} °C apart to train "
+                "networks on; take laws of a wider range, or figures 4 and 13"
+            ) from error
     folder = run_folder(beside, out or beside)
     with output.progress() as report:
         model = panel_twin(declared, laws, report)

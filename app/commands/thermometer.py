@@ -161,7 +161,7 @@ def _signals(
     if sound is not None and temperature is not None:
         with opened_sound(sound, sent.filters.sample_rate) as opened:
             course = programme(temperature, opened.seconds)
-            covered(sent, course)
+            covered(sent, panel.laws, course)
             report("Simulated panel", 0.0)
             signals = simulated(opened, sent, panel, course, snr, np.random.default_rng(seed))
             report("Simulated panel", 1.0)

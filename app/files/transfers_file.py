@@ -99,21 +99,34 @@ def _uff(path: Path, temperature: float) -> MeasuredTransfers:
     if unknown:
         raise ValueError(f"node {unknown[0]} has no coordinates; needed: a data set 15 or 2411 with all nodes, m")
     transfer = np.full((1, len(references), len(frequency), len(responses)), np.nan, dtype=complex)
+    variance = np.zeros(transfer.shape)
+    taken: dict[tuple[int, int], str] = {}
     for frf in frfs:
         node, source = (int(end.split(":")[0]) for end in (frf.response, frf.reference))
-        transfer[0, references.index(source), :, responses.index(node)] = _displacement(frf)
+        if (node, source) in taken:
+            raise ValueError(
+                f"node {node} answers node {source} twice, as {taken[node, source]} and {frf.response}; "
+                "keep one FRF of each pair, that across the plate"
+            )
+        taken[node, source] = frf.response
+        place = (0, references.index(source), slice(None), responses.index(node))
+        transfer[place], variance[place] = _displacement(frf)
     points = np.array([places[node] for node in responses])
-    return MeasuredTransfers(np.array([temperature]), points, frequency, transfer, np.zeros(transfer.shape))
+    return MeasuredTransfers(np.array([temperature]), points, frequency, transfer, variance)
 
 
-def _displacement(frf: MeasuredTransfer) -> NDArray[np.complex128]:
+def _displacement(frf: MeasuredTransfer) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    """Displacement along the node's axis per unit of the drive, and its variance: 0 without a coherence."""
     times = INTEGRATED.get(frf.quantity)
     if times is None:
         raise ValueError(f"{frf.name}: {frf.quantity}; allowed: {', '.join(INTEGRATED)}")
     unit = frf.units[0]
     if unit and unit not in UNITS[frf.quantity]:
         raise ValueError(f"{frf.name}: {frf.quantity} in {unit}; allowed: {UNITS[frf.quantity][0]}")
-    return np.asarray(frf.h / (2j * np.pi * frf.frequency) ** times)
+    sign = -1.0 if ":-" in frf.response else 1.0
+    omega = 2.0 * np.pi * frf.frequency
+    variance = np.zeros(frf.h.shape) if frf.variance is None else np.asarray(frf.variance / omega ** (2 * times))
+    return np.asarray(sign * frf.h / (1j * omega) ** times), variance
 
 
 def _nodes(path: Path) -> dict[int, tuple[float, float]]:

@@ -79,13 +79,14 @@ class ListeningPanel:
         Parameters
         ----------
         temperature : float
-            Degrees Celsius.
+            Degrees Celsius; beyond the law, that of its end is told.
 
         Returns
         -------
         float
             K; infinite where E does not depend on the temperature.
         """
+        temperature = float(np.clip(temperature, *self.laws.temperature_range))
         spread = float(
             self.laws.sigma(temperature).youngs_modulus[0] / self.laws.at(temperature).youngs_modulus[0]
         )

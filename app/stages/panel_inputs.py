@@ -199,6 +199,16 @@ def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) ->
     if len(temperatures) > 1 or not np.isfinite(temperatures).all():
         raise ResultFileError(f"--temperature {temperatures}: one, at which {path} was measured, in °C")
     transfers = read_transfers(path, panel.filters.edges, *temperatures or (panel.filters.reference_temperature,))
+    if temperatures and temperatures != tuple(transfers.temperature):
+        held = ", ".join(f"{t:g}" for t in transfers.temperature)
+        raise ResultFileError(
+            f"--temperature {temperatures[0]:g} °C: {path} was measured at {held} °C; leave it out"
+        )
+    if panel.filters.thermometer_error > 0.0:
+        raise ResultFileError(
+            f"{path}: thermometer_error {panel.filters.thermometer_error:g} °C needs a model of the panel at "
+            "other temperatures; leave it at 0"
+        )
     count = transfers.transfer.shape[1]
     if count != len(panel.centers):
         raise ResultFileError(f"{path}: transfers of {count} actuators; the panel declares {len(panel.centers)}")

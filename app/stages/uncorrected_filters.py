@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.focusing.methods import Method, designer
-from analysis.focusing.over_temperature import Aim, aim, joined, responses, tap_design
+from analysis.focusing.over_temperature import Aim, aim, joined, responses, robust_forms, tap_design
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.plate import Plate
@@ -52,8 +52,9 @@ def uncorrected_aim(
     real = responses(model, laws, temperature, lines)
     believed = responses(model, uncorrected, temperature, lines)
     reached = []
-    for (constants, guess), (_, amplitude) in zip(believed, real, strict=True):
+    for here, (constants, guess), (_, amplitude) in zip(temperature, believed, real, strict=True):
         guessed = model.space.forms([guess], panel.target.displacement)
+        guessed = robust_forms(model, panel, uncorrected, float(here), guessed)
         taps = design.taps(guessed, rule(constants, guess, guessed))
         filters = design.bank(taps[None], np.zeros(1)).response(lines[band])[0]
         forms = model.space.forms([amplitude], panel.target.displacement)

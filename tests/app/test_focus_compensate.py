@@ -13,7 +13,7 @@ import pyuff
 from click.testing import CliRunner
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.focusing.over_temperature import responses
+from analysis.focusing.over_temperature import focus, responses
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
 from app.files.compensation_file import load_compensation
@@ -25,6 +25,7 @@ from app.files.uff58 import write_frfs
 from app.files.values import write_value
 from app.main import flexura
 from app.stages import panel_inputs as panel_run
+from app.stages.uncorrected_filters import uncorrected_aim
 from app.twins.panel_twin import panel_twin
 
 PANEL = """\
@@ -233,7 +234,7 @@ def test_focus_names_what_is_wrong(run, panel, words, said):
 
 
 def test_another_length_brings_its_own_delay(run, panel):
-    """The panel's file declares 64 taps and a delay of 32; half of 48 suits 48."""
+    """The panel's file declares 64 taps and a delay of 32; half of 24 suits 24."""
     assert flex("focus", run, "--panel", panel, "--taps", 24, "--temperature", 20).exit_code == 0
     _, found, _ = load_focusing(run / "filters.h5")
     assert (found.bank.taps.shape[2], found.bank.delay) == (24, 12)
@@ -329,6 +330,15 @@ def test_a_panel_file_s_faults_are_told_in_its_own_words(run, panel, old, new, s
     assert "panel.toml" in result.output or "widen" in said
 
 
+def test_filters_of_laws_that_lack_nothing_lose_nothing(panel):
+    """Robust ones, too: filters from the uncorrected laws are designed as those from the corrected ones are."""
+    declared = panel_run.changed(read_panel(panel), {"thermometer_error": 8.0})
+    model, t = panel_twin(declared, laws(), lambda _stage, _share: None), np.array([20.0, 35.0])
+    found = focus(model, declared, laws(), t)
+    same = uncorrected_aim(model, declared, laws(), laws(), t, "stif")
+    np.testing.assert_allclose(same.contrast, found.direct.contrast, rtol=1e-9)
+
+
 def test_the_shipped_panel_is_the_paper_s_section_2():
     panel = read_panel(SECTION_2)
     assert len(panel.patch) == 6
@@ -396,12 +406,12 @@ def test_transfers_with_missing_points_or_of_other_actuators_are_refused(panel, 
     frequency, points = np.arange(40.0, 400.0, 10.0), np.array([[0.05, 0.1], [0.1, 0.1], [0.2, 0.05]])
     h = np.ones((1, 2, len(frequency), 3), dtype=complex)
 
-    def refused(transfer, points):
+    def refused(transfer, points, *words):
         with h5py.File(tmp_path / "scan.h5", "w") as file:
             parts = {"temperature": [20.0], "points": points, "frequency": frequency, "transfer": transfer}
             for name, value in parts.items():
                 file[name] = value
-        result = flex("focus", "--panel", panel, "--transfers", tmp_path / "scan.h5")
+        result = flex("focus", *words, "--panel", panel, "--transfers", tmp_path / "scan.h5")
         assert result.exit_code != 0
         assert "Traceback" not in result.output
         assert not (tmp_path / "filters.h5").exists()
@@ -413,3 +423,7 @@ def test_transfers_with_missing_points_or_of_other_actuators_are_refused(panel, 
     assert "transfers of 1 actuators; the panel declares 2" in refused(h[:, :1], points)
     assert "point 3 at (0.3, 0.05) m lies off the plate" in refused(h, points + np.outer([0, 0, 1], [0.1, 0]))
     assert "must be (T, N, F, K)" in refused(h[..., :2], points)
+    assert "scan.h5 was measured at 20 °C; leave it out" in refused(h, points, "--temperature", 40)
+    assert "thermometer_error 5 °C needs a model" in refused(h, points, "--thermometer-error", 5)
+    assert "takes the place of RUN" in refused(h, points, tmp_path)
+    assert "takes the place of RUN" in refused(h, points, "--twin", tmp_path / "twin.toml")

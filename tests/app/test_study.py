@@ -8,7 +8,7 @@ import pytest
 
 from app.files.studies_file import load_studies
 from app.report.studies import pictures, rows
-from tests.app.test_focus_compensate import cache, flex, panel, run  # noqa: F401
+from tests.app.test_focus_compensate import cache, flex, laws, panel, run, write_laws  # noqa: F401
 
 
 def test_one_figure_is_made_and_its_numbers_stand_beside_the_paper(run, panel):  # noqa: F811
@@ -44,3 +44,21 @@ def test_a_figure_the_paper_does_not_have_is_refused(run):  # noqa: F811
     result = flex("study", "12", run)
     assert result.exit_code == 2
     assert not (run / "studies.h5").exists()
+
+
+@pytest.mark.parametrize(("figure", "hottest", "spacing"), [("15", 28.0, 5), ("19", 32.0, 8), ("all", 32.0, 8)])
+def test_laws_of_too_few_degrees_to_train_on_are_refused_in_a_sentence(
+    tmp_path,
+    panel,  # noqa: F811
+    figure,
+    hottest,
+    spacing,
+):
+    narrow = write_laws(tmp_path / "narrow", laws(20.0, hottest))
+    result = flex("study", figure, narrow, "--panel", panel)
+    assert result.exit_code == 1
+    assert (
+        f"20 to {hottest:g} °C give too few temperatures {spacing} °C apart to train networks on" in result.output
+    )
+    assert "Traceback" not in result.output
+    assert [path.name for path in narrow.iterdir()] == ["laws.h5"]

@@ -18,7 +18,7 @@ from analysis.focusing.panel import Panel
 from analysis.rendering.following import FollowingBank
 from app.files.bad_file import ResultFileError
 from app.files.compensation_file import load_compensation
-from app.files.filter_files import load_focusing
+from app.files.filter_files import load_focusing, load_method, load_panel
 from app.files.hdf5_file import result_file
 from app.files.provenance import provenance, read_stamp, sha256
 from app.files.run_folder import run_file
@@ -101,11 +101,25 @@ def shipment(run: Path, method: str | None, verb: str) -> Shipment:
         return _of_focusing(run, method or SPLINE, verb)
     path = run_file(run, "compensation.h5", verb)
     panel, found = load_compensation(path)
-    wanted, notes = method or found.recommended, []
+    wanted, notes = method or found.recommended, _newer(run, panel, found.focusing)
     if wanted not in METHODS:
         notes.append(f"{wanted}, recommended here, is no sum of fixed banks; {SPLINE} is taken in its place")
         wanted = SPLINE
     return _shipment(_of_compensation(found, wanted, path), wanted, panel, [path], notes)
+
+
+def _newer(run: Path, panel: Panel, method: str) -> list[str]:
+    """Say whether the run's filters.h5 was designed otherwise than what compensation.h5 follows."""
+    path = run / "filters.h5"
+    try:
+        if not path.is_file() or (load_panel(path), load_method(path)) == (panel, method):
+            return []
+    except ResultFileError:  # of no use to anybody
+        return []
+    return [
+        f"compensation.h5, which is taken, follows filters of another panel or other settings than {path} holds; "
+        f"make it again: flexura compensate {run}"
+    ]
 
 
 def _of_compensation(found: Compensation, method: str, path: Path) -> FollowingBank:

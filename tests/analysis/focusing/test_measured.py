@@ -78,6 +78,18 @@ def test_a_noisy_measurement_is_regularised_by_its_own_variance(plain, transfers
     assert reached[0] > reached[1] + 0.005
 
 
+@pytest.mark.parametrize(("decibels", "off"), [(10.0, 0.01), (0.0, 0.05)])
+def test_noise_as_strong_as_the_field_does_not_pass_for_contrast(plain, transfers, rng, decibels, off):
+    """Less the noise, energies of single lines are negative, and a ratio of them would be cut at 1."""
+    lines = plain.panel.filters.frequency
+    band = plain.panel.filters.in_band(lines)
+    found = focus_measured(MeasuredPanel(plain.panel, noisy(transfers, decibels, rng)))
+    judge = MeasuredPanel(plain.panel, transfers).forms(0, 1e-6)[1].at(slice(None), band)
+    real = contrast(judge, found.bank.response(lines[band])[:1])[0]
+    assert found.direct.contrast[0].mean() == pytest.approx(real.mean(), abs=off)
+    assert found.direct.contrast[0].max() < 0.7
+
+
 def test_methods_that_need_no_model_are_compared_and_modal_control_is_refused(plain, transfers):
     measured = MeasuredPanel(plain.panel, transfers)
     assert compare_measured(measured).methods == ("stif", "time-reversal", "none")

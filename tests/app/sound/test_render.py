@@ -146,6 +146,15 @@ def test_what_is_wrong_is_one_sentence_and_nothing_is_written(small_run, tmp_pat
     assert not out.exists() or not list(out.iterdir())
 
 
+def test_one_filter_is_played_as_far_as_the_laws_reach(small_run, sound, tmp_path):
+    made = small_run.module.write_laws(tmp_path / "run", small_run.module.laws(10.0, 50.0))
+    assert flex("focus", made, "--panel", small_run.panel, "--temperature", 20).exit_code == 0
+    result = flex("render", sound, made, "--temperature", "20:55", "--out", tmp_path / "out")
+    assert "--temperature 55 °C is outside what the laws cover, 10 to 50 °C" in result.output
+    assert result.exit_code == 1
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_file_that_was_cut_short_is_refused(small_run, sound, tmp_path):
     flac = tmp_path / "cut.flac"
     soundfile.write(flac, soundfile.read(sound)[0], RATE)

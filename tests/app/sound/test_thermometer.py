@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from app.main import flexura
+from app.sound.listening import ListeningPanel
 
 soundfile = pytest.importorskip("soundfile")
 RATE = 4_000
@@ -91,6 +92,13 @@ def test_a_recording_with_any_gain_is_read(small_run, tmp_path):
     assert told["temperature_c"] == pytest.approx(33.3, abs=0.03)
     result = flex("thermometer", small_run.folder, *files, "--sensor", "A2", "--out", tmp_path)
     assert "A2, the patch that listens, is driven by up to" in result.output
+
+
+def test_a_track_that_runs_beyond_the_laws_keeps_their_end_s_uncertainty(small_run):
+    """The track is a forecast; through pauses near the end of the range it goes on beyond it."""
+    panel = ListeningPanel(None, small_run.module.laws(), 0)
+    assert panel.law_sigma(60.4) == panel.law_sigma(60.0)
+    assert panel.law_sigma(-0.1) == panel.law_sigma(0.0)
 
 
 def test_silence_tells_no_temperature_and_that_is_status_1(small_run, tmp_path):

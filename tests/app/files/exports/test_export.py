@@ -80,6 +80,19 @@ def test_left_out_the_method_is_the_recommended_one_or_said_to_be_another(run, t
     )
 
 
+def test_a_compensation_of_other_filters_than_those_beside_it_is_said(small_run, tmp_path):
+    folder = small_run.laws_alone(tmp_path / "run")
+    (folder / "compensation.h5").write_bytes((small_run.folder / "compensation.h5").read_bytes())
+    with small_run.cached():
+        words = ("--panel", small_run.panel, "--temperature", 20, "--taps", 24)
+        assert flex("focus", folder, *words).exit_code == 0
+    result = flex("export", folder, "--to", "csv", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "follows filters of another panel or other settings than" in result.stderr
+    result = flex("export", small_run.folder, "--to", "csv", "--out", tmp_path / "out")
+    assert "another panel" not in result.stderr
+
+
 def test_filters_of_focus_alone_can_be_exported(run, tmp_path):
     (tmp_path / "filters.h5").write_bytes((run / "filters.h5").read_bytes())
     result = flex("export", tmp_path, "--to", "c", "--number", "int16", "--json")
@@ -96,6 +109,10 @@ def test_filters_of_focus_alone_can_be_exported(run, tmp_path):
         (
             ("--to", "wav", "--temperature", "61"),
             "--temperature 61 °C is outside what the filters cover, 0 to 60 °C",
+        ),
+        (
+            ("--to", "wav", "--temperature", "20.001", "--temperature", "20.004"),
+            "two of them are the same to 0.01 °C",
         ),
         (("--to", "npz", "--temperature", "nan"), "--temperature nan °C is outside what the filters cover"),
         (("--to", "c", "--temperature", "20"), "c follows every temperature"),

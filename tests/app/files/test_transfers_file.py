@@ -1,0 +1,108 @@
+"""Measured transfers from universal files and HDF5: what is read, and what is refused."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+import pyuff
+from pyuff.datasets.dataset_58 import prepare_58
+
+from analysis.estimation.transfer import MeasuredTransfer
+from app.files.bad_file import ResultFileError
+from app.files.transfers_file import read_transfers
+from app.files.uff58 import write_frfs
+
+FREQUENCY = np.arange(40.0, 400.0, 5.0)
+POINTS = np.array([[0.05, 0.1], [0.1, 0.1], [0.2, 0.05]])
+BAND = (60.0, 360.0)
+
+
+def answer(node, source):
+    return (1.0 + node + 10j * source) * 1e-6 / (1.0 + 1j * FREQUENCY / 200.0)
+
+
+def frf(node, source, response="+3", quantity="displacement"):
+    times = {"displacement": 0, "velocity": 1, "acceleration": 2}[quantity]
+    h = answer(node, source) * (2j * np.pi * FREQUENCY) ** times
+    return MeasuredTransfer("", f"{node}:{response}", f"{source}:+3", quantity, FREQUENCY, h)
+
+
+def scan(path, frfs):
+    write_frfs(path, frfs)
+    none = np.zeros(3, dtype=int)
+    nodes = pyuff.prepare_2411(np.arange(1, 4), none, none, none, *POINTS.T, np.zeros(3))
+    pyuff.UFF(str(path)).write_sets(nodes | {"type": 2411}, "add")
+    return path
+
+
+def every(**changes):
+    return [frf(node, source, **changes) for source in (8, 9) for node in (1, 2, 3)]
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
+def test_motions_of_any_kind_become_displacements(tmp_path, quantity):
+    read = read_transfers(scan(tmp_path / "scan.uff", every(quantity=quantity)), BAND, 21.5)
+    expected = [[[answer(node, source) for node in (1, 2, 3)] for source in (8, 9)]]
+    np.testing.assert_allclose(read.transfer, np.swapaxes(expected, 2, 3), rtol=1e-9)
+    np.testing.assert_array_equal(read.points, POINTS)
+    assert read.temperature.tolist() == [21.5]
+    assert not read.variance.any()
+
+
+def test_a_sensor_that_points_the_other_way_is_turned_round(tmp_path):
+    turned = [replace(one, response="2:-3", h=-one.h) if one.response == "2:+3" else one for one in every()]
+    straight = read_transfers(scan(tmp_path / "straight.uff", every()), BAND, 20.0)
+    found = read_transfers(scan(tmp_path / "turned.uff", turned), BAND, 20.0)
+    np.testing.assert_allclose(found.transfer, straight.transfer, rtol=1e-12)
+
+
+def test_a_node_that_answers_in_two_directions_is_refused(tmp_path):
+    frfs = [*every(), frf(2, 9, "+1")]
+    with pytest.raises(ResultFileError, match=r"node 2 answers node 9 twice, as 2:\+3 and 2:\+1; keep one FRF"):
+        read_transfers(scan(tmp_path / "scan.uff", frfs), BAND, 20.0)
+
+
+def test_coherence_in_the_file_gives_the_variance(tmp_path):
+    """Of an acceleration: over the fourth power of the circular frequency. Its course is known from theory."""
+    path = scan(tmp_path / "scan.uff", every(quantity="acceleration"))
+    coherence = 1.0 - 0.2 * FREQUENCY / FREQUENCY[-1]
+    ends = {"rsp_node": 2, "rsp_dir": 3, "ref_node": 9, "ref_dir": 3, "rsp_ent_name": "", "ref_ent_name": ""}
+    added = prepare_58(
+        binary=0, func_type=6, data=coherence, x=FREQUENCY, id1="coherence", abscissa_spacing=1,
+        abscissa_min=40.0, abscissa_inc=5.0, abscissa_spec_data_type=18, ordinate_spec_data_type=0,
+        ordinate_axis_units_lab="", orddenom_spec_data_type=0, orddenom_axis_units_lab="", **ends,
+    )  # fmt: skip
+    pyuff.UFF(str(path)).write_sets(added, "add")
+    read = read_transfers(path, BAND, 20.0)
+    found = read.variance[0, 1, :, 1]
+    expected = np.abs(answer(2, 9)) ** 2 * (1.0 - coherence) / coherence
+    assert found.min() > 0.0
+    np.testing.assert_allclose(found / found[0], expected / expected[0], rtol=1e-6)
+    assert np.count_nonzero(read.variance) == len(FREQUENCY)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"temperature": [np.nan]}, r"temperature \[nan\]: allowed are finite numbers"),
+        ({"transfer": np.ones(5)}, r"transfer \(5,\) and variance \(5,\) must be"),
+        ({"frequency": 50.0}, r"frequency \(\) and points"),
+        ({"frequency": [50.0], "transfer": np.ones((2, 1, 3))}, "with 2 lines or more"),
+        ({"frequency": np.zeros(0), "transfer": np.ones((2, 0, 3))}, "with 2 lines or more"),
+        ({"points": np.ones((3, 3))}, r"points \(3, 3\) must be"),
+        ({"temperature": [20.0, 30.0]}, r"must be \(T, N, F, K\) with T 2"),
+    ],
+)
+def test_datasets_of_other_shapes_are_refused_in_a_sentence(tmp_path, changes, said):
+    parts = {
+        "temperature": [20.0],
+        "points": POINTS,
+        "frequency": FREQUENCY,
+        "transfer": np.ones((2, len(FREQUENCY), 3)),
+    }
+    with h5py.File(tmp_path / "scan.h5", "w") as file:
+        for name, value in (parts | changes).items():
+            file[name] = value
+    with pytest.raises(ResultFileError, match=said):
+        read_transfers(tmp_path / "scan.h5", BAND, 20.0)
