@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-import app.expected_modes
+import app.twins.expected_modes
 from analysis.material import Material
-from app.expected_modes import expected_modes
+from app.twins.expected_modes import expected_modes
 from app.files.bad_file import ResultFileError
 
 TEMPERATURE = np.array([20.0, 30.0, 40.0])
@@ -37,8 +37,8 @@ class CrossingTwin:
 def prepared(monkeypatch: pytest.MonkeyPatch, twin: Any, sweeps: int = 3) -> Any:
     material = Material(np.full(3, 2e9), np.array([0.30, 0.31, 0.36]), np.full(3, 0.05))
     updated = SimpleNamespace(temperature=TEMPERATURE, material=material)
-    monkeypatch.setattr(app.expected_modes, "load_updated", lambda _: (updated, None))
-    monkeypatch.setattr(app.expected_modes, "campaign_twin", lambda *_: twin)
+    monkeypatch.setattr(app.twins.expected_modes, "load_updated", lambda _: (updated, None))
+    monkeypatch.setattr(app.twins.expected_modes, "campaign_twin", lambda *_: twin)
     return SimpleNamespace(
         sweeps=[SimpleNamespace(temperature=float(t)) for t in TEMPERATURE[:sweeps]],
         experiment=SimpleNamespace(protocol=SimpleNamespace(band=(50.0, 300.0))),
