@@ -19,7 +19,7 @@ from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_m
 from app.files.provenance import sha256
 from app.modal_test.frf_set import FrfSet, Position
 from app.modal_test.given_frfs import given_frfs
-from app.modal_test.signals import Signals, signals
+from app.modal_test.signals import SignalsOfFile, signals
 
 
 def declared_frfs(path: Path, report: Progress) -> FrfSet:
@@ -43,7 +43,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     test = read_modal_test(file)
     transfers: list[MeasuredTransfer] = []
     notes: list[str] = []
-    runs: dict[tuple[tuple[str, str], ...], list[tuple[str, Signals]]] = {}
+    runs: dict[tuple[tuple[str, str], ...], list[tuple[str, SignalsOfFile]]] = {}
     rates = {0.0}
     hashes = {file.name: sha256(file)}
     for done, record in enumerate(test.record):
@@ -86,7 +86,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
         raise ResultFileError(f"{file}: {error}") from error
 
 
-def _with_one_block(runs: list[tuple[str, Signals]], test: ModalTest, folder: Path) -> ModalTest:
+def _with_one_block(runs: list[tuple[str, SignalsOfFile]], test: ModalTest, folder: Path) -> ModalTest:
     """Give a hammer test without a duration the longest block that all its files have room for."""
     if test.kind != "hammer" or test.hammer.duration is not None:
         return test
@@ -110,7 +110,7 @@ def _places(record: RecordOfTest, test: ModalTest) -> dict[str, str]:
     }
 
 
-def _estimated(files: list[tuple[str, Signals]], test: ModalTest) -> tuple[FrfEstimate, float, list[str]]:
+def _estimated(files: list[tuple[str, SignalsOfFile]], test: ModalTest) -> tuple[FrfEstimate, float, list[str]]:
     """Estimate the FRFs of runs with all channels at the same places; also the window's rate, and notes."""
     notes: list[str] = []
     parts = []
@@ -141,7 +141,7 @@ def _estimated(files: list[tuple[str, Signals]], test: ModalTest) -> tuple[FrfEs
     return found, rate, notes
 
 
-def _ringing_notes(name: str, held: Signals, blows: Blows) -> list[str]:
+def _ringing_notes(name: str, held: SignalsOfFile, blows: Blows) -> list[str]:
     """Say which responses are cut off while they ring; the worst of a file."""
     _, answers = blows.blocks(windowed=False)
     answers = answers / np.array([hit.peak for hit in blows.kept])[:, None, None]  # blows differ in height
@@ -158,7 +158,7 @@ def _ringing_notes(name: str, held: Signals, blows: Blows) -> list[str]:
     return [f"{name}: {channel} {worst.told(tail, remedy)}"]
 
 
-def _transfers(found: FrfEstimate, held: Signals, places: Mapping[str, str]) -> list[MeasuredTransfer]:
+def _transfers(found: FrfEstimate, held: SignalsOfFile, places: Mapping[str, str]) -> list[MeasuredTransfer]:
     made = []
     for k, response in enumerate(held.responses):
         for m, drive in enumerate(held.drives):

@@ -9,8 +9,8 @@ import pytest
 
 import app.twins.expected_modes
 from analysis.material import Material
-from app.twins.expected_modes import expected_modes
 from app.files.bad_file import ResultFileError
+from app.twins.expected_modes import expected_modes
 
 TEMPERATURE = np.array([20.0, 30.0, 40.0])
 
