@@ -174,7 +174,7 @@ def _transfers(found: FrfEstimate, held: SignalsOfFile, places: Mapping[str, str
                     reference_quantity=quantities[1],
                     units=(UNITS[quantities[0]], UNITS[quantities[1]]),
                     variance=found.variance[k, m],
-                    coherence=found.coherence[k],
+                    coherence=None if found.averages <= len(held.drives) else found.coherence[k],
                 )
             )
     return made
