@@ -34,6 +34,10 @@
 ``compensation``      filters at any temperature: Bayesian-regularised networks and their rivals
 ``arrays``            types of arrays
 ``progress``          type of a progress callable
+``estimation``        signals of any test to FRFs
+``shapes``            mode shapes at many places, and how they are judged
+``rendering``         sound through filters that follow the temperature
+``thermometry``       a panel as its own thermometer
 ====================  ============================================================================
 """
 

@@ -11,5 +11,9 @@
 ``report``         figures and the self-contained HTML page
 ``view``           the windows
 ``blind_trial``    how often the gap workflow is right
+``modal_test``     tests of any laboratory, to modes
+``exports``        filters as other programs take them
+``sound``          sound through filters; thermometer
+``studies``        the paper's studies on a panel
 =================  ===========================================
 """

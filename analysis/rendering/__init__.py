@@ -7,5 +7,6 @@
 ``fading``         when the filters are changed, and how without a click
 ``renderer``       audio and temperature in, one signal per actuator out
 ``programme``      temperature over time
+``field``          how well a piece of sound is focused meanwhile
 =================  =============================================================================
 """

@@ -51,5 +51,19 @@ what they are. ``uff58`` and ``uff_modes`` write FRFs and shapes for them.
 
 Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml_text`` writes settings:
 
-================  =================================================
+=====================  ================================================
+``frf_file``           FRFs of a campaign
+``modes_file``         modes over temperature
+``laws_file``          what updating found
+``gap_file``           what the figures of a comparison need
+``gap_json``           the comparison for machines
+``twin_file``          a plate with its laws and effects
+``panel_file``         the focusing panel
+``transfers_file``     measured transfers of a panel
+``filter_files``       focusing filters
+``compensation_file``  networks and their rivals
+``studies_file``       figures of the paper's studies
+``sound_file``         sound, in blocks
+``wav_file``           WAV files of floats
+=====================  ================================================
 """

@@ -15,5 +15,8 @@
 ``gap_section``  the section on the gap
 ``focusing``     contrast and spot error (paper Figs. 4, 13, 15 and 17)
 ``paper``        our figures beside the paper's
+``modal_test``   a test at many places
+``sound``        the field along a piece of sound
+``studies``      figures of the paper's studies
 ===============  ======================================================
 """

@@ -4,5 +4,6 @@
 ``campaign_twin``     twin of an experiment, as declared or with effects
 ``campaign_model``    twin with effects, reduced to the materials of one campaign
 ``panel_twin``        twin of a focusing panel
+``expected_modes``    modes that an updated twin expects in every sweep
 ====================  ===========================================================
 """
