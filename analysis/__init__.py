@@ -38,6 +38,10 @@
 ``thermometry``       a panel as its own thermometer
 ``arrays``            types of arrays
 ``progress``          type of a progress callable
+``estimation``        signals of any test to FRFs
+``shapes``            mode shapes at many places, and how they are judged
+``rendering``         sound through filters that follow the temperature
+``thermometry``       a panel as its own thermometer
 ====================  ============================================================================
 """
 

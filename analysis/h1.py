@@ -102,12 +102,15 @@ def smooth_power(power: NDArray[np.float64], excluded: NDArray[np.bool_]) -> NDA
 def single_repeat_power(h: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Noise power per line of an FRF without repeats, from its roughness over frequency.
 
-    What a local quartic over eleven lines leaves is noise where modes are many lines wide (local
-    polynomial method: Pintelon and Schoukens, System Identification, 2012, ch. 7).
+    What a local quartic over eleven lines (all of them, where there are fewer; seven at least) leaves is noise
+    where modes are many lines wide (local polynomial method: Pintelon and Schoukens, System Identification, 2012,
+    ch. 7).
     """
     from scipy.signal import savgol_filter  # a third of a verb's start, and seldom needed
 
-    smooth = savgol_filter(h.real, 11, 4) + 1j * savgol_filter(h.imag, 11, 4)
-    kept_share = 1.0 - savgol_filter(np.eye(1, 11, 5)[0], 11, 4)[5]
+    width = min(11, (len(h) - 1) // 2 * 2 + 1)
+    smooth = savgol_filter(h.real, width, 4) + 1j * savgol_filter(h.imag, width, 4)
+    middle = width // 2
+    kept_share = 1.0 - savgol_filter(np.eye(1, width, middle)[0], width, 4)[middle]
     power: NDArray[np.float64] = np.abs(h - smooth) ** 2 / kept_share
     return power

@@ -13,6 +13,9 @@ from analysis.estimation.windows import RingdownWindow, force_window
 PULSE_END = 0.05
 """Share of its largest force below which a blow is over."""
 
+CUT_SHORT = "cut short"
+"""Begins the reason of a blow whose block the recording does not hold whole."""
+
 
 @dataclass(frozen=True)
 class HammerTest:
@@ -125,7 +128,10 @@ class Blows:
         """Spectra of the blows that count; ValueError where none does."""
         if not self.kept:
             why = "; ".join(dict.fromkeys(hit.rejected for hit in self.hits))
-            raise ValueError(f"none of {len(self.hits)} blows counts ({why}); record this point again")
+            onward = "record this point again"
+            if all(hit.rejected.startswith(CUT_SHORT) for hit in self.hits):
+                onward = "shorten hammer.pretrigger or hammer.duration, or " + onward
+            raise ValueError(f"none of {len(self.hits)} blows counts ({why}); {onward}")
         return of_blocks(*self.blocks(), self.recording.rate)
 
 
@@ -207,8 +213,10 @@ def _hit(
 ) -> Hit:
     """Judge the blow whose block begins at `start`."""
     if start < 0 or start + samples > recording.samples:
-        short = "before" if start < 0 else "after"
-        return Hit(start, (pre, pre), 0.0, f"cut short: the recording lacks part of its block {short} the blow")
+        there = (start + pre if start < 0 else recording.samples - start) / recording.rate
+        wanted = "a pretrigger of" if start < 0 else "a block of"
+        needed = (pre if start < 0 else samples) / recording.rate
+        return Hit(start, (pre, pre), 0.0, f"{CUT_SHORT}: {wanted} {needed:.4g} s, and {there:.4g} s are recorded")
     block = force[start : start + samples]
     first = pre + int(np.argmax(block[pre : pre + max(round(0.01 * recording.rate), 8)]))
     peak = float(block[first])
@@ -216,9 +224,12 @@ def _hit(
     end = first + int(low[0]) if len(low) else samples
     before = np.flatnonzero(block[:first] < PULSE_END * peak)
     begin = int(before[-1]) if len(before) else 0
-    rest = block[min(end + 1, samples - 1) :]
+    rest, early = block[min(end + 1, samples - 1) :], block[:begin]
     rejected = ""
-    if rest.max() > test.double_hit * peak:
+    if early.size and early.max() > test.double_hit * peak:
+        sooner = 1e3 * (first - int(np.argmax(early))) / recording.rate
+        rejected = f"double hit: {100 * early.max() / peak:.0f} % of the force {sooner:.1f} ms earlier"
+    elif rest.max() > test.double_hit * peak:
         later = 1e3 * (int(np.argmax(rest)) + end + 1 - first) / recording.rate
         rejected = f"double hit: {100 * rest.max() / peak:.0f} % of the force again {later:.1f} ms later"
     signals = [recording.drives[0], *recording.responses]

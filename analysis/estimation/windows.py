@@ -124,7 +124,10 @@ def without_window(
     real = np.minimum(poles.real + rate, 1e-3 * poles.real)
     moved = real + 1j * poles.imag
     jacobian = np.linalg.inv(_pole_of_logs(moved)) @ _pole_of_logs(poles)
-    spread: NDArray[np.float64] = jacobian @ covariance @ jacobian.transpose(0, 2, 1)
+    known = np.asarray(np.isfinite(covariance).all(axis=(1, 2)))  # infinity times a derivative of 0 is no number
+    spread: NDArray[np.float64] = np.where(known[:, None, None], covariance, 0.0)
+    spread = jacobian @ spread @ jacobian.transpose(0, 2, 1)
+    spread[~known] = covariance[~known]
     return moved, spread
 
 

@@ -23,6 +23,9 @@ from analysis.identification.pole_search import Prior, fit
 BEYOND = 0.15
 """Share of the band's edges up to which modes outside it are fitted as well."""
 
+FAR = 4.0
+"""Standard deviations from its expected frequency from which a mode's number is in doubt."""
+
 NOT_SHOWN = "the twin expects it here; this FRF alone would not show it"
 
 
@@ -111,9 +114,13 @@ def _one(
     alone = fit(lines, rough.poles, terms, max_iterations=0)
     modes, index, worth = held_fit(measured, alone, place, deviation, settings)
     status, reason = list(modes.status), list(modes.reason)
-    for n, gain in zip(index, worth, strict=True):
+    away = np.exp(to_parameters(modes.poles[index])[:, 0] - place[:, 0]) - 1.0
+    for n, gain, share in zip(index, worth, away, strict=True):
         if status[n] == "computational" and modes.band[0] <= modes.poles[n].imag / (2.0 * np.pi) <= modes.band[1]:
             status[n], reason[n] = "weak", f"known from the twin; alone here: {reason[n]}"
         elif gain < 0.0 and status[n] == "kept":
             status[n], reason[n] = "weak", NOT_SHOWN
+        if status[n] in ("kept", "weak") and abs(share) > FAR * expected.frequency_deviation:
+            told = f"{100 * share:+.1f} % from where the twin expects it: its number may be another mode's"
+            status[n], reason[n] = "weak", told
     return replace(modes, status=tuple(status), reason=tuple(reason)), index

@@ -13,6 +13,7 @@ from analysis.estimation.coherence import coherence_variance
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.atomic import atomic_path
 from app.files.bad_file import ResultFileError
+from app.files.measurements.formats import FORMATS
 from app.files.parsed_text import read_bytes
 from app.files.uff_sets import data_sets
 
@@ -49,7 +50,9 @@ def read_frfs(path: Path) -> list[MeasuredTransfer]:
     except ResultFileError:
         raise
     except Exception as error:  # pyuff says what is wrong with a file by bare Exception, and by accident
-        raise ResultFileError(f"{path}: not a readable universal file, or cut short ({error})") from error
+        raise ResultFileError(
+            f"{path}: not a readable universal file, or cut short ({error}){_onward(path)}"
+        ) from error
     if not frfs:
         held = sorted({FUNCTIONS.get(int(d.get("func_type", -1)), str(d.get("func_type"))) for d in sets})
         other = sorted({str(kind) for kind in kinds if kind != 58})
@@ -59,6 +62,13 @@ def read_frfs(path: Path) -> list[MeasuredTransfer]:
             f"{path}: holds no frequency response function (data set 58, function type 4); found: {listed}{onward}"
         )
     return read
+
+
+def _onward(path: Path) -> str:
+    """Say what takes a file that is called like that of another format."""
+    if not any(path.suffix.lower() in one.endings for one in FORMATS if one.name != "uff"):
+        return ""
+    return f"; what signals or FRFs of another format are is declared first: flexura new test {path}"
 
 
 def functions(path: Path) -> list[dict[str, Any]]:

@@ -27,10 +27,12 @@ def write_modes(
     shapes : ModeShapes
         Directions -1 to -3 turn the sign; a place without a direction counts as along z.
     points : mapping of int to (float, float, float)
-        m; nodes of which none is known are left out of data set 15.
+        m; nodes of which none is known are left out of data set 15. Without any, and without modes, the file is
+        empty.
     """
     nodes = sorted({int(place.partition(":")[0]) for place in shapes.places})
     with atomic_path(target) as partial:
+        partial.touch()  # without modes and places there is nothing to write
         file = pyuff.UFF(str(partial))
         mode = "overwrite"
         known = [node for node in nodes if node in points]

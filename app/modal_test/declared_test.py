@@ -19,7 +19,7 @@ from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_m
 from app.files.provenance import sha256
 from app.modal_test.frf_set import FrfSet, Position
 from app.modal_test.given_frfs import given_frfs
-from app.modal_test.signals import Signals, signals
+from app.modal_test.signals import SignalsOfFile, signals
 
 
 def declared_frfs(path: Path, report: Progress) -> FrfSet:
@@ -48,7 +48,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
     test = read_modal_test(file)
     transfers: list[MeasuredTransfer] = []
     notes: list[str] = []
-    runs: dict[tuple[tuple[str, str], ...], list[tuple[str, Signals]]] = {}
+    runs: dict[tuple[tuple[str, str], ...], list[tuple[str, SignalsOfFile]]] = {}
     rates = {0.0}
     hashes = {file.name: sha256(file)}
     for done, record in enumerate(test.record):
@@ -91,7 +91,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
         raise ResultFileError(f"{file}: {error}") from error
 
 
-def _with_one_block(runs: list[tuple[str, Signals]], test: ModalTest, folder: Path) -> ModalTest:
+def _with_one_block(runs: list[tuple[str, SignalsOfFile]], test: ModalTest, folder: Path) -> ModalTest:
     """Give a hammer test without a duration the longest block that all its files have room for."""
     if test.kind != "hammer" or test.hammer.duration is not None:
         return test
@@ -115,7 +115,7 @@ def _places(record: RecordOfTest, test: ModalTest) -> dict[str, str]:
     }
 
 
-def _estimated(files: list[tuple[str, Signals]], test: ModalTest) -> tuple[FrfEstimate, float, list[str]]:
+def _estimated(files: list[tuple[str, SignalsOfFile]], test: ModalTest) -> tuple[FrfEstimate, float, list[str]]:
     """Estimate the FRFs of runs with all channels at the same places; also the window's rate, and notes."""
     notes: list[str] = []
     parts = []
@@ -146,7 +146,7 @@ def _estimated(files: list[tuple[str, Signals]], test: ModalTest) -> tuple[FrfEs
     return found, rate, notes
 
 
-def _ringing_notes(name: str, held: Signals, blows: Blows) -> list[str]:
+def _ringing_notes(name: str, held: SignalsOfFile, blows: Blows) -> list[str]:
     """Say which responses are cut off while they ring; the worst of a file."""
     _, answers = blows.blocks(windowed=False)
     answers = answers / np.array([hit.peak for hit in blows.kept])[:, None, None]  # blows differ in height
@@ -163,7 +163,7 @@ def _ringing_notes(name: str, held: Signals, blows: Blows) -> list[str]:
     return [f"{name}: {channel} {worst.told(tail, remedy)}"]
 
 
-def _transfers(found: FrfEstimate, held: Signals, places: Mapping[str, str]) -> list[MeasuredTransfer]:
+def _transfers(found: FrfEstimate, held: SignalsOfFile, places: Mapping[str, str]) -> list[MeasuredTransfer]:
     made = []
     for k, response in enumerate(held.responses):
         for m, drive in enumerate(held.drives):
@@ -179,7 +179,7 @@ def _transfers(found: FrfEstimate, held: Signals, places: Mapping[str, str]) -> 
                     reference_quantity=quantities[1],
                     units=(UNITS[quantities[0]], UNITS[quantities[1]]),
                     variance=found.variance[k, m],
-                    coherence=found.coherence[k],
+                    coherence=None if found.averages <= len(held.drives) else found.coherence[k],
                 )
             )
     return made

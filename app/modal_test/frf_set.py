@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.channel import UNITS
-from analysis.estimation.quantities import frf_label
+from analysis.estimation.quantities import frf_label, frf_name
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError
 from app.files.provenance import sha256
@@ -57,8 +57,9 @@ class FrfSet:
             same = one.frequency.shape == first.frequency.shape
             if not same or not np.allclose(one.frequency, first.frequency, rtol=1e-6):
                 raise ValueError(
-                    f"{one.name!r} and {first.name!r} have different frequency lines: identify them one by one, "
-                    "without --shared-poles"
+                    f"{one.name!r} and {first.name!r} have different frequency lines; poles are shared by FRFs of "
+                    "the same lines: export or record them with the same, or take those of a universal file one "
+                    "by one, without --shared-poles"
                 )
 
     @property
@@ -88,12 +89,14 @@ class FrfSet:
         Returns
         -------
         str
-            ``accelerance [m/s2/N]``.
+            ``accelerance [m/s2/N]``, in the units that its file says; SI where it says none.
         """
-        one = self.transfers[number]
+        one, name = self.transfers[number], "FRF"
         if one.quantity in UNITS and one.reference_quantity in UNITS:
-            return frf_label(one.quantity, one.reference_quantity)
-        return f"FRF [{one.units[0] or '?'}/{one.units[1] or '?'}]"
+            if not any(one.units):
+                return frf_label(one.quantity, one.reference_quantity)
+            name = frf_name(one.quantity, one.reference_quantity)
+        return f"{name} [{one.units[0] or '?'}/{one.units[1] or '?'}]"
 
 
 def ends(transfers: Sequence[MeasuredTransfer]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.channel import UNITS
+from analysis.estimation.coherence import coherence_variance
 from analysis.estimation.quantities import calibration, frf_name
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.measurements.columns import Columns
@@ -54,8 +55,18 @@ def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[
         channel = test.channels[name]
         place = record.at.get(name) or channel.at or str(number)
         named.append((name, columns.values[name], place, record.at.get("reference") or channel.reference or "1"))
-    for name, h, response, reference in named:
+    beside = by_role.get("coherence", [])
+    if len(beside) not in (0, 1, len(named)):
+        raise ValueError(
+            f"{record.file}: {len(beside)} channels with the role coherence, {len(named)} FRFs; declare one for "
+            "all FRFs, or one for each in the same order"
+        )
+    for number, (name, h, response, reference) in enumerate(named):
         used_lines = _checked_lines(record.file, name, frequency, h)
+        variance, coherence = None, None
+        if beside:
+            other = beside[number if len(beside) > 1 else 0]
+            coherence, variance = _with_coherence(record.file, other, columns.values[other], h, used_lines)
         made.append(
             MeasuredTransfer(
                 name=f"{frf_name(read.quantity, drove.quantity)} {name}",
@@ -66,9 +77,24 @@ def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[
                 h=np.asarray(h[used_lines] * (read.scale / drove.scale), dtype=complex),
                 reference_quantity=drove.quantity,
                 units=(UNITS[read.quantity], UNITS[drove.quantity]),
+                variance=None if variance is None else variance * (read.scale / drove.scale) ** 2,
+                coherence=coherence,
             )
         )
     return made
+
+
+def _with_coherence(
+    file: str, name: str, values: NDArray[Any], h: NDArray[Any], used: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coherence of the used lines, and the FRF's variance in the file's own unit squared."""
+    if values.shape != h.shape:
+        raise ValueError(f"{file}: coherence {name!r}: {len(values)} values, the FRF {len(h)}; export both alike")
+    coherence = values[used].real.astype(float)
+    try:
+        return coherence, coherence_variance(np.asarray(h[used], dtype=complex), coherence)
+    except ValueError as error:
+        raise ValueError(f"{file}: coherence {name!r}: {error}; give it the role unused, or correct it") from error
 
 
 def _checked_lines(file: str, name: str, frequency: NDArray[np.float64], h: NDArray[Any]) -> NDArray[np.bool_]:

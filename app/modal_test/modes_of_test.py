@@ -106,10 +106,11 @@ def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes
     report("identify", 0.9)
     orders = np.unique(np.linspace(2, 2 * max(len(modes.poles), 3) + 2, 8).astype(int))
     chart = stabilization_chart(Measured(frfs.frequency, frfs.h), modes.terms, [int(n) for n in orders])
-    shapes = mode_shapes(frfs.transfers, modes.poles, modes.residues, modes.real)
+    freed = _freed(modes, frfs.window_rate)
+    shapes = mode_shapes(frfs.transfers, freed.poles, freed.residues, freed.real)
     report("identify", 1.0)
     told = replace(frfs, notes=(*frfs.notes, *_widened(modes, frfs.segment)))
-    return TestModes(told, _freed(modes, frfs.window_rate), shapes, chart)
+    return TestModes(told, freed, shapes, chart)
 
 
 def _widened(modes: Modes, segment: float) -> list[str]:

@@ -19,6 +19,7 @@ from app.files.modal_test_toml import ENDS, FORMAT, ModalTest
 from app.files.settings_toml import checked, read_table
 from app.files.shipped import shipped
 from app.files.toml_text import toml_text
+from app.modal_test.points_table import points_of_table
 
 GUESSES = (
     ("time", r"time|zeit|temps|^t$|x_value"),
@@ -29,6 +30,9 @@ GUESSES = (
     ("coherence", r"coh"),
 )
 """Roles by what channels are commonly called; all else is a response."""
+
+RATE_NAMES = r"(?<![a-z])fs(?![a-z])|rate(?![a-z])|sampling|abtast"
+"""What a file may call its sample rate: ``fs``, ``test.Fs``, ``sampleRate``; not ``offset``."""
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
 role: drive, response, time, frequency, frf, real, imaginary, coherence, unused
@@ -140,9 +144,9 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
         for number, file in enumerate(files, start=1)
     ]
     if said.points is not None:
-        table["points"] = _points(said.points)
+        table["points"] = points_of_table(said.points)
     declared = checked(target, table, ModalTest)
-    write_text(target, toml_text(table, TEST_HEAD))
+    _write(target, toml_text(table, TEST_HEAD))
     return declared, [name for name, one in channels.items() if _lacks_sensitivity(one, columns.units.get(name))]
 
 
@@ -152,25 +156,18 @@ def _rate(columns: Columns, said: NewTest, roles: Sequence[str]) -> dict[str, An
         return {"sample_rate": said.sample_rate}
     if "time" in roles or "frequency" in roles or columns.rates:
         return {}
-    named = [name for name in columns.scalars if re.search(r"fs|rate", name, re.IGNORECASE)]
+    named = [name for name in columns.scalars if re.search(RATE_NAMES, name, re.IGNORECASE)]
     return {"sample_rate": named[0]} if named else {}
-
-
-def _points(path: Path) -> dict[str, list[float]]:
-    """Nodes and their places from a table of four columns."""
-    columns = list(read_columns(path).values.values())
-    if len(columns) != 4:
-        raise ResultFileError(f"{path}: {len(columns)} columns; node, x, y and z (m) are wanted")
-    return {str(round(node)): [float(x), float(y), float(z)] for node, x, y, z in zip(*columns, strict=True)}
 
 
 def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
     """Role, unit and sensitivity of one column, said or guessed."""
     file_unit = columns.units.get(name)
     for role, named in (("drive", said.drives), ("response", said.responses)):
-        meant = [value for pattern, value in named.items() if _means(pattern, name)]
+        meant = [pattern for pattern in named if _means(pattern, name)]
         if meant:
-            return {"role": role} | _unit_or_sensitivity(meant[0], file_unit)
+            told = named[name if name in meant else meant[0]]
+            return {"role": role} | _unit_or_sensitivity(told, file_unit)
     if any(_means(pattern, name) for pattern in said.unused):
         return {"role": "unused"}
     if np.iscomplexobj(columns.values[name]):
@@ -245,5 +242,14 @@ def new_campaign(target: Path, plate: tuple[float, float, float, float] | None, 
     table["title"] = title or file.resolve().parent.name
     if plate is not None:
         table["plate"] |= dict(zip(("length_x", "length_y", "thickness", "mass"), plate, strict=True))
-    write_text(file, toml_text(table, CAMPAIGN_HEAD))
+    _write(file, toml_text(table, CAMPAIGN_HEAD))
     return file
+
+
+def _write(target: Path, text: str) -> None:
+    try:
+        write_text(target, text)
+    except OSError as error:
+        raise ResultFileError(
+            f"{target}: cannot be written ({error.strerror}); name another with --out"
+        ) from error

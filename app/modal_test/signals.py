@@ -17,8 +17,8 @@ JITTER = 1e-3
 
 
 @dataclass(frozen=True)
-class Signals:
-    """Signals of one file.
+class SignalsOfFile:
+    """SignalsOfFile of one file.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Signals:
     full_scales: tuple[float | None, ...]
 
 
-def signals(file: str, columns: Columns, test: ModalTest) -> Signals:
+def signals(file: str, columns: Columns, test: ModalTest) -> SignalsOfFile:
     """Turn the columns of a file into signals.
 
     Parameters
@@ -50,7 +50,7 @@ def signals(file: str, columns: Columns, test: ModalTest) -> Signals:
 
     Returns
     -------
-    Signals
+    SignalsOfFile
         In SI units.
 
     Raises
@@ -84,7 +84,7 @@ def signals(file: str, columns: Columns, test: ModalTest) -> Signals:
         try:
             rate = sample_rate(file, columns, test)
             recording = SampledSignals(rate, *(np.array([scaled[n] for n in names[role]]) for role in MEASURED))
-            return Signals(recording, (*names["drive"],), (*names["response"],), quantities, tuple(scales))
+            return SignalsOfFile(recording, (*names["drive"],), (*names["response"],), quantities, tuple(scales))
         except ValueError as error:
             problems.append(f"{file}: {error}")
     raise ValueError("\n".join(problems))

@@ -18,5 +18,8 @@
 ``modal_test``   a test at many places
 ``sound``        contrast along a piece of sound, readings of the thermometer
 ``paper``        our figures beside the paper's
+``modal_test``   a test at many places
+``sound``        the field along a piece of sound
+``studies``      figures of the paper's studies
 ===============  ======================================================
 """

@@ -130,7 +130,7 @@ def stabilization(frfs: FrfSet, chart: StabilizationChart) -> Figure:
 
 
 def drawn_shapes(frfs: FrfSet, modes: Modes, shapes: ModeShapes) -> Figure:
-    """Draw the shapes: coloured points where nodes lie in a plane, bars otherwise.
+    """Draw the shapes along +x, +y or +z: coloured points where nodes lie in a plane, a line otherwise.
 
     Parameters
     ----------
@@ -153,11 +153,12 @@ def drawn_shapes(frfs: FrfSet, modes: Modes, shapes: ModeShapes) -> Figure:
     spread = np.ptp(where, axis=0)
     axes_used = np.argsort(-spread)[:2]
     frequency = modes.reading().frequency_hz[shapes.pole]
+    sign = np.array([-1.0 if ":-" in place else 1.0 for place in shapes.places])
     for n, axis in enumerate(axes.ravel()):
         if n >= count:
             axis.set_axis_off()
             continue
-        motion = shapes.shape[n].real
+        motion = sign * shapes.shape[n].real
         if known and spread[axes_used[1]] > 0.05 * spread[axes_used[0]]:
             first, second = sorted(int(a) for a in axes_used)
             x, y = where[:, first], where[:, second]

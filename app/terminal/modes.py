@@ -28,7 +28,7 @@ def modes_record(modes: Modes, damping: Damping) -> dict[str, Any]:
     found: list[dict[str, Any]] = []
     rejected: list[dict[str, Any]] = []
     for j, (status, reason, other) in enumerate(zip(modes.status, modes.reason, modes.overlapped, strict=True)):
-        values: dict[str, Any] = {name: float(getattr(reading, name)[j]) for name in FIELDS}
+        values: dict[str, Any] = {name: _finite(getattr(reading, name)[j]) for name in FIELDS}
         values["pole_rad_s"] = [float(modes.poles[j].real), float(modes.poles[j].imag)]
         values["overlaps_hz"] = float(reading.frequency_hz[other]) if other >= 0 else None
         (found if modes.real[j] else rejected).append(values | {"status": status, "reason": reason})
@@ -41,6 +41,11 @@ def modes_record(modes: Modes, damping: Damping) -> dict[str, Any]:
         "modes": found,
         "rejected": rejected,
     }
+
+
+def _finite(value: float) -> float | None:
+    """Return a number as JSON knows it: a deviation that the data do not bound is none."""
+    return float(value) if math.isfinite(value) else None
 
 
 def campaign_record(tracked: TrackedModes, damping: Damping, seconds: float) -> dict[str, Any]:
@@ -86,14 +91,18 @@ def show_modes(title: str, modes: Sequence[dict[str, Any]]) -> None:
         table.add_column(heading, justify="left" if heading == "status" else "right")
     for mode in modes:
         table.add_row(
-            f"{mode['frequency_hz']:.3f}",
-            f"{mode['sigma_frequency_hz']:.3f}",
-            f"{100 * mode['damping_ratio']:.3f}",
-            f"{100 * mode['sigma_damping_ratio']:.3f}",
-            f"{100 * mode['loss_factor']:.3f}",
+            _number(mode["frequency_hz"]),
+            _number(mode["sigma_frequency_hz"]),
+            _number(mode["damping_ratio"], 100.0),
+            _number(mode["sigma_damping_ratio"], 100.0),
+            _number(mode["loss_factor"], 100.0),
             _status(mode),
         )
     Console().print(table)
+
+
+def _number(value: float | None, scale: float = 1.0) -> str:
+    return "∞" if value is None else f"{scale * value:.3f}"
 
 
 def _status(mode: dict[str, Any]) -> str:

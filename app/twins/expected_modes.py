@@ -11,7 +11,7 @@ from analysis.identification.expected_modes import ExpectedModes
 from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
-from app.files.laws_file import load_updated
+from app.files.laws_file import effects_in_laws, load_updated
 from app.twins.campaign_twin import campaign_twin
 from simulation.twin.local_solution import LocalSolution
 
@@ -35,8 +35,13 @@ def expected_modes(campaign: Campaign, laws: Path, report: Progress) -> Expected
     Raises
     ------
     ResultFileError
-        If the file cannot be read, or other sweeps were updated.
+        If the file cannot be read, other sweeps were updated, or the laws are those under effects.
     """
+    if effects := effects_in_laws(laws):
+        raise ResultFileError(
+            f"{laws}: its laws are those under {', '.join(effects)} (flexura update --twin), and the modes to "
+            "expect are the plain twin's: update without --twin into another run folder, and name that"
+        )
     updated, _ = load_updated(laws)
     temperature = np.array([sweep.temperature for sweep in campaign.sweeps])
     if temperature.shape != updated.temperature.shape or np.abs(temperature - updated.temperature).max() > 1e-3:

@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
@@ -14,6 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from app.files.laws_file import load_laws, load_updated
 from app.files.modes_file import load_modes
+from app.files.provenance import read_stamp
 from app.main import flexura
 
 Cut = Callable[[Path, tuple[int, ...]], None]
@@ -79,6 +81,24 @@ def test_identified_and_updated_agree_on_the_damping(run: Path) -> None:
     for t, eta in enumerate(updated.material.loss_factor):
         assert known[t].sum() >= 8
         assert 0.97 < np.median(reading.loss_factor[t][known[t]]) / eta < 1.01
+
+
+def test_identified_with_the_twin_of_the_run(recording: Path, run: Path) -> None:
+    """Typed like all else: every mode has a track, and those kept fall with temperature."""
+    folder = run.with_name("expected")
+    result = CliRunner().invoke(
+        flexura, ["identify", str(recording), "--twin", str(run), "--out", str(folder), "--json"]
+    )
+    assert result.exit_code == 0, result.output
+    printed = json.loads(result.stdout)
+    assert all(mode["track"] for sweep in printed["temperatures"] for mode in sweep["modes"])
+    tracked = load_modes(folder / "modes.h5")
+    f = np.abs(tracked.poles) / (2 * np.pi)
+    step = np.diff(np.where(np.array(tracked.status) == "kept", f, np.nan), axis=0)
+    assert np.isfinite(step).sum() > 20
+    assert (step[np.isfinite(step)] < 0.0).all()
+    with h5py.File(folder / "modes.h5") as file:
+        assert "laws.h5" in read_stamp(file)["inputs"]
 
 
 def test_update_prints_json_that_a_machine_can_read(recording: Path, run: Path) -> None:

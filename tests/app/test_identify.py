@@ -10,11 +10,15 @@ from click.testing import CliRunner, Result
 from threadpoolctl import threadpool_limits
 
 from analysis.estimation.transfer import MeasuredTransfer
+from analysis.estimation.windows import without_window
+from analysis.identification.modes import Modes
+from analysis.identification.residual_terms import named
 from analysis.identification.synthetic import SyntheticFrf, r10
 from analysis.shapes.assurance import mac
 from app.files.uff58 import read_frfs, write_frfs
 from app.main import flexura
 from app.modal_test.modes_of_test import load_test, rebuilt
+from app.terminal.modes import modes_record, show_modes
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 BEAM = SHARED / "real" / "beam_roving_hammer"
@@ -65,6 +69,23 @@ def test_every_frf_of_a_file_shows_its_ten_modes(uff: Path, cases: list[Syntheti
         assert {mode["status"] for mode in frf["modes"]} == {"kept"}
         assert all(mode["reason"] for mode in frf["modes"] + frf["rejected"])
     assert printed["frfs"][0]["misfit"] == pytest.approx(0.01, rel=0.1)
+
+
+def test_deviations_without_end_are_none_in_json_and_in_the_table(capsys: pytest.CaptureFixture[str]) -> None:
+    """A direction that the data do not determine, with an exponential window taken out."""
+    pole = np.array([-5.0 + 900j])
+    moved, spread = without_window(pole, np.diag([1e-6, np.inf])[None], 2.0)
+    assert np.isinf(spread[0, 1, 1])
+    nothing = np.zeros((1, 0), dtype=complex)
+    modes = Modes(
+        moved, np.ones((1, 1), complex), spread, named("none"), nothing, ("weak",), ("why",), (1.0, 300.0), 0.1, 99
+    )
+    for damping in ("hysteretic", "viscous"):
+        record = modes_record(modes, damping)
+        assert record["modes"][0]["sigma_damping_ratio"] is None
+        json.dumps(record, allow_nan=False)
+        show_modes("plate", record["modes"])
+        assert "∞" in capsys.readouterr().out
 
 
 def test_default_reading_is_hysteretic(uff: Path, cases: list[SyntheticFrf]) -> None:

@@ -95,6 +95,19 @@ def test_a_mode_whose_damping_the_window_drowned_is_unknown_and_not_unstable() -
     assert covariance[0, 1, 1] > 1.0
 
 
+def test_a_double_hit_whose_second_blow_is_the_harder_is_left_out() -> None:
+    """The force window would drop the first blow, which the response has felt."""
+    blows = find_blows(session([(0.5, 30.0), (0.506, 50.0)], 2.0), HammerTest(trigger=5.0, duration=1.0))
+    (hit,) = blows.hits
+    assert hit.rejected == "double hit: 60 % of the force 6.0 ms earlier"
+
+
+def test_a_record_that_begins_at_its_trigger_says_what_to_shorten() -> None:
+    blows = find_blows(session([(0.002, 50.0)], 1.0), HammerTest(trigger=5.0))
+    with pytest.raises(ValueError, match=r"pretrigger of 0.005\S* s, and 0.001\S* s are rec.*hammer.pretrigger"):
+        blows.spectra()
+
+
 def test_double_hits_overloads_and_blows_cut_short_are_left_out_and_named() -> None:
     recording = session([(0.5, 50), (3.5, 50), (3.5625, 20), (6.5, 80), (9.5, 50), (11.9, 50)], 12.0)
     response = recording.responses.copy()

@@ -80,6 +80,16 @@ def test_what_the_frf_tells_counts_more_than_the_twin() -> None:
     assert np.abs(f / truth - 1.0)[:, [0, 3, 4]].max() < 6e-4
 
 
+def test_a_mode_far_from_where_the_twin_expects_it_is_weak() -> None:
+    """A fit that leaves the twin's place by many deviations may have met another mode."""
+    wrong = poles()
+    wrong[:, 3] *= 0.97
+    tracked = track(campaign(), expected=ExpectedModes(wrong))
+    assert all(row[3] == "weak" and row[4] == "kept" for row in tracked.status)
+    for modes, row in zip(tracked.modes, tracked.track, strict=True):
+        assert modes.reason[row[3]].startswith("+3.1 % from where the twin expects it")
+
+
 def test_a_mode_that_the_frf_does_not_show_is_weak() -> None:
     true = poles()
     more = np.column_stack([true, 2j * np.pi * 480.0 * np.sqrt(1 + 0.06j) * np.ones(4)])

@@ -1,5 +1,6 @@
 """What cannot be a measurement, or is declared wrong: a sentence each, with the next step."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -102,6 +103,49 @@ def test_frfs_that_are_none(
     status, _, told = run_flexura("identify", path)
     assert status == 2, told
     assert message in told
+
+
+@pytest.mark.parametrize(
+    ("coherence", "message"),
+    [
+        (np.full(200, 1.5), "coherence 'c': coherence from 1.5 to 1.5; 0 to 1 allowed; give it the role unused"),
+        (np.ones(200), "as after one average: it says nothing of the noise; give it the role unused"),
+        (np.full(150, 0.9), "150 values, the FRF 200; export both alike"),
+    ],
+)
+def test_coherences_that_are_none(
+    tmp_path: Path, coherence: np.ndarray, message: str, run_flexura: Flexura
+) -> None:
+    channels = FRF_CHANNELS | {"c": '{ role = "coherence" }'}
+    path = declared(tmp_path, "frf", {"freq": LINES, "H": H, "c": coherence}, channels)
+    status, _, told = run_flexura("identify", path)
+    assert status == 2, told
+    assert message in told
+
+
+def test_a_table_is_declared_before_it_is_identified(tmp_path: Path, run_flexura: Flexura) -> None:
+    np.savetxt(tmp_path / "hits.csv", np.random.default_rng(0).random((9, 3)), delimiter=",")
+    status, _, told = run_flexura("identify", tmp_path / "hits.csv")
+    assert status == 2
+    assert f"declared first: flexura new test {tmp_path / 'hits.csv'}" in told
+
+
+def test_eight_lines_are_enough(tmp_path: Path, run_flexura: Flexura) -> None:
+    few = slice(46, 54)
+    path = declared(tmp_path, "frf", {"freq": LINES[few], "H": H[few]}, FRF_CHANNELS)
+    assert run_flexura("identify", path, "--out", tmp_path / "run", "-q") == (0, "", "")
+    assert run_flexura("report", tmp_path / "run", "-q")[0] == 0
+
+
+def test_noise_alone_has_no_modes_and_a_whole_run_folder(tmp_path: Path, run_flexura: Flexura) -> None:
+    """Status 1, and files that the report takes."""
+    noise = np.random.default_rng(0).standard_normal((2, 2, 200))
+    channels = {"freq": '{ role = "frequency" }', '"H[1]"': '{ role = "frf" }', '"H[2]"': '{ role = "frf" }'}
+    path = declared(tmp_path, "frf", {"freq": LINES, "H": noise[0] + 1j * noise[1]}, channels)
+    status, out, told = run_flexura("identify", path, "--out", tmp_path / "run", "--json")
+    assert (status, json.loads(out)["modes"]) == (1, []), told
+    assert (tmp_path / "run" / "modes.uff").read_bytes() == b""
+    assert run_flexura("report", tmp_path / "run", "-q")[0] == 0
 
 
 def test_a_band_without_lines_and_words_that_do_not_fit(tmp_path: Path, run_flexura: Flexura) -> None:

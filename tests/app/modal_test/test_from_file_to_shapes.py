@@ -8,8 +8,11 @@ import pytest
 import pyuff
 from scipy.io import savemat, wavfile
 
+from analysis.estimation.transfer import MeasuredTransfer
 from analysis.shapes.assurance import mac
 from app.files.uff58 import read_frfs
+from app.modal_test.declared_test import declared_frfs
+from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import load_test, rebuilt
 from app.modal_test.saved import load_stabilization
 from tests.app.modal_test.conftest import ETA, POINTS, RATE, SHAPES, Beam, F, hammer_files, typed
@@ -117,6 +120,43 @@ def test_mobilities_of_a_laser_in_an_npz(tmp_path: Path, beam: Beam) -> None:
     np.testing.assert_allclose(
         np.abs(frfs.h[0]), np.abs(beam.frf(frfs.frequency, 0, 0, 1)), atol=2e-3 * np.abs(frfs.h).max()
     )
+
+
+def test_a_coherence_beside_frfs_becomes_their_variance(tmp_path: Path, beam: Beam) -> None:
+    """Noise of 0.1 % of the largest mobility after averaging, its coherence for one of sixteen averages."""
+    frequency = np.arange(0.5, 700.0, 0.5)
+    h = beam.frf(frequency, 1, 0, 1)
+    power = (0.001 * np.abs(h).max()) ** 2
+    noise = np.random.default_rng(4).standard_normal((2, len(h))) * np.sqrt(power / 2)
+    coherence = np.abs(h) ** 2 / (np.abs(h) ** 2 + 16 * power)
+    np.savez(tmp_path / "a.npz", f=frequency, H=1e3 * (h + noise[0] + 1j * noise[1]), c=coherence)
+    (tmp_path / "test.toml").write_text(
+        'format = "flexura-test/1"\nkind = "frf"\n[frf]\nresponse = "mm/s"\nreference = "N"\n[channels]\n'
+        'f = { role = "frequency" }\nH = { role = "frf" }\nc = { role = "coherence" }\n[[record]]\n'
+        'file = "a.npz"\n',
+        encoding="utf-8",
+    )
+    (frf,) = declared_frfs(tmp_path, lambda *_: None).transfers
+    assert frf.coherence is not None
+    assert frf.variance is not None
+    np.testing.assert_allclose(frf.coherence, coherence)
+    assert np.median(frf.variance) == pytest.approx(power, rel=0.2)
+
+
+def test_one_blow_has_no_coherence(tmp_path: Path, beam: Beam) -> None:
+    several, one = (declared_frfs(hammer_files(tmp_path, beam, 2.0 * n, n), lambda *_: None) for n in (2, 1))
+    assert all(frf.coherence is not None for frf in several.transfers)
+    assert all(frf.coherence is None for frf in one.transfers)
+
+
+@pytest.mark.parametrize(
+    ("units", "label"),
+    [(("", ""), "accelerance [m/s2/N]"), (("g", "N"), "accelerance [g/N]"), (("g", ""), "accelerance [g/?]")],
+)
+def test_an_axis_has_the_units_of_its_file(units: tuple[str, str], label: str) -> None:
+    line = np.arange(1.0, 9.0)
+    frf = MeasuredTransfer("a", "1:+3", "1:+3", "acceleration", line, line + 0j, units=units)
+    assert FrfSet("plate", (frf,)).label(0) == label
 
 
 def test_a_sound_recording_of_a_hammer_and_a_microphone(tmp_path: Path, beam: Beam) -> None:

@@ -61,6 +61,49 @@ def test_frfs_with_points_are_declared(tmp_path: Path, run_flexura: Flexura) -> 
 
 
 @pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("nan,0,0,0", "row 2: node nan at 0, 0, 0; a whole number from 1"),
+        ("2,nan,0,0", "row 2: node 2 at nan, 0, 0; a whole number from 1"),
+        ("2.5,0,0,0", "row 2: node 2.5 at"),
+        ("1,0,0,0", "row 2: node 1 stands there twice"),
+    ],
+)
+def test_places_that_are_none_are_named(tmp_path: Path, row: str, message: str, run_flexura: Flexura) -> None:
+    np.savez(tmp_path / "a.npz", freq=np.arange(1.0, 50.0), H=np.ones(49) * 1j)
+    (tmp_path / "points.csv").write_text(f"1,0,0,0\n{row}\n", encoding="utf-8")
+    status, _, err = run_flexura("new", "test", tmp_path / "a.npz", "--points", tmp_path / "points.csv")
+    assert status == 2
+    assert message in err
+    assert not (tmp_path / "test.toml").exists()
+
+
+def test_the_sample_rate_is_not_taken_from_an_offset(tmp_path: Path, run_flexura: Flexura) -> None:
+    noise = np.random.default_rng(0).standard_normal((2, 99))
+    np.savez(tmp_path / "a.npz", offset=3.0, fs=1000.0, force=noise[0], acc=noise[1])
+    status, _, err = run_flexura("new", "test", tmp_path / "a.npz")
+    assert status == 0, err
+    assert read_modal_test(tmp_path / "test.toml").sample_rate == "fs"
+
+
+def test_a_channel_s_own_name_goes_before_a_pattern(tmp_path: Path, run_flexura: Flexura) -> None:
+    np.savez(tmp_path / "a.npz", fs=1000.0, force=np.ones(99), acc=np.ones((2, 99)))
+    words = ("--drive", "force=N", "--response", "acc*=V", "--response", "acc[2]=100 mV/g")
+    status, _, err = run_flexura("new", "test", tmp_path / "a.npz", *words)
+    assert status == 0, err
+    channels = read_modal_test(tmp_path / "test.toml").channels
+    assert [channels[f"acc[{n}]"].sensitivity for n in (1, 2)] == [None, "100 mV/g"]
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, run_flexura: Flexura) -> None:
+    np.savez(tmp_path / "a.npz", fs=1000.0, force=np.ones(99), acc=np.ones(99))
+    for words in (("test", tmp_path / "a.npz"), ("campaign",)):
+        status, _, err = run_flexura("new", *words, "--out", tmp_path / "a.npz" / "deeper")
+        assert status == 2
+        assert "cannot be written (Not a directory); name another with --out" in err
+
+
+@pytest.mark.parametrize(
     ("words", "message"),
     [
         (("test",), "type: flexura new test FILE"),

@@ -34,10 +34,13 @@ class CrossingTwin:
         return SimpleNamespace(modal=modal, basis=np.eye(3))
 
 
-def prepared(monkeypatch: pytest.MonkeyPatch, twin: Any, sweeps: int = 3) -> Any:
+def prepared(
+    monkeypatch: pytest.MonkeyPatch, twin: Any, sweeps: int = 3, effects: dict[str, float] | None = None
+) -> Any:
     material = Material(np.full(3, 2e9), np.array([0.30, 0.31, 0.36]), np.full(3, 0.05))
     updated = SimpleNamespace(temperature=TEMPERATURE, material=material)
     monkeypatch.setattr(app.twins.expected_modes, "load_updated", lambda _: (updated, None))
+    monkeypatch.setattr(app.twins.expected_modes, "effects_in_laws", lambda _: effects or {})
     monkeypatch.setattr(app.twins.expected_modes, "campaign_twin", lambda *_: twin)
     return SimpleNamespace(
         sweeps=[SimpleNamespace(temperature=float(t)) for t in TEMPERATURE[:sweeps]],
@@ -63,4 +66,10 @@ def test_other_sweeps_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_twin_with_dashpots_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     campaign = prepared(monkeypatch, CrossingTwin(dashpots=1))
     with pytest.raises(ResultFileError, match="the twin has dashpots"):
+        expected_modes(campaign, Path("laws.h5"), lambda *_: None)
+
+
+def test_laws_under_effects_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign = prepared(monkeypatch, CrossingTwin(), effects={"clamp": 1.0})
+    with pytest.raises(ResultFileError, match="those under clamp"):
         expected_modes(campaign, Path("laws.h5"), lambda *_: None)
