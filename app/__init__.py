@@ -13,5 +13,5 @@
 ``report``         figures and the self-contained HTML page
 ``view``           the windows
 ``blind_trial``    how often the gap workflow is right
-=================  ==============================================================
+=================  =====================================================================
 """

@@ -51,5 +51,20 @@ what they are. ``uff58`` and ``uff_modes`` write FRFs and shapes for them.
 
 Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml_text`` writes settings:
 
-=====================  =================================================
+=====================  ========================================================
+``frf_file``           ``frf.h5``: FRFs of a campaign
+``modes_file``         ``modes.h5``, ``modes.csv``: identified modes
+``laws_file``          ``laws.h5``: estimates per sweep, laws, FRFs of the twin
+``gap_json``           ``gap.json``: result of the gap workflow, for machines
+``gap_file``           ``gap.h5``: its figures
+``twin_file``          twin files: a plate with its laws and effects
+``panel_file``         a focusing panel
+``transfers_file``     measured transfers of a panel
+``filter_files``       ``filters.h5``
+``compensation_file``  ``compensation.h5``
+``studies_file``       ``studies.h5``: the paper's figures of a panel
+``sound_file``         sound that is read: WAV, FLAC
+``wav_file``           sound that is written
+``exports``            filters as other programs take them
+=====================  ========================================================
 """
