@@ -1,28 +1,17 @@
 """Filters at any temperature, learnt from filters at a few.
 
-``settings``          how networks are trained
-``network``           trained networks: temperature in, taps out, clamped to their range
-``training``          scale, rotate, train, choose, refuse
-``bayesian``          Levenberg–Marquardt with MacKay's evidence
-``schur_complement``  its normal matrix, a block arrow solved by a Schur complement, never formed
-``interpolation``     the rivals: linear, cubic spline, equal reduced frequency
-``leave_one_out``     how far a training filter is missed when it is left out
-``relative_error``    paper eq. (13)
-``study``             every method at every quarter of a degree (paper 5.3 and 5.4)
-====================  ===========================================================================
-=======
-==================  ========================================================================
-``settings``        how networks are trained
-``study``           every method put to the test
-``outcome``         what came of it
-``parameter_studies``  networks over nodes and spacing
-``network``         trained networks: temperature in, taps out, clamped to their range
-``training``        scale, rotate, train, choose, refuse
-``bayesian``        Levenberg–Marquardt with MacKay's evidence
-``arrow``           its normal matrix, a block arrow that is never formed
-``interpolation``   the rivals: linear, cubic spline, equal reduced frequency
-``low_rank``        a mean and a few principal filters
-``leave_one_out``   how far a training filter is missed when it is left out
-``relative_error``  paper eq. (13)
-==================  ========================================================================
+======================  ======================================================================
+``settings``            how networks are trained
+``study``               every method put to the test
+``outcome``             what came of it
+``parameter_studies``   networks over nodes and spacing
+``network``             trained networks: temperature in, taps out, clamped to their range
+``training``            scale, rotate, train, choose, refuse
+``bayesian``            Levenberg–Marquardt with MacKay's evidence
+``schur_complement``    its normal matrix, a block arrow that is never formed
+``interpolation``       the rivals: linear, cubic spline, equal reduced frequency
+``low_rank``            a mean and a few principal filters
+``leave_one_out``       how far a training filter is missed when it is left out
+``relative_error``      paper eq. (13)
+======================  ======================================================================
 """
