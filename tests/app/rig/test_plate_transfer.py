@@ -18,7 +18,7 @@ from analysis.twin_model import Effects
 from app.files.campaign_error import CampaignFileError
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.simulation_section import Laws
-from app.rig import assembly as rig
+from app.rig import simulated_rig as rig
 from app.rig.plate_transfer import TwinTransfer
 from app.rig.simulated_plate import TwinPlate
 from simulation.effects.library import LIBRARY
