@@ -1,5 +1,6 @@
 """``flexura thermometer``: the temperature of a panel from its own patches while it plays."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -195,13 +196,14 @@ def record(
     """
     told = [look for look in looks if not look.reading.refused]
     last = looks[-1]
+    by_laws = panel.law_sigma(last.temperature) if told else math.inf
     found: dict[str, Any] = {
         "file": str(target),
         "stretches": len(looks),
         "refused": len(looks) - len(told),
         "temperature_c": last.temperature if told else None,
         "sigma_k": last.sigma if told else None,
-        "sigma_by_laws_k": panel.law_sigma(last.temperature) if told else None,
+        "sigma_by_laws_k": by_laws if math.isfinite(by_laws) else None,
         "readings": [
             {
                 "time_s": look.time,

@@ -12,7 +12,7 @@ from analysis.focusing.panel import Panel
 from app.files.atomic import atomic_hdf5
 from app.files.hdf5_file import result_file
 from app.files.panel_file import panel_of_text
-from app.files.provenance import stamp
+from app.files.provenance import read_stamp, stamp
 from app.files.values import read_value, write_value
 
 
@@ -66,6 +66,12 @@ def load_method(path: Path) -> Method:
             if method == found:
                 return method
         raise ValueError(f"focusing: method {found!r}: {', '.join(METHODS)}")
+
+
+def made_from_transfers(path: Path) -> bool:
+    """Whether the filters were designed from measured transfers, not from a twin."""
+    with result_file(path, "focus") as file:
+        return bool(read_stamp(file)["settings"].get("measured", False))
 
 
 def load_panel(path: Path) -> Panel:

@@ -16,7 +16,7 @@ from analysis.focusing.panel import Panel
 from analysis.material import Material, MaterialLaws
 from analysis.updating.laws import fit_laws
 from app.files.bad_file import ResultFileError
-from app.files.filter_files import load_method, load_panel
+from app.files.filter_files import load_method, load_panel, made_from_transfers
 from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
 from app.files.run_folder import run_file
@@ -169,9 +169,19 @@ def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple
     panel : Panel
     path : Path
         File it comes from.
+
+    Raises
+    ------
+    ResultFileError
+        Where these filters were designed from measured transfers: they have no twin.
     """
     made = run / "filters.h5"
     if path is None and made.is_file():
+        if made_from_transfers(made):
+            raise ResultFileError(
+                f"{made}: designed from measured transfers, which no material laws carry to other temperatures; "
+                "name a panel that can be computed with --panel"
+            )
         return changed(load_panel(made), changes), made
     return panel_of(path, changes)
 

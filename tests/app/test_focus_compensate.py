@@ -1,6 +1,7 @@
 """``flexura focus`` and ``flexura compensate`` on a panel small enough to be reduced in seconds."""
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -396,6 +397,10 @@ def test_the_twin_s_own_transfers_from_a_universal_file_give_the_twin_s_filters(
     assert flex("focus", "--panel", panel, *words).exit_code == 0
     np.testing.assert_array_equal(load_focusing(tmp_path / "h5" / "filters.h5")[1].bank.taps, found.bank.taps)
     assert flex("focus", "--panel", panel, "--method", "modal-control", *words).exit_code == 2
+    shutil.copy(run / "laws.h5", tmp_path / "h5")
+    result = flex("compensate", tmp_path / "h5")
+    assert result.exit_code != 0
+    assert "designed from measured transfers" in result.output
     narrow = panel.read_text(encoding="utf-8").replace("edges = [60.0, 360.0]", "edges = [20.0, 360.0]")
     panel.write_text(narrow, encoding="utf-8")
     result = flex("focus", "--panel", panel, *words)
