@@ -109,6 +109,12 @@ class MeasuredPanel:
         """The points themselves: a field is its values there."""
         return FieldSpace.of(np.eye(len(self.transfers.points)), self.grid)
 
+    @cached_property
+    def reference(self) -> int:
+        """Number of the temperature measured that is nearest to the panel's reference."""
+        away = np.abs(self.transfers.temperature - self.panel.filters.reference_temperature)
+        return int(np.argmin(away))
+
     def amplitudes(self, temperature: int) -> Complex:
         """Transfers (N, L, K) at the lines of the panel's settings, at one temperature, by number."""
         return self._at_lines(self.transfers.transfer[temperature])

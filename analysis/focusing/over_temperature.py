@@ -223,7 +223,7 @@ def focus_measured(
         forms, judged = measured.forms(t, displacement)
         return Answer(amplitude, forms, judged, rule((0.0, 0.0, 0.0), amplitude, forms))
 
-    near = int(np.argmin(np.abs(temperature - settings.reference_temperature)))
+    near = measured.reference
     late = method != "stif" and settings.delay is None
     delay = suited_delay(answer(near).wanted[None], settings) if late else settings.middle
     places = [partial(answer, t) for t in range(len(temperature))]
@@ -237,7 +237,7 @@ def compare_measured(measured: MeasuredPanel) -> MethodComparison:
     panel, space = measured.panel, measured.space
     settings = panel.filters
     lines, band = settings.frequency, settings.in_band(settings.frequency)
-    t = int(np.argmin(np.abs(measured.transfers.temperature - settings.reference_temperature)))
+    t = measured.reference
     amplitude = measured.amplitudes(t)
     forms, judged = measured.forms(t, panel.target.displacement)
     methods: tuple[Method, ...] = ("stif", "time-reversal", "none")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, out_folder
+from app.commands.options import PATH, following_method, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from app.files.exports.shipment import Shipment
 
 FORMS = ("c", "onnx", "npz", "wav", "csv")
-METHODS = ("network", "low-rank", "cubic-spline", "cubic-spline-rigidity", "linear")
 
 EXAMPLES = """\b
 Examples:
@@ -30,11 +29,7 @@ Examples:
 @click.command(name="export", epilog=EXAMPLES, short_help="Write filters for a target: C, ONNX, NPZ, WAV, CSV.")
 @click.argument("run", type=PATH, required=False)
 @click.option("--to", "form", type=click.Choice(FORMS), required=True, help="What is written.")
-@click.option(
-    "--method",
-    type=click.Choice(METHODS),
-    help="How filters follow the temperature (default: what compensate recommends, else a spline).",
-)
+@following_method
 @click.option(
     "--number",
     type=click.Choice(("float32", "int16")),

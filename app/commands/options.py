@@ -41,6 +41,11 @@ def out_folder(what: str) -> Callable[[Verb], Verb]:
 picture = click.option("--picture", is_flag=True, help="Write a PNG file beside the result, too.")
 run_out = out_folder("Run folder (default: NAME-run beside CAMPAIGN).")
 
+following_method = click.option(
+    "--method",
+    type=click.Choice(("network", "low-rank", "cubic-spline", "cubic-spline-rigidity", "linear")),
+    help="How filters follow the temperature (default: what compensate recommends, else a spline).",
+)
 FOCUSING_METHODS = ("stif", "time-reversal", "modal-control", "none")
 FILTER_OPTIONS = (
     click.option(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, laws_of_twin, out_folder, picture
+from app.commands.options import PATH, following_method, laws_of_twin, out_folder, picture
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from app.sound.rendering import Rendering
     from app.sound.trace import Trace
 
-METHODS = ("network", "low-rank", "cubic-spline", "cubic-spline-rigidity", "linear")
 
 EXAMPLES = """\b
 Examples:
@@ -34,11 +33,7 @@ Examples:
     metavar="T[:T...]|FILE",
     help="°C: one, a way between several over the sound, or a CSV file of seconds and °C.",
 )
-@click.option(
-    "--method",
-    type=click.Choice(METHODS),
-    help="How filters follow the temperature (default: what compensate recommends, else a spline).",
-)
+@following_method
 @click.option(
     "--block",
     type=click.IntRange(16, 65_536),
