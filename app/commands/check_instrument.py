@@ -1,7 +1,6 @@
 """``flexura check-instrument``: what a campaign asks of an instrument's driver, and what it has to bear."""
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import click
@@ -12,6 +11,7 @@ from app.commands.output import Output, output_options
 if TYPE_CHECKING:
     from app.files.instruments_toml import DeclaredInstruments
     from drivers.checks.trial import CheckVerdict
+    from drivers.rig.end_requests import EndRequests
 
 COLOURS = {"passed": "green", "FAILED": "red", "not checked": "yellow"}
 
@@ -46,28 +46,32 @@ def command(instrument: str, really: bool, output: Output) -> None:
     this computer uses them: then nothing is asked of them.
     """
     from app.files.instruments_toml import declared_instruments
-    from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest
+    from app.terminal.campaign_ending import NOT_AT_REST
+    from drivers.rig.end_requests import EndRequests
     from drivers.rig.occupancy import RigInUse, occupied
 
     declared = declared_instruments(instrument)
     found: dict[str, list[CheckVerdict]] = {}
     unsafe: tuple[str, ...] = ()
     try:
-        with occupied(declared.places if really else (), "flexura check-instrument"):
-            for name, run in _trials(declared, really):
+        with occupied(declared.places if really else (), "flexura check-instrument"), EndRequests() as requests:
+            try:
+                for name, run in _trials(declared, really):
+                    if really:
+                        output.note(f"{name}: the instrument itself is used now")
+                    found[name] = _run(run, output, name, requests)
+            finally:
                 if really:
-                    output.note(f"{name}: the instrument itself is used now")
-                found[name] = _run(run, output, name)
-            if really:
-                unsafe = _rest(declared)
+                    unsafe = _rest(declared)
+                    _say(unsafe, output)
     except RigInUse as error:
         unsafe = (str(error),)
+        _say(unsafe, output)
     rows = [{"instrument": name, **vars(one)} for name, verdicts in found.items() for one in verdicts]
     failed = [f"{row['name']} ({row['instrument']})" for row in rows if row["result"] == "FAILED"]
     passed = not (failed or unsafe)
     output.result(lambda: {"passed": passed, "really": really, "checks": rows, "unsafe": list(unsafe)})
     if unsafe:
-        output.failure(not_at_rest(unsafe).lstrip())
         raise click.exceptions.Exit(NOT_AT_REST)
     if failed:
         output.failure(f"{len(failed)} of {len(rows)} checks failed: {', '.join(failed)}")
@@ -93,53 +97,69 @@ def _trials(
         yield f"thermometer {thermometer.kind}", lambda: check_thermometer(thermometer, real=really)
 
 
-def _run(run: "Callable[[], Iterator[CheckVerdict]]", output: Output, name: str) -> "list[CheckVerdict]":
+def _run(
+    run: "Callable[[], Iterator[CheckVerdict]]", output: Output, name: str, requests: "EndRequests"
+) -> "list[CheckVerdict]":
     """Run the checks of one instrument, each shown when it is over; Ctrl-C is heard between two of them."""
     from drivers.checks.instruments import NoCounterpart
     from drivers.checks.trial import CheckVerdict
     from drivers.ovens.error import OvenError
-    from drivers.rig.end_requests import EndRequests
 
     shown = not (output.quiet or output.as_json)
     if shown:
         click.echo(name)
     found: list[CheckVerdict] = []
-    with ExitStack() as stack:
-        requests = stack.enter_context(EndRequests())
-        try:
-            for verdict in run():
-                found.append(verdict)
-                if shown:
-                    show([verdict])
-                if requests.arrived:
-                    why = f"stopped by {requests.arrived} before the others"
-                    found.append(CheckVerdict("the other checks", "all of them count", "FAILED", why))
-                    break
-        except NoCounterpart:
-            said = "it brings no simulated counterpart: connect the instrument, and add --really"
-            found.append(CheckVerdict("all checks", "a campaign relies on each", "not checked", said))
+    try:
+        for verdict in _until_asked_to_end(run, requests):
+            found.append(verdict)
             if shown:
-                show(found)
-        except Exception as error:  # noqa: BLE001 (another's driver may raise anything)
-            said = str(error) if isinstance(error, OvenError) else f"{type(error).__name__}: {error}"
-            found.append(CheckVerdict("answers at all", "nothing can be checked otherwise", "FAILED", said))
-            if shown:
-                show(found[-1:])
+                show([verdict])
+    except NoCounterpart:
+        said = "it brings no simulated counterpart: connect the instrument, and add --really"
+        found.append(CheckVerdict("all checks", "a campaign relies on each", "not checked", said))
+        if shown:
+            show(found)
+    except Exception as error:  # noqa: BLE001 (another's driver may raise anything)
+        said = str(error) if isinstance(error, OvenError) else f"{type(error).__name__}: {error}"
+        found.append(CheckVerdict("answers at all", "nothing can be checked otherwise", "FAILED", said))
+        if shown:
+            show(found[-1:])
     return found
+
+
+def _until_asked_to_end(
+    run: "Callable[[], Iterator[CheckVerdict]]", requests: "EndRequests"
+) -> "Iterator[CheckVerdict]":
+    """Yield the verdicts; the last one says so where a request to end left checks out."""
+    from drivers.checks.trial import CheckVerdict
+
+    checks = run()
+    while requests.arrived is None:
+        verdict = next(checks, None)
+        if verdict is None:
+            return
+        yield verdict
+    why = f"stopped by {requests.arrived} before the others"
+    yield CheckVerdict("the other checks", "all of them count", "FAILED", why)
+
+
+def _say(unsafe: tuple[str, ...], output: Output) -> None:
+    from app.terminal.campaign_ending import not_at_rest
+
+    if unsafe:
+        output.failure(not_at_rest(unsafe).lstrip())
 
 
 def _rest(declared: "DeclaredInstruments") -> tuple[str, ...]:
     """Bring oven and drive to rest once more, where a rig comes to rest; return what could not be verified."""
     from drivers.clock import SystemClock
-    from drivers.rig.end_requests import EndRequests
     from drivers.rig.rest import rest_drive, rest_oven
 
     oven, cards, clock = declared.oven, declared.cards, SystemClock()
-    with EndRequests():  # nothing cuts it short
-        told = (
-            None if oven is None else rest_oven(lambda: oven.open(clock), clock),
-            None if cards is None else rest_drive(cards.open),
-        )
+    told = (
+        None if oven is None else rest_oven(lambda: oven.open(clock), clock),
+        None if cards is None else rest_drive(cards.open),
+    )
     return tuple(what for what in told if what is not None)
 
 

@@ -1,5 +1,6 @@
 """One writer at a time: an operating-system lock, which a killed process cannot leave behind."""
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -9,12 +10,18 @@ from app.files.campaign_error import CampaignFileError, Problem
 from drivers.exclusive import take
 
 
+class FolderInUseError(CampaignFileError):
+    """Another process writes the folder."""
+
+
 @contextmanager
 def writable(folder: Path) -> Iterator[None]:
     """Turn the refusal of a disk that may not be written into a CampaignFileError about `folder`."""
     try:
         yield
-    except PermissionError as error:
+    except OSError as error:
+        if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR):
+            raise
         seen = f"cannot be written: {error.strerror or error}"
         raise CampaignFileError(
             folder, [Problem("", "", seen, "a folder on a writable disk", "use --out")]
@@ -27,8 +34,10 @@ def folder_lock(folder: Path) -> Iterator[None]:
 
     Raises
     ------
+    FolderInUseError
+        If another process holds it.
     CampaignFileError
-        If another process holds it, or it cannot be written.
+        If it cannot be written.
     """
     path = folder.with_name(folder.name + ".lock")
     with writable(folder):
@@ -41,7 +50,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
                 raise BlockingIOError(f"{path} was renewed by another process while this one opened it")
         except OSError as error:
             seen = f"another process is writing it (it holds {path.name})"
-            raise CampaignFileError(folder, [Problem("", "", seen, "one writer", "wait for it to end")]) from error
+            raise FolderInUseError(folder, [Problem("", "", seen, "one writer", "wait for it to end")]) from error
         try:
             yield
         finally:

@@ -1,13 +1,15 @@
 """An experiment run on a rig, into a campaign folder that windows may watch: begun, or taken up again."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
 from app.files.acquired_campaign import open_campaign
+from app.files.campaign_error import CampaignFileError
 from app.files.campaign_folder import frozen_protocol, write_index
 from app.files.experiment_toml import AcquiredExperiment
-from app.files.folder_lock import folder_lock
+from app.files.folder_lock import FolderInUseError, folder_lock
 from app.files.sweep_file import Source
 from app.rig.doctor import require_room
 from app.rig.watched_campaign import WatchedCampaign
@@ -66,7 +68,7 @@ def acquire_campaign(
     RigStopped, OSError
         As `drivers.rig.campaign.run_campaign`.
     """
-    with folder_lock(folder), occupied(places, f"flexura acquire, campaign {folder}"):
+    with _claimed(session, folder, places):
         with session:
             recorded = experiment.recorded(session.cards.sample_rate)
             protocol = frozen_protocol(folder.name, recorded, {source.file: source.sha256}, dict(acquired))
@@ -83,6 +85,24 @@ def acquire_campaign(
             outcome = run_campaign(session, experiment.protocol, store, look, paused=watched.paused, again=again)
         write_index(folder)
     return outcome
+
+
+@contextmanager
+def _claimed(session: Session, folder: Path, places: Sequence[str]) -> Iterator[None]:
+    """Have the rig and the folder for oneself.
+
+    Where the folder cannot be written no campaign is taken up; a rig that a killed one left on is brought to rest
+    before that is raised.
+    """
+    with occupied(places, f"flexura acquire, campaign {folder}"), ExitStack() as held:
+        try:
+            held.enter_context(folder_lock(folder))
+        except FolderInUseError:
+            raise
+        except (CampaignFileError, OSError):
+            with session:
+                raise
+        yield
 
 
 def _require_wired(session: Session, experiment: AcquiredExperiment) -> None:

@@ -413,11 +413,18 @@ def test_too_small_a_disk_is_refused_before_a_twin_is_built(
     assert re.search(r"50 MB free.*allowed: 5\d MB for the 4 sweeps to be made", capsys.readouterr().err)
 
 
-@pytest.mark.parametrize("refused", ["the disk is full", "the experiment was changed"])
+REFUSED = {
+    "the disk is full": "MB free",
+    "the experiment was changed": "different: title",
+    "the lock cannot be written": "cannot be written: Is a directory",
+}
+
+
+@pytest.mark.parametrize("refused", REFUSED)
 def test_a_rig_left_on_comes_to_rest_also_where_its_campaign_is_not_taken_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], refused: str
 ) -> None:
-    """A campaign was killed in its ramp; the same command finds the disk full, or another experiment."""
+    """A campaign was killed in its ramp; the same command finds the folder as it cannot be used."""
     file = experiment(tmp_path)
     declared = read_acquired_experiment(file)
     assert declared.simulation is not None
@@ -426,15 +433,17 @@ def test_a_rig_left_on_comes_to_rest_also_where_its_campaign_is_not_taken_up(
     acquired = declared.model_dump(mode="json") | {"rig": "real"}
     if refused == "the disk is full":
         monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=1000))
-    else:
+    elif refused == "the experiment was changed":
         acquired["title"] = "another"
+    else:
+        (tmp_path / "mine-campaign.lock").mkdir()
     folder, recorded = tmp_path / "mine-campaign", declared.recorded(parts.rig().open_cards().sample_rate)
     write_protocol(folder, frozen_protocol(folder.name, recorded, {}, acquired))
     parts.rig().open_oven().ramp_to(45.0, 1.0)
     with pytest.raises(SystemExit) as left:
         main(["acquire", str(file), "--rig", "real"])
     assert left.value.code == 2
-    assert ("MB free" if refused == "the disk is full" else "different: title") in capsys.readouterr().err
+    assert REFUSED[refused] in capsys.readouterr().err
     assert not parts.body.regulating
     assert [event["command"] for event in read_events(folder)] == ["safe"]
 

@@ -1,6 +1,8 @@
 """flexura check-instrument: what it says, and what it refuses."""
 
 import json
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -130,6 +132,41 @@ def test_a_drive_that_cannot_be_brought_to_0_v_is_told(tmp_path: Path) -> None:
     assert result.exit_code == 3
     assert "turn the amplifier off" in json.loads(result.stdout)["unsafe"][0]
     assert "NOT AT REST: the drive" in result.stderr
+
+
+@pytest.mark.parametrize("how", ["Ctrl-C between two instruments", "a line that cannot be printed"])
+def test_really_cut_short_all_is_brought_to_rest(
+    declared: Path, monkeypatch: pytest.MonkeyPatch, how: str
+) -> None:
+    rested: list[bool] = []
+    started: list[str] = []
+
+    def checks(*_: object, **__: object) -> Iterator[CheckVerdict]:
+        started.append("")
+        yield CheckVerdict("silence", "a dead line must end a campaign", "passed", "")
+        if how.startswith("Ctrl-C"):
+            signal.raise_signal(signal.SIGINT)
+
+    def rest(_: object) -> tuple[str, ...]:
+        signal.raise_signal(signal.SIGINT)  # once more: nothing cuts the rest short
+        rested.append(True)
+        return ()
+
+    for name in ("check_real_oven", "check_thermometer"):
+        monkeypatch.setattr(f"drivers.checks.instruments.{name}", checks)
+    monkeypatch.setattr(check_instrument, "_rest", rest)
+    if not how.startswith("Ctrl-C"):
+        monkeypatch.setattr(check_instrument, "show", raises_broken_pipe)
+    result = run(declared, "--really")
+    assert rested == [True]
+    assert result.exit_code != 0
+    if how.startswith("Ctrl-C"):
+        assert "stopped by SIGINT before the others" in result.stdout
+        assert len(started) == 1
+
+
+def raises_broken_pipe(*_: object) -> None:
+    raise BrokenPipeError
 
 
 def test_instruments_in_use_are_left_alone(declared: Path, monkeypatch: pytest.MonkeyPatch) -> None:
