@@ -1,7 +1,7 @@
 """Make the environment once, then run Flexura in it.
 
     python3 start.py demo          Windows: py start.py demo
-    python3 start.py tests [...]   hands its words to pytest
+    python3 start.py tests [...]   the tests, on up to four cores; further words go to pytest
     python3 start.py docs [...]    the documentation as a site, into site/; further words go to Sphinx
     python3 start.py VERB ...      any other word goes to flexura
 
@@ -27,6 +27,8 @@ PYTHON = ENVIRONMENT / ("Scripts/python.exe" if os.name == "nt" else "bin/python
 STAMP = ENVIRONMENT / "installed-pins.sha256"
 DOCS_STAMP = ENVIRONMENT / "installed-docs.sha256"
 TORCH_CPU_INDEX = "https://download.pytorch.org/whl/cpu"
+SIDE_BY_SIDE = ["-n", "auto", "--maxprocesses", "4", "--dist", "loadfile"]
+"""Tests of one file share a set-up, so a file stays with one process; some need 2 GB, hence four at most."""
 OURS = {"bin", "include", "lib", "lib64", "share", "Include", "Lib", "Scripts", "etc", "pyvenv.cfg", ".gitignore"}
 """What a virtual environment holds at its top, finished or killed half way."""
 
@@ -115,7 +117,9 @@ def main() -> int:
         except KeyboardInterrupt:
             sys.exit("the installation was stopped; the same command begins it anew")
     if words[:1] == ["tests"]:
-        command = [str(PYTHON), "-m", "pytest", "--rootdir", str(ROOT), "-c", str(ROOT / "setup.cfg"), *words[1:]]
+        pytest = [str(PYTHON), "-m", "pytest", "--rootdir", str(ROOT), "-c", str(ROOT / "setup.cfg")]
+        whole = not any((ROOT / word.partition("::")[0]).exists() for word in words[1:])  # few tests: one process
+        command = [*pytest, *(SIDE_BY_SIDE if whole else []), *words[1:]]
         folder = str(ROOT)
     elif words[:1] == ["docs"]:
         sphinx = ["sphinx", "--jobs", "auto", "--fresh-env", "--fail-on-warning", "--keep-going"]

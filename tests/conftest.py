@@ -5,7 +5,10 @@ Windows are drawn into memory; where this system lacks what Qt needs, pytest-qt 
 
 import os
 import signal
+from collections.abc import Iterator
 from importlib import import_module
+
+import pytest
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
@@ -20,3 +23,14 @@ try:
     pytest_plugins = ["pytestqt.plugin"]
 except ImportError:
     pytest_plugins = []
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _reduced_plates(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep reduced plates in a folder of this run: each is computed once for all tests and processes."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FLEXURA_CACHE", str(folder / "reduced-plates"))
+        yield

@@ -137,12 +137,15 @@ def test_environment_is_made_by_a_python_that_is_not_its_own(call: Call, machine
 def test_words_go_to_flexura_or_to_pytest(call: Call, machine: FakeMachine, project: Path) -> None:
     call("identify", "a b", "--json")
     call("tests", "-k", "frf", "--durations=3")
+    call("tests", "setup.cfg::one")
     call()
-    (verb, where), (tests, there), (bare, _) = machine.started
+    (verb, where), (tests, there), (one_file, _), (bare, _) = machine.started
     assert verb == [str(machine.python), "-P", "-m", "app", "identify", "a b", "--json"]
     assert where is None  # paths the user gives are relative to where the user stands
     assert tests[:3] == [str(machine.python), "-m", "pytest"]
     assert tests[-3:] == ["-k", "frf", "--durations=3"]
+    assert "-n" in tests  # on several cores, which a few tests are not worth
+    assert "-n" not in one_file
     assert there == str(project)
     assert bare[-2:] == ["-m", "app"]
 

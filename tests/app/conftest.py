@@ -4,8 +4,7 @@ import copy
 import importlib.util
 import re
 import shutil
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -221,12 +220,6 @@ def change_samples() -> Callable[[Path, Callable[[str, NDArray[Any]], NDArray[An
     return rewrite
 
 
-@pytest.fixture(scope="session")
-def built_plates(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Name a cache folder of its own for all tests that compare a recording: its plate is built once."""
-    return tmp_path_factory.mktemp("plates")
-
-
 @pytest.fixture(autouse=True)
 def _rigs_of_this_test(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let no test meet the rig of another that runs at the same time."""
@@ -239,20 +232,12 @@ class SmallRun:
 
     folder: Path
     panel: Path
-    cache: Path
     module: Any
 
     def laws_alone(self, folder: Path) -> Path:
         """Make a run folder that holds the same laws and nothing else."""
         made: Path = self.module.write_laws(folder, self.module.laws())
         return made
-
-    @contextmanager
-    def cached(self) -> Iterator[None]:
-        """Let verbs find the panel's reduced twin."""
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("FLEXURA_CACHE", str(self.cache))
-            yield
 
 
 @pytest.fixture(scope="session")
@@ -271,11 +256,10 @@ def small_run(tmp_path_factory: pytest.TempPathFactory) -> SmallRun:
     spec.loader.exec_module(module)
     root = tmp_path_factory.mktemp("small")
     (root / "panel.toml").write_text(module.PANEL, encoding="utf-8")
-    made = SmallRun(root / "run", root / "panel.toml", root / "cache", module)
+    made = SmallRun(root / "run", root / "panel.toml", module)
     made.laws_alone(made.folder)
-    with made.cached():
-        for verb in ("focus", "compensate"):
-            words = [verb, str(made.folder), "--panel", str(made.panel), "--quiet"]
-            done = CliRunner().invoke(flexura, words)
-            assert done.exit_code == 0, done.output
+    for verb in ("focus", "compensate"):
+        words = [verb, str(made.folder), "--panel", str(made.panel), "--quiet"]
+        done = CliRunner().invoke(flexura, words)
+        assert done.exit_code == 0, done.output
     return made

@@ -49,13 +49,6 @@ ENDED_BY = [
 ]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _cache(tmp_path_factory: pytest.TempPathFactory) -> object:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FLEXURA_CACHE", str(tmp_path_factory.getbasetemp() / "bases"))
-        yield
-
-
 def experiment(folder: Path, *changes: tuple[str, str]) -> Path:
     """Write the example with a narrow band, quick to reduce, and four temperatures; further changes by pattern."""
     usual = (

@@ -26,8 +26,7 @@ def run(*words: object) -> str:
 
 
 @pytest.mark.slow
-def test_a_campaign_on_a_sound_card_gives_the_laws_put_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path / "bases"))
+def test_a_campaign_on_a_sound_card_gives_the_laws_put_in(tmp_path: Path) -> None:
     told = json.loads(run("acquire", EXAMPLE, "--out", tmp_path / "campaign", "--json"))
     assert (told["finished"], told["missing"], told["unsafe"]) == (4, 0, [])
     updated = json.loads(run("update", tmp_path / "campaign", "--out", tmp_path / "run", "--json"))

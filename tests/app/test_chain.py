@@ -40,22 +40,20 @@ def recording(tmp_path_factory: pytest.TempPathFactory, cut_recording: Cut) -> P
 
 
 @pytest.fixture(scope="module")
-def run(recording: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def run(recording: Path) -> Path:
     """Type every verb once; the run folder."""
     campaign, folder = recording.with_name("campaign"), recording.with_name("run")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FLEXURA_CACHE", str(tmp_path_factory.mktemp("cache")))
-        for words in (
-            ("import", str(recording), "--out", str(campaign)),
-            ("identify", str(campaign), "--out", str(folder)),
-            ("update", str(campaign), "--out", str(folder)),
-            ("focus", str(folder), "--temperature", "20", "--temperature", "40"),
-            ("compensate", str(folder), "--spacing", "4"),
-            ("report", str(folder), "--pictures"),
-        ):
-            result = typed(*words)
-            assert result.exit_code == 0, f"flexura {' '.join(words)}: {result.output}"
-        yield folder
+    for words in (
+        ("import", str(recording), "--out", str(campaign)),
+        ("identify", str(campaign), "--out", str(folder)),
+        ("update", str(campaign), "--out", str(folder)),
+        ("focus", str(folder), "--temperature", "20", "--temperature", "40"),
+        ("compensate", str(folder), "--spacing", "4"),
+        ("report", str(folder), "--pictures"),
+    ):
+        result = typed(*words)
+        assert result.exit_code == 0, f"flexura {' '.join(words)}: {result.output}"
+    return folder
 
 
 def test_misfit_is_the_noise_and_the_laws_fall(run: Path) -> None:

@@ -41,11 +41,9 @@ def local(temperature: float) -> LocalLaws:
 
 
 @pytest.fixture(scope="module")
-def twin(built_plates: Path) -> Twin[EffectPlate]:
+def twin() -> Twin[EffectPlate]:
     example = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FLEXURA_CACHE", str(built_plates))
-        made = effect_twin(load_campaign(example).experiment, lambda stage, share: None)
+    made = effect_twin(load_campaign(example).experiment, lambda stage, share: None)
     return made.referred(local(25.0))
 
 

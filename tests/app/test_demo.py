@@ -20,9 +20,8 @@ ROW = re.compile(
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _surroundings(tmp_path_factory: pytest.TempPathFactory) -> object:
+def _surroundings() -> object:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FLEXURA_CACHE", str(tmp_path_factory.getbasetemp() / "bases"))
         patch.setenv("COLUMNS", "80")
         with threadpool_limits(1):
             yield

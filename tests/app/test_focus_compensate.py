@@ -76,13 +76,6 @@ basis_tolerance = 1e-2
 """
 
 
-@pytest.fixture(scope="module", autouse=True)
-def cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FLEXURA_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
-
-
 @pytest.fixture
 def panel(tmp_path):
     path = tmp_path / "panel.toml"

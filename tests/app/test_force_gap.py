@@ -27,11 +27,6 @@ Run = Callable[..., tuple[int, str, str]]
 pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(autouse=True)
-def _plates(built_plates: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("FLEXURA_CACHE", str(built_plates))
-
-
 def polypropylene(temperature: float) -> tuple[float, float, float]:
     warmer = temperature - 20.0
     return 2.1e9 * (1.0 - 0.009 * warmer), 0.38 + 5e-4 * warmer, 0.05 + 6e-4 * warmer

@@ -1,7 +1,7 @@
 """``flexura gap`` as typed: refusals in a sentence, and the shipped recording from end to end."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -115,13 +115,11 @@ def typed(*words: object) -> Result:
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory, cut_recording: Cut, built_plates: Path) -> Iterator[Path]:
+def recording(tmp_path_factory: pytest.TempPathFactory, cut_recording: Cut) -> Path:
     """Cut a few sweeps out of the shipped recording."""
     folder = tmp_path_factory.mktemp("gap") / "few"
     cut_recording(folder, TEMPERATURES)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FLEXURA_CACHE", str(built_plates))
-        yield folder
+    return folder
 
 
 @pytest.fixture(scope="module")

@@ -20,11 +20,6 @@ Change = Callable[[Path, Callable[[str, NDArray[Any]], NDArray[Any]]], None]
 pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(autouse=True)
-def _plates(built_plates: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("FLEXURA_CACHE", str(built_plates))
-
-
 def sweeps(folder: Path) -> list[Path]:
     return sorted((folder / "sweeps").iterdir())
 

@@ -20,12 +20,8 @@ EXAMPLE = ROOT / "examples" / "simulated-rig.toml"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT for one child alone")
-def test_serves_until_ctrl_c(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    # the band and so the basis of test_acquire, made once for both
-    monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path_factory.getbasetemp() / "bases"))
-    text = EXAMPLE.read_text(encoding="utf-8").replace("[100.0, 1500.0]", "[100.0, 600.0]")
+def test_serves_until_ctrl_c(tmp_path: Path) -> None:
+    text = EXAMPLE.read_text(encoding="utf-8").replace("[100.0, 1500.0]", "[100.0, 600.0]")  # as in test_acquire
     file = tmp_path / "mine.toml"
     file.write_text(text.replace("duration = 2.0", "duration = 1.0"), encoding="utf-8")
     command = [sys.executable, "-m", "app", "simulate-daq", str(file), "--port", "0", "--json"]

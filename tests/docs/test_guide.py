@@ -178,7 +178,7 @@ def test_the_library_is_listed_as_it_is() -> None:
 
 
 @pytest.fixture
-def laboratory(tmp_path: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def laboratory(tmp_path: Path) -> dict[str, str]:
     """Make a folder as a reader has it, with the examples in it and flexura on the path; the environment."""
     scripts = tmp_path / "scripts"
     scripts.mkdir()
@@ -189,8 +189,7 @@ def laboratory(tmp_path: Path, tmp_path_factory: pytest.TempPathFactory) -> dict
     (tmp_path / "desk").mkdir()
     (tmp_path / "desk" / "examples").symlink_to(ROOT / "examples", target_is_directory=True)
     path = os.pathsep.join([str(scripts), os.environ["PATH"]])
-    cache = os.environ.get("FLEXURA_CACHE", str(tmp_path_factory.getbasetemp() / "bases"))
-    return {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT), "FLEXURA_CACHE": cache}
+    return {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT)}
 
 
 def pages_to_run() -> list[object]:

@@ -31,12 +31,6 @@ def sound(tmp_path, signal):
     return path
 
 
-@pytest.fixture(autouse=True)
-def _cached(small_run):
-    with small_run.cached():
-        yield
-
-
 def test_at_a_steady_temperature_it_is_one_convolution(small_run, sound, signal, tmp_path):
     out = tmp_path / "out"
     words = ("--temperature", 31.3, "--method", "network", "--out", out, "--json")

@@ -18,12 +18,6 @@ def flex(*words):
     return CliRunner().invoke(flexura, [str(word) for word in words])
 
 
-@pytest.fixture(autouse=True)
-def _cached(small_run):
-    with small_run.cached():
-        yield
-
-
 @pytest.fixture(scope="module")
 def sound(tmp_path_factory):
     path = tmp_path_factory.mktemp("sound") / "noise.wav"

@@ -83,9 +83,8 @@ def test_left_out_the_method_is_the_recommended_one_or_said_to_be_another(run, t
 def test_a_compensation_of_other_filters_than_those_beside_it_is_said(small_run, tmp_path):
     folder = small_run.laws_alone(tmp_path / "run")
     (folder / "compensation.h5").write_bytes((small_run.folder / "compensation.h5").read_bytes())
-    with small_run.cached():
-        words = ("--panel", small_run.panel, "--temperature", 20, "--taps", 24)
-        assert flex("focus", folder, *words).exit_code == 0
+    words = ("--panel", small_run.panel, "--temperature", 20, "--taps", 24)
+    assert flex("focus", folder, *words).exit_code == 0
     result = flex("export", folder, "--to", "csv", "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
     assert "follows filters of another panel or other settings than" in result.stderr
@@ -148,8 +147,7 @@ def test_damaged_filters_are_refused(run, tmp_path):
 
 def test_filters_of_one_temperature_are_said_to_follow_none(small_run, tmp_path):
     made = small_run.laws_alone(tmp_path / "run")
-    with small_run.cached():
-        assert flex("focus", made, "--panel", small_run.panel, "--temperature", 20).exit_code == 0
+    assert flex("focus", made, "--panel", small_run.panel, "--temperature", 20).exit_code == 0
     result = flex("export", made, "--to", "wav")
     assert result.exit_code == 0, result.output
     assert "filters of one temperature, 20 °C; they follow none" in result.stderr
