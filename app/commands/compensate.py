@@ -14,10 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from analysis.compensation.outcome import Compensation
-    from analysis.compensation.settings import Training
-    from analysis.focusing.methods import Method
     from analysis.focusing.panel import Panel
-    from analysis.material import MaterialLaws
 
 GOOD_LOSS = 0.02
 """Contrast that networks may lose against filters computed directly, at any line of any temperature."""
@@ -118,10 +115,11 @@ def command(
     contrast at any line of any temperature.
     """
     from analysis.compensation.settings import Training
+    from analysis.compensation.training import EvidenceCollapseError
     from analysis.focusing.over_temperature import spaced
-    from app.files.compensation_file import save_compensation
-    from app.files.provenance import provenance, sha256
+    from app.files.provenance import sha256
     from app.files.run_folder import run_folder
+    from app.stages import compensate
     from app.stages.panel_inputs import checked_device, laws_for, method_for, panel_for, range_of
 
     started = time.perf_counter()
@@ -129,7 +127,6 @@ def command(
     filters = filters | ({"design": "inverse-fft"} if as_paper else {})
     declared, panel_path = panel_for(panel, beside, filters)
     followed = method_for(method, panel, beside)  # type: ignore[arg-type]
-    laws = declared.plate.grown(laws)
     low, high = range_of(declared, laws, laws_path)
     training = Training(
         nodes=nodes, feed=feed, scale=scale, start=start, split=split, restarts=restarts, seed=seed
@@ -141,16 +138,16 @@ def command(
     except ValueError as error:
         raise click.UsageError(f"--spacing {spacing:g}, {low:g} to {high:g} °C: {error}") from error
     folder = run_folder(beside, out or beside)
-    found = trained_and_judged(declared, laws, spacing, training, device, output, followed)
-    inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
-    settings = {
-        "spacing": spacing,
-        "method": followed,
-        "device": device,
-        "panel": declared.model_dump(mode="json"),
-    }
-    target = folder / "compensation.h5"
-    save_compensation(target, declared, found, provenance(inputs, settings, seed))
+    with output.progress() as report:
+        try:
+            computed = compensate.compute(
+                declared, laws, report, training=training, spacing=spacing, method=followed, device=device
+            )
+        except EvidenceCollapseError as error:
+            output.failure(f"refused: {error}")
+            raise click.exceptions.Exit(1) from error
+    target = compensate.save(folder, computed, {path.name: sha256(path) for path in (laws_path, panel_path)})
+    found = computed.compensation
     seconds = time.perf_counter() - started
     output.result(lambda: record(found, seconds), lambda: show(found))
     for note in notes(twin, declared, low, high, followed):
@@ -158,68 +155,6 @@ def command(
     output.summary(summary(found, target, seconds))
     if found.largest_loss[0] > GOOD_LOSS:
         raise click.exceptions.Exit(1)
-
-
-def trained_and_judged(
-    panel: "Panel",
-    laws: "MaterialLaws",
-    spacing: float,
-    training: "Training",
-    device: str,
-    output: Output,
-    method: "Method" = "stif",
-) -> "Compensation":
-    """Build the panel's twin, train, and try every method.
-
-    Parameters
-    ----------
-    panel : Panel
-    laws : MaterialLaws
-        Of the panel's plate.
-    spacing : float
-        Between training temperatures, K.
-    training : Training
-    device : str
-        Where torch trains: ``cpu``, ``cuda``, ``cuda:1``.
-    output : Output
-        For progress and messages.
-    method : str
-        How the filters are designed that the networks have to follow.
-
-    Returns
-    -------
-    Compensation
-
-    Raises
-    ------
-    click.exceptions.Exit
-        With status 1, where no network is good enough.
-    ValueError
-        Where the range gives fewer than four training temperatures.
-    """
-    from analysis.compensation.study import compensate
-    from analysis.compensation.training import EvidenceCollapseError
-    from app.stages.panel_inputs import workers
-    from app.twins.panel_twin import panel_twin
-
-    with output.progress() as report:
-        twin = panel_twin(panel, laws, report)
-        try:
-            return compensate(
-                twin,
-                panel,
-                laws,
-                spacing,
-                training,
-                time.perf_counter,
-                device=device,
-                report=report,
-                method=method,
-                workers=workers(),
-            )
-        except EvidenceCollapseError as error:
-            output.failure(f"refused: {error}")
-            raise click.exceptions.Exit(1) from error
 
 
 def notes(twin: Path | None, panel: "Panel", low: float, high: float, method: str) -> list[str]:

@@ -90,44 +90,46 @@ def command(
         return
     import numpy as np
 
-    from analysis.focusing.methods import compare
-    from analysis.focusing.over_temperature import focus, spaced
-    from app.files.filter_files import save_focusing
-    from app.files.provenance import provenance, sha256
+    from analysis.focusing.over_temperature import spaced
+    from app.files.provenance import sha256
     from app.files.run_folder import run_folder
-    from app.stages.panel_inputs import effects_left_out, laws_for, panel_of, range_of, within, workers
-    from app.stages.uncorrected_filters import uncorrected_aim, uncorrected_laws
-    from app.twins.panel_twin import panel_twin
+    from app.stages import focus
+    from app.stages.panel_inputs import effects_left_out, laws_for, panel_of, range_of, within
+    from app.stages.uncorrected_filters import uncorrected_laws
 
     started = time.perf_counter()
     declared, panel_path = panel_of(panel, changes)
     laws_path, laws, beside = laws_for(run, twin, "focus")
-    laws = declared.plate.grown(laws)
     low, high = range_of(declared, laws, laws_path)
     wanted = (
-        within(np.array(sorted(set(temperatures))), laws, laws_path) if temperatures else spaced(low, high, 5.0)
+        within(np.array(sorted(set(temperatures))), laws, laws_path)
+        if temperatures
+        else spaced(low, high, focus.SPACING)
     )
     folder = run_folder(beside, out or beside)
+    without = None if twin is None else uncorrected_laws(beside, wanted)
     with output.progress() as report:
-        model = panel_twin(declared, laws, report)
-        focusing = focus(model, declared, laws, wanted, method, report, workers())  # type: ignore[arg-type]
-        without = None if twin is None else uncorrected_laws(beside, wanted, declared.plate)
-        lost = uncorrected_aim(model, declared, laws, without, wanted, method)  # type: ignore[arg-type]
-        plate = declared.illustration
-        comparison = compare(model, declared, (plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor))
-    inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
-    settings = {"method": method, "panel": declared.model_dump(mode="json"), "temperatures": wanted.tolist()}
-    gone = replaced(folder / "filters.h5", wanted)
-    save_focusing(folder / "filters.h5", declared, focusing, comparison, provenance(inputs, settings), lost)
+        found = focus.compute(
+            declared,
+            laws,
+            report,
+            temperature=wanted,
+            method=method,  # type: ignore[arg-type]
+            uncorrected=without,
+        )
+    focusing, lost = found.focusing, found.uncorrected
+    gone = replaced(folder / focus.FILTERS, wanted)
+    target = focus.save(folder, found, {path.name: sha256(path) for path in (laws_path, panel_path)})
     seconds = time.perf_counter() - started
     regained = {} if lost is None else {"with_uncorrected_laws": _means(lost, focusing.target_share)}
     output.result(
-        lambda: record(declared, focusing, comparison, seconds) | regained, lambda: show(declared, focusing)
+        lambda: record(declared, focusing, found.comparison, seconds) | regained,
+        lambda: show(declared, focusing),
     )
     left_out = effects_left_out(twin) if twin is not None else []
     for note in (*notes(declared, focusing), *left_out, *correction(focusing, lost), *gone):
         output.note(note)
-    output.summary(summary(focusing, folder / "filters.h5", seconds))
+    output.summary(summary(focusing, target, seconds))
 
 
 def _focus_measured(
@@ -140,11 +142,10 @@ def _focus_measured(
     output: Output,
 ) -> None:
     """Design filters from measured transfers alone."""
-    from analysis.focusing.over_temperature import compare_measured, focus_measured
-    from app.files.filter_files import save_focusing
-    from app.files.provenance import provenance, sha256
+    from app.files.provenance import sha256
     from app.files.run_folder import run_folder
-    from app.stages.panel_inputs import measured_panel, panel_of, workers
+    from app.stages import focus
+    from app.stages.panel_inputs import measured_panel, panel_of
 
     started = time.perf_counter()
     declared, panel_path = panel_of(panel, changes)
@@ -153,17 +154,15 @@ def _focus_measured(
     measured = measured_panel(declared, transfers, temperatures)
     folder = run_folder(transfers.parent, out or transfers.parent)
     with output.progress() as report:
-        focusing = focus_measured(measured, method, report, workers())  # type: ignore[arg-type]
-        comparison = compare_measured(measured)
-    inputs = {transfers.name: sha256(transfers), panel_path.name: sha256(panel_path)}
-    settings = {"method": method, "panel": declared.model_dump(mode="json"), "measured": True}
-    gone = replaced(folder / "filters.h5", focusing.temperature)
-    save_focusing(folder / "filters.h5", declared, focusing, comparison, provenance(inputs, settings))
+        found = focus.compute_measured(measured, report, method=method)  # type: ignore[arg-type]
+    focusing = found.focusing
+    gone = replaced(folder / focus.FILTERS, focusing.temperature)
+    target = focus.save(folder, found, {path.name: sha256(path) for path in (transfers, panel_path)})
     seconds = time.perf_counter() - started
-    output.result(lambda: record(declared, focusing, comparison, seconds), lambda: show(declared, focusing))
+    output.result(lambda: record(declared, focusing, found.comparison, seconds), lambda: show(declared, focusing))
     for note in (*notes(declared, focusing), *gone):
         output.note(note)
-    output.summary(summary(focusing, folder / "filters.h5", seconds))
+    output.summary(summary(focusing, target, seconds))
 
 
 def record(panel: "Panel", focusing: "Focusing", comparison: "MethodComparison", seconds: float) -> dict[str, Any]:

@@ -1,4 +1,6 @@
-"""One module per stage: one half computes, the other saves; verbs, demo and blind trial call the same.
+"""One module per stage: one half computes, the other saves; verbs, demo, blind trial and scripts call the same.
+
+``acquire`` is one function: each sweep is saved before the next is played, so that no fault costs more than one.
 
 =========================  ================================================================
 ``acquire``                an experiment run on a rig into a campaign folder
@@ -7,6 +9,8 @@
 ``update``                 E, nu, eta and gain of a campaign, and laws through them
 ``gap``                    a campaign compared with its twin
 ``issued_twin``            twin file that the gap stage writes
+``focus``                  filters of a panel over temperature
+``compensate``             networks and their rivals, trained on these filters and judged
 ``panel_inputs``           laws and panel for `focus` and `compensate`
 ``study``                  the paper's figures on focusing for a panel
 ``uncorrected_filters``    loss of filters that were designed without a named effect

@@ -9,7 +9,6 @@ from analysis.focusing.methods import Method, designer
 from analysis.focusing.over_temperature import Aim, aim, joined, responses, robust_forms, tap_design
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
-from analysis.plate import Plate
 from app.files.bad_file import ResultFileError
 from app.files.laws_file import effects_in_laws, load_laws
 from app.twins.panel_twin import PanelTwin
@@ -62,8 +61,8 @@ def uncorrected_aim(
     return joined(reached)
 
 
-def uncorrected_laws(run: Path, temperature: NDArray[np.float64], plate: Plate) -> MaterialLaws | None:
-    """Laws that `flexura update` left in a run, as they count for a plate that may grow.
+def uncorrected_laws(run: Path, temperature: NDArray[np.float64]) -> MaterialLaws | None:
+    """Laws that `flexura update` left in a run.
 
     Parameters
     ----------
@@ -71,7 +70,6 @@ def uncorrected_laws(run: Path, temperature: NDArray[np.float64], plate: Plate) 
         Run folder.
     temperature : (T,) ndarray
         Degrees Celsius.
-    plate : Plate
 
     Returns
     -------
@@ -80,7 +78,7 @@ def uncorrected_laws(run: Path, temperature: NDArray[np.float64], plate: Plate) 
         (`flexura update --twin`): those are corrected.
     """
     try:
-        laws = plate.grown(load_laws(run / "laws.h5"))
+        laws = load_laws(run / "laws.h5")
         if effects_in_laws(run / "laws.h5"):
             return None
     except ResultFileError:

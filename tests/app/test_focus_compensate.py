@@ -13,6 +13,7 @@ import pytest
 import pyuff
 from click.testing import CliRunner
 
+from analysis.compensation.settings import Training
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.over_temperature import focus, responses
 from analysis.material import MaterialLaws
@@ -20,11 +21,13 @@ from app.files.atomic import atomic_hdf5
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
 from app.files.panel_file import SECTION_2, read_panel
-from app.files.provenance import read_stamp
+from app.files.provenance import read_stamp, sha256
 from app.files.transfers_file import read_transfers, write_transfers
 from app.files.uff58 import write_frfs
 from app.files.values import write_value
 from app.main import flexura
+from app.stages import compensate as compensate_stage
+from app.stages import focus as focus_stage
 from app.stages import panel_inputs as panel_run
 from app.stages.uncorrected_filters import uncorrected_aim
 from app.twins.panel_twin import panel_twin
@@ -105,6 +108,10 @@ def run(tmp_path):
     return write_laws(tmp_path / "run", laws())
 
 
+def silent(_stage, _share):
+    pass
+
+
 def flex(*words):
     return CliRunner().invoke(flexura, [str(word) for word in words])
 
@@ -175,6 +182,25 @@ def test_compensate_prints_every_method_and_keeps_the_networks(run, panel):
     np.testing.assert_allclose(
         found.trained.networks.taps([20.0]), focused.bank.taps, atol=3e-3 * np.abs(focused.bank.taps).max()
     )
+
+
+def test_the_verbs_write_what_the_stages_compute_and_save(run, panel, tmp_path):
+    """Byte for byte; on a plate that grows with temperature, so that growth counts once."""
+    panel.write_text(PANEL.replace("mass =", "expansion = 1e-3\ndimensions_at = 20.0\nmass ="), encoding="utf-8")
+    declared, inputs = read_panel(panel), {path.name: sha256(path) for path in (run / "laws.h5", panel)}
+    assert flex("focus", run, "--panel", panel).exit_code == 0
+    assert flex("compensate", run, "--panel", panel, "--spacing", 6, "--seed", 1).exit_code == 0
+    found = focus_stage.compute(declared, laws(), silent)
+    focus_stage.save(tmp_path, found, inputs)
+    trained = compensate_stage.compute(declared, laws(), silent, training=Training(seed=1), spacing=6.0)
+    compensate_stage.save(tmp_path, trained, inputs)
+    assert (tmp_path / "filters.h5").read_bytes() == (run / "filters.h5").read_bytes()
+    written, again = (load_compensation(folder / "compensation.h5")[1] for folder in (run, tmp_path))
+    np.testing.assert_array_equal(written.contrast, again.contrast)
+    rigid = declared.model_copy(update={"plate": declared.plate.model_copy(update={"expansion": 0.0})})
+    plain = focus_stage.compute(rigid, laws(), silent, temperature=np.array([20.0, 60.0]))
+    off = np.abs(plain.focusing.bank.taps - found.focusing.bank.taps[[4, -1]]).max(axis=(1, 2))
+    assert off[1] > 20.0 * off[0]  # as declared at 20 °C, but for the spline's error
 
 
 def test_compensate_takes_the_panel_filters_were_made_for(run, panel):

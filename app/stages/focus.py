@@ -1,0 +1,157 @@
+"""Focus stage: filters of a panel over temperature, from laws or from measured transfers, computed and saved."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from analysis.arrays import Real
+from analysis.focusing.measured import MeasuredPanel
+from analysis.focusing.methods import Method, MethodComparison, compare
+from analysis.focusing.over_temperature import (
+    Aim,
+    Focusing,
+    compare_measured,
+    covered,
+    focus,
+    focus_measured,
+    spaced,
+)
+from analysis.focusing.panel import Panel
+from analysis.material import MaterialLaws
+from analysis.progress import Progress
+from app.files.filter_files import save_focusing
+from app.files.provenance import provenance
+from app.stages.panel_inputs import workers
+from app.stages.uncorrected_filters import uncorrected_aim
+from app.twins.panel_twin import panel_twin
+
+FILTERS = "filters.h5"
+SPACING = 5.0
+"""Between the temperatures of the filters where none are named, K."""
+
+
+@dataclass(frozen=True)
+class FocusedPanel:
+    """Result of the focus stage.
+
+    Attributes
+    ----------
+    panel : Panel
+    focusing : Focusing
+        Filters at every temperature, and how well they do.
+    comparison : MethodComparison
+        Focusing methods without taps, on the panel's plate of the reference values.
+    measured : bool
+        Whether the filters come from measured transfers; otherwise from laws and a twin.
+    uncorrected : Aim or None
+        What filters reach that were designed with the laws of a twin without its effects; None where not asked.
+    """
+
+    panel: Panel
+    focusing: Focusing
+    comparison: MethodComparison
+    measured: bool
+    uncorrected: Aim | None = None
+
+
+def compute(
+    panel: Panel,
+    laws: MaterialLaws,
+    report: Progress,
+    *,
+    temperature: Real | None = None,
+    method: Method = "stif",
+    uncorrected: MaterialLaws | None = None,
+) -> FocusedPanel:
+    """Design filters of a panel whose plate obeys laws.
+
+    Parameters
+    ----------
+    panel : Panel
+    laws : MaterialLaws
+        As measured; thermal expansion of the panel's plate is added here.
+    report : callable
+        Called with a stage's name and the share of it done.
+    temperature : (T,) ndarray, optional
+        Degrees Celsius; every 5 K of what laws and panel share where it is left out.
+    method : str
+        How filters are designed.
+    uncorrected : MaterialLaws, optional
+        Laws of a twin that lacks an effect; what filters designed with them reach is computed, too.
+
+    Returns
+    -------
+    FocusedPanel
+
+    Raises
+    ------
+    ValueError
+        Where laws and panel share no temperatures.
+    """
+    laws = panel.plate.grown(laws)
+    if temperature is None:
+        temperature = spaced(*covered(laws, panel.filters.operating_range), SPACING)
+    model = panel_twin(panel, laws, report)
+    focusing = focus(model, panel, laws, temperature, method, report, workers())
+    believed = None if uncorrected is None else panel.plate.grown(uncorrected)
+    lost = uncorrected_aim(model, panel, laws, believed, temperature, method)
+    plate = panel.illustration
+    comparison = compare(model, panel, (plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor))
+    return FocusedPanel(panel, focusing, comparison, measured=False, uncorrected=lost)
+
+
+def compute_measured(measured: MeasuredPanel, report: Progress, *, method: Method = "stif") -> FocusedPanel:
+    """Design filters of a panel from its measured transfers alone.
+
+    Parameters
+    ----------
+    measured : MeasuredPanel
+    report : callable
+        Called with a stage's name and the share of it done.
+    method : str
+        How filters are designed.
+
+    Returns
+    -------
+    FocusedPanel
+
+    Raises
+    ------
+    ValueError
+        For a method that needs the modes of a twin.
+    """
+    focusing = focus_measured(measured, method, report, workers())
+    return FocusedPanel(measured.panel, focusing, compare_measured(measured), measured=True)
+
+
+def save(run: Path, found: FocusedPanel, inputs: Mapping[str, str]) -> Path:
+    """Write filters.h5.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder.
+    found : FocusedPanel
+    inputs : mapping
+        SHA-256 of every file that the filters follow from, by its name.
+
+    Returns
+    -------
+    Path
+        File written.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    """
+    focusing, target = found.focusing, run / FILTERS
+    settings: dict[str, Any] = {"method": focusing.method, "panel": found.panel.model_dump(mode="json")}
+    if found.measured:
+        settings["measured"] = True
+    else:
+        settings["temperatures"] = focusing.temperature.tolist()
+    made_from = provenance(inputs, settings)
+    save_focusing(target, found.panel, focusing, found.comparison, made_from, found.uncorrected)
+    return target
