@@ -127,7 +127,7 @@ def main() -> int:
         folder = str(ROOT)
     else:
         safe = "-P"  # a folder called app where the user stands is not ours
-        command = [str(PYTHON), safe, "-m", "app", *words]
+        command = [str(PYTHON), safe, "-m", "flexura", *words]
         folder = None
     with subprocess.Popen(command, cwd=folder) as child:
         while True:

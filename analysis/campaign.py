@@ -96,3 +96,12 @@ class Campaign:
                 raise ValueError(
                     f"sweep {sweep.step}: {sweep.responses.shape[0]} responses; {outputs} sensors are declared"
                 )
+
+    def __repr__(self) -> str:
+        """Name, sweeps, temperatures and sensors in one line: arrays of a recording would fill screens."""
+        temperature = [sweep.temperature for sweep in self.sweeps]
+        sensors = ", ".join(output.id for output in self.experiment.outputs)
+        return (
+            f"<Campaign {self.name!r}: {len(temperature)} sweeps, {min(temperature):z.1f} to "
+            f"{max(temperature):z.1f} °C, sensors {sensors}>"
+        )

@@ -67,6 +67,15 @@ class Frf:
         if not (np.isfinite(self.h).all() and np.isfinite(self.variance).all()):
             raise ValueError("an FRF holds values that are not finite")
 
+    def __repr__(self) -> str:
+        """Sweeps, temperatures, channels and lines in one line, and the notes, a line each."""
+        t, lines = self.temperature, self.frequency
+        told = (
+            f"<Frf: {len(t)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C, sensors {', '.join(self.channels)}, "
+            f"{len(lines)} lines from {lines[0]:g} to {lines[-1]:g} Hz>"
+        )
+        return "\n".join([told, *(f"  {note}" for note in self.notes)])
+
     def label(self, channel: int) -> str:
         """Name a channel's transfer, with its unit."""
         return self.labels[channel] if self.labels else f"{self.channels[channel]}/drive [V/V]"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-FLOORS = ("analysis", "app", "drivers", "simulation")
+FLOORS = ("analysis", "app", "drivers", "flexura", "simulation")
 PARTS_OF_PYDANTIC = {"annotated-types", "pydantic-core"}
 
 

@@ -140,14 +140,14 @@ def test_words_go_to_flexura_or_to_pytest(call: Call, machine: FakeMachine, proj
     call("tests", "setup.cfg::one")
     call()
     (verb, where), (tests, there), (one_file, _), (bare, _) = machine.started
-    assert verb == [str(machine.python), "-P", "-m", "app", "identify", "a b", "--json"]
+    assert verb == [str(machine.python), "-P", "-m", "flexura", "identify", "a b", "--json"]
     assert where is None  # paths the user gives are relative to where the user stands
     assert tests[:3] == [str(machine.python), "-m", "pytest"]
     assert tests[-3:] == ["-k", "frf", "--durations=3"]
     assert "-n" in tests  # on several cores, which a few tests are not worth
     assert "-n" not in one_file
     assert there == str(project)
-    assert bare[-2:] == ["-m", "app"]
+    assert bare[-2:] == ["-m", "flexura"]
 
 
 def test_documentation_is_made_with_what_is_installed_for_it_once(

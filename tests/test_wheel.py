@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("analysis", "app", "drivers", "simulation")
+PACKAGES = ("analysis", "app", "drivers", "flexura", "simulation")
 
 
 def settings() -> configparser.ConfigParser:

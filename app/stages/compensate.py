@@ -40,6 +40,15 @@ class CompensatedPanel:
     spacing: float
     device: str
 
+    def __repr__(self) -> str:
+        """Training temperatures, contrast lost and the method recommended in one line."""
+        found = self.compensation
+        t, loss = found.temperature, found.largest_loss
+        return (
+            f"<CompensatedPanel: {len(found.training_temperature)} training temperatures, {t[0]:g} to {t[-1]:g} "
+            f"°C: the networks lose at most {loss[0]:.2g} of contrast; recommended: {found.recommended}>"
+        )
+
 
 def compute(
     panel: Panel,

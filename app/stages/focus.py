@@ -54,6 +54,17 @@ class FocusedPanel:
     measured: bool
     uncorrected: Aim | None = None
 
+    def __repr__(self) -> str:
+        """Return method, taps, temperatures and contrast in one line."""
+        found = self.focusing
+        own, kept, t = found.direct.contrast.mean(axis=1), found.fixed.contrast.mean(axis=1), found.temperature
+        _, actuators, taps = found.bank.taps.shape
+        return (
+            f"<FocusedPanel: {found.method}, {actuators} filters of {taps} taps, {t[0]:g} to {t[-1]:g} °C: "
+            f"contrast {own.min():.2f} to {own.max():.2f} with their own filters, down to {kept.min():.2f} with "
+            f"those of {found.reference_temperature:g} °C>"
+        )
+
 
 def compute(
     panel: Panel,

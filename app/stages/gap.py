@@ -28,6 +28,8 @@ from app.files.provenance import provenance, sha256
 from app.files.twin_file import write_twin
 from app.stages.issued_twin import issued_twin
 from app.stages.update import Updating, updated_twin
+from app.terminal.gap import headline, tables
+from app.terminal.notebook import as_html, as_text
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from simulation.effects.library import untried
 from simulation.twin.effect_plate import EffectPlate
@@ -65,6 +67,22 @@ class GapComparison:
     given: Mapping[str, tuple[Estimate, ...]]
     report: GapReport
     corrected: CorrectedTwin
+
+    def record(self) -> dict[str, Any]:
+        """Return what gap.json holds, without provenance and time."""
+        return gap_record(self.report, self.given, {}, 0.0)
+
+    def __repr__(self) -> str:
+        """Verdict, effects and chi2 in one line, and the notes."""
+        return as_text(f"GapComparison: {headline(self.record())}", self._notes)
+
+    def _repr_html_(self) -> str:
+        record = self.record()
+        return as_html(headline(record), tables(record), self._notes)
+
+    @property
+    def _notes(self) -> tuple[str, ...]:
+        return (*self.frf.notes, *self.report.notes)
 
 
 def compute(

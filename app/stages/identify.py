@@ -26,7 +26,8 @@ from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
 from app.files.uff58 import write_frfs
 from app.files.uff_campaign import campaign_frfs
-from app.terminal.modes import modes_record
+from app.terminal.modes import headline, modes_record, tables
+from app.terminal.notebook import as_html, as_text
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,14 @@ class IdentifiedCampaign:
     frf: Frf
     tracked: TrackedModes
     inputs: Mapping[str, str]
+
+    def __repr__(self) -> str:
+        """Sweeps, modes and misfit in one line, and the notes."""
+        return as_text(f"IdentifiedCampaign: {headline(self.tracked)}", (*self.frf.notes, *self.tracked.notes))
+
+    def _repr_html_(self) -> str:
+        notes = (*self.frf.notes, *self.tracked.notes)
+        return as_html(headline(self.tracked), tables(self.tracked, "hysteretic"), notes)
 
 
 def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | None = None) -> IdentifiedCampaign:

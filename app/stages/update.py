@@ -25,6 +25,8 @@ from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance, sha256
 from app.stages.declaration_check import check_declaration
+from app.terminal.notebook import as_html, as_text
+from app.terminal.update import headline, notes, table_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
 from app.twins.campaign_twin import campaign_twin, twin_is_built
 from simulation.twin.declared_plate import DeclaredPlate
@@ -51,6 +53,17 @@ class Updating:
     updated: Updated
     laws: MaterialLaws | None
     twin: TwinFrf
+
+    def __repr__(self) -> str:
+        """Sweeps, ranges of E, nu and eta, and misfit in one line, and the notes."""
+        return as_text(f"Updating: {headline(self.updated)}", self._notes)
+
+    def _repr_html_(self) -> str:
+        return as_html(headline(self.updated), [table_of(self.updated)], self._notes)
+
+    @property
+    def _notes(self) -> tuple[str, ...]:
+        return (*self.frf.notes, *notes(self.updated, self.laws))
 
 
 def compute(

@@ -7,5 +7,6 @@
 ``modes``                modes as JSON and as tables
 ``update``               estimates of model updating as JSON, as a table and in one line
 ``gap``                  tables and sentences from gap.json
+``notebook``             the same as a notebook shows them
 =======================  ===============================================================
 """

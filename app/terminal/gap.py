@@ -10,6 +10,11 @@ Record = Mapping[str, Any]
 
 def summary(record: Record, run: Path) -> str:
     """Return one line: verdict, what was found, and where it stands."""
+    return f"{headline(record)}; {record['seconds']:.1f} s; results in {run}"
+
+
+def headline(record: Record) -> str:
+    """Return verdict, effects found, and chi2 before and after, in one line."""
     gap = record["gap"]
     before, after = gap["baseline"]["chi2_per_dof"], gap["final"]["chi2_per_dof"]
     found = ", ".join(named(effect) for effect in record["effects"])
@@ -17,7 +22,7 @@ def summary(record: Record, run: Path) -> str:
     if record["effects"]:
         words += f" by {found}" if record["verdict"] != "unknown" else f" (hints: {found})"
     closed = "" if record["verdict"] == "none" else f" -> {after:.3g}"
-    return f"{words}; chi2 per dof {before:.3g}{closed}; {record['seconds']:.1f} s; results in {run}"
+    return f"{words}; chi2 per dof {before:.3g}{closed}"
 
 
 def verdict_words(verdict: str) -> str:
@@ -72,9 +77,14 @@ def show(record: Record) -> None:
     from rich.console import Console
 
     console = Console()
-    for table in (_found(record), _agreement(record), _where(record), _unseen(record)):
-        if table.row_count:
-            console.print(table)
+    for table in tables(record):
+        console.print(table)
+
+
+def tables(record: Record) -> list[Any]:
+    """Return what was found, the agreement, what is left and what could not be seen, as tables of rich."""
+    every = (_found(record), _agreement(record), _where(record), _unseen(record))
+    return [table for table in every if table.row_count]
 
 
 def _table(title: str, *headings: str) -> Any:

@@ -77,15 +77,37 @@ def campaign_record(tracked: TrackedModes, damping: Damping, seconds: float) -> 
 
 def show(tracked: TrackedModes, damping: Damping) -> None:
     """Print the modes of the coldest, a middle and the hottest sweep; modes.csv holds them all."""
+    for table in tables(tracked, damping):
+        Console().print(table)
+
+
+def tables(tracked: TrackedModes, damping: Damping) -> list[Table]:
+    """Return tables of the modes of the coldest, a middle and the hottest sweep."""
     order = np.argsort(tracked.temperature, kind="stable")
     shown = sorted({int(order[0]), int(order[len(order) // 2]), int(order[-1])})
+    found = []
     for number, t in enumerate(shown, 1):
         title = f"{tracked.temperature[t]:.2f} °C ({number} of {len(shown)} shown of {len(order)}; all: modes.csv)"
-        show_modes(title, modes_record(tracked.modes[t], damping)["modes"])
+        found.append(mode_table(title, modes_record(tracked.modes[t], damping)["modes"]))
+    return found
+
+
+def headline(tracked: TrackedModes) -> str:
+    """Return sweeps, modes and the misfit in one line."""
+    counts, t = [int(modes.real.sum()) for modes in tracked.modes], tracked.temperature
+    return (
+        f"{len(counts)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C, {min(counts)} to {max(counts)} modes each, "
+        f"misfit at most {100 * tracked.misfit.max():.2f} %"
+    )
 
 
 def show_modes(title: str, modes: Sequence[dict[str, Any]]) -> None:
     """Print modes as a table for people."""
+    Console().print(mode_table(title, modes))
+
+
+def mode_table(title: str, modes: Sequence[dict[str, Any]]) -> Table:
+    """Return modes as a table of rich."""
     table = Table(title=title, header_style="bold")
     for heading in ("f [Hz]", "σ_f [Hz]", "ζ [%]", "σ_ζ [%]", "η [%]", "status"):
         table.add_column(heading, justify="left" if heading == "status" else "right")
@@ -98,7 +120,7 @@ def show_modes(title: str, modes: Sequence[dict[str, Any]]) -> None:
             _number(mode["loss_factor"], 100.0),
             _status(mode),
         )
-    Console().print(table)
+    return table
 
 
 def _number(value: float | None, scale: float = 1.0) -> str:

@@ -1,10 +1,13 @@
 """Estimates of model updating as JSON, as a table and in one line; notes for the user."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from analysis.material import MaterialLaws
 from analysis.updated import GOOD_MISFIT, Updated
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 
 def record(updated: Updated, seconds: float) -> dict[str, Any]:
@@ -39,8 +42,14 @@ def record(updated: Updated, seconds: float) -> dict[str, Any]:
 
 def show(updated: Updated) -> None:
     """Print the estimates as a table for people."""
-    from rich.box import SIMPLE_HEAD
     from rich.console import Console
+
+    Console().print(table_of(updated))
+
+
+def table_of(updated: Updated) -> "Table":
+    """Return the estimates as a table of rich, one row per sweep."""
+    from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
     caption = "σ: what a sweep's own noise leaves open; scatter between sweeps is in the laws' σ (report, laws.h5)"
@@ -62,7 +71,19 @@ def show(updated: Updated) -> None:
             f"{100 * updated.misfit[t]:.2f} %",
             f"{100 * updated.noise_floor[t]:.2f} %",
         )
-    Console().print(table)
+    return table
+
+
+def headline(updated: Updated) -> str:
+    """Return sweeps, E, nu, eta and the misfit in one line."""
+    m, t = updated.material, updated.temperature
+    e, nu, eta = m.youngs_modulus / 1e9, m.poisson_ratio, 100 * m.loss_factor
+    ratio = float((updated.misfit / updated.noise_floor).max())
+    return (
+        f"{len(t)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C: E {e.min():.3f} to {e.max():.3f} GPa, "
+        f"ν {nu.min():.3f} to {nu.max():.3f}, η {eta.min():.2f} to {eta.max():.2f} %, misfit at most {ratio:.2f} "
+        "times the noise"
+    )
 
 
 def summary(updated: Updated, run: Path, seconds: float, unit: str) -> str:

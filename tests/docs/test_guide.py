@@ -144,7 +144,9 @@ def sentences() -> str:
     """Every string of the program; values filled in later stand as an ellipsis."""
     found = []
     for file in (
-        f for floor in ("analysis", "app", "drivers", "simulation") for f in (ROOT / floor).rglob("*.py")
+        f
+        for floor in ("analysis", "app", "drivers", "flexura", "simulation")
+        for f in (ROOT / floor).rglob("*.py")
     ):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-FLOORS = ("analysis", "app", "drivers", "simulation")
+FLOORS = ("analysis", "app", "drivers", "flexura", "simulation")
 FILES = sorted(path for floor in FLOORS for path in (ROOT / floor).rglob("*.py"))
 PACKAGES = sorted(path.parent for path in FILES if path.name == "__init__.py")
 

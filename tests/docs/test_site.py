@@ -16,7 +16,7 @@ import analysis
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 NAMED = [*PAGES, ROOT / "docs" / "architecture.svg"]
-FLOORS = "analysis|app|drivers|simulation"
+FLOORS = "analysis|app|drivers|flexura|simulation"
 
 
 def name(page: Path) -> str:

@@ -1,0 +1,51 @@
+"""Flexura as a library: load a campaign, identify, update, compare with the twin, focus, compensate, plot.
+
+Each function does what the verb of the same name does, and calls the same stage. What a function needs is imported
+when it is first asked for, so that ``import flexura`` costs little. See ``docs/guide/library.md``.
+
+================  ==================================================================
+``campaigns``     `load`, `frf`, `identify`, `update`, `gap`: a plate over temperature
+``panels``        `focus`, `compensate`: filters that follow the temperature
+``figures``       `plot`: figures of all these results
+``own_packages``  Flexura's own packages are imported, not others of the same name
+================  ==================================================================
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from flexura.own_packages import claim_names
+
+claim_names()
+
+if TYPE_CHECKING:
+    from flexura.campaigns import frf, gap, identify, load, update
+    from flexura.figures import plot
+    from flexura.panels import compensate, focus
+
+__all__ = ["compensate", "focus", "frf", "gap", "identify", "load", "plot", "update"]
+
+_MODULES = {
+    "load": "campaigns",
+    "frf": "campaigns",
+    "identify": "campaigns",
+    "update": "campaigns",
+    "gap": "campaigns",
+    "focus": "panels",
+    "compensate": "panels",
+    "plot": "figures",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public function when it is first asked for."""
+    if name == "__version__":
+        return import_module("analysis").__version__
+    if name not in _MODULES:
+        raise AttributeError(f"module 'flexura' has no attribute {name!r}; it has {', '.join(__all__)}")
+    return getattr(import_module(f"flexura.{_MODULES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """List the public functions, imported or not."""
+    return sorted({*globals(), *__all__, "__version__"})

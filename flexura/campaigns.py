@@ -1,0 +1,189 @@
+"""A plate over temperature: recordings, FRFs, modes, material laws, and what its twin lacks."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from os import PathLike
+from pathlib import Path
+from time import perf_counter
+from typing import Literal
+
+from threadpoolctl import threadpool_limits
+
+from analysis.campaign import Campaign
+from analysis.frf import Frf, campaign_frf
+from analysis.identification.automatic import Settings
+from analysis.identification.reading import Damping
+from analysis.progress import Progress
+from app.files.campaign import load_campaign
+from app.files.run_folder import run_folder
+from app.stages import gap as gap_stage
+from app.stages import identify as identify_stage
+from app.stages import update as update_stage
+from app.terminal.progress import progress as bars
+from app.twins.campaign_model import start_of
+
+File = str | PathLike[str]
+
+
+def load(campaign: File) -> Campaign:
+    """Read a campaign: a folder with ``campaign.toml`` (recorded) or ``protocol.json`` (imported, acquired).
+
+    Raises `app.files.campaign_error.CampaignFileError` with everything that is wrong with it.
+    """
+    return load_campaign(Path(campaign))
+
+
+def frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
+    """H1 of every sweep and sensor, with variance and coherence, inside the protocol's band.
+
+    Lines at harmonics of `mains` (Hz) are marked as excluded. Raises ValueError for sweeps of different lengths.
+    """
+    return campaign_frf(campaign, mains=mains)
+
+
+def identify(
+    campaign: Campaign,
+    *,
+    band: tuple[float, float] | None = None,
+    damping: Damping = "hysteretic",
+    method: Literal["auto", "peak-picking"] = "auto",
+    twin: File | None = None,
+    mains: float = 50.0,
+    out: File | None = None,
+    progress: bool = False,
+) -> identify_stage.IdentifiedCampaign:
+    """Identify modes in every sweep and follow them over temperature, as ``flexura identify``.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    band : (float, float), optional
+        Hz; all lines where it is left out.
+    damping : str
+        How poles are read: ``hysteretic`` or ``viscous``.
+    method : str
+        ``peak-picking`` is the paper's recipe.
+    twin : path, optional
+        Run folder of ``flexura update`` whose twin says which modes to expect.
+    mains : float
+        Hz.
+    out : path, optional
+        Run folder for frf.h5, modes.h5 and modes.csv; nothing is written where it is left out.
+    progress : bool
+        Draw progress bars on the error stream, where that is a terminal.
+
+    Returns
+    -------
+    IdentifiedCampaign
+
+    Raises
+    ------
+    app.files.bad_file.ResultFileError
+        For a campaign, a band or a run folder that cannot be used.
+    """
+    run = _run(out)
+    wanted = identify_stage.Wanted(Settings(mains=mains), damping, method, band)
+    with computing(shown=progress) as report:
+        found = identify_stage.compute(campaign, wanted, report, None if twin is None else Path(twin))
+    if run is not None:
+        identify_stage.save(run, campaign, found, wanted)
+    return found
+
+
+def update(
+    campaign: Campaign,
+    *,
+    twin: File | None = None,
+    effects: File | None = None,
+    mains: float = 50.0,
+    out: File | None = None,
+    progress: bool = False,
+) -> update_stage.Updating:
+    """Fit E, nu and eta of the twin at every temperature, and laws through them, as ``flexura update``.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    twin : path, optional
+        Twin file whose effects are switched on, with the values they have there.
+    effects : path, optional
+        Folder with a user's own effects.
+    mains : float
+        Hz.
+    out : path, optional
+        Run folder for frf.h5 and laws.h5; nothing is written where it is left out.
+    progress : bool
+        Draw progress bars on the error stream, where that is a terminal.
+
+    Returns
+    -------
+    Updating
+
+    Raises
+    ------
+    app.files.bad_file.ResultFileError
+        For a campaign that cannot be judged, with the reason.
+    """
+    run, folder = _run(out), None if effects is None else Path(effects)
+    start = start_of(None if twin is None else Path(twin), campaign.experiment, folder)
+    with computing(shown=progress) as report:
+        found = update_stage.compute(campaign, mains, report, start=start, folder=folder)
+    if run is not None:
+        update_stage.save(run, campaign, found, mains, start)
+    return found
+
+
+def gap(
+    campaign: Campaign,
+    *,
+    twin: File | None = None,
+    effects: File | None = None,
+    mains: float = 50.0,
+    out: File | None = None,
+    progress: bool = False,
+) -> gap_stage.GapComparison:
+    """Compare a campaign with its twin and name the effects that the twin lacks, as ``flexura gap``.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    twin : path, optional
+        Twin file whose effects are switched on from the beginning.
+    effects : path, optional
+        Folder with a user's own effects.
+    mains : float
+        Hz.
+    out : path, optional
+        Run folder for gap.json, gap.h5, frf.h5, twin.toml and laws; nothing is written where it is left out.
+    progress : bool
+        Draw progress bars on the error stream, where that is a terminal.
+
+    Returns
+    -------
+    GapComparison
+
+    Raises
+    ------
+    app.files.bad_file.ResultFileError
+        For a campaign that cannot be judged, with the reason.
+    """
+    run, began = _run(out), perf_counter()
+    folder, start_file = (None if path is None else Path(path) for path in (effects, twin))
+    start = start_of(start_file, campaign.experiment, folder)
+    with computing(shown=progress) as report:
+        found = gap_stage.compute(campaign, mains, report, start=start, folder=folder)
+    if run is not None:
+        gap_stage.save(run, campaign, found, mains, perf_counter() - began, start=start_file, folder=folder)
+    return found
+
+
+def _run(out: File | None) -> Path | None:
+    """Run folder that results go to, made if need be; None where nothing is to be written."""
+    return None if out is None else run_folder(Path(out), Path(out))
+
+
+@contextmanager
+def computing(*, shown: bool) -> Iterator[Progress]:
+    """Yield a progress callable, BLAS held to one thread: the matrices are small and many."""
+    with threadpool_limits(1), bars(shown=shown) as report:
+        yield report

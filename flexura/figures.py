@@ -1,0 +1,98 @@
+"""Figures of results, as on the report's page."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from analysis.campaign import Campaign
+from analysis.frf import Frf
+from app.files.gap_file import GapFigures
+from app.report import focusing, gap, identified, measured, style, updated
+from app.report.declared import experiment_points, picture, pieces_of
+from app.stages.compensate import CompensatedPanel
+from app.stages.focus import FocusedPanel
+from app.stages.gap import GapComparison
+from app.stages.identify import IdentifiedCampaign
+from app.stages.update import Updating
+
+
+def plot(value: Any, kind: str | None = None, **options: Any) -> Figure:
+    """Draw a campaign, its FRFs, or the result of a stage.
+
+    Parameters
+    ----------
+    value : Campaign, Frf, IdentifiedCampaign, Updating, GapComparison, FocusedPanel or CompensatedPanel
+    kind : str, optional
+        Which of its figures, see `FIGURES`; the first where it is left out.
+    **options
+        Of the figure: ``channel``, from 0, for those that show one sensor.
+
+    Returns
+    -------
+    Figure
+        Without a window; ``figure.savefig("laws.png")`` writes it.
+
+    Raises
+    ------
+    TypeError
+        For a value that has no figures.
+    ValueError
+        For a kind of figure that the value does not have.
+    """
+    if type(value) not in FIGURES:
+        known = ", ".join(sorted(one.__name__ for one in FIGURES))
+        raise TypeError(f"{type(value).__name__} has no figures; these have: {known}")
+    kinds = FIGURES[type(value)]
+    if kind is not None and kind not in kinds:
+        raise ValueError(f"{type(value).__name__} has no figure {kind!r}; it has {', '.join(kinds)}")
+    with style.drawing():
+        return kinds[kind or next(iter(kinds))](value, **options)
+
+
+def _plate(campaign: Campaign) -> Figure:
+    experiment = campaign.experiment
+    return picture(pieces_of(experiment.plate, experiment.patch, experiment_points(experiment)))
+
+
+def _overlay(found: IdentifiedCampaign, channel: int = 0) -> Figure:
+    return identified.overlay(found.frf, found.tracked, channel)
+
+
+def _twin(found: Updating, channel: int = 0) -> Figure:
+    return updated.overlays(found.frf, found.twin, found.updated, channel)
+
+
+def _of_gap(draw: Callable[[GapFigures], Figure]) -> Callable[[GapComparison], Figure]:
+    return lambda found: draw(GapFigures.of(found.report, found.corrected.nodes))
+
+
+FIGURES: Mapping[type, Mapping[str, Callable[..., Figure]]] = {
+    Campaign: {"plate": _plate},
+    Frf: {"waterfall": measured.waterfall, "noise": measured.noise},
+    IdentifiedCampaign: {
+        "modes": lambda found: identified.over_temperature(found.tracked),
+        "overlay": _overlay,
+    },
+    Updating: {
+        "laws": lambda found: updated.laws(found.updated, found.laws),
+        "overlays": _twin,
+        "misfit": lambda found: updated.misfit(found.updated),
+    },
+    GapComparison: {
+        "residual": _of_gap(gap.residual_maps),
+        "shares": _of_gap(gap.shares),
+        "candidates": lambda found: gap.candidates(found.record()),
+        "laws": _of_gap(gap.laws),
+    },
+    FocusedPanel: {
+        "contrast": lambda found: focusing.before(found.focusing),
+        "panel": lambda found: focusing.layout(found.panel),
+        "methods": lambda found: focusing.methods(found.comparison),
+    },
+    CompensatedPanel: {
+        "contrast": lambda found: focusing.after(found.compensation),
+        "errors": lambda found: focusing.relative_errors(found.compensation),
+    },
+}
+"""Figures of each kind of value, by name; the first is drawn where none is named."""

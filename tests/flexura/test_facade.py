@@ -1,0 +1,97 @@
+"""The library: what the functions give is what the verbs save, prints in a line, and can be drawn."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flexura
+from analysis.campaign import Campaign
+from analysis.frf import Frf
+from analysis.material import Material, MaterialLaws
+from analysis.material_table import laws_through
+from app.files.modes_file import load_modes
+from app.stages.identify import IdentifiedCampaign
+from flexura.figures import FIGURES
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
+
+
+@pytest.fixture(scope="module")
+def campaign() -> Campaign:
+    return flexura.load(EXAMPLE)
+
+
+@pytest.fixture(scope="module")
+def frf(campaign: Campaign) -> Frf:
+    return flexura.frf(campaign)
+
+
+@pytest.fixture(scope="module")
+def identified(campaign: Campaign, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, IdentifiedCampaign]:
+    run = tmp_path_factory.mktemp("run")
+    return run, flexura.identify(campaign, band=(150.0, 230.0), out=run)
+
+
+def test_what_is_identified_is_what_the_run_folder_holds(identified: tuple[Path, IdentifiedCampaign]) -> None:
+    run, found = identified
+    saved = load_modes(run / "modes.h5")
+    for ours, theirs in zip(found.tracked.modes, saved.modes, strict=True):
+        np.testing.assert_array_equal(ours.poles, theirs.poles)
+
+
+def test_values_print_in_a_few_lines(
+    campaign: Campaign, frf: Frf, identified: tuple[Path, IdentifiedCampaign]
+) -> None:
+    assert repr(campaign) == "<Campaign 'pp-plate': 16 sweeps, 0.0 to 60.0 °C, sensors S1>"
+    assert repr(frf) == "<Frf: 16 sweeps, 0.0 to 60.0 °C, sensors S1, 3361 lines from 100 to 1500 Hz>"
+    found = identified[1]
+    assert repr(found).startswith("<IdentifiedCampaign: 16 sweeps, 0.0 to 60.0 °C, ")
+    page = found._repr_html_()
+    modes = found.tracked.modes[0]
+    assert f"{modes.reading('hysteretic').frequency_hz[modes.real.argmax()]:.3f}" in page
+
+
+def test_notes_stand_below_the_line_and_are_escaped() -> None:
+    from app.terminal.notebook import as_html, as_text
+
+    assert as_text("Thing: 3", ["first", "second"]) == "<Thing: 3>\n  first\n  second"
+    assert "<p>a &lt; b</p>" in as_html("", [], ["a < b"])
+
+
+@pytest.mark.parametrize("kind", list(FIGURES[Frf]))
+def test_frfs_are_drawn(frf: Frf, kind: str) -> None:
+    assert flexura.plot(frf, kind, channel=0).axes
+
+
+def test_campaign_and_modes_are_drawn(campaign: Campaign, identified: tuple[Path, IdentifiedCampaign]) -> None:
+    assert flexura.plot(campaign).axes
+    for kind in FIGURES[IdentifiedCampaign]:
+        assert flexura.plot(identified[1], kind).axes
+
+
+def test_what_cannot_be_drawn_is_told(frf: Frf) -> None:
+    with pytest.raises(TypeError, match="int has no figures; these have: Campaign, CompensatedPanel, Fo"):
+        flexura.plot(3)
+    with pytest.raises(ValueError, match="Frf has no figure 'laws'; it has waterfall, noise"):
+        flexura.plot(frf, "laws")
+
+
+def test_an_unknown_name_is_told() -> None:
+    assert set(flexura.__all__) < set(dir(flexura))
+    with pytest.raises(AttributeError, match=r"no attribute 'identity'; it has compensate, .*, update"):
+        flexura.identity  # noqa: B018
+
+
+@pytest.fixture
+def laws() -> MaterialLaws:
+    temperature = np.array([0.0, 20.0, 40.0, 60.0])
+    ones = np.ones(4)
+    return laws_through(temperature, Material(1e9 * np.array([4.0, 3.0, 2.0, 1.5]), 0.35 * ones, 0.05 * ones))
+
+
+def test_filters_of_laws_in_memory_are_not_saved(laws: MaterialLaws, tmp_path: Path) -> None:
+    """A result file names the files it follows from."""
+    for stage in (flexura.focus, flexura.compensate):
+        with pytest.raises(ValueError, match="name the run folder that holds laws.h5"):
+            stage(laws, out=tmp_path)
