@@ -38,11 +38,7 @@
 ``thermometry``       a panel as its own thermometer
 ``arrays``            types of arrays
 ``progress``          type of a progress callable
-``estimation``        signals of any test to FRFs
-``shapes``            mode shapes at many places, and how they are judged
-``rendering``         sound through filters that follow the temperature
-``thermometry``       a panel as its own thermometer
 ====================  ============================================================================
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -13,6 +13,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("analysis", "app", "drivers", "flexura", "simulation")
+SCRIPT = """
+import flexura, app, tests
+from app.files.shipped import shipped
+print(app.__file__, shipped("pp-plate"), tests.__file__, flexura.load(shipped("pp-plate")), sep="\\n")
+"""
 
 
 def settings() -> configparser.ConfigParser:
@@ -37,7 +42,7 @@ def test_every_example_a_verb_starts_from_is_in_the_wheel() -> None:
 
 @pytest.mark.slow
 def test_the_wheel_gives_a_working_flexura(tmp_path: Path) -> None:
-    """Built from a copy, installed without its dependencies; those of this environment are lent by a path file."""
+    """Built from a copy, used beside foreign packages of our names; dependencies are lent by a path file."""
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
     source, wheels, environment = tmp_path / "source", tmp_path / "wheels", tmp_path / "environment"
     shutil.copytree(
@@ -59,16 +64,23 @@ def test_the_wheel_gives_a_working_flexura(tmp_path: Path) -> None:
     )
     (Path(site.stdout.strip()) / "lent.pth").write_text(sysconfig.get_path("purelib"), encoding="utf-8")
 
-    def flexura(*words: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [scripts / "flexura", *words], cwd=tmp_path, capture_output=True, text=True, check=True
-        )
+    desk = tmp_path / "desk"
+    for name in (*PACKAGES[:2], "tests"):  # whose packages have the names of ours
+        (desk / name).mkdir(parents=True)
+        (desk / name / "__init__.py").write_text("raise RuntimeError('the wrong one')" * (name != "tests"))
+    surroundings = os.environ | {"PYTHONPATH": str(desk)}
 
-    assert "acquire" in flexura("--help").stdout
-    where = "import app; from app.files.shipped import shipped; print(app.__file__); print(shipped('pp-plate'))"
-    told = subprocess.run([python, "-c", where], cwd=tmp_path, capture_output=True, text=True, check=True)
-    package, example = map(Path, told.stdout.split())
+    def run(*words: str | Path) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(words, cwd=desk, env=surroundings, capture_output=True, text=True, check=True)
+
+    assert "acquire" in run(scripts / "flexura", "--help").stdout
+    (desk / "script.py").write_text(SCRIPT)
+    told = run(python, "script.py").stdout.splitlines()
+    package, example, own = map(Path, told[:3])
     assert environment in package.parents
     assert environment in example.parents
-    assert "16 sweeps, 0 to 60 °C, imported into" in flexura("import", str(example), "--out", "plate").stderr
-    assert (tmp_path / "plate" / "protocol.json").is_file()
+    assert own == desk / "tests" / "__init__.py"
+    assert told[3] == "<Campaign 'pp-plate': 16 sweeps, 0.0 to 60.0 °C, sensors S1>"
+    imported = run(scripts / "flexura", "import", str(example), "--out", "plate").stderr
+    assert "16 sweeps, 0 to 60 °C, imported into" in imported
+    assert (desk / "plate" / "protocol.json").is_file()

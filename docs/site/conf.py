@@ -38,6 +38,7 @@ CONTENTS = {
         "docs/adding-an-effect",
         "docs/view",
         "docs/guide/command-line",
+        "docs/guide/library",
         "docs/guide/file-formats",
         "docs/guide/troubleshooting",
         "docs/faq",
@@ -52,7 +53,7 @@ CONTENTS = {
         "docs/dependencies",
         "CHANGELOG",
     ],
-    "Reference": ["docs/api/analysis/analysis", "docs/api/simulation/simulation", "docs/api/drivers/drivers"],
+    "Reference": [f"docs/api/{name}/{name}" for name in ("flexura", "analysis", "simulation", "drivers")],
 }
 """Pages of the sidebar, by caption; what is in no list of contents is a warning, and warnings are errors."""
 
@@ -61,6 +62,7 @@ COLON = "\N{WORD JOINER}"
 logger = logging.getLogger(__name__)
 
 PUBLIC = {
+    "flexura": ("__main__.py", "own_packages.py"),
     "analysis": (),
     "simulation": ("meshing", "reduction", "shell", "verification"),
     "drivers": ("**/simulated", "ni"),
