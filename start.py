@@ -7,8 +7,8 @@
 
 Needs nothing but Python 3.11 or newer with pip and venv. Everything is installed into
 ``.venv`` beside this file, pinned by ``constraints.txt``; a stamp holding a digest of the pins says
-that the installation finished, so a killed one is made again and a changed pin rebuilds it. What only ``docs``
-needs is installed when it is first asked for; after that, no command needs the network.
+that the installation finished, so a killed one is made again and a changed pin rebuilds it. What only ``tests``
+or ``docs`` need is installed when they are first asked for; after that, no command needs the network.
 """
 
 from __future__ import annotations  # an older Python must get as far as the sentence that refuses it
@@ -25,7 +25,9 @@ ROOT = Path(__file__).resolve().parent
 ENVIRONMENT = Path(os.environ.get("FLEXURA_VENV", ROOT / ".venv")).absolute()
 PYTHON = ENVIRONMENT / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 STAMP = ENVIRONMENT / "installed-pins.sha256"
-DOCS_STAMP = ENVIRONMENT / "installed-docs.sha256"
+EXTRAS = {"tests": "dev", "docs": "docs"}
+"""What else is installed for a word, when it is first asked for."""
+EXTRA_STAMPS = {word: ENVIRONMENT / f"installed-{word}.sha256" for word in EXTRAS}
 TORCH_CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 SIDE_BY_SIDE = ["-n", "auto", "--maxprocesses", "4", "--dist", "loadfile"]
 """Tests of one file share a set-up, so a file stays with one process; some need 2 GB, hence four at most."""
@@ -68,7 +70,7 @@ def install() -> None:
     """Build the environment from nothing and stamp it."""
     print(f"Flexura: installing into {ENVIRONMENT} (once, a minute or two) ...", file=sys.stderr, flush=True)
     if ENVIRONMENT.exists():
-        known = {*OURS, STAMP.name, DOCS_STAMP.name}
+        known = {*OURS, STAMP.name, *(stamp.name for stamp in EXTRA_STAMPS.values())}
         strangers = [child.name for child in ENVIRONMENT.iterdir() if child.name not in known]
         if strangers and not (ENVIRONMENT / "pyvenv.cfg").exists():
             sys.exit(
@@ -78,7 +80,7 @@ def install() -> None:
         shutil.rmtree(ENVIRONMENT)
     python = getattr(sys, "_base_executable", sys.executable)  # where it is .venv's own, that was just deleted
     subprocess.run([python, "-m", "venv", str(ENVIRONMENT)], check=True)
-    add("audio,drawings,meshes,onnx,tests", *torch_index())
+    add("audio,drawings,meshes,onnx", *torch_index())
     STAMP.write_text(pins_digest())  # half a digest is no digest: a torn stamp means another installation
 
 
@@ -89,11 +91,11 @@ def add(extras: str, *options: str) -> None:
     subprocess.run([*pip, *options, "-c", pins, "-e", f"{ROOT}[{extras}]"], check=True, cwd=ROOT)
 
 
-def install_docs() -> None:
-    """Add what makes the documentation's site, and stamp it."""
-    print("Flexura: installing what makes the documentation (once, seconds) ...", file=sys.stderr, flush=True)
-    add("docs")
-    DOCS_STAMP.write_text(pins_digest())
+def install_for(word: str) -> None:
+    """Add what `word` needs besides, and stamp it."""
+    print(f"Flexura: installing what {word} needs besides (once, seconds) ...", file=sys.stderr, flush=True)
+    add(EXTRAS[word])
+    EXTRA_STAMPS[word].write_text(pins_digest())
 
 
 def ready(stamp: Path = STAMP) -> bool:
@@ -106,12 +108,13 @@ def main() -> int:
     if sys.version_info < (3, 11):  # noqa: UP036 (an older Python gets this far, and deserves a sentence)
         sys.exit(f"Flexura needs Python 3.11 or newer; this is {sys.version.split()[0]}")
     words = sys.argv[1:]
-    if not ready() or (words[:1] == ["docs"] and not ready(DOCS_STAMP)):
+    asked = words[0] if words and words[0] in EXTRAS else None
+    if not ready() or (asked and not ready(EXTRA_STAMPS[asked])):
         try:
             if not ready():
                 install()
-            if words[:1] == ["docs"]:
-                install_docs()
+            if asked:
+                install_for(asked)
         except subprocess.CalledProcessError as error:
             sys.exit(f"the installation failed (see above): {error}\nRun the same command again to retry.")
         except KeyboardInterrupt:

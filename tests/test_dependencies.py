@@ -29,10 +29,10 @@ def asked_for() -> dict[str, set[str]]:
         "docs": settings["options.extras_require"]["docs"],
         "onnx": settings["options.extras_require"]["onnx"],
         "soundcard": settings["options.extras_require"]["soundcard"],
-        "tests": settings["options.extras_require"]["tests"],
+        "dev": settings["options.extras_require"]["dev"],
     }
     return {
-        what: {plain(re.split(r"[=<>\[; ]", line)[0]) for line in text.split("\n") if line}
+        what: {plain(re.split(r"[=<>!\[; ]", line)[0]) for line in text.split("\n") if line}
         for what, text in lists.items()
     }
 

@@ -121,11 +121,10 @@ def call(project: Path, machine: FakeMachine, monkeypatch: pytest.MonkeyPatch) -
 def test_installs_once(call: Call, machine: FakeMachine, project: Path) -> None:
     call("demo")
     call("demo")
-    call("tests")
     assert len(machine.installs) == 1
     command = machine.installs[0]
     assert command[command.index("-c") + 1] == str(project / "constraints.txt")
-    assert command[command.index("-e") + 1] == f"{project}[audio,drawings,meshes,onnx,tests]"
+    assert command[command.index("-e") + 1] == f"{project}[audio,drawings,meshes,onnx]"
 
 
 def test_environment_is_made_by_a_python_that_is_not_its_own(call: Call, machine: FakeMachine) -> None:
@@ -150,15 +149,22 @@ def test_words_go_to_flexura_or_to_pytest(call: Call, machine: FakeMachine, proj
     assert bare[-2:] == ["-m", "flexura"]
 
 
-def test_documentation_is_made_with_what_is_installed_for_it_once(
-    call: Call, machine: FakeMachine, project: Path
+@pytest.mark.parametrize(("word", "extra"), [("tests", "dev"), ("docs", "docs")])
+def test_what_tests_and_documentation_need_is_installed_when_asked_for(
+    call: Call, machine: FakeMachine, project: Path, word: str, extra: str
 ) -> None:
     call("demo")
+    call(word)
+    call(word)
+    call("demo")
+    installed = [command[-1] for command in machine.installs]
+    assert installed == [f"{project}[audio,drawings,meshes,onnx]", f"{project}[{extra}]"]
+
+
+def test_documentation_is_made_by_sphinx(call: Call, machine: FakeMachine, project: Path) -> None:
     call("docs", "--quiet")
     call("docs")
-    installed = [command[-1] for command in machine.installs]
-    assert installed == [f"{project}[audio,drawings,meshes,onnx,tests]", f"{project}[docs]"]
-    (command, where), again = machine.started[1:]
+    (command, where), again = machine.started
     assert command[:3] == [str(machine.python), "-m", "sphinx"]
     assert {"--fail-on-warning", "--quiet"} < set(command)
     assert command[-2:] == [".", "site"]
