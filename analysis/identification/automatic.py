@@ -11,8 +11,8 @@ from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import add_missing, residual
 from analysis.identification.modes import Modes, Rejected
-from analysis.identification.order import bic, choose_terms, covariance, drop_unsupported, eliminate, support
-from analysis.identification.pole_search import PoleFit, Prior, fit
+from analysis.identification.order import bic, choose_terms, covariance, drop_unsupported, eliminate
+from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
 from analysis.identification.status import judge
 from analysis.identification.vector_fitting import start_poles
@@ -207,46 +207,44 @@ def finish(
     Modes
         Sorted by frequency.
     """
-    return finish_in_order(measured, lines, found, settings)[0]
+    lines = measured.reweighted(lines, found)
+    tolerance = EXACT / len(lines.frequency) / len(lines.h)
+    last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS)
+    return judged(lines, last, settings)[0]
 
 
-def finish_in_order(
-    measured: Measured, lines: Lines, found: PoleFit, settings: Settings, prior: Prior | None = None
-) -> tuple[Modes, NDArray[np.intp], NDArray[np.float64]]:
-    """Do the same as `finish`, and tell where each pole of `found` stands among the modes.
+def judged(
+    lines: Lines, last: PoleFit, settings: Settings, spread: NDArray[np.float64] | None = None
+) -> tuple[Modes, NDArray[np.intp]]:
+    """Judge every pole of a finished fit.
 
     Parameters
     ----------
-    measured : Measured
     lines : Lines
         All lines, unaveraged.
-    found : PoleFit
+    last : PoleFit
         Of J poles.
     settings : Settings
-    prior : Prior, optional
-        What is known of the poles already.
+    spread : (J, 2, 2) ndarray, optional
+        Covariance of every pole's log |pole| and log damping ratio; the fit's own where there is none.
 
     Returns
     -------
     modes : Modes
         Sorted by frequency.
     place : (J,) ndarray of int
-        Place of each pole of `found` in `modes`.
-    support : (J,) ndarray
-        By how much BIC would rise without each pole of `found`.
+        Place of each pole of `last` in `modes`.
     """
-    lines = measured.reweighted(lines, found)
-    tolerance = EXACT / len(lines.frequency) / len(lines.h)
-    last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS, prior=prior)
-    status, reason = judge(lines, last, settings.mains)
+    if spread is None:
+        every = covariance(last, lines)
+        spread = np.array([every[j : j + 2, j : j + 2] for j in range(0, len(every), 2)]).reshape(-1, 2, 2)
+    status, reason = judge(lines, last, settings.mains, spread)
     order = np.argsort(last.poles.imag)
-    spread = covariance(last, lines)
-    pairs = np.array([spread[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] for j in order]).reshape(-1, 2, 2)
     left = residual(lines, last)
     modes = Modes(
         poles=last.poles[order],
         residues=last.projection.residues[:, order],
-        covariance=pairs,
+        covariance=spread[order],
         terms=last.terms,
         coefficients=last.projection.coefficients,
         status=tuple(status[j] for j in order),
@@ -255,7 +253,7 @@ def finish_in_order(
         misfit=float(np.sqrt((np.abs(left) ** 2).sum() / (np.abs(lines.h) ** 2).sum())),
         lines=len(lines.frequency),
     )
-    return modes, np.argsort(order), support(last, lines)
+    return modes, np.argsort(order)
 
 
 def _rejected(started: NDArray[np.complex128], stayed: NDArray[np.complex128]) -> tuple[Rejected, ...]:

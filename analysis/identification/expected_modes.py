@@ -13,20 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.automatic import Settings
-from analysis.identification.averaging import averaged
-from analysis.identification.held_fit import held_fit
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.parameters import to_parameters
-from analysis.identification.pole_search import Prior, fit
+from analysis.identification.smooth_tracks import OWN_DAMPING, SmoothTracks
+from analysis.identification.sweep_fits import fit_sweeps
 
 BEYOND = 0.15
 """Share of the band's edges up to which modes outside it are fitted as well."""
 
 FAR = 4.0
 """Standard deviations from its expected frequency from which a mode's number is in doubt."""
-
-NOT_SHOWN = "the twin expects it here; this FRF alone would not show it"
 
 
 @dataclass(frozen=True)
@@ -54,6 +51,7 @@ class ExpectedModes:
 
 
 def fit_expected(
+    temperature: NDArray[np.float64],
     measured: Sequence[Measured],
     expected: ExpectedModes,
     settings: Settings,
@@ -63,6 +61,8 @@ def fit_expected(
 
     Parameters
     ----------
+    temperature : (T,) ndarray
+        Degrees Celsius.
     measured : sequence of Measured
         T sweeps.
     expected : ExpectedModes
@@ -87,40 +87,34 @@ def fit_expected(
         raise ValueError(
             f"expected poles are given for {len(expected.poles)} sweeps, {len(measured)} were measured"
         )
+    place = expected.poles.imag / (2.0 * np.pi)
+    low, high = (np.array([one.frequency[n] for one in measured])[:, None] for n in (0, -1))
+    active = (place > low * (1.0 - BEYOND)) & (place < high * (1.0 + BEYOND))
+    known = active.any(axis=0)
+    base = np.stack([to_parameters(row[known]) for row in expected.poles])
+    own = (expected.frequency_deviation, expected.frequency_deviation / 3.0)
+    tracks = SmoothTracks.polynomials(temperature, base, own, (expected.damping_deviation, OWN_DAMPING[1]), 1)
+    terms = [max(settings.terms, key=lambda one: one.parameters)] * len(measured)
+    found, index = fit_sweeps(measured, terms, base, active[:, known], tracks, settings, progress)
     table = np.full(expected.poles.shape, -1, dtype=np.int64)
-    found = []
-    for t, one in enumerate(measured):
-        place = expected.poles[t].imag / (2.0 * np.pi)
-        low, high = one.frequency[0], one.frequency[-1]
-        columns = np.flatnonzero((place > low * (1.0 - BEYOND)) & (place < high * (1.0 + BEYOND)))
-        modes, index = _one(one, expected.poles[t, columns], expected, settings)
-        inside = (modes.poles[index].imag > 2.0 * np.pi * low) & (modes.poles[index].imag < 2.0 * np.pi * high)
-        table[t, columns] = np.where(inside, index, -1)
-        found.append(modes)
-        if progress is not None:
-            progress("identify", (t + 1) / len(measured))
-    return tuple(found), table
+    table[:, known] = index
+    departure = np.full(expected.poles.shape, np.nan)
+    for t, modes in enumerate(found):
+        there = table[t] >= 0
+        departure[t, there] = np.abs(modes.poles[table[t, there]]) / np.abs(expected.poles[t, there]) - 1.0
+    return tuple(_told(modes, *row, expected) for modes, *row in zip(found, table, departure, strict=True)), table
 
 
-def _one(
-    measured: Measured, poles: NDArray[np.complex128], expected: ExpectedModes, settings: Settings
-) -> tuple[Modes, NDArray[np.int64]]:
-    """Fit one sweep; also where every expected pole stands among its modes."""
-    terms = max(settings.terms, key=lambda one: one.parameters)
-    place = to_parameters(poles)
-    deviation = np.broadcast_to([expected.frequency_deviation, expected.damping_deviation], place.shape)
-    lines = measured.lines()
-    rough = fit(averaged(lines), poles, terms, tolerance=1e-3, prior=Prior(place, 0.5 * deviation**-2.0))
-    alone = fit(lines, rough.poles, terms, max_iterations=0)
-    modes, index, worth = held_fit(measured, alone, place, deviation, settings)
+def _told(
+    modes: Modes, index: NDArray[np.int64], departure: NDArray[np.float64], expected: ExpectedModes
+) -> Modes:
+    """Call a mode weak that is known from the twin alone, or whose number is in doubt."""
     status, reason = list(modes.status), list(modes.reason)
-    away = np.exp(to_parameters(modes.poles[index])[:, 0] - place[:, 0]) - 1.0
-    for n, gain, share in zip(index, worth, away, strict=True):
-        if status[n] == "computational" and modes.band[0] <= modes.poles[n].imag / (2.0 * np.pi) <= modes.band[1]:
+    for j in np.flatnonzero(index >= 0):
+        n = index[j]
+        if status[n] == "computational":
             status[n], reason[n] = "weak", f"known from the twin; alone here: {reason[n]}"
-        elif gain < 0.0 and status[n] == "kept":
-            status[n], reason[n] = "weak", NOT_SHOWN
-        if status[n] in ("kept", "weak") and abs(share) > FAR * expected.frequency_deviation:
-            told = f"{100 * share:+.1f} % from where the twin expects it: its number may be another mode's"
+        if status[n] in ("kept", "weak") and abs(departure[j]) > FAR * expected.frequency_deviation:
+            told = f"{100 * departure[j]:+.1f} % from where the twin expects it: its number may be another mode's"
             status[n], reason[n] = "weak", told
-    return replace(modes, status=tuple(status), reason=tuple(reason)), index
+    return replace(modes, status=tuple(status), reason=tuple(reason))

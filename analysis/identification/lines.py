@@ -6,6 +6,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.residual_terms import ResidualTerms
+
 
 @dataclass(frozen=True)
 class Lines:
@@ -83,6 +85,27 @@ class Lines:
     def independent(self) -> float:
         """Independent real numbers among `values`: what an information criterion may count."""
         return self.values / self.correlation
+
+    @cached_property
+    def _term_columns(self) -> dict[ResidualTerms, NDArray[np.float64]]:
+        return {}
+
+    def term_columns(self, terms: ResidualTerms) -> NDArray[np.float64]:
+        """Columns of residual terms on these lines, real parts and then imaginary parts: (P, 2F), made once."""
+        if terms not in self._term_columns:
+            columns = terms.columns(self.s, self.scale, self.spread)
+            self._term_columns[terms] = np.concatenate([columns.real, columns.imag], axis=1)
+        return self._term_columns[terms]
+
+    def room(self, rows: int) -> NDArray[np.float64]:
+        """Return two arrays (2, rows, 2F) to be filled, the same at every call: fresh memory costs more than sums."""
+        if self._room[0].shape[1] < rows:
+            self._room[0] = np.empty((2, rows + rows // 4, 2 * len(self.frequency)))
+        return self._room[0][:, :rows]
+
+    @cached_property
+    def _room(self) -> list[NDArray[np.float64]]:
+        return [np.empty((2, 0, 2 * len(self.frequency)))]
 
     @cached_property
     def weight_groups(self) -> list[tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.float64]]]:

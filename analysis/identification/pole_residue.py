@@ -11,6 +11,9 @@ from analysis.identification.residual_terms import ResidualTerms
 
 Spread = NDArray[np.float64] | None
 
+CACHED = 8192
+"""Numbers in an array that passes through many operations and stays in the processor's cache between them."""
+
 
 def pole_columns(
     s: NDArray[np.complex128], poles: NDArray[np.complex128], spread: Spread = None
@@ -41,13 +44,18 @@ def pole_columns(
     return columns
 
 
-def columns_with_derivatives(
-    s: NDArray[np.complex128], poles: NDArray[np.complex128], spread: Spread = None
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Return `pole_columns` and, in the same arrangement, the columns of 1/(s - lambda)^2.
+def real_columns_with_derivatives(
+    s: NDArray[np.complex128],
+    poles: NDArray[np.complex128],
+    spread: Spread,
+    columns: NDArray[np.float64],
+    moved: NDArray[np.float64],
+) -> None:
+    """Fill in `pole_columns` and, in the same arrangement, the columns of 1/(s - lambda)^2, as real numbers.
 
     Moving a pole by d changes its share of the FRF by R d/(s - lambda)^2 + conj(R d)/(s - conj(lambda))^2, which
-    lies in the real span of the latter whatever R and d are.
+    lies in the real span of the latter whatever R and d are. This is the innermost loop of every search: it is
+    written in real arithmetic, without a complex division, a few poles at a time.
 
     Parameters
     ----------
@@ -55,26 +63,46 @@ def columns_with_derivatives(
         jw, rad/s.
     poles : (J,) complex ndarray
         Upper half plane, rad/s.
-    spread : (F,) ndarray, optional
+    spread : (F,) ndarray or None
         As in `pole_columns`, (rad/s)^2.
-
-    Returns
-    -------
-    columns, moved : (2J, F) complex ndarray
+    columns, moved : (2J, 2F) ndarray
+        Filled: real parts on all lines, then imaginary parts.
     """
-    upper, lower = 1.0 / (s - poles[:, None]), 1.0 / (s - poles.conj()[:, None])
-    columns = np.empty((2 * len(poles), len(s)), dtype=complex)
-    moved = np.empty_like(columns)
-    upper_squared, lower_squared = upper * upper, lower * lower
+    few = max(CACHED // (2 * len(s)), 1)
+    for start in range(0, len(poles), few):
+        rows = slice(2 * start, 2 * (start + few))
+        _fill(s.imag, poles[start : start + few], spread, columns[rows], moved[rows])
+
+
+def _fill(
+    w: NDArray[np.float64],
+    poles: NDArray[np.complex128],
+    spread: Spread,
+    columns: NDArray[np.float64],
+    moved: NDArray[np.float64],
+) -> None:
+    """Columns and derivative columns of a few poles, written where they belong."""
+    count, points = len(poles), len(w)
+    real = np.concatenate([poles.real, poles.real])[:, None]
+    im = np.concatenate([poles.imag, -poles.imag])[:, None] - w
+    re = im * im
+    re += real * real
+    np.divide(1.0, re, out=re)
+    im *= re  # 1/(s - lambda) = re + j im, then 1/(s - conj(lambda))
+    re *= -real
+    re2, im2 = re * re, re * im
+    re2 -= im * im
+    im2 *= 2.0
     if spread is not None:
-        bend, lower_bend = spread * upper_squared, spread * lower_squared
-        upper -= bend * upper
-        lower -= lower_bend * lower
-        upper_squared -= 3.0 * bend * upper_squared
-        lower_squared -= 3.0 * lower_bend * lower_squared
-    _pair(upper, lower, columns)
-    _pair(upper_squared, lower_squared, moved)
-    return columns, moved
+        bend, bend_im = 1.0 - spread * re2, -spread * im2
+        re, im = re * bend - im * bend_im, re * bend_im + im * bend
+        bend, bend_im = 3.0 * bend - 2.0, 3.0 * bend_im
+        re2, im2 = re2 * bend - im2 * bend_im, re2 * bend_im + im2 * bend
+    for target, a, b in ((columns, re, im), (moved, re2, im2)):
+        np.add(a[:count], a[count:], out=target[0::2, :points])
+        np.add(b[:count], b[count:], out=target[0::2, points:])
+        np.subtract(b[count:], b[:count], out=target[1::2, :points])
+        np.subtract(a[:count], a[count:], out=target[1::2, points:])
 
 
 def _pair(upper: NDArray[np.complex128], lower: NDArray[np.complex128], columns: NDArray[np.complex128]) -> None:

@@ -1,6 +1,6 @@
 """Levenberg-Marquardt search for the poles of lowest misfit, everything else eliminated."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,33 +37,6 @@ class PoleFit:
         return len(self.poles) * (2 + 2 * responses) + int(responses) * self.terms.parameters
 
 
-@dataclass(frozen=True)
-class Prior:
-    """What is known of poles before a sweep is looked at.
-
-    Attributes
-    ----------
-    place : (J, 2) ndarray
-        Log |pole| and log damping ratio.
-    information : (J, 2) ndarray
-        One over their variances, in units of the lines' misfit; 0 where nothing is known.
-    """
-
-    place: NDArray[np.float64]
-    information: NDArray[np.float64]
-
-    def added(self, now: Projection) -> Projection:
-        """Count a departure from what is known as misfit."""
-        away = to_parameters(now.poles) - self.place
-        pull = (self.information * away).ravel()
-        return replace(
-            now,
-            misfit=now.misfit + float(pull @ away.ravel()),
-            gradient=now.gradient + pull,
-            hessian=now.hessian + np.diag(self.information.ravel()),
-        )
-
-
 def fit(
     lines: Lines,
     poles: NDArray[np.complex128],
@@ -73,7 +46,6 @@ def fit(
     max_iterations: int = 60,
     start: Projection | None = None,
     target: float | None = None,
-    prior: Prior | None = None,
 ) -> PoleFit:
     """Levenberg-Marquardt search over the poles.
 
@@ -93,8 +65,6 @@ def fit(
         The projection at `poles`, if it is known already.
     target : float, optional
         Stop once the Gauss-Newton model promises no misfit as low as this, or once one is reached.
-    prior : Prior, optional
-        What is known of the poles already; counts in the misfit.
 
     Returns
     -------
@@ -102,7 +72,7 @@ def fit(
     """
     bounds = Bounds.of(lines)
     x = bounds.clip(to_parameters(poles))
-    now = start if start is not None else _look(lines, x, terms, prior)
+    now = start if start is not None else project(lines, to_poles(x), terms)
     damping, grow, done = 1e-3, 2.0, len(poles) == 0
     iterations = 0
     while not done and iterations < max_iterations:
@@ -110,7 +80,7 @@ def fit(
         if np.abs(trial - x).max() < 1e-12:
             done = True
             break
-        ahead = _look(lines, trial, terms, prior)
+        ahead = project(lines, to_poles(trial), terms)
         iterations += 1
         fall = now.misfit - ahead.misfit
         if fall > 0.0:
@@ -123,12 +93,6 @@ def fit(
             done = damping > 1e8
             damping, grow = damping * grow, grow * 2.0
     return PoleFit(now, terms, iterations, done, bounds.stuck(now.poles))
-
-
-def _look(lines: Lines, x: NDArray[np.float64], terms: ResidualTerms, prior: Prior | None) -> Projection:
-    """Projection at parameters x (J, 2), with what was known before."""
-    now = project(lines, to_poles(x), terms)
-    return now if prior is None else prior.added(now)
 
 
 def _decided(now: Projection, fall: float, target: float) -> bool:

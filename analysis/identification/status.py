@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.harmonics import needle_hum
 from analysis.identification.lines import Lines
-from analysis.identification.order import pole_price, relative_deviations, support
+from analysis.identification.order import pole_price, support
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.resolution import heights, unresolved
 
@@ -28,7 +28,9 @@ SMALLEST_SHARE = (1e-3, 1e-2)
 share of the lines that the fit leaves over there."""
 
 
-def judge(lines: Lines, fitted: PoleFit, mains: float | None) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def judge(
+    lines: Lines, fitted: PoleFit, mains: float | None, spread: NDArray[np.float64]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Status and reason of every pole of a fit.
 
     Parameters
@@ -39,6 +41,8 @@ def judge(lines: Lines, fitted: PoleFit, mains: float | None) -> tuple[tuple[str
         Converged.
     mains : float or None
         Mains frequency, Hz.
+    spread : (J, 2, 2) ndarray
+        Covariance of every pole's log |pole| and log damping ratio.
 
     Returns
     -------
@@ -46,14 +50,13 @@ def judge(lines: Lines, fitted: PoleFit, mains: float | None) -> tuple[tuple[str
         One per pole: what it is, and why.
     """
     gain = support(fitted, lines)
-    spread = relative_deviations(fitted, lines)
     share, least = _shares(lines, fitted)
     lesser = unresolved(fitted.poles, fitted.projection.residues, lines.spacing)
     limit = _damping_limit(lines, fitted)
     verdicts = [
         _verdict(lines, pole, bool(fitted.stuck[j]), mains, limit, gain[j])
         or (("computational", UNRESOLVED) if lesser[j] else None)
-        or _weakness(lines, pole, gain[j], spread[j, 1], share[j] / least[j])
+        or _weakness(lines, pole, gain[j], float(np.sqrt(spread[j, 1, 1])), share[j] / least[j])
         or ("kept", f"BIC would rise by {gain[j]:.0f} without it")
         for j, pole in enumerate(fitted.poles)
     ]

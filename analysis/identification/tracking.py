@@ -111,7 +111,7 @@ def track(
     settings = settings or Settings()
     measured = [sweep_measured(frf, t) for t in range(len(frf.temperature))]
     if expected is not None:
-        return _as_expected(frf, *fit_expected(measured, expected, settings, progress))
+        return _as_expected(frf, *fit_expected(frf.temperature, measured, expected, settings, progress))
     start, first = _start(frf.temperature, measured, settings, method or identify)
     done = _Progress()
     _enter(done, start, frf.temperature[start], first, 1.0)

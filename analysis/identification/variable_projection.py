@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cholesky, solve_triangular
 from scipy.linalg.blas import dsyrk
+from scipy.linalg.lapack import dpotrf, dtrtri
 
 from analysis.identification.lines import Lines
-from analysis.identification.pole_residue import columns_with_derivatives, pole_columns, residues_from_columns
+from analysis.identification.pole_residue import pole_columns, real_columns_with_derivatives, residues_from_columns
 from analysis.identification.residual_terms import ResidualTerms
 
 WELL_APART = 1e-4
@@ -65,37 +65,38 @@ def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -
     -------
     Projection
     """
-    s, scale, count = lines.s, lines.scale, len(poles)
-    own, moved = columns_with_derivatives(s, poles, lines.spread)
-    columns = np.concatenate([own, terms.columns(s, scale, lines.spread)])
-    linear = len(columns)
+    count, fixed = len(poles), lines.term_columns(terms)
+    linear = 2 * count + len(fixed)
+    columns, weighted = lines.room(linear + 2 * count + len(lines.h))
+    moved = slice(linear, linear + 2 * count)
+    real_columns_with_derivatives(lines.s, poles, lines.spread, columns[: 2 * count], columns[moved])
+    columns[2 * count : linear] = fixed
     solved = np.zeros((lines.h.shape[0], linear))
     misfit, gradient, hessian = 0.0, np.zeros(2 * count), np.zeros((2 * count, 2 * count))
     loss = np.zeros(count)
     chain = _chain(poles)
     for weight, rows, scales in lines.weight_groups:
-        data = lines.h[rows] * scales[:, None]
-        triangle, norms = _triangle(np.concatenate([columns, moved]), data, weight)
-        r11 = triangle[:linear, :linear]
-        r22, y = triangle[linear:, linear : linear + 2 * count], triangle[:, linear + 2 * count :]
-        scaled = solve_triangular(r11, y[:linear])
+        triangle, norms = _triangle(columns[: moved.stop], lines.h[rows] * scales[:, None], weight, weighted)
+        r22, y = triangle[moved, moved], triangle[:, moved.stop :]
+        inverse = dtrtri(triangle[:linear, :linear])[0]
+        scaled = inverse @ y[:linear]
         misfit += float((y[linear:] ** 2).sum())
-        inverse = solve_triangular(r11, np.eye(linear))
-        for k in range(len(rows)):
-            solution = scaled[:, k]
-            loss += _losses(inverse, solution, count)
-            solved[rows[k]] = solution / norms[:linear] / scales[k]
-            steps = _moves(residues_from_columns(solution[: 2 * count] / norms[: 2 * count]), chain)
-            steps *= norms[linear:, None]
-            rest = r22.T @ y[linear:, k]  # what the derivative columns still see of the data
-            bend = _bend(rest * norms[linear:], chain, linear) / norms[:linear, None]
-            pulled = solve_triangular(r11, bend, trans="T")
-            hessian += (r22 @ steps).T @ (r22 @ steps) + pulled.T @ pulled
-            gradient -= steps.T @ rest
+        own_inverse = inverse[: 2 * count]
+        spread = own_inverse @ own_inverse.T  # of the residues, per unit of variance
+        seen = r22.T @ r22  # what no residue can stand in for
+        rest = r22.T @ y[moved]  # what the derivative columns still see of the data
+        residues = residues_from_columns((scaled[: 2 * count] / norms[: 2 * count, None]).T)
+        for k, row in enumerate(rows):
+            loss += _losses(spread, scaled[:, k], count)
+            solved[row] = scaled[:, k] / norms[:linear] / scales[k]
+            steps = _moves(residues[k], chain) * norms[moved, None]
+            bend = _bend(rest[:, k] * norms[moved], chain) / norms[: 2 * count, None]
+            hessian += steps.T @ seen @ steps + bend.T @ spread @ bend
+            gradient -= steps.T @ rest[:, k]
     return Projection(
         poles=poles,
         residues=residues_from_columns(solved[:, : 2 * count]),
-        coefficients=terms.coefficients(solved[:, 2 * count :], scale),
+        coefficients=terms.coefficients(solved[:, 2 * count :], lines.scale),
         misfit=misfit,
         gradient=gradient,
         hessian=hessian,
@@ -118,26 +119,29 @@ def misfit_at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms)
     float
         Sum of squared errors in units of the deviations.
     """
-    columns = np.concatenate(
-        [pole_columns(lines.s, poles, lines.spread), terms.columns(lines.s, lines.scale, lines.spread)]
-    )
+    own = _real(pole_columns(lines.s, poles, lines.spread))
+    columns = np.concatenate([own, lines.term_columns(terms)])
     misfit = 0.0
     for weight, rows, scales in lines.weight_groups:
-        triangle, norms = _triangle(columns, lines.h[rows] * scales[:, None], weight)
+        room = lines.room(len(columns) + len(rows))[1]
+        triangle, norms = _triangle(columns, lines.h[rows] * scales[:, None], weight, room)
         misfit += float((triangle[len(norms) :, len(norms) :] ** 2).sum())
     return misfit
 
 
+def _real(columns: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Real parts, then imaginary parts."""
+    return np.concatenate([columns.real, columns.imag], axis=1)
+
+
 def _triangle(
-    columns: NDArray[np.complex128], data: NDArray[np.complex128], weight: NDArray[np.float64]
+    columns: NDArray[np.float64], data: NDArray[np.complex128], weight: NDArray[np.float64], room: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Factor [columns at unit length, data], both weighted; also the columns' lengths."""
-    points = len(weight)
-    stacked = np.empty((len(columns) + len(data), 2 * points))
-    np.multiply(columns.real, weight, out=stacked[: len(columns), :points])
-    np.multiply(columns.imag, weight, out=stacked[: len(columns), points:])
-    np.multiply(data.real, weight, out=stacked[len(columns) :, :points])
-    np.multiply(data.imag, weight, out=stacked[len(columns) :, points:])
+    """Factor [columns at unit length, data], both weighted in `room`; also the columns' lengths."""
+    twice = np.concatenate([weight, weight])
+    stacked = room[: len(columns) + len(data)]
+    np.multiply(columns, twice, out=stacked[: len(columns)])
+    np.multiply(_real(data), twice, out=stacked[len(columns) :])
     gram = dsyrk(1.0, stacked.T, trans=1)  # the upper half only: half the work of a product
     lengths = np.sqrt(np.diag(gram))
     lengths[lengths == 0.0] = 1.0
@@ -154,12 +158,10 @@ def _factor(
     Cholesky's of the Gram matrix, whose upper half is given, costs a quarter of an orthogonal one and squares the
     condition, so it is only taken where every row keeps a ten-thousandth of its length beside the ones before.
     """
-    try:
-        factor: NDArray[np.float64] = cholesky(gram / lengths[:, None] / lengths, check_finite=False)
-        if np.diag(factor).min() > WELL_APART:
-            return factor
-    except LinAlgError:
-        pass
+    factor, failed = dpotrf(gram / lengths[:, None] / lengths)
+    if not failed and np.diagonal(factor).min() > WELL_APART:
+        upper: NDArray[np.float64] = factor
+        return upper
     factor = np.asarray(np.linalg.qr((rows / lengths[:, None]).T, mode="r"))
     short = len(rows) - len(factor)
     if short > 0:  # fewer lines than columns: pad, so that the parts can be cut out all the same
@@ -188,10 +190,10 @@ def _moves(residues: NDArray[np.complex128], chain: NDArray[np.complex128]) -> N
     return moves
 
 
-def _bend(rest: NDArray[np.float64], chain: NDArray[np.complex128], linear: int) -> NDArray[np.float64]:
-    """Change of columns^T residual by every parameter: (linear, 2J)."""
+def _bend(rest: NDArray[np.float64], chain: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Change of own columns^T residual by every parameter: (2J, 2J)."""
     count = len(chain)
-    bend = np.zeros((linear, 2 * count))
+    bend = np.zeros((2 * count, 2 * count))
     rows = 2 * np.arange(count)
     even, odd = rest[0::2], rest[1::2]
     for p in (0, 1):
@@ -201,12 +203,11 @@ def _bend(rest: NDArray[np.float64], chain: NDArray[np.complex128], linear: int)
     return bend
 
 
-def _losses(inverse: NDArray[np.float64], solution: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """Rise of the misfit for each pole's two columns taken out, from the inverse triangular factor."""
-    rows = inverse[: 2 * count].reshape(count, 2, inverse.shape[1])
-    block = np.einsum("jan,jbn->jab", rows, rows)
+def _losses(spread: NDArray[np.float64], solution: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Rise of the misfit for each pole's two columns taken out, from the covariance of the columns' factors."""
     c = solution[: 2 * count].reshape(count, 2)
-    a, b, d = block[:, 0, 0], block[:, 0, 1], block[:, 1, 1]
+    even = np.arange(0, 2 * count, 2)
+    a, b, d = spread[even, even], spread[even, even + 1], spread[even + 1, even + 1]
     determinant = np.maximum(a * d - b * b, 1e-300)
     rise: NDArray[np.float64] = (d * c[:, 0] ** 2 - 2 * b * c[:, 0] * c[:, 1] + a * c[:, 1] ** 2) / determinant
     return rise

@@ -1,0 +1,83 @@
+"""The modes of every sweep of a campaign, fitted together."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.automatic import Settings, judged
+from analysis.identification.averaging import averaged
+from analysis.identification.joint_fit import fit_together
+from analysis.identification.measured import Measured
+from analysis.identification.modes import Modes
+from analysis.identification.parameters import to_poles
+from analysis.identification.pole_search import PoleFit, fit
+from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.smooth_tracks import SmoothTracks
+from analysis.identification.variable_projection import Projection
+
+ROUGHLY = 50.0
+"""Fall of the sum of squares at which the first of two fits stops: it only tells how large and alike errors are."""
+
+
+def fit_sweeps(
+    measured: Sequence[Measured],
+    terms: Sequence[ResidualTerms],
+    start: NDArray[np.float64],
+    active: NDArray[np.bool_],
+    tracks: SmoothTracks,
+    settings: Settings,
+    progress: Callable[[str, float], None] | None = None,
+) -> tuple[tuple[Modes, ...], NDArray[np.int64]]:
+    """Fit all sweeps with the modes of smooth tracks, and judge what each sweep shows of them.
+
+    Parameters
+    ----------
+    measured : sequence of Measured
+        T sweeps.
+    terms : sequence of ResidualTerms
+        Of each.
+    start : (T, J, 2) ndarray
+        Log |lambda| and log damping ratio to start from.
+    active : (T, J) ndarray of bool
+        Modes that take part in a sweep.
+    tracks : SmoothTracks
+    settings : Settings
+        Of the judgement.
+    progress : callable, optional
+        Told the stage and the share done.
+
+    Returns
+    -------
+    modes : tuple of Modes
+        One per sweep.
+    table : (T, J) ndarray of int
+        Place of each track's pole in the sweep's modes; -1 where it takes no part, or out of band.
+    """
+    told = progress or (lambda stage, share: None)
+    lines = [one.lines() for one in measured]
+    rough = fit_together([averaged(one) for one in lines], terms, start, active, tracks, settled=ROUGHLY)
+    told("identify", 0.5)
+    weighed = [one.reweighted(*pair) for one, *pair in zip(measured, lines, _fits(rough.looks, terms), strict=True)]
+    last = fit_together([averaged(one) for one in weighed], terms, rough.place, active, tracks)
+    told("identify", 0.9)
+    table = np.full(active.shape, -1, dtype=np.int64)
+    found = []
+    for t, one in enumerate(weighed):
+        columns = np.flatnonzero(active[t])
+        poles = to_poles(last.place[t, columns])
+        modes, place = judged(
+            one, fit(one, poles, terms[t], max_iterations=0), settings, last.covariance[t, columns]
+        )
+        inside = (poles.imag > 2.0 * np.pi * modes.band[0]) & (poles.imag < 2.0 * np.pi * modes.band[1])
+        table[t, columns] = np.where(inside, place, -1)
+        found.append(modes)
+    told("identify", 1.0)
+    return tuple(found), table
+
+
+def _fits(looks: Sequence[Projection], terms: Sequence[ResidualTerms]) -> list[PoleFit]:
+    return [
+        PoleFit(look, own, 0, True, np.zeros(len(look.poles), dtype=bool))
+        for look, own in zip(looks, terms, strict=True)
+    ]
