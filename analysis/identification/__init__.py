@@ -17,6 +17,7 @@
 ``lines``                  measured lines with their weights
 ``averaging``              fewer lines for the search
 ``noise``                  weights of FRFs without a variance
+``running_median``         a running median along frequency
 ``parameters``             poles as numbers a search moves, with bounds
 ``variable_projection``    residues eliminated: misfit, gradient and Hessian of the poles alone
 ``pole_search``            least squares over the poles

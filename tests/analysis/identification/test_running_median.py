@@ -1,0 +1,12 @@
+import numpy as np
+import pytest
+from scipy.ndimage import median_filter
+
+from analysis.identification.running_median import running_median
+
+
+@pytest.mark.parametrize("mode", ["nearest", "reflect"])
+@pytest.mark.parametrize("window", [40, 41])
+def test_it_is_the_median_of_every_window(mode: str, window: int) -> None:
+    values = np.random.default_rng(0).normal(size=(3, 200))
+    np.testing.assert_array_equal(running_median(values, window, mode), median_filter(values, (1, window), mode=mode))
