@@ -67,6 +67,7 @@ def test_every_frf_of_a_file_shows_its_ten_modes(uff: Path, cases: list[Syntheti
         assert (np.abs(f - w / (2 * np.pi)) < 4.5 * sigma_f).all()
         assert (np.abs(zeta + case.poles.real / w) < 4.5 * sigma_zeta).all()
         assert {mode["status"] for mode in frf["modes"]} == {"kept"}
+        assert {mode["confirmation"] for mode in frf["modes"]} == {"confirmed"}
         assert all(mode["reason"] for mode in frf["modes"] + frf["rejected"])
     assert printed["frfs"][0]["misfit"] == pytest.approx(0.01, rel=0.1)
 
