@@ -27,6 +27,7 @@ from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
 from app.files.uff58 import write_frfs
 from app.files.uff_campaign import campaign_frfs
+from app.modal_test.frf_set import said_of_coherence
 from app.terminal.modes import modes_record
 
 
@@ -210,11 +211,12 @@ def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progre
     records = []
     for done, frf in enumerate(frfs):
         report("identify", done / len(frfs))
+        said = said_of_coherence([frf])
         try:
             found = modes_record(wanted.identify([frf]), wanted.damping)
         except ValueError as error:
             found = {"residual_terms": None, "misfit": None, "modes": [], "rejected": [], "note": str(error)}
-        records.append(_named(frf) | found)
+        records.append(_named(frf) | ({"note": said[0]} if said else {}) | found)
     report("identify", 1.0)
     return records
 
