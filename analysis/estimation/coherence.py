@@ -9,9 +9,14 @@ LEAST = 1e-6
 """Coherence below which a line counts as of this coherence: it weighs nothing."""
 
 
+def says_nothing(coherence: NDArray[np.float64]) -> bool:
+    """Whether a coherence is 1 on every line: that of a single average, or a program's stand-in for none."""
+    return bool((coherence > 1.0 - 1e-9).all())
+
+
 def coherence_variance(
     h: NDArray[np.complex128], coherence: NDArray[np.float64], averages: float | None = None
-) -> NDArray[np.float64]:
+) -> NDArray[np.float64] | None:
     """E|h - H|^2 = |h|^2 (1 - c) / (n c), of H1 (Bendat and Piersol, Random Data, 2010, ch. 9).
 
     Parameters
@@ -25,21 +30,24 @@ def coherence_variance(
 
     Returns
     -------
-    (F,) ndarray
-        In the square of the unit of `h`, above zero.
+    (F,) ndarray or None
+        In the square of the unit of `h`, above zero; None where the coherence says nothing, see `says_nothing`, or
+        the FRF is zero throughout.
 
     Raises
     ------
     ValueError
-        Where the coherence leaves 0 to 1, or is 1 throughout: that of a single average, which says nothing.
+        Where the coherence leaves 0 to 1.
     """
     if not ((coherence >= -1e-6) & (coherence <= 1.0 + 1e-4)).all():
         raise ValueError(f"coherence from {coherence.min():.3g} to {coherence.max():.3g}; 0 to 1 allowed")
-    if (coherence > 1.0 - 1e-9).all():
-        raise ValueError("coherence is 1 on every line, as after one average: it says nothing of the noise")
+    power = float((np.abs(h) ** 2).mean())
+    if says_nothing(coherence) or power == 0.0:
+        return None
     known = np.clip(coherence, LEAST, 1.0 - 1e-9)
     course: NDArray[np.float64] = np.abs(h) ** 2 * (1.0 - known) / known
-    course = np.maximum(course, 1e-24 * (np.abs(h) ** 2).mean())
+    course = np.maximum(course, 1e-24 * power)
+    course = np.where(coherence <= LEAST, max(float(course.max()), power / LEAST), course)  # whatever |h| is there
     if averages is not None:
         return course / averages
     level = float(np.median(single_repeat_power(h) / course) / np.log(2.0))

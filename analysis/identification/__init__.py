@@ -17,6 +17,8 @@
 ``lines``                  measured lines with their weights
 ``averaging``              fewer lines for the search
 ``noise``                  weights of FRFs without a variance
+``running_median``         a running median along frequency
+``confirmation``           which modes are found again when band, lines or channels change
 ``parameters``             poles as numbers a search moves, with bounds
 ``variable_projection``    residues eliminated: misfit, gradient and Hessian of the poles alone
 ``pole_search``            least squares over the poles

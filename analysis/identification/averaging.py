@@ -7,9 +7,9 @@ lost that the noise would not have hidden, and a search that takes minutes on 50
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from analysis.identification.lines import Lines
+from analysis.identification.running_median import running_median
 
 LONGEST = 64
 """Lines in a block at most."""
@@ -30,7 +30,7 @@ def roughness(h: NDArray[np.complex128]) -> NDArray[np.float64]:
         return size
     power = np.abs(np.diff(h, 4, axis=1)) ** 2 / 70.0  # 1 + 16 + 36 + 16 + 1
     window = min(max(41, count // 16), 401, power.shape[1]) // 2 * 2 + 1
-    middle = median_filter(power, size=(1, window), mode="nearest") / np.log(2.0)
+    middle = running_median(power, window, "nearest") / np.log(2.0)
     middle = np.pad(middle, ((0, 0), (2, 2)), mode="edge")
     mean = np.mean(np.abs(h) ** 2, axis=1, keepdims=True)
     deviation: NDArray[np.float64] = np.sqrt(np.maximum(middle, 1e-12 * mean + np.finfo(float).tiny))

@@ -2,9 +2,9 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from analysis.identification.averaging import roughness
+from analysis.identification.running_median import running_median
 
 OUTLIER = 5.0
 """How far a line must lie from the model, in local standard deviations, before the mains are blamed."""
@@ -89,7 +89,7 @@ def harmonic_lines(
     """
     size = np.abs(left)
     window = min(101, left.shape[1])
-    usual = median_filter(size, size=(1, window), mode="nearest") / np.sqrt(np.log(2.0))
+    usual = running_median(size, window, "nearest") / np.sqrt(np.log(2.0))
     near = np.zeros(len(frequency), dtype=bool)
     for fundamental in {mains, *GRIDS}:
         number = np.maximum(np.round(frequency / fundamental), 1.0)

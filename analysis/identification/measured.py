@@ -48,9 +48,15 @@ class Measured:
 
     def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
         """Lines weighted by what a fit leaves over, unless the variance is known, and how many are independent."""
-        left = residual(lines, fitted)
+        return self._weighed(lines, residual(lines, fitted), fitted.poles)
+
+    def weighed(self, left: NDArray[np.complex128], poles: NDArray[np.complex128]) -> Lines:
+        """Do the same where what poles leave over, (K, F), is known."""
+        return self._weighed(self.lines(), left, poles)
+
+    def _weighed(self, lines: Lines, left: NDArray[np.complex128], poles: NDArray[np.complex128]) -> Lines:
         deviation = lines.deviation if self.known else deviation_from_residual(left, lines.h)
-        tau = correlation(left / deviation, _reach(fitted.poles, lines.spacing))
+        tau = correlation(left / deviation, _reach(poles, lines.spacing))
         return replace(lines, deviation=deviation, correlation=tau)
 
 

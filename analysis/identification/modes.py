@@ -10,6 +10,7 @@ from analysis.identification.reading import Damping, PoleReading, read_poles
 from analysis.identification.residual_terms import ResidualTerms
 
 STATUSES = ("kept", "weak", "computational", "harmonic")
+CONFIRMATIONS = ("confirmed", "unconfirmed")
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,9 @@ class Modes:
         Frequency lines fitted.
     rejected : tuple of Rejected
         Start poles that did not stay.
+    confirmation : tuple of str
+        Per pole: ``confirmed`` where refits of parts of the data find a mode again, ``unconfirmed`` where one does
+        not, nothing for poles that are no modes; empty where no refit was made.
     """
 
     poles: NDArray[np.complex128]
@@ -67,6 +71,7 @@ class Modes:
     misfit: float
     lines: int
     rejected: tuple[Rejected, ...] = ()
+    confirmation: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         count, responses = len(self.poles), self.residues.shape[0]
@@ -83,6 +88,10 @@ class Modes:
         unknown = sorted(set(self.status) - set(STATUSES))
         if unknown:
             raise ValueError(f"status {unknown[0]!r} is not one of {STATUSES}")
+        if self.confirmation and (
+            len(self.confirmation) != count or set(self.confirmation) - {"", *CONFIRMATIONS}
+        ):
+            raise ValueError(f"{count} poles need as many confirmations, of {CONFIRMATIONS} or nothing")
         if (self.poles.real >= 0.0).any() or (self.poles.imag <= 0.0).any():
             raise ValueError("poles must be stable and in the upper half plane")
 
@@ -90,6 +99,14 @@ class Modes:
     def real(self) -> NDArray[np.bool_]:
         """Poles that are modes of the plate, kept or weak: (J,) ndarray."""
         return np.array([status in ("kept", "weak") for status in self.status], dtype=bool)
+
+    def confirmed_word(self, pole: int) -> str:
+        """Return ``confirmed`` or ``unconfirmed``; nothing where a pole is no mode, or no refit was made."""
+        return self.confirmation[pole] if self.confirmation else ""
+
+    def standing(self, pole: int) -> str:
+        """Status of a pole and what refits say of it: ``kept, confirmed``."""
+        return ", ".join(word for word in (self.status[pole], self.confirmed_word(pole)) if word)
 
     @property
     def overlapped(self) -> NDArray[np.int_]:

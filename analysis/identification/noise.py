@@ -2,7 +2,9 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter, uniform_filter1d
+from scipy.ndimage import uniform_filter1d
+
+from analysis.identification.running_median import running_median
 
 CALM = 1.5
 """Mean power of noise over its median's estimate, at most, where a window holds nothing but noise."""
@@ -48,7 +50,7 @@ def deviation_from_residual(
     width = min(max(smallest_width, count // 16), count)
     rounding = (1e-14**2) * (np.abs(h) ** 2).mean(axis=1, keepdims=True)
     least = np.maximum(1e-4 * np.median(power, axis=1, keepdims=True), rounding)
-    floor = median_filter(power, size=(1, width), mode="reflect") / np.log(2.0)
+    floor = running_median(power, width, "reflect") / np.log(2.0)
     smooth = uniform_filter1d(power, width, axis=1, mode="reflect")
     limited = np.minimum(smooth, CALM * floor + LARGEST_SHARE**2 * np.abs(h - left) ** 2)
     deviation: NDArray[np.float64] = np.sqrt(np.maximum(limited, np.maximum(least, np.finfo(float).tiny)))

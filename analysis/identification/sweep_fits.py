@@ -58,7 +58,9 @@ def fit_sweeps(
     lines = [one.lines() for one in measured]
     rough = fit_together([averaged(one) for one in lines], terms, start, active, tracks, settled=ROUGHLY)
     told("identify", 0.5)
-    weighed = [one.reweighted(*pair) for one, *pair in zip(measured, lines, _fits(rough.looks, terms), strict=True)]
+    weighed = [
+        one.reweighted(*pair) for one, *pair in zip(measured, lines, _fits(rough.looks, terms), strict=True)
+    ]
     last = fit_together([averaged(one) for one in weighed], terms, rough.place, active, tracks)
     told("identify", 0.9)
     table = np.full(active.shape, -1, dtype=np.int64)

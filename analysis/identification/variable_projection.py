@@ -135,7 +135,10 @@ def _real(columns: NDArray[np.complex128]) -> NDArray[np.float64]:
 
 
 def _triangle(
-    columns: NDArray[np.float64], data: NDArray[np.complex128], weight: NDArray[np.float64], room: NDArray[np.float64]
+    columns: NDArray[np.float64],
+    data: NDArray[np.complex128],
+    weight: NDArray[np.float64],
+    room: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Factor [columns at unit length, data], both weighted in `room`; also the columns' lengths."""
     twice = np.concatenate([weight, weight])

@@ -12,6 +12,12 @@ from analysis.estimation.transfer import MeasuredTransfer
 REPEATED = 0.1
 """Second singular value of a pole's residues over the first from which two modes share the pole."""
 
+ABOVE_NOISE = 2.0
+"""The same over the largest singular value that noise alone would have."""
+
+AROUND = 5.0
+"""Half widths, and lines at least, to either side of a pole in which what is left over counts as its noise."""
+
 STEPS = 200
 """Alternating projections at most where not every response was measured with every reference."""
 
@@ -57,6 +63,7 @@ def mode_shapes(
     poles: NDArray[np.complex128],
     residues: NDArray[np.complex128],
     wanted: NDArray[np.bool_],
+    deviation: NDArray[np.float64] | None = None,
 ) -> ModeShapes:
     """Take shapes and participations out of residues.
 
@@ -71,6 +78,9 @@ def mode_shapes(
         read by sensors of several kinds.
     wanted : (J,) bool ndarray
         Poles that are modes.
+    deviation : (L, J) ndarray, optional
+        Standard deviation of each residue, see `residue_deviation`: noise has singular values too, and a second
+        shape has to be larger than these.
 
     Returns
     -------
@@ -82,7 +92,9 @@ def mode_shapes(
     rows, columns = (references, responses) if turned else (responses, references)
     order = np.array([ORDER.get(one.quantity, 0) - ORDER.get(one.reference_quantity, 0) for one in transfers])  # type: ignore[call-overload]
     found: list[tuple[int, NDArray[np.complex128], NDArray[np.complex128], float]] = []
+    noise = np.zeros(residues.shape) if deviation is None else deviation
     for j in np.flatnonzero(wanted):
+        expected = float(np.sqrt(np.mean((noise[:, j] / np.abs(poles[j]) ** order) ** 2)))
         table = np.full((len(rows), len(columns)), np.nan, dtype=complex)
         seen = np.zeros(table.shape, dtype=int)
         for one, residue in zip(transfers, residues[:, j] / poles[j] ** order, strict=True):
@@ -91,7 +103,7 @@ def mode_shapes(
             before = 0.0 if seen[place] == 0 else table[place] * seen[place]
             seen[place] += 1
             table[place] = (before + residue) / seen[place]
-        found += [(int(j), *part) for part in _parts(table)]
+        found += [(int(j), *part) for part in _parts(table, expected)]
     return ModeShapes(
         pole=np.array([part[0] for part in found], dtype=np.int64),
         places=rows,
@@ -102,8 +114,44 @@ def mode_shapes(
     )
 
 
-def _parts(table: NDArray[np.complex128]) -> list[tuple[NDArray[np.complex128], NDArray[np.complex128], float]]:
-    """Shapes, participations and shares of energy of one pole's residues, (K, M) with NaN where not measured."""
+def residue_deviation(
+    frequency: NDArray[np.float64], left: NDArray[np.complex128], poles: NDArray[np.complex128]
+) -> NDArray[np.float64]:
+    """Return the standard deviations of residues from what the model leaves over around each pole.
+
+    Of least squares on a single line shape 1/(s - pole): the variance of a line, times half width and spacing of
+    the lines (rad/s) over pi; neighbours that overlap make it larger.
+
+    Parameters
+    ----------
+    frequency : (F,) ndarray
+        Hz.
+    left : (L, F) complex ndarray
+        Measured minus model.
+    poles : (J,) complex ndarray
+        rad/s.
+
+    Returns
+    -------
+    (L, J) ndarray
+    """
+    spacing = float(np.median(np.diff(frequency)))
+    found = np.empty((len(left), len(poles)))
+    for j, pole in enumerate(poles):
+        reach = max(AROUND * -pole.real / (2.0 * np.pi), AROUND * spacing)
+        near = np.abs(frequency - np.clip(pole.imag / (2.0 * np.pi), frequency[0], frequency[-1])) <= reach
+        power = (np.abs(left[:, near]) ** 2).mean(axis=1)
+        found[:, j] = np.sqrt(power * -pole.real * 2.0 * spacing)
+    return found
+
+
+def _parts(
+    table: NDArray[np.complex128], noise: float
+) -> list[tuple[NDArray[np.complex128], NDArray[np.complex128], float]]:
+    """Shapes, participations and shares of energy of one pole's residues, (K, M) with NaN where not measured.
+
+    A matrix of noise has a largest singular value of about (sqrt(K) + sqrt(M)) times its deviation.
+    """
     measured = np.isfinite(table)
     filled = np.where(measured, table, 0.0)
     if not measured.all():
@@ -111,7 +159,8 @@ def _parts(table: NDArray[np.complex128]) -> list[tuple[NDArray[np.complex128], 
     left, values, right = np.linalg.svd(filled, full_matrices=False)
     energy = float((values**2).sum())
     count = 1
-    if measured.all() and len(values) > 1 and values[0] > 0.0 and values[1] > REPEATED * values[0]:
+    least = max(REPEATED * values[0], ABOVE_NOISE * noise * float(np.sqrt(table.shape).sum()))
+    if measured.all() and len(values) > 1 and values[1] > least:
         count = 2
     parts = []
     for k in range(count):

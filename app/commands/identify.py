@@ -71,7 +71,8 @@ def command(
 
     No order, no band and no start value is asked for: vector fitting proposes, variable projection moves the
     poles to the least-squares optimum, BIC decides how many stay, and every mode carries its standard deviations
-    and the reason for its status. A campaign's result goes into the run folder (frf.h5, modes.h5, modes.csv), a
+    and the reason for its status; it is confirmed where refits of parts of the data, or sweeps of neighbouring
+    temperatures, find it again. A campaign's result goes into the run folder (frf.h5, modes.h5, modes.csv), a
     test's too, with its shapes (flexura new writes TEST.toml). FRFS.uff is taken FRF by FRF and printed; with
     --shared-poles as one structure, into a run folder too.
     """
@@ -206,10 +207,10 @@ def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: O
         output.note(note)
     if wanted.settings.mains not in (None, 50.0) and frfs.mains is None and not typed_mains:
         output.note(f"mains hum at odd multiples of {wanted.settings.mains:g} Hz: taken as the mains frequency")
-    count = int(found.modes.real.sum())
+    count, sure = int(found.modes.real.sum()), found.modes.confirmation.count("confirmed")
     output.summary(
-        f"{len(frfs.transfers)} FRFs, {count} modes at {len(found.shapes.places)} places in {seconds:.1f} s, "
-        f"misfit {100 * found.modes.misfit:.2f} %; results in {run}"
+        f"{len(frfs.transfers)} FRFs, {count} modes ({sure} confirmed) at {len(found.shapes.places)} places in "
+        f"{seconds:.1f} s, misfit {100 * found.modes.misfit:.2f} %; results in {run}"
     )
     if count == 0:
         raise click.exceptions.Exit(1)

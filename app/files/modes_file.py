@@ -38,6 +38,7 @@ class _Sweep:
     rejected_poles: NDArray[np.complex128]
     rejected_reasons: tuple[str, ...]
     rejected_statuses: tuple[str, ...]
+    confirmation: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,8 @@ class _Track:
     notes: tuple[str, ...]
 
 
-SHARED = ("poles", "residues", "covariance", "coefficients", "status", "reason", "band", "misfit", "lines")
+ARRAYS = ("poles", "residues", "covariance", "coefficients")
+SHARED = (*ARRAYS, "status", "reason", "band", "misfit", "lines", "confirmation")
 
 
 def save_modes(
@@ -132,12 +134,12 @@ def write_table(target: Path, tracked: TrackedModes, damping: Damping) -> None:
         "loss_factor",
         "sigma_loss_factor",
     )
-    rows.writerow(["temperature_c", "direction", "level_v", "mode", *names, "status", "reason"])
+    rows.writerow(["temperature_c", "direction", "level_v", "mode", *names, "status", "confirmation", "reason"])
     for t, modes in enumerate(tracked.modes):
         reasons = modes.explanation(damping)
         for j, pole in enumerate(tracked.track[t]):
             if pole >= 0:
                 values = [f"{float(getattr(reading, name)[t, j]):.9g}" for name in names]
                 place = [f"{tracked.temperature[t]:.4f}", tracked.direction[t], f"{tracked.level[t]:g}", j + 1]
-                rows.writerow([*place, *values, modes.status[pole], reasons[pole]])
+                rows.writerow([*place, *values, modes.status[pole], modes.confirmed_word(pole), reasons[pole]])
     write_text(target, stream.getvalue())

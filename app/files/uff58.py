@@ -7,24 +7,20 @@ from typing import Any
 
 import numpy as np
 import pyuff
-from pyuff.datasets.dataset_58 import prepare_58
 
 from analysis.estimation.coherence import coherence_variance
 from analysis.estimation.transfer import MeasuredTransfer
-from app.files.atomic import atomic_path
+from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.measurements.formats import FORMATS
 from app.files.parsed_text import read_bytes
+from app.files.uff58_text import FRF_FUNCTION, QUANTITIES, frf_text
 from app.files.uff_sets import data_sets
 
-FRF_FUNCTION = 4
 COHERENCE_FUNCTIONS = (6, 26)
 """Coherence, and multiple coherence."""
 FUNCTION_TYPES = range(28)
 FUNCTIONS = {0: "general", 1: "time response", 2: "auto spectrum", 3: "cross spectrum", 6: "coherence", 9: "PSD"}
-QUANTITIES = {8: "displacement", 11: "velocity", 12: "acceleration", 13: "force", 15: "pressure"}
-GENERAL = 1
-"""Of what the format has no number for: voltage, charge."""
 LARGEST = 2_000_000_000
 """Bytes above which a file is refused rather than read into memory."""
 
@@ -112,43 +108,7 @@ def _with_coherence(path: Path, frf: MeasuredTransfer, data: dict[str, Any] | No
 
 def write_frfs(path: Path, frfs: Sequence[MeasuredTransfer]) -> None:
     """Write FRFs as ASCII data sets 58, double precision, whole or not at all."""
-    numbers = {name: number for number, name in QUANTITIES.items()}
-    with atomic_path(path) as partial:
-        target = pyuff.UFF(str(partial))
-        for n, frf in enumerate(frfs):
-            (node, direction), (from_node, from_direction) = (
-                (int(part) for part in end.split(":")) for end in (frf.response, frf.reference)
-            )
-            target.write_sets(
-                prepare_58(
-                    binary=0,
-                    func_type=FRF_FUNCTION,
-                    rsp_node=node,
-                    rsp_dir=direction,
-                    ref_node=from_node,
-                    ref_dir=from_direction,
-                    data=frf.h,
-                    x=frf.frequency,
-                    id1=frf.name,
-                    rsp_ent_name="NONE",
-                    ref_ent_name="NONE",
-                    abscissa_spacing=int(_even(frf)),
-                    abscissa_min=float(frf.frequency[0]),
-                    abscissa_inc=float(frf.frequency[1] - frf.frequency[0]),
-                    abscissa_spec_data_type=18,
-                    ordinate_spec_data_type=numbers.get(frf.quantity, 0 if frf.quantity == "unknown" else GENERAL),
-                    ordinate_axis_units_lab=frf.units[0] or "NONE",
-                    orddenom_spec_data_type=numbers.get(frf.reference_quantity, GENERAL),
-                    orddenom_axis_units_lab=frf.units[1] or "NONE",
-                ),
-                "overwrite" if n == 0 else "add",
-            )
-
-
-def _even(frf: MeasuredTransfer) -> bool:
-    """Whether the lines are those that a start and an increment give."""
-    even = np.linspace(frf.frequency[0], frf.frequency[-1], len(frf.frequency))
-    return bool(np.allclose(frf.frequency, even, rtol=1e-9))
+    write_text(path, "".join(frf_text(frf) for frf in frfs))
 
 
 def _as_dict(data: Any) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from app.files.bad_file import ResultFileError
 from app.files.measurements.guarded import read_columns
 from app.files.modal_test_toml import NAME, ModalTest, RecordOfTest, dof, read_modal_test
 from app.files.provenance import sha256
-from app.modal_test.frf_set import FrfSet, Position
+from app.modal_test.frf_set import FrfSet, Position, said_of_coherence
 from app.modal_test.given_frfs import given_frfs
 from app.modal_test.signals import SignalsOfFile, signals
 
@@ -84,7 +84,7 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
             segment=test.segments.seconds if test.kind == "continuous" else 0.0,
             temperature=float("nan") if test.temperature is None else test.temperature,
             mains=test.mains,
-            notes=tuple(notes),
+            notes=(*notes, *(said_of_coherence(transfers) if test.kind == "frf" else ())),
             hashes=hashes,
         )
     except ValueError as error:

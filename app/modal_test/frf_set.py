@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.channel import UNITS
+from analysis.estimation.coherence import says_nothing
 from analysis.estimation.quantities import frf_label, frf_name
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError
@@ -115,6 +116,30 @@ def ends(transfers: Sequence[MeasuredTransfer]) -> tuple[tuple[str, ...], tuple[
     return responses, tuple(dict.fromkeys(one.reference for one in transfers))
 
 
+def said_of_coherence(transfers: Sequence[MeasuredTransfer]) -> list[str]:
+    """Say which FRFs' coherences were of no use."""
+    empty = [one.name for one in transfers if one.coherence is not None and says_nothing(one.coherence)]
+    if not empty:
+        return []
+    others = f" and {len(empty) - 1} more" if len(empty) > 1 else ""
+    return [
+        f"{empty[0]}{others}: coherence 1 on every line, as after one average, says nothing of the noise; its "
+        "lines are weighed by what the fit leaves over"
+    ]
+
+
+def _alive(transfers: Sequence[MeasuredTransfer]) -> tuple[list[MeasuredTransfer], list[str]]:
+    """FRFs that are not zero throughout, and a note for each other one; all of them where none is left."""
+    alive = [one for one in transfers if np.abs(one.h).any()]
+    if not alive:
+        return list(transfers), []
+    return alive, [
+        f"{one.name} ({one.response} / {one.reference}): zero on every line, a dead channel; left out"
+        for one in transfers
+        if not np.abs(one.h).any()
+    ]
+
+
 def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
     """FRFs of a universal file as those of one structure.
 
@@ -122,7 +147,7 @@ def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
     ----------
     path : Path
     transfers : list of MeasuredTransfer
-        Read from it.
+        Read from it; those that are zero throughout are left out, with a note.
 
     Returns
     -------
@@ -134,7 +159,9 @@ def of_universal(path: Path, transfers: list[MeasuredTransfer]) -> FrfSet:
         Where there are none, or their lines differ.
     """
     try:
-        return FrfSet(title=path.stem, transfers=tuple(transfers), hashes={path.name: sha256(path)})
+        alive, dead = _alive(transfers)
+        notes = (*dead, *said_of_coherence(alive))
+        return FrfSet(path.stem, tuple(alive), notes=notes, hashes={path.name: sha256(path)})
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}") from error
 

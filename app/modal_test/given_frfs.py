@@ -86,8 +86,8 @@ def given_frfs(record: RecordOfTest, columns: Columns, test: ModalTest) -> list[
 
 def _with_coherence(
     file: str, name: str, values: NDArray[Any], h: NDArray[Any], used: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coherence of the used lines, and the FRF's variance in the file's own unit squared."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """Coherence of the used lines, and the FRF's variance, where that follows, in the file's own unit squared."""
     if values.shape != h.shape:
         raise ValueError(f"{file}: coherence {name!r}: {len(values)} values, the FRF {len(h)}; export both alike")
     coherence = values[used].real.astype(float)

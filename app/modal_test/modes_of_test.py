@@ -13,7 +13,7 @@ from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.progress import Progress
-from analysis.shapes.participation import ModeShapes, mode_shapes
+from analysis.shapes.participation import ModeShapes, mode_shapes, residue_deviation
 from analysis.shapes.stabilization import StabilizationChart, stabilization_chart
 from app.files.bad_file import ResultFileError
 from app.files.modes_file import load_modes, load_shapes, save_modes
@@ -107,7 +107,8 @@ def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes
     orders = np.unique(np.linspace(2, 2 * max(len(modes.poles), 3) + 2, 8).astype(int))
     chart = stabilization_chart(Measured(frfs.frequency, frfs.h), modes.terms, [int(n) for n in orders])
     freed = _freed(modes, frfs.window_rate)
-    shapes = mode_shapes(frfs.transfers, freed.poles, freed.residues, freed.real)
+    noise = residue_deviation(frfs.frequency, frfs.h - modes.synthesis(frfs.frequency), modes.poles)
+    shapes = mode_shapes(frfs.transfers, freed.poles, freed.residues, freed.real, noise)
     report("identify", 1.0)
     told = replace(frfs, notes=(*frfs.notes, *_widened(modes, frfs.segment)))
     return TestModes(told, freed, shapes, chart)

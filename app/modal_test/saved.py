@@ -150,12 +150,12 @@ def write_modes_table(target: Path, modes: Modes, shapes: ModeShapes, damping: D
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")
     places = [f"{part} {place}" for place in shapes.places for part in ("re", "im")]
-    rows.writerow(["mode", *COLUMNS, "status", "reason", "mpc", "rank_one", *places])
+    rows.writerow(["mode", *COLUMNS, "status", "confirmation", "reason", "mpc", "rank_one", *places])
     for number, (pole, shape, collinear, share) in enumerate(
         zip(shapes.pole, shapes.shape, mpc(shapes.shape), shapes.rank_one, strict=True), start=1
     ):
         values = [f"{float(getattr(reading, name)[pole]):.9g}" for name in COLUMNS]
         parts = [f"{part:.6g}" for component in shape for part in (component.real, component.imag)]
-        judged = [modes.status[pole], reasons[pole], f"{collinear:.4f}", f"{share:.4f}"]
-        rows.writerow([number, *values, *judged, *parts])
+        judged = [modes.status[pole], modes.confirmed_word(pole), reasons[pole]]
+        rows.writerow([number, *values, *judged, f"{collinear:.4f}", f"{share:.4f}", *parts])
     write_text(target, stream.getvalue())

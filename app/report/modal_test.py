@@ -80,7 +80,7 @@ def mode_table(modes: Modes, shapes: ModeShapes) -> PageTable:
             f"{100 * reading.damping_ratio[j]:.4g}",
             f"{100 * reading.sigma_damping_ratio[j]:.2g}",
             f"{collinear[n]:.3f}",
-            modes.status[j],
+            modes.standing(j),
             reasons[j],
         )
         for n, j in enumerate(shapes.pole)

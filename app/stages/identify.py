@@ -11,13 +11,14 @@ from analysis.campaign import Campaign
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.frf import Frf, campaign_frf
 from analysis.identification.automatic import Settings, identify
+from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.reading import Damping
 from analysis.identification.residual_terms import EVERY_CHOICE, choices_for
 from analysis.identification.tracked_modes import TrackedModes
-from analysis.identification.tracking import track
+from analysis.identification.tracking import sweep_measured, track
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.frf_file import save_frf
@@ -26,6 +27,7 @@ from app.files.provenance import provenance, sha256
 from app.files.run_folder import run_file
 from app.files.uff58 import write_frfs
 from app.files.uff_campaign import campaign_frfs
+from app.modal_test.frf_set import said_of_coherence
 from app.terminal.modes import headline, modes_record, tables
 from app.terminal.notebook import as_html, as_text
 
@@ -95,7 +97,7 @@ class Wanted:
         variance = np.array(known) if len(known) == len(frfs) else None
         measured = Measured(frequency[inside], np.array([frf.h[inside] for frf in frfs]), variance)
         settings = replace(self.settings, terms=terms)
-        return (self.one_by_one() or identify)(measured, settings)
+        return confirmed(measured, (self.one_by_one() or identify)(measured, settings))
 
 
 @dataclass(frozen=True)
@@ -156,9 +158,19 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
             laws = run_file(twin, "laws.h5", "update")
             expected, inputs["laws.h5"] = expected_modes(campaign, laws, report), sha256(laws)
         tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one(), expected)
+        tracked = _confirmed(wanted.cut(frf), tracked)
     except ValueError as error:
         raise ResultFileError(f"{campaign.name}: {error}") from error
     return IdentifiedCampaign(frf, tracked, inputs)
+
+
+def _confirmed(frf: Frf, tracked: TrackedModes) -> TrackedModes:
+    """Let sweeps of neighbouring temperatures confirm each other, and refit those that have no neighbour."""
+    judged = confirmed_by_neighbours(tracked)
+    modes = tuple(
+        m if m.confirmation else confirmed(sweep_measured(frf, t), m) for t, m in enumerate(judged.modes)
+    )
+    return replace(judged, modes=modes)
 
 
 def save(
@@ -208,11 +220,12 @@ def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progre
     records = []
     for done, frf in enumerate(frfs):
         report("identify", done / len(frfs))
+        said = said_of_coherence([frf])
         try:
             found = modes_record(wanted.identify([frf]), wanted.damping)
         except ValueError as error:
             found = {"residual_terms": None, "misfit": None, "modes": [], "rejected": [], "note": str(error)}
-        records.append(_named(frf) | found)
+        records.append(_named(frf) | ({"note": said[0]} if said else {}) | found)
     report("identify", 1.0)
     return records
 

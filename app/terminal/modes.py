@@ -31,7 +31,8 @@ def modes_record(modes: Modes, damping: Damping) -> dict[str, Any]:
         values: dict[str, Any] = {name: _finite(getattr(reading, name)[j]) for name in FIELDS}
         values["pole_rad_s"] = [float(modes.poles[j].real), float(modes.poles[j].imag)]
         values["overlaps_hz"] = float(reading.frequency_hz[other]) if other >= 0 else None
-        (found if modes.real[j] else rejected).append(values | {"status": status, "reason": reason})
+        judged = {"status": status, "confirmation": modes.confirmed_word(j) or None, "reason": reason}
+        (found if modes.real[j] else rejected).append(values | judged)
     for pole in modes.rejected:
         place = {"frequency_hz": abs(pole.pole) / (2.0 * math.pi)}
         rejected.append(place | {"status": pole.status, "reason": pole.reason})
@@ -128,5 +129,7 @@ def _number(value: float | None, scale: float = 1.0) -> str:
 
 
 def _status(mode: dict[str, Any]) -> str:
-    words = mode["status"] if mode["status"] == "kept" else f"{mode['status']}: {mode['reason']}"
+    words = ", ".join(word for word in (mode["status"], mode["confirmation"]) if word)
+    if words not in ("kept", "kept, confirmed"):
+        words += f": {mode['reason']}"
     return words if mode["overlaps_hz"] is None else f"{words}; overlaps {mode['overlaps_hz']:.1f} Hz"

@@ -67,6 +67,7 @@ def test_every_frf_of_a_file_shows_its_ten_modes(uff: Path, cases: list[Syntheti
         assert (np.abs(f - w / (2 * np.pi)) < 4.5 * sigma_f).all()
         assert (np.abs(zeta + case.poles.real / w) < 4.5 * sigma_zeta).all()
         assert {mode["status"] for mode in frf["modes"]} == {"kept"}
+        assert {mode["confirmation"] for mode in frf["modes"]} == {"confirmed"}
         assert all(mode["reason"] for mode in frf["modes"] + frf["rejected"])
     assert printed["frfs"][0]["misfit"] == pytest.approx(0.01, rel=0.1)
 
@@ -242,7 +243,7 @@ def test_measured_beam_as_one_structure_has_four_bending_shapes(tmp_path: Path) 
         assert mac(shape[None], free[None].astype(complex))[0, 0] > 0.95
     again = rebuilt(modes, measured.frequency, measured.window_rate)
     written = np.array([one.h for one in read_frfs(tmp_path / "run" / "rebuilt.uff")])
-    np.testing.assert_allclose(written, again, rtol=0, atol=1e-11 * np.abs(again).max())
+    np.testing.assert_allclose(written, again, rtol=1e-12)
 
 
 def test_lines_spaced_evenly_by_ratio_show_the_same_modes(cases: list[SyntheticFrf], tmp_path: Path) -> None:

@@ -47,6 +47,8 @@ def test_modes_nearer_than_half_their_bandwidth_overlap() -> None:
         ({"coefficients": np.ones((1, 2), complex)}, "coefficients has shape"),
         ({"status": ("kept",)}, "2 poles need as many"),
         ({"status": ("kept", "sure")}, "'sure'"),
+        ({"confirmation": ("confirmed",)}, "as many confirmations"),
+        ({"confirmation": ("confirmed", "maybe")}, "as many confirmations"),
         ({"poles": np.array([1.0 + 5j, -1.0 + 5j])}, "stable"),
     ],
 )

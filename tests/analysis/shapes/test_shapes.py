@@ -8,7 +8,7 @@ from analysis.identification.automatic import Measured, Settings, identify
 from analysis.identification.residual_terms import NONE
 from analysis.shapes.assurance import mac, mpc
 from analysis.shapes.indicator import cmif
-from analysis.shapes.participation import mode_shapes
+from analysis.shapes.participation import mode_shapes, residue_deviation
 from analysis.shapes.stabilization import stabilization_chart
 
 F = np.arange(20.0, 400.0, 0.25)
@@ -96,6 +96,29 @@ def test_two_modes_of_one_frequency_are_found_as_one_pole_with_two_shapes() -> N
     second = cmif(transfers)[1]
     near, far = np.abs(F - 170) < 1, np.abs(F - 80) < 1
     assert second[near].max() > 10 * second[far].max()
+
+
+def test_noise_of_a_mode_that_hardly_shows_is_no_second_shape() -> None:
+    """The middle mode at a thirtieth of the noise that its residues carry: without their deviations two shapes."""
+    rng = np.random.default_rng(7)
+    small = SHAPES * np.array([1.0, 0.12, 1.0])[:, None]
+    transfers = structure(POLES, small, [0, 1, 2, 3], [0, 1, 2])
+    true = residues(transfers, POLES, small)
+    size = 0.2 * np.abs(true[:, 1]).max()
+    given = true + size / np.sqrt(2) * (rng.normal(size=true.shape) + 1j * rng.normal(size=true.shape))
+    every = np.ones(3, dtype=bool)
+    assert list(mode_shapes(transfers, POLES, given, every).pole) == [0, 1, 1, 2]
+    assert list(mode_shapes(transfers, POLES, given, every, np.full(true.shape, size)).pole) == [0, 1, 2]
+
+
+def test_deviations_of_residues_are_those_of_their_fits() -> None:
+    """White noise on 400 FRFs of one mode, residues by linear least squares."""
+    rng = np.random.default_rng(8)
+    one = 1.0 / (S - POLES[1])
+    noise = 0.01 / np.sqrt(2) * (rng.normal(size=(400, len(F))) + 1j * rng.normal(size=(400, len(F))))
+    fitted = noise @ one.conj() / (np.abs(one) ** 2).sum()
+    deviation = residue_deviation(F, noise, POLES[1:2])
+    assert np.sqrt(np.mean(np.abs(fitted) ** 2)) == pytest.approx(np.sqrt(np.mean(deviation**2)), rel=0.1)
 
 
 def test_mac_and_mpc_of_known_shapes() -> None:

@@ -21,7 +21,8 @@ from app.files.provenance import provenance, read_stamp
 def modes() -> Modes:
     case = r10(np.random.default_rng(2))
     found = identify(Measured(case.frequency, case.h[None]))
-    return replace(found, rejected=(*found.rejected, Rejected(600j, "a line", "harmonic")))
+    words = tuple("confirmed" if real else "" for real in found.real)
+    return replace(found, confirmation=words, rejected=(*found.rejected, Rejected(600j, "a line", "harmonic")))
 
 
 @pytest.fixture
@@ -45,6 +46,7 @@ def test_saved_modes_rebuild_their_frfs_to_the_last_bit(tracked: TrackedModes, t
     frequency = np.linspace(90.0, 1600.0, 777)
     np.testing.assert_array_equal(again.synthesis(frequency), tracked.synthesis(frequency))
     np.testing.assert_array_equal(again.covariance, tracked.covariance)
+    assert again.modes[0].confirmation == tracked.modes[0].confirmation
     assert again.modes[0].rejected == tracked.modes[0].rejected
     assert (again.status, again.notes, again.direction) == (tracked.status, tracked.notes, tracked.direction)
     assert not list(tmp_path.glob("*.part"))
@@ -62,6 +64,7 @@ def test_table_for_people_holds_the_reading(tracked: TrackedModes, tmp_path: Pat
         ("22.0000", "1"),
         ("22.0000", "3"),
     ]
+    assert {row["confirmation"] for row in rows} == {"confirmed"}
     assert [row["reason"] for row in rows[:2]] == list(tracked.modes[0].explanation("viscous")[:2])
     assert float(rows[1]["frequency_hz"]) == pytest.approx(tracked.reading("viscous").frequency_hz[0, 1])
 

@@ -10,6 +10,7 @@ from pyuff.datasets.dataset_58 import prepare_58
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError
 from app.files.uff58 import read_frfs, write_frfs
+from app.modal_test.frf_set import of_universal
 
 SAMPLES = Path(__file__).resolve().parents[4] / "shared" / "data" / "real" / "uff58_samples"
 FREQUENCY = np.arange(0.0, 50.0, 0.5)
@@ -80,9 +81,34 @@ def test_a_coherence_beside_its_frf_becomes_its_variance(tmp_path: Path) -> None
     np.testing.assert_allclose(ratio, ratio[0], rtol=1e-4)
     other = written(tmp_path / "b.uff", data_set(), coherence_set(coherence, rsp_node=9))
     assert read_frfs(other)[0].variance is None
-    for spoilt, message in ((2.0 * coherence, "0 to 1 allowed"), (np.ones(100), "one average")):
-        with pytest.raises(ResultFileError, match=message):
-            read_frfs(written(tmp_path / f"{message[0]}.uff", data_set(), coherence_set(spoilt)))
+    with pytest.raises(ResultFileError, match="0 to 1 allowed"):
+        read_frfs(written(tmp_path / "c.uff", data_set(), coherence_set(2.0 * coherence)))
+
+
+def test_a_coherence_of_one_throughout_gives_no_variance_and_a_note(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.uff", data_set(), coherence_set(np.ones(100)))
+    (frf,) = read_frfs(path)
+    assert frf.variance is None
+    (note,) = of_universal(path, [frf]).notes
+    assert "door panel: coherence 1 on every line" in note
+
+
+def test_a_dead_channel_with_a_coherence_of_zero_is_left_out_with_a_note(tmp_path: Path) -> None:
+    dead = [data_set(rsp_node=8, data=0.0 * H, id1="dead"), coherence_set(np.zeros(100), rsp_node=8)]
+    path = written(tmp_path / "a.uff", data_set(), coherence_set(np.full(100, 0.9)), *dead)
+    frfs = read_frfs(path)
+    assert [frf.variance is None for frf in frfs] == [False, True]
+    found = of_universal(path, frfs)
+    assert [frf.name for frf in found.transfers] == ["door panel"]
+    assert "dead (8:-3 / 2:+1): zero on every line" in found.notes[0]
+
+
+def test_a_line_of_no_coherence_weighs_nothing_even_where_its_frf_is_zero(tmp_path: Path) -> None:
+    h, coherence = H.copy(), np.full(100, 0.9)
+    h[40], coherence[40] = 0.0, 0.0
+    (frf,) = read_frfs(written(tmp_path / "a.uff", data_set(data=h), coherence_set(coherence)))
+    assert frf.variance is not None
+    assert frf.variance[39] > 1e4 * np.delete(frf.variance, 39).max()
 
 
 def test_uneven_lines_are_read_and_written(tmp_path: Path) -> None:
@@ -91,8 +117,8 @@ def test_uneven_lines_are_read_and_written(tmp_path: Path) -> None:
     np.testing.assert_allclose(frf.frequency, uneven[1:], rtol=1e-5)
     write_frfs(tmp_path / "b.uff", [frf])
     (again,) = read_frfs(tmp_path / "b.uff")
-    np.testing.assert_allclose(again.frequency, frf.frequency, rtol=1e-5)
-    np.testing.assert_allclose(again.h, frf.h, rtol=1e-11)
+    np.testing.assert_allclose(again.frequency, frf.frequency, rtol=1e-9)
+    np.testing.assert_allclose(again.h, frf.h, rtol=1e-12)
 
 
 def test_what_we_write_we_read(tmp_path: Path) -> None:
@@ -105,7 +131,35 @@ def test_what_we_write_we_read(tmp_path: Path) -> None:
     for one, other in zip(frfs, again, strict=True):
         assert (one.name, one.response, one.reference) == (other.name, other.response, other.reference)
         assert one.quantity == other.quantity
-        np.testing.assert_allclose(other.h, one.h, rtol=1e-11)
+        np.testing.assert_allclose(other.h, one.h, rtol=1e-12)
+
+
+@pytest.mark.parametrize("spacing", [0.01953125, 1.0 / 3.0, 44100 / 65536])
+def test_lines_come_back_with_more_than_six_digits(tmp_path: Path, spacing: float) -> None:
+    """As other programs write them, in 13 columns with an exponent, lines at 1000 Hz would be 3 mHz off."""
+    frequency = spacing * np.arange(3000, 3100)
+    write_frfs(tmp_path / "a.uff", [MeasuredTransfer("a", "1:+3", "1:+3", "velocity", frequency, H)])
+    (again,) = read_frfs(tmp_path / "a.uff")
+    np.testing.assert_allclose(again.frequency, frequency, rtol=1e-9)
+    np.testing.assert_allclose(again.h, H, rtol=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_frfs_are_read_back_by_sdynpy(tmp_path: Path) -> None:
+    read = pytest.importorskip(
+        "sdynpy.fileio.sdynpy_uff", reason="SDynPy is in no extra: docs/dependencies.md says how to have it"
+    )
+    uneven = FREQUENCY[1:] ** 1.5
+    frfs = [
+        MeasuredTransfer("even", "7:-3", "2:+1", "acceleration", FREQUENCY[1:], H[1:]),
+        MeasuredTransfer("uneven", "8:+3", "2:+1", "velocity", uneven, -H[1:]),
+    ]
+    write_frfs(tmp_path / "a.uff", frfs)
+    sets = read.readunv(str(tmp_path / "a.uff"))[58]
+    for one, other in zip(frfs, sets, strict=True):
+        np.testing.assert_allclose(other.ordinate, one.h, rtol=1e-12)
+        assert (other.response_node, other.reference_node) == (int(one.response[0]), 2)
+    np.testing.assert_allclose(sets[1].abscissa, uneven, rtol=1e-7)  # SDynPy keeps these in single precision
 
 
 def test_other_functions_are_named(tmp_path: Path) -> None:

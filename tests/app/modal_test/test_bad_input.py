@@ -109,7 +109,6 @@ def test_frfs_that_are_none(
     ("coherence", "message"),
     [
         (np.full(200, 1.5), "coherence 'c': coherence from 1.5 to 1.5; 0 to 1 allowed; give it the role unused"),
-        (np.ones(200), "as after one average: it says nothing of the noise; give it the role unused"),
         (np.full(150, 0.9), "150 values, the FRF 200; export both alike"),
     ],
 )
@@ -121,6 +120,14 @@ def test_coherences_that_are_none(
     status, _, told = run_flexura("identify", path)
     assert status == 2, told
     assert message in told
+
+
+def test_a_coherence_of_one_throughout_is_noted(tmp_path: Path, run_flexura: Flexura) -> None:
+    channels = FRF_CHANNELS | {"c": '{ role = "coherence" }'}
+    path = declared(tmp_path, "frf", {"freq": LINES, "H": H, "c": np.ones(200)}, channels)
+    status, _, told = run_flexura("identify", path)
+    assert status in (0, 1), told
+    assert "coherence 1 on every line, as after one average, says nothing of the noise" in told
 
 
 def test_a_table_is_declared_before_it_is_identified(tmp_path: Path, run_flexura: Flexura) -> None:

@@ -1,0 +1,212 @@
+"""Which modes are found again when band, lines or channels change: confirmed and unconfirmed.
+
+A criterion that counts lines says what one set of data pays for. It does not see that a pole stands for what the
+model lacks near an edge, or that channels of different states of a structure are in one fit: such poles move or
+vanish when the data are changed a little, modes do not. All refits start from the poles that were found and run on
+averaged lines, so that they cost a fraction of the search.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.averaging import averaged
+from analysis.identification.lines import Lines
+from analysis.identification.measured import Measured
+from analysis.identification.modes import Modes
+from analysis.identification.order import eliminate, pole_price, support
+from analysis.identification.pole_search import fit
+from analysis.identification.tracked_modes import TrackedModes
+
+SHIFT = 0.05
+"""Share of the band that is taken from its lower, then from its upper end."""
+
+SAME_FREQUENCY = 1.0
+"""Distance, in half widths, within which a pole is the same: half the half-power bandwidth."""
+
+SAME_DAMPING = 0.5
+"""The same for the damping ratio, relative."""
+
+LINES_OF_PEAK = 3
+"""Lines within the half-power bandwidth that every other one of the lines needs to show a mode."""
+
+FEWEST = 16
+"""Averaged lines that a part holds at least."""
+
+
+@dataclass(frozen=True)
+class PartOfData:
+    """Part of the lines and channels, how it is called, and lines within a peak that it needs to show a mode."""
+
+    told: str
+    lines: Lines
+    least_lines: int = 0
+
+
+def confirmed(measured: Measured, modes: Modes) -> Modes:
+    """Refit parts of the data from the poles found, and say of every mode whether it was found again.
+
+    Parameters
+    ----------
+    measured : Measured
+        That the modes were identified from.
+    modes : Modes
+
+    Returns
+    -------
+    Modes
+        The same, with `confirmation`, and with the reason for it in `reason`.
+
+    Raises
+    ------
+    ValueError
+        If fewer than 8 lines are left.
+    """
+    blocks = averaged(_weighed(measured, modes))
+    lost: list[list[str]] = [[] for _ in modes.poles]
+    tried = np.zeros(len(modes.poles), dtype=int)
+    for part in _parts(blocks):
+        expected = modes.real & _expected(part, modes)
+        tried += expected
+        found = _found_again(part.lines, modes)
+        for j in np.flatnonzero(expected & ~found):
+            lost[j].append(part.told)
+    words = [
+        ""
+        if not real
+        else f"; not found again {' nor '.join(gone)}"
+        if gone
+        else f"; found again in {count} of {count} refits"
+        if count
+        else "; no part of the data pays for it alone"
+        for real, gone, count in zip(modes.real, lost, tried, strict=True)
+    ]
+    verdicts = tuple(
+        ("confirmed" if count and not gone else "unconfirmed") if real else ""
+        for real, gone, count in zip(modes.real, lost, tried, strict=True)
+    )
+    reasons = tuple(why + word for why, word in zip(modes.reason, words, strict=True))
+    return replace(modes, confirmation=verdicts, reason=reasons)
+
+
+def confirmed_by_neighbours(tracked: TrackedModes) -> TrackedModes:
+    """Confirm the modes of a campaign by its other sweeps: each is a measurement of its own.
+
+    Parameters
+    ----------
+    tracked : TrackedModes
+
+    Returns
+    -------
+    TrackedModes
+        A mode is confirmed where the next colder or the next hotter sweep of the same level and direction shows
+        it, too; where a sweep has no such neighbour nothing is said.
+    """
+    runs: dict[tuple[str, float], list[int]] = {}
+    for t in np.argsort(tracked.temperature, kind="stable").tolist():
+        runs.setdefault((tracked.direction[t], float(tracked.level[t])), []).append(t)
+    modes = list(tracked.modes)
+    for run in runs.values():
+        for place, t in enumerate(run):
+            beside = [run[n] for n in (place - 1, place + 1) if 0 <= n < len(run)]
+            if beside:
+                modes[t] = _beside(tracked, t, beside)
+    return replace(tracked, modes=tuple(modes))
+
+
+def _beside(tracked: TrackedModes, t: int, beside: list[int]) -> Modes:
+    """Judge one sweep's modes by whether the sweeps beside it show them."""
+    modes = tracked.modes[t]
+    seen = {int(n): (tracked.track[beside, j] >= 0).any() for j, n in enumerate(tracked.track[t]) if n >= 0}
+    names = " nor at ".join(f"{tracked.temperature[n]:.1f} °C" for n in beside)
+    real = modes.real
+    return replace(
+        modes,
+        confirmation=tuple(
+            ("confirmed" if seen.get(n, False) else "unconfirmed") if real[n] else "" for n in range(len(real))
+        ),
+        reason=tuple(
+            f"{why}; not found at {names}" if real[n] and not seen.get(n, False) else why
+            for n, why in enumerate(modes.reason)
+        ),
+    )
+
+
+def _weighed(measured: Measured, modes: Modes) -> Lines:
+    """All lines but those that were left out of the fit, weighted by what the modes leave over."""
+    left_out = {abs(r.pole) / (2.0 * np.pi) for r in modes.rejected if complex(r.pole).real == 0.0}
+    spoilt = np.isin(measured.frequency, list(left_out)) if left_out else np.zeros(len(measured.frequency), bool)
+    kept = measured.without(spoilt) if spoilt.any() else measured
+    return kept.weighed(kept.h - modes.synthesis(kept.frequency), modes.poles)
+
+
+def _parts(blocks: Lines) -> Iterator[PartOfData]:
+    """Yield the band cut at either end, every second line, and every second channel."""
+    f = blocks.frequency
+    cut = SHIFT * (f[-1] - f[0])
+    low, high = f[0] + cut, f[-1] - cut
+    yield from _part(blocks, f >= low, None, f"above {low:.4g} Hz")
+    yield from _part(blocks, f <= high, None, f"below {high:.4g} Hz")
+    place = np.arange(len(f))
+    for half, which in enumerate(("first", "second")):
+        told = f"on the {which} half of the lines, every other one"
+        for part in _part(blocks, place % 2 == half, None, told):
+            yield replace(part, least_lines=LINES_OF_PEAK)
+    if len(blocks.h) > 1:
+        row = np.arange(len(blocks.h))
+        for half, which in enumerate(("first", "second")):
+            yield from _part(blocks, None, row % 2 == half, f"in the {which} half of the FRFs, every other one")
+
+
+def _part(
+    blocks: Lines, columns: NDArray[np.bool_] | None, rows: NDArray[np.bool_] | None, told: str
+) -> Iterator[PartOfData]:
+    """Yield these lines and rows, unless they are too few to be fitted."""
+    columns = np.ones(len(blocks.frequency), bool) if columns is None else columns
+    rows = np.ones(len(blocks.h), bool) if rows is None else rows
+    if columns.sum() < FEWEST:
+        return
+    share = columns.mean() * rows.mean()
+    lines = replace(
+        blocks,
+        frequency=blocks.frequency[columns],
+        h=blocks.h[rows][:, columns],
+        deviation=blocks.deviation[rows][:, columns],
+        hidden=round(blocks.hidden * share),
+        line_spacing=blocks.spacing,
+        spread=None if blocks.spread is None else blocks.spread[columns],
+    )
+    yield PartOfData(told, lines)
+
+
+def _expected(part: PartOfData, modes: Modes) -> NDArray[np.bool_]:
+    """Modes that a part has to show: (J,) ndarray. Their peaks are in it, and pay their price twice."""
+    lines, place, half = part.lines, modes.poles.imag / (2.0 * np.pi), -modes.poles.real / (2.0 * np.pi)
+    inside = (place - half > lines.frequency[0]) & (place + half < lines.frequency[-1])
+    seen = (np.abs(lines.frequency - place[:, None]) <= half[:, None]).sum(axis=1) >= part.least_lines
+    here = fit(lines, modes.poles, modes.terms, max_iterations=0)
+    paid: NDArray[np.bool_] = inside & seen & (support(here, lines) > pole_price(lines))
+    return paid
+
+
+def _found_again(lines: Lines, modes: Modes) -> NDArray[np.bool_]:
+    """Modes that stay where they are when a part of the data is fitted, its order settled anew: (J,) ndarray."""
+    start = fit(lines, modes.poles, modes.terms, tolerance=1e-3, max_iterations=10)
+    poles = eliminate(lines, start).poles
+    found = np.zeros(len(modes.poles), dtype=bool)
+    free = list(range(len(poles)))
+    for j in np.flatnonzero(modes.real):
+        pole = modes.poles[j]
+        near = [n for n in free if _same(pole, poles[n])]
+        if near:
+            found[j] = True
+            free.remove(min(near, key=lambda n: abs(poles[n] - pole)))
+    return found
+
+
+def _same(one: complex, other: complex) -> bool:
+    zeta = -one.real / abs(one), -other.real / abs(other)
+    close = abs(one.imag - other.imag) <= SAME_FREQUENCY * -one.real
+    return close and abs(zeta[1] / zeta[0] - 1.0) <= SAME_DAMPING

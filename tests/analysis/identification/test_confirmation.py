@@ -1,0 +1,134 @@
+"""Modes that refits of parts of the data find again, and poles that they do not."""
+
+import gzip
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.identification.automatic import Settings, finish, identify
+from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
+from analysis.identification.measured import Measured
+from analysis.identification.modes import Modes
+from analysis.identification.pole_search import fit
+from analysis.identification.residual_terms import EVERY_CHOICE, REAL_E_F, choices_for
+from analysis.identification.synthetic import SyntheticFrf, r10
+from analysis.identification.tracked_modes import TrackedModes
+from tests.analysis.identification.test_modes import modes as two_poles
+
+BEAM = Path(__file__).resolve().parents[4] / "shared" / "data" / "real" / "beam_roving_hammer"
+CASE_2 = Path(__file__).parent / "data" / "vibration_toolbox_case2.npz"
+
+
+@pytest.fixture(scope="module")
+def case() -> SyntheticFrf:
+    return r10(np.random.default_rng(4))
+
+
+def test_true_modes_are_confirmed_and_stay_what_they_are(case: SyntheticFrf) -> None:
+    measured = Measured(case.frequency, np.array([case.h, -0.5 * case.h]))
+    found = identify(measured)
+    judged = confirmed(measured, found)
+    assert [word for word, real in zip(judged.confirmation, found.real, strict=True) if real] == ["confirmed"] * 10
+    assert "found again in 6 of 6 refits" in judged.reason[int(np.flatnonzero(found.real)[5])]
+    assert {word for word, real in zip(judged.confirmation, found.real, strict=True) if not real} <= {""}
+    for name in ("poles", "residues", "covariance", "coefficients"):
+        np.testing.assert_array_equal(getattr(judged, name), getattr(found, name))
+    assert judged.status == found.status
+
+
+def test_one_of_two_poles_in_the_place_of_one_mode_is_unconfirmed(case: SyntheticFrf) -> None:
+    measured = Measured(case.frequency, case.h[None])
+    double = np.sort_complex(np.append(case.poles, case.poles[4] + (0.5 + 0.5j) * -case.poles[4].real))
+    fitted = fit(measured.lines(), double, REAL_E_F, max_iterations=0)
+    modes = finish(measured, measured.lines(), fitted, Settings())
+    modes = replace(modes, status=("kept",) * len(modes.poles))
+    judged = confirmed(measured, modes)
+    lost = [j for j, word in enumerate(judged.confirmation) if word == "unconfirmed"]
+    assert len(lost) >= 1
+    assert all(abs(modes.poles[j] - case.poles[4]) < 3 * -case.poles[4].real for j in lost)
+
+
+def test_a_pole_that_no_data_pay_for_is_unconfirmed(case: SyntheticFrf) -> None:
+    """A needle of the noise, put into the model by hand."""
+    measured = Measured(case.frequency, case.h[None])
+    needle = 2 * np.pi * complex(-2.0, 1475.0)
+    fitted = fit(measured.lines(), np.append(case.poles, needle), REAL_E_F, max_iterations=0)
+    modes = replace(finish(measured, measured.lines(), fitted, Settings()), status=("kept",) * 11)
+    judged = confirmed(measured, modes)
+    assert judged.confirmation[-1] == "unconfirmed"
+    assert judged.confirmation.count("confirmed") == 10
+    assert judged.standing(10) == "kept, unconfirmed"
+
+
+def test_lines_left_out_of_the_fit_are_left_out_of_the_refits(case: SyntheticFrf) -> None:
+    h = case.h.copy()
+    tone = int(np.argmin(np.abs(case.frequency - 900.0)))
+    h[tone] += 50 * np.abs(h).max()
+    measured = Measured(case.frequency, h[None])
+    found = identify(measured)
+    assert any(r.pole.real == 0.0 for r in found.rejected)
+    judged = confirmed(measured, found)
+    assert {word for word, real in zip(judged.confirmation, found.real, strict=True) if real} == {"confirmed"}
+
+
+def test_a_peak_of_few_lines_is_not_looked_for_on_every_other_line() -> None:
+    with np.load(CASE_2) as stored:
+        measured = Measured(stored["frequency"], stored["h"][None])
+    judged = confirmed(measured, identify(measured, Settings(terms=EVERY_CHOICE)))
+    (peak,) = np.flatnonzero(judged.real)
+    assert judged.standing(int(peak)) == "weak, confirmed"
+    assert "2 of 2 refits" in judged.reason[peak]
+
+
+def sweeps(track: list[list[int]]) -> TrackedModes:
+    both = replace(two_poles(), status=("kept", "weak"))
+    count = len(track)
+    return TrackedModes(
+        temperature=np.array([20.0, 10.0, 30.0, 40.0])[:count],
+        direction=("up",) * count,
+        level=np.ones(count),
+        channels=("S1",),
+        modes=(both,) * count,
+        track=np.array(track),
+        start=0,
+    )
+
+
+def test_sweeps_of_a_campaign_confirm_each_other() -> None:
+    """Sweeps at 10, 20, 30 and 40 degrees: the second mode shows at 10 and 20, the third at 40 alone."""
+    judged = confirmed_by_neighbours(sweeps([[0, 1, -1], [0, 1, -1], [0, -1, -1], [0, -1, 1]])).modes
+    words: list[tuple[str, ...]] = [modes.confirmation for modes in judged]
+    assert words[:2] == [("confirmed", "confirmed")] * 2
+    assert words[2] == ("confirmed", "unconfirmed")  # its second pole has no track
+    assert words[3] == ("confirmed", "unconfirmed")
+    assert judged[3].reason[1].endswith("not found at 30.0 °C")
+
+
+def test_a_lone_sweep_is_not_judged_by_others() -> None:
+    assert confirmed_by_neighbours(sweeps([[0, 1]])).modes[0].confirmation == ()
+
+
+@pytest.mark.shared
+@pytest.mark.skipif(not BEAM.is_dir(), reason="the measured beam lies beside the checkout, and is absent")
+@pytest.mark.parametrize("number", [2, 5])
+def test_kept_modes_of_a_measured_beam_survive_another_band(number: int) -> None:
+    """Searched anew with 5 % of the band gone at either end; what refits say beforehand comes true."""
+    with gzip.open(BEAM / f"Hxysv0000{number}.txt.gz", "rt", encoding="latin-1") as file:
+        f, real, imaginary = np.loadtxt(file.readlines()[9:]).T
+    settings = Settings(terms=choices_for("acceleration"))
+
+    def searched(low: float, high: float) -> tuple[Measured, Modes]:
+        used = (f >= low) & (f <= high)
+        measured = Measured(f[used], (real + 1j * imaginary)[None, used])
+        return measured, identify(measured, settings)
+
+    measured, modes = searched(65.0, 1000.0)
+    judged = confirmed(measured, modes)
+    assert {judged.standing(int(j)) for j in np.flatnonzero(judged.real)} == {"kept, confirmed"}
+    place = modes.poles[modes.real].imag / (2 * np.pi)
+    for low, high in ((111.75, 1000.0), (65.0, 953.25)):
+        _, again = searched(low, high)
+        inside = place[(place > low) & (place < high)]
+        assert again.poles[again.real].imag / (2 * np.pi) == pytest.approx(inside, abs=0.05)
