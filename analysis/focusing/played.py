@@ -4,17 +4,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import fftconvolve
+from scipy.signal import lfilter
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.design import TapDesign
+from analysis.focusing.energy import FieldSpace
 from analysis.focusing.fir import FirBank, suited_delay
-from analysis.focusing.methods import METHODS, Constants, PanelModel, designer
+from analysis.focusing.methods import METHODS, Constants, PanelModel, PanelModes, designer
+from analysis.focusing.modal_integration import modal_motion
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast
 
 TAIL = 0.5
 """Seconds of silence behind the sweep, in which panel and filters ring out."""
+FADE = 0.05
+"""Seconds in which the sweep swells and dies away: outside its band, where some filters are loud, it is silent."""
 BLOCKS = 100
 """Stretches of the sweep whose energies are told apart."""
 
@@ -37,7 +41,8 @@ class Played:
     sweep_contrast : (m, B) ndarray
         Energy over the target over energy over the plate while it passes.
     total, expected : (m,) ndarray
-        The same over the whole sweep, in the time domain, and from the lines of its spectrum.
+        The same over the whole sweep: with the modes integrated in time, and from the sweep's spectrum and the
+        panel's answers at its lines.
     """
 
     methods: tuple[str, ...]
@@ -50,8 +55,8 @@ class Played:
     expected: Real
 
 
-def sweep(band: tuple[float, float], seconds: float, rate: float) -> tuple[Real, Real]:
-    """Logarithmic sweep of amplitude 1, and its instantaneous frequency.
+def sweep(band: tuple[float, float], seconds: float, rate: float) -> tuple[Complex, Real]:
+    """Logarithmic sweep of amplitude 1 (the real part) with its quadrature, and its instantaneous frequency.
 
     Parameters
     ----------
@@ -64,13 +69,15 @@ def sweep(band: tuple[float, float], seconds: float, rate: float) -> tuple[Real,
 
     Returns
     -------
-    signal : (S,) ndarray
+    signal : (S,) complex ndarray
     frequency : (S,) ndarray, Hz
     """
     time = np.arange(int(seconds * rate)) / rate
     speed = np.log(band[1] / band[0]) / seconds
     frequency = band[0] * np.exp(speed * time)
-    return np.sin(2.0 * np.pi * (frequency - band[0]) / speed), frequency
+    fade = np.clip(np.minimum(time, time[-1] - time) / FADE, 0.0, 1.0)
+    loudness = np.sin(0.5 * np.pi * fade) ** 2
+    return -1j * loudness * np.exp(2j * np.pi * (frequency - band[0]) / speed), frequency
 
 
 def play_methods(model: PanelModel, panel: Panel, constants: Constants, seconds: float = 2.0) -> Played:
@@ -127,44 +134,38 @@ def play_methods(model: PanelModel, panel: Panel, constants: Constants, seconds:
 
 @dataclass(frozen=True)
 class _Plate:
-    """The panel's answer at the lines of a long transform, every `step`-th sample of which is computed."""
+    """The panel in two ways that share nothing: its modes in time, and its answer at the lines of a transform."""
 
-    model: PanelModel
+    space: FieldSpace
+    modes: PanelModes
+    rate: float
+    step: int
     amplitude: Complex
     lines: Real
-    places: NDArray[np.intp]
     length: int
-    step: int
 
     @classmethod
     def of(cls, model: PanelModel, panel: Panel, constants: Constants, samples: int) -> "_Plate":
-        settings = panel.filters
-        rate, (low, high) = settings.sample_rate, settings.twin_band
+        """Prepare for `samples` of drive and the ringing after them, every `step`-th of which is looked at."""
+        rate, (low, high) = panel.filters.sample_rate, panel.filters.twin_band
         step = max(1, int(rate / (2.2 * high)))
-        length = step * int(2 ** np.ceil(np.log2((samples + TAIL * rate) / step)))
+        length = 2 * int((samples + TAIL * rate) / 2)
         frequency = np.arange(length // 2 + 1) * rate / length
-        places = np.flatnonzero((frequency >= low) & (frequency <= high))
-        return cls(model, model.amplitudes(*constants, frequency[places]), frequency[places], places, length, step)
+        lines = frequency[(frequency >= low) & (frequency <= high)]
+        modes = model.modes(*constants, count=model.space.deflection.shape[1])
+        return cls(model.space, modes, rate, step, model.amplitudes(*constants, lines), lines, length)
 
-    def play(self, bank: FirBank, signal: Real) -> tuple[Real, Real, float]:
+    def play(self, bank: FirBank, signal: Complex) -> tuple[Real, Real, float]:
         """Energy over target and plate (S/step,), and the contrast that the spectrum alone foretells."""
-        drives = np.array([fftconvolve(signal, taps) for taps in bank.taps[0]])
-        drive = np.fft.rfft(drives, self.length)[:, self.places]
-        moved = np.einsum("nfr,nf->fr", self.amplitude, drive)
-        spectrum = np.zeros((self.length // self.step // 2 + 1, moved.shape[1]), dtype=complex)
-        spectrum[self.places] = moved
-        motion = np.fft.irfft(spectrum, self.length // self.step, axis=0)
-        energies = [
-            ((motion @ root.T) ** 2).sum(axis=1) for root in (self.model.space.target, self.model.space.plate)
-        ]
-        # The same from the signal's spectrum and the taps' response, which knows nothing of time.
-        heard = bank.response(self.lines)[0] * np.fft.rfft(signal, self.length)[self.places, None]
+        silence = np.zeros(self.length - len(signal))
+        drive = np.array([lfilter(taps, [1.0], np.append(signal, silence)) for taps in bank.taps[0]])
+        motion = modal_motion(self.modes, drive, self.rate, self.step)
+        target, plate = (((motion @ root.T) ** 2).sum(axis=1) for root in (self.space.target, self.space.plate))
+        places = np.rint(self.lines * self.length / self.rate).astype(int)
+        heard = bank.response(self.lines)[0] * np.fft.rfft(signal.real, self.length)[places, None]
         field = np.einsum("nfr,fn->fr", self.amplitude, heard)
-        parts = [
-            float((np.abs(field @ root.T) ** 2).sum())
-            for root in (self.model.space.target, self.model.space.plate)
-        ]
-        return energies[0], energies[1], parts[0] / parts[1]
+        within, whole = (np.sum(np.abs(field @ root.T) ** 2) for root in (self.space.target, self.space.plate))
+        return target, plate, float(within / whole)
 
 
 def _by_block(target: Real, whole: Real, edges: NDArray[np.intp], step: int) -> Real:
