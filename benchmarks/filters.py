@@ -94,7 +94,7 @@ def main() -> None:
     fit = FieldFit.of(settings)
     started = time.process_time()
     for _ in range(10):
-        taps = fit.problem(weight, wanted, settings.middle).solve(np.zeros(weight.shape[-1]))
+        taps = fit.problem(weight, largest, wanted, settings.middle).solve(np.zeros(weight.shape[-1]))
     fast = (time.process_time() - started) / 10
     started = time.process_time()
     plain = dense(weight, wanted, settings, settings.middle)

@@ -1,20 +1,23 @@
-"""How the actuator positions of ``section2-panel.toml`` were found.
+"""How the actuator positions of a clamped rectangular panel are found.
 
-    python examples/place_actuators.py [PANEL.toml] [--starts 6] [--pitch 0.0125]
+    python examples/place_actuators.py [PANEL.toml] [--starts 6] [--out placed.toml]
     python examples/place_actuators.py --laws plate-run --outside-weight 10 --patches 8 --keep-out 0.18 0 0.24 0.06
 
-Exchanges positions on a lattice until no single move raises the mean STIF contrast over the panel's band, lines
-below 540 Hz counting twice as densely as those above: at the panel's illustration material (the paper's section
-2), or at several temperatures at once of a run's laws. No patch is put into a zone to keep out of. The contrast
-printed is that of lines half-way between those that took part.
+Exchanges positions on a lattice until no single move raises the mean STIF contrast, then moves patches in ever
+smaller steps. The mean is over the panel's band, lines below 540 Hz counting twice as densely as those above, at
+the panel's illustration material (the paper's section 2), or at several temperatures at once of a run's laws. No
+patch is put into a zone to keep out of. What is printed is judged on lines half-way between those that took part;
+the bound beside it is what any filters reach on these patches at the price of level.
 The plate is a thin one (Kirchhoff), clamped, in products of polynomials (Ritz), with the bending stiffness and the
 mass of every glued patch: light enough for thousands of layouts, and independent of the finite-element twin, with
-which the result is then to be judged (``flexura focus``).
+which the result is then to be judged (``flexura focus RUN --panel placed.toml``).
 """
 
 import argparse
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -25,28 +28,36 @@ from analysis.focusing.energy import EnergyForms
 from analysis.focusing.grid import Grid
 from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Panel
-from analysis.focusing.performance import contrast
-from analysis.focusing.placement import clearance, exchange
+from analysis.focusing.performance import best_contrast, contrast
+from analysis.focusing.placement import clearance, exchange, refined
 from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, read_panel
+from app.files.toml_text import toml_text
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 
-ORDERS, MODES, GAP = 14, 80, 0.0049
+ORDERS, MODES = 14, 60
+GAP, MARGIN, SMALLEST = 0.0049, 0.005, 0.002  # between patches, from the edge, last step, m
+SHOWN = (0.0, 20.0, 40.0, 60.0)
+Constants = tuple[float, float, float]
+
+
+@cache
+def clamped(derivative: int) -> np.ndarray:
+    """Legendre coefficients (ORDERS + 4, ORDERS) of (1 - s²)² P_i(s), of unit norm, or of a derivative of them."""
+    clamp = legendre.poly2leg([1.0, 0.0, -2.0, 0.0, 1.0])
+    nodes, weights = legendre.leggauss(ORDERS + 6)
+    series = np.zeros((ORDERS + 4, ORDERS))
+    for order in range(ORDERS):
+        one = legendre.legmul(clamp, np.eye(order + 1)[order])
+        one = legendre.legder(one / np.sqrt(np.sum(weights * legendre.legval(nodes, one) ** 2)), derivative)
+        series[: len(one), order] = one
+    return series
 
 
 def polynomials(points: np.ndarray, length: float, derivative: int) -> np.ndarray:
-    """Clamped polynomials (1 - s²)² P_i(s) along one side, or a derivative of them, (points, orders)."""
-    s = 2.0 * points / length - 1.0
-    clamp = legendre.poly2leg([1.0, 0.0, -2.0, 0.0, 1.0])
-    columns = []
-    for order in range(ORDERS):
-        series = legendre.legmul(clamp, np.eye(order + 1)[order])
-        nodes, weights = legendre.leggauss(order + 6)
-        norm = np.sqrt(np.sum(weights * legendre.legval(nodes, series) ** 2))
-        columns.append(
-            legendre.legval(s, legendre.legder(series, derivative)) / norm * (2.0 / length) ** derivative
-        )
-    return np.array(columns).T
+    """Clamped polynomials along one side, or a derivative of them, (points, ORDERS)."""
+    values: np.ndarray = legendre.legvander(2.0 * points / length - 1.0, ORDERS + 3) @ clamped(derivative)
+    return values * (2.0 / length) ** derivative
 
 
 @dataclass(frozen=True)
@@ -79,67 +90,80 @@ def integrals(plate_lengths: tuple[float, float], spans: list[tuple[float, float
 
 
 class Layouts:
-    """Scores layouts of a panel's patches on a lattice of centres (C, 2), m."""
+    """Scores layouts of a panel's patches, centres (N, 2) in m, at T materials.
 
-    def __init__(self, panel: Panel, centers: np.ndarray, constants: tuple[float, float, float]) -> None:
+    The shapes of a clamped plate do not depend on its material: all materials share the matrices of a patch.
+    """
+
+    def __init__(self, panel: Panel, constants: list[Constants], lines: np.ndarray) -> None:
         plate, patch = panel.plate, panel.patch[0]
-        lengths = (plate.length_x, plate.length_y)
-        e, nu, self.loss = constants
+        self.lengths, self.size = (plate.length_x, plate.length_y), patch.size
         h, hp, ceramic = plate.thickness, patch.thickness, PIEZO_MATERIALS[patch.material]
-        whole = integrals(lengths, [(0.0, lengths[0]), (0.0, lengths[1])])
-        rigidity = e * h**3 / 12.0 / (1.0 - nu**2)
-        values, shapes = eigh(
-            rigidity * (whole.bending + nu * whole.poisson),
-            plate.density * h * whole.mass,
-            subset_by_index=(0, MODES - 1),
-        )
-        self.bare = np.diag(values)
+        e, nu, self.loss = np.array(constants).T
+        whole = integrals(self.lengths, [(0.0, length) for length in self.lengths])
+        values, self.shapes = eigh(whole.bending, plate.density * h * whole.mass, subset_by_index=(0, MODES - 1))
+        self.bare = (e * h**3 / 12.0 / (1.0 - nu**2))[:, None, None] * np.diag(values)
         # Plate and patch bend about a common neutral axis: in-plane stiffnesses in series over their distance.
-        ep, nup = ceramic.stiffness
-        plate_plane, patch_plane = e * h / (1.0 - nu**2), ep * hp / (1.0 - nup**2)
+        ep, self.nup = ceramic.stiffness
+        plate_plane, patch_plane = e * h / (1.0 - nu**2), ep * hp / (1.0 - self.nup**2)
         arm = 0.5 * (h + hp)
-        added = ep * hp**3 / 12.0 / (1.0 - nup**2) + arm**2 / (1.0 / plate_plane + 1.0 / patch_plane)
-        half = [0.5 * s for s in patch.size]
-        stiffness, mass, load = [], [], []
-        for center in centers:
-            here = integrals(lengths, [(c - s, c + s) for c, s in zip(center, half, strict=True)])
-            stiffness.append(added * shapes.T @ (here.bending + nup * here.poisson) @ shapes)
-            mass.append(ceramic.density * hp * shapes.T @ here.mass @ shapes)
-            load.append(shapes.T @ here.load)
-        self.stiffness, self.mass, self.load = np.array(stiffness), np.array(mass), np.array(load)
+        self.added = ep * hp**3 / 12.0 / (1.0 - self.nup**2) + arm**2 / (1.0 / plate_plane + 1.0 / patch_plane)
+        self.weight = ceramic.density * hp
         grid = Grid.of(panel)
-        along = [polynomials(np.unique(grid.points[:, axis]), lengths[axis], 0) for axis in (0, 1)]
-        field = np.kron(along[0], along[1]) @ shapes
+        along = [polynomials(np.unique(grid.points[:, axis]), self.lengths[axis], 0) for axis in (0, 1)]
+        field = np.kron(along[0], along[1]) @ self.shapes
         self.plate = field.T * grid.area @ field
         self.target = field.T * (grid.area * grid.target) @ field
         self.aim = field.T @ (grid.area * grid.target)
-        low, high = panel.filters.band
-        self.lines = np.concatenate([np.arange(low, 540.0, 20.0), np.arange(540.0, high + 1.0, 40.0)])
-        self.tolerance, self.kappa = panel.filters.tolerance, panel.filters.kappa
+        self.lines, self.tolerance, self.kappa = lines, panel.filters.tolerance, panel.filters.kappa
+        self.known: dict[tuple[float, float], tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+
+    def patch(self, x: float, y: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Stiffness per rigidity, mass and load of a patch in the plate's modes, kept for the next layout."""
+        key = (round(x, 6), round(y, 6))
+        if key not in self.known:
+            here = integrals(
+                self.lengths, [(c - 0.5 * s, c + 0.5 * s) for c, s in zip(key, self.size, strict=True)]
+            )
+            self.known[key] = (
+                self.shapes.T @ (here.bending + self.nup * here.poisson) @ self.shapes,
+                self.weight * self.shapes.T @ here.mass @ self.shapes,
+                self.shapes.T @ here.load,
+            )
+        return self.known[key]
+
+    def forms(self, layout: np.ndarray, lines: np.ndarray | None = None) -> EnergyForms:
+        """Energy forms of one layout (N, 2), at the lines of the search unless others are given."""
+        omega2 = (2.0 * np.pi * (self.lines if lines is None else lines)) ** 2
+        stiffness, mass, load = zip(*(self.patch(x, y) for x, y in layout), strict=True)
+        root = np.linalg.inv(np.linalg.cholesky(np.eye(MODES) + np.sum(mass, axis=0)))
+        values, modes = np.linalg.eigh(
+            root @ (self.bare + self.added[:, None, None] * np.sum(stiffness, axis=0)) @ root.T
+        )
+        modes = root.T @ modes
+        force = modes.transpose(0, 2, 1) @ np.transpose(load)
+        dynamic = (values * (1.0 + 1j * self.loss[:, None]))[:, None] - omega2[:, None]
+        moved = 1.0 / dynamic  # (T, F, m)
+        plate, target = (modes.transpose(0, 2, 1) @ form @ modes for form in (self.plate, self.target))
+        response = moved[..., None] * force[:, None]
+        adjoint = response.conj().swapaxes(2, 3)
+        aim = adjoint @ (modes.transpose(0, 2, 1) @ self.aim)[:, None, :, None]
+        return EnergyForms(
+            adjoint @ (plate[:, None] @ response), adjoint @ (target[:, None] @ response), aim[..., 0]
+        )
 
     def contrast(self, layout: np.ndarray, lines: np.ndarray | None = None) -> np.ndarray:
-        """STIF contrast (F,) of one layout (N,), at the lines of the search unless others are given."""
-        lines = self.lines if lines is None else lines
-        stiffness = self.bare + self.stiffness[layout].sum(axis=0)
-        values, modes = eigh(stiffness, np.eye(MODES) + self.mass[layout].sum(axis=0))
-        force = modes.T @ self.load[layout].T
-        dynamic = values * (1.0 + 1j * self.loss) - (2.0 * np.pi * lines[:, None]) ** 2
-        response = force / dynamic[:, :, None]
-        adjoint = response.conj().transpose(0, 2, 1)
-        forms = EnergyForms(
-            (adjoint @ (modes.T @ self.plate @ modes) @ response)[None],
-            (adjoint @ (modes.T @ self.target @ modes) @ response)[None],
-            (adjoint @ (modes.T @ self.aim))[None],
-        )
-        return contrast(forms, invert(forms.weighted(self.kappa), self.tolerance).filters)[0]
+        """STIF contrast (T, F) of one layout."""
+        forms = self.forms(layout, lines)
+        return contrast(forms, invert(forms.weighted(self.kappa), self.tolerance).filters)
 
 
-def materials(panel: Panel, run: Path | None, temperatures: list[float]) -> list[tuple[float, float, float]]:
+def materials(panel: Panel, run: Path | None, temperatures: list[float]) -> list[Constants]:
     """E, nu and eta at each temperature, °C, of a run's laws; without a run those of the illustration."""
     if run is None:
         plate = panel.illustration
         return [(plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor)]
-    law = load_laws(run / "laws.h5").at(np.array(temperatures or [0.0, 20.0, 40.0, 60.0]))
+    law = load_laws(run / "laws.h5").at(np.array(temperatures or list(SHOWN)))
     rows = zip(law.youngs_modulus, law.poisson_ratio, law.loss_factor, strict=True)
     return [(float(e), float(nu), float(eta)) for e, nu, eta in rows]
 
@@ -152,13 +176,54 @@ def kept_out(centers: np.ndarray, size: tuple[float, float], zones: list[list[fl
     return out
 
 
+def lattice(panel: Panel, pitch: float, zones: list[list[float]]) -> np.ndarray:
+    """Centres (C, 2), m, at most `pitch` apart, from edge to edge of where a patch may be."""
+    plate, half = panel.plate, 0.5 * np.array(panel.patch[0].size) + MARGIN
+    axes = [
+        np.linspace(side, length - side, int(np.ceil((length - 2.0 * side) / pitch)) + 1)
+        for length, side in zip((plate.length_x, plate.length_y), half, strict=True)
+    ]
+    centers = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    return centers[~kept_out(centers, panel.patch[0].size, zones)]
+
+
+def search(
+    layouts: Layouts, centers: np.ndarray, buildable: Callable[[np.ndarray], bool], options: argparse.Namespace
+) -> tuple[np.ndarray, float]:
+    """Best layout (N, 2) of several searches, each by exchange on the lattice and then in small steps."""
+
+    def score(several: np.ndarray) -> np.ndarray:
+        return np.array([layouts.contrast(layout).mean() for layout in several])
+
+    free, rng = clearance(centers, max(layouts.size) + GAP), np.random.default_rng(options.seed)
+    best, value = centers[:0], -np.inf
+    for start in range(options.starts):
+        found = exchange(lambda chosen: score(centers[chosen]), free, options.patches, rng, starts=1)
+        steps = options.pitch * 0.5 ** np.arange(1, 1 + int(np.log2(options.pitch / SMALLEST)))
+        moved, reached = refined(score, centers[found.chosen], buildable, steps)
+        print(f"start {start + 1}: {found.score:.4f}, moved {reached:.4f}", file=sys.stderr, flush=True)
+        if reached > value:
+            best, value = moved, reached
+    return best, value
+
+
+def placed(panel: Panel, centers: np.ndarray) -> str:
+    """Panel file with patches at `centers` (N, 2), m, like the first one declared."""
+    table = panel.model_dump(mode="json", exclude_none=True)
+    first = table["patch"][0]
+    table["patch"] = [
+        first | {"id": f"A{n}", "center": [round(float(x), 5) for x in center]}
+        for n, center in enumerate(centers, 1)
+    ]
+    return toml_text(table, f"Placed by examples/place_actuators.py {' '.join(sys.argv[1:])}")
+
+
 def main() -> None:
     """Search and print the positions."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("panel", type=Path, nargs="?", default=SECTION_2)
     parser.add_argument("--starts", type=int, default=6)
     parser.add_argument("--pitch", type=float, default=0.0125, help="of the lattice, m")
-    parser.add_argument("--first", type=float, default=0.02, help="first centre along x and y, m")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--laws", type=Path, help="run folder with laws.h5; default: the illustration's material")
     parser.add_argument("--temperature", type=float, action="append", default=[], help="°C, with --laws; repeat")
@@ -167,42 +232,46 @@ def main() -> None:
     parser.add_argument(
         "--keep-out", type=float, nargs=4, action="append", default=[], metavar=("X0", "Y0", "X1", "Y1"), help="m"
     )
+    parser.add_argument("--out", type=Path, help="panel file to write, with the patches found")
     options = parser.parse_args()
+    if options.starts < 1:
+        parser.error(f"--starts {options.starts}: at least 1")
     panel = read_panel(options.panel)
+    options.patches = options.patches or len(panel.patch)
     if options.outside_weight is not None:
         settings = panel.filters.model_copy(update={"outside_weight": options.outside_weight})
         panel = panel.model_copy(update={"filters": settings})
     if panel.plate.outline is not None or panel.plate.hole or panel.plate.boundary != "clamped":
         sys.exit(f"{options.panel}: the polynomials are those of a clamped rectangle without holes")
-    size = panel.patch[0].size
-    axes = [
-        np.arange(options.first, length - 0.5 * side - 0.003, options.pitch)
-        for length, side in zip((panel.plate.length_x, panel.plate.length_y), size, strict=True)
-    ]
-    centers = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    centers = centers[~kept_out(centers, size, options.keep_out)]
-    plates = [Layouts(panel, centers, one) for one in materials(panel, options.laws, options.temperature)]
+    low, high = panel.filters.band
+    lines = np.concatenate([np.arange(low, 540.0, 20.0), np.arange(540.0, high + 1.0, 40.0)])
+    layouts = Layouts(panel, materials(panel, options.laws, options.temperature), lines)
+    edge = 0.5 * np.array(layouts.size) + MARGIN - 1e-9
 
-    def score(layouts: np.ndarray) -> np.ndarray:
-        return np.array([np.mean([plate.contrast(layout) for plate in plates]) for layout in layouts])
+    def buildable(layout: np.ndarray) -> bool:
+        inside = (layout >= edge).all() and (layout <= np.array(layouts.lengths) - edge).all()
+        apart = clearance(layout, max(layouts.size) + GAP)[~np.eye(len(layout), dtype=bool)].all()
+        return bool(inside and apart and not kept_out(layout, layouts.size, options.keep_out).any())
 
-    free = clearance(centers, max(size) + GAP)
-    rng = np.random.default_rng(options.seed)
-    best = None
-    for start in range(options.starts):
-        found = exchange(score, free, options.patches or len(panel.patch), rng, starts=1)
-        print(f"start {start + 1}: {found.score:.4f}", file=sys.stderr, flush=True)
-        best = found if best is None or found.score > best.score else best
-    if best is None:
-        sys.exit("--starts must be at least 1")
-    lines = plates[0].lines[:-1] + 0.5 * np.diff(plates[0].lines)
+    found, _ = search(layouts, lattice(panel, options.pitch, options.keep_out), buildable, options)
+    report(layouts, found, (options.temperature or list(SHOWN)) if options.laws else [])
+    if options.out is not None:
+        options.out.write_text(placed(panel, found), encoding="utf-8")
+
+
+def report(layouts: Layouts, found: np.ndarray, temperatures: list[float]) -> None:
+    """Print the contrast of a layout (N, 2), m, at lines that took no part, and where its patches are."""
+    lines = layouts.lines[:-1] + 0.5 * np.diff(layouts.lines)
     below = lines < 540.0
-    for number, plate in enumerate(plates):
-        reached = plate.contrast(best.chosen, lines)
-        where = f"{(options.temperature or [0.0, 20.0, 40.0, 60.0])[number]:g} °C: " if options.laws else ""
-        print(f"{where}contrast {reached[below].mean():.3f} below 540 Hz, {reached[~below].mean():.3f} above")
-    for number, center in enumerate(centers[best.chosen], start=1):
-        print(f"A{number}: center = [{center[0]:.4f}, {center[1]:.4f}]")
+    reached, bound = layouts.contrast(found, lines), best_contrast(layouts.forms(found, lines))
+    for number, (here, most) in enumerate(zip(reached, bound, strict=True)):
+        where = f"{temperatures[number]:g} °C: " if temperatures else ""
+        print(
+            f"{where}contrast {here[below].mean():.3f} below 540 Hz (bound {most[below].mean():.3f}), "
+            f"{here[~below].mean():.3f} above ({most[~below].mean():.3f})"
+        )
+    for number, center in enumerate(found, start=1):
+        print(f"A{number}: center = [{center[0]:.5f}, {center[1]:.5f}]")
 
 
 if __name__ == "__main__":

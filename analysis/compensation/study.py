@@ -17,12 +17,15 @@ from analysis.compensation.settings import Training
 from analysis.compensation.training import train_networks
 from analysis.focusing.design import fitted, peak_drive
 from analysis.focusing.energy import EnergyForms
+from analysis.focusing.field_fir import FieldFit
 from analysis.focusing.fir import FirBank
-from analysis.focusing.methods import Method, PanelModel, designer
+from analysis.focusing.local_models import local_models
+from analysis.focusing.methods import Constants, Method, PanelModel, designer
 from analysis.focusing.over_temperature import (
     Aim,
     Aimed,
     aim,
+    constants_at,
     covered,
     joined,
     responses,
@@ -50,6 +53,7 @@ def compensate(
     report: Progress = lambda _stage, _share: None,
     method: Method = "stif",
     workers: int = 1,
+    known: tuple[FirBank, EnergyForms] | None = None,
 ) -> Compensation:
     """Train on filters every `spacing` °C, judge every `step` °C of the range laws and panel share.
 
@@ -73,6 +77,8 @@ def compensate(
         How the filters are designed that the networks and their rivals have to follow.
     workers : int
         Threads that design filters.
+    known : (FirBank, EnergyForms), optional
+        What `direct_filters` gives at the temperatures judged at; computed where left out.
 
     Returns
     -------
@@ -88,7 +94,7 @@ def compensate(
     low, high = covered(laws, panel.filters.operating_range)
     knots, everywhere = spaced(low, high, spacing), spaced(low, high, step)
     training.check_temperatures(len(knots))
-    truth, forms = direct_filters(model, panel, laws, everywhere, method, report, workers)
+    truth, forms = known or direct_filters(model, panel, laws, everywhere, method, report, workers)
     filters = _at_knots(truth, knots)
     if filters is None:
         filters, _ = direct_filters(model, panel, laws, knots, method, report, workers, stage="Training filters")
@@ -190,11 +196,11 @@ def rivals(panel: Panel, laws: MaterialLaws) -> tuple[Predictor, ...]:
     def rigidity_spline(bank: FirBank, temperature: Real) -> Real:
         return cubic_spline(bank, u(bank.temperature), u(temperature))
 
-    lines = panel.filters.frequency
+    lines, fit = panel.filters.frequency, FieldFit.of(panel.filters)
 
     def equal_reduced_frequency(bank: FirBank, temperature: Real) -> Real:
         wanted = reduced_frequency(bank, u(bank.temperature), u(temperature), lines)
-        return fitted(wanted, temperature, panel.filters, bank.delay).taps
+        return fitted(wanted, temperature, fit, bank.delay).taps
 
     def low_rank(bank: FirBank, temperature: Real) -> Real:
         return LowRankBank.of(bank).taps(temperature)
@@ -253,16 +259,22 @@ def direct_filters(
     """
     lines = panel.filters.frequency
     band = panel.filters.in_band(lines)
-    rule, design = designer(method, model, panel, lines), tap_design(method, model, panel, laws)
+    design, error = tap_design(method, model, panel, laws), panel.filters.thermometer_error
+
+    def known(around: Real) -> list[Constants]:
+        return constants_at(laws, np.clip(around, *laws.temperature_range))
 
     def at(t: int) -> tuple[Real, EnergyForms]:
-        (constants, amplitude), *_ = responses(model, laws, temperature[t : t + 1], lines)
-        form = model.space.forms([amplitude], panel.target.displacement)
-        wanted = robust_forms(model, panel, laws, float(temperature[t]), form)
-        return design.taps(wanted, rule(constants, amplitude, wanted)), form.at(slice(None), band)
+        local = local_to[t]
+        (constants, amplitude), *_ = responses(local, laws, temperature[t : t + 1], lines)
+        form = local.space.forms([amplitude], panel.target.displacement)
+        wanted = robust_forms(local, panel, laws, float(temperature[t]), form)
+        filters = designer(method, local, panel, lines)(constants, amplitude, wanted)
+        return design.taps(wanted, filters), form.at(slice(None), band)
 
     taps, forms = [], []
     with ThreadPoolExecutor(workers) as pool:
+        local_to = local_models(model, known, temperature, lines, error, pool)
         for done, (tap, form) in enumerate(pool.map(at, range(len(temperature))), start=1):
             taps.append(tap)
             forms.append(form)

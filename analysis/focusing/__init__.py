@@ -15,6 +15,7 @@
 ``fir``                taps by inverse FFT as in the paper, and what the cut costs
 ``performance``        contrast, level and phase, spot error
 ``over_temperature``   filters over temperature, and one filter at all of them (paper 5.1)
+``local_models``       a panel in the few coordinates that some kelvins need
 ``played``             a sweep through taps and panel in the time domain
 ``modal_integration``  modes integrated step by step
 ``placement``          actuator positions tuned on contrast

@@ -9,7 +9,7 @@ from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.field_fir import FieldFit
 from analysis.focusing.fir import FirBank, inverse_fft
-from analysis.focusing.panel import Filters, Panel
+from analysis.focusing.panel import Panel
 
 TRIES = 30
 """Steps in which the price of a volt is raised until every patch keeps within its rating."""
@@ -56,7 +56,7 @@ class TapDesign:
             weight = forms.weighted(settings.kappa).plate[0]
             largest = np.linalg.eigvalsh(weight)[:, -1]
             weight = weight + (settings.tolerance**2 * largest)[:, None, None] * np.eye(weight.shape[-1])
-            problem = self.fit.problem(weight, filters, self.delay)
+            problem = self.fit.problem(weight, (1.0 + settings.tolerance**2) * largest, filters, self.delay)
             price = np.zeros(len(self.limits))
             taps = problem.solve(price)
             seed = settings.tolerance**2 * float(np.median(largest))
@@ -74,15 +74,16 @@ class TapDesign:
         return FirBank(taps, temperature, self.panel.filters.sample_rate, self.delay)
 
 
-def fitted(filters: Complex, temperature: Real, settings: Filters, delay: int) -> FirBank:
+def fitted(filters: Complex, temperature: Real, fit: FieldFit, delay: int) -> FirBank:
     """Taps nearest to filters where no field is known to weigh the errors: all lines count alike.
 
     Parameters
     ----------
     filters : (T, F, N) ndarray
-        At the lines of `settings`, V per unit of audio signal.
+        At the lines of `fit`, V per unit of audio signal.
     temperature : (T,) ndarray, °C
-    settings : Filters
+    fit : FieldFit
+        Of the filters' settings.
     delay : int
         Modelling delay, samples.
 
@@ -91,8 +92,8 @@ def fitted(filters: Complex, temperature: Real, settings: Filters, delay: int) -
     FirBank
     """
     count, lines, actuators = filters.shape
-    taps = FieldFit.of(settings).alike(filters.transpose(1, 0, 2).reshape(lines, -1), delay)
-    return FirBank(taps.reshape(count, actuators, -1), temperature, settings.sample_rate, delay)
+    taps = fit.alike(filters.transpose(1, 0, 2).reshape(lines, -1), delay)
+    return FirBank(taps.reshape(count, actuators, -1), temperature, fit.sample_rate, delay)
 
 
 def peak_drive(taps: Real) -> Real:

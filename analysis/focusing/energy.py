@@ -94,6 +94,11 @@ class FieldSpace:
             deflection.T @ (grid.area * grid.target),
         )
 
+    def restricted(self, basis: Real) -> Self:
+        """Return the space in the coordinates of `basis` (r, s): deflection @ basis, measured alike."""
+        plate, target = (np.asarray(np.linalg.qr(part @ basis, mode="r")) for part in (self.plate, self.target))
+        return type(self)(self.deflection @ basis, self.grid, plate, target, basis.T @ self.aim)
+
     def asked(self, displacement: float) -> float:
         """φᵀ W φ of a target `displacement`, m4: what `aim` gives where the field is the target shape itself."""
         return displacement**2 * float(self.grid.area @ self.grid.target**2)

@@ -59,13 +59,15 @@ class FieldFit:
             basis, gain, products, heard, basis.outside + _blocks(basis, 1.0 - gain), lines, settings.sample_rate
         )
 
-    def problem(self, weight: Complex, filters: Complex, delay: int) -> "FieldProblem":
+    def problem(self, weight: Complex, largest: Real, filters: Complex, delay: int) -> "FieldProblem":
         """Set up the least squares for the taps nearest to filters.
 
         Parameters
         ----------
         weight : (F, N, N) ndarray
             P, Hermitian: how errors of the actuators weigh together.
+        largest : (F,) ndarray
+            Largest eigenvalue of P.
         filters : (F, N) ndarray
             R, the filters wanted.
         delay : int
@@ -98,8 +100,7 @@ class FieldFit:
             block = (product.reshape(lines, -1).T @ part).reshape(i, j, count, count)
             normal[:, rows, :, columns] = block.transpose(2, 0, 3, 1)
         normal[:, second, :, first] = normal[:, first, :, second].transpose(2, 3, 0, 1)
-        band = self.gain == 1.0
-        small = OUTSIDE * float(np.median(np.linalg.eigvalsh(weight[band])[:, -1]))
+        small = OUTSIDE * float(np.median(largest[self.gain == 1.0]))
         for actuator in range(count):
             normal[actuator, :, actuator] += small * self.outside
         right = self._right((weight @ filters[..., None])[..., 0], delay).ravel()

@@ -68,6 +68,9 @@ class PanelModel(Protocol):
             For a material outside the box of the model.
         """
 
+    def restricted(self, basis: Real) -> "PanelModel":
+        """Return the same panel on the columns of `basis` (r, s), orthonormal."""
+
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
         """Return the lowest `count` modes.
 
@@ -115,6 +118,10 @@ class NoModes:
             Always.
         """
         raise ValueError("measured transfers hold for the plate that was measured only")
+
+    def restricted(self, basis: Real) -> PanelModel:
+        """Refuse: there are no coordinates to restrict to `basis` (r, s); ValueError always."""
+        raise ValueError("measured transfers have no coordinates")
 
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
         """Refuse: there is no model.

@@ -360,7 +360,7 @@ def tap_design(method: Method, model: PanelModel, panel: Panel, laws: MaterialLa
     settings = panel.filters
     if method == "stif" or settings.delay is not None:
         return TapDesign.of(panel, settings.middle)
-    (constants,) = _constants(laws, np.array([reference_temperature(panel, laws)]))
+    (constants,) = constants_at(laws, np.array([reference_temperature(panel, laws)]))
     amplitude = model.amplitudes(*constants, settings.frequency)
     forms = model.space.forms([amplitude], panel.target.displacement)
     wanted = designer(method, model, panel, settings.frequency)(constants, amplitude, forms)
@@ -431,11 +431,12 @@ def responses(
     ValueError
         For a material outside the box of the model.
     """
-    for constants in _constants(laws, temperature):
+    for constants in constants_at(laws, temperature):
         yield constants, model.amplitudes(*constants, frequency)
 
 
-def _constants(laws: MaterialLaws, temperature: Real) -> list[Constants]:
+def constants_at(laws: MaterialLaws, temperature: Real) -> list[Constants]:
+    """E (Pa), nu and eta at each `temperature` (T,), °C."""
     material = laws.at(temperature)
     rows = zip(material.youngs_modulus, material.poisson_ratio, material.loss_factor, strict=True)
     return [(float(e), float(nu), float(eta)) for e, nu, eta in rows]

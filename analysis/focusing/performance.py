@@ -27,6 +27,19 @@ def contrast(forms: EnergyForms, filters: Complex) -> Real:
     return literal
 
 
+def best_contrast(forms: EnergyForms, floor: float = 1e-6) -> Real:
+    """Contrast (T, F) that no filters can pass: the largest Rᴴ target R over Rᴴ plate R.
+
+    Combinations of actuators that move the plate with less than `floor` of the largest amplitude are left out:
+    they take drives without bounds. The level it costs is not asked for.
+    """
+    values, vectors = np.linalg.eigh(forms.plate)
+    kept = values > floor**2 * values[..., -1:]
+    unit = vectors * np.where(kept, 1.0 / np.sqrt(np.where(kept, values, 1.0)), 0.0)[..., None, :]
+    bound: Real = np.linalg.eigvalsh(unit.conj().swapaxes(-1, -2) @ forms.target @ unit)[..., -1]
+    return bound
+
+
 def area_normalised(literal: Real, target_share: float) -> Real:
     """Turn a `literal` contrast (...) into d/(d + o), d and o the mean energy densities inside and outside.
 
@@ -79,8 +92,10 @@ def spot_error(space: FieldSpace, amplitude: Complex, filters: Complex) -> Real:
     (F,) ndarray
         Share of Lx.
     """
-    field = space.deflection @ np.einsum("nfr,fn->rf", amplitude, filters)
-    peak = space.grid.points[np.argmax(np.abs(field), axis=0)]
+    driven = np.einsum("nfr,fn->rf", amplitude, filters)
+    # Two real products instead of one complex: the deflection is real.
+    squared = (space.deflection @ driven.real) ** 2 + (space.deflection @ driven.imag) ** 2
+    peak = space.grid.points[np.argmax(squared, axis=0)]
     away = np.linalg.norm(peak[:, None] - space.grid.centers, axis=-1)
     distance: Real = away.min(axis=1) / space.grid.length[0]
     return distance

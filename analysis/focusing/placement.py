@@ -1,18 +1,18 @@
-"""Where to glue the actuators: exchange of candidate positions, tuned on contrast itself."""
+"""Where to glue the actuators: exchange of candidate positions and small moves, tuned on contrast itself."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.arrays import Real
+from analysis.arrays import Numbers, Real
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.inversion import invert
 from analysis.focusing.performance import contrast
 
 Index = NDArray[np.int64]
-Score = Callable[[Index], Real]
+Score = Callable[[Numbers], Real]
 
 
 @dataclass(frozen=True)
@@ -119,6 +119,46 @@ def exchange(
         ends.append((best, np.sort(chosen)))
     best, chosen = max(ends, key=lambda end: end[0])
     return Placement(chosen, best, np.array([value for value, _ in ends]))
+
+
+def refined(
+    score: Score, centers: Real, allowed: Callable[[Real], bool], steps: Sequence[float]
+) -> tuple[Real, float]:
+    """Move one actuator at a time to the best of its eight neighbours, in ever smaller steps.
+
+    A step is kept until no move of it is better.
+
+    Parameters
+    ----------
+    score : callable
+        From layouts (S, N, 2) to their values (S,); the larger the better.
+    centers : (N, 2) ndarray, m
+        Where the search begins.
+    allowed : callable
+        Whether a layout (N, 2) can be built.
+    steps : sequence of float
+        m.
+
+    Returns
+    -------
+    centers : (N, 2) ndarray, m
+    value : float
+        Its score.
+    """
+    best = float(score(centers[None])[0])
+    around = np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y], dtype=float)
+    for step in steps:
+        before = -np.inf
+        while best > before:
+            before = best
+            for place in range(len(centers)):
+                moves = np.repeat(centers[None], len(around), axis=0)
+                moves[:, place] += step * around
+                moves = moves[[allowed(layout) for layout in moves]]
+                values = score(moves) if len(moves) else np.array([-np.inf])
+                if values.max() > best:
+                    best, centers = float(values.max()), moves[int(np.argmax(values))]
+    return centers, best
 
 
 def _random_set(compatible: NDArray[np.bool_], count: int, rng: np.random.Generator) -> Index:

@@ -69,17 +69,26 @@ def run_studies(
         inside = SHOWN[(low <= SHOWN) & (high >= SHOWN)]
         shown = inside if inside.size else np.array([low, high])
         found["fixed"] = focus(model, panel, laws, shown, report=report, workers=workers())
+    everywhere = spaced(low, high, 0.25)
+    if {"14", "15", "16", "17", "18", "19"} & set(figures):
+        truth, forms = direct_filters(model, panel, laws, everywhere, report=report, workers=workers())
     if {"14", "15", "16", "17"} & set(figures):
         compensation = compensate(
-            model, panel, laws, 5.0, training, time.perf_counter, report=report, workers=workers()
+            model,
+            panel,
+            laws,
+            5.0,
+            training,
+            time.perf_counter,
+            report=report,
+            workers=workers(),
+            known=(truth, forms),
         )
         found["compensation"] = compensation
         here = spaced(low, high, 1.0)
         taps = compensation.trained.networks.taps(here)
         found["surfaces"] = Surfaces(here, taps, compensation.filters.sample_rate)
     if {"18", "19"} & set(figures):
-        everywhere = spaced(low, high, 0.25)
-        truth, forms = direct_filters(model, panel, laws, everywhere, report=report, workers=workers())
         lines = panel.filters.frequency[panel.filters.in_band(panel.filters.frequency)]
         material = laws.at(everywhere)
         u = 0.5 * np.log(material.youngs_modulus / (1.0 - material.poisson_ratio**2))

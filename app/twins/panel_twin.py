@@ -74,6 +74,10 @@ class PanelTwin:
         found = self.reduced.amplitudes(youngs_modulus, poisson_ratio, loss_factor, frequency)
         return self.signs[:, None, None] * found
 
+    def restricted(self, basis: Real) -> Self:
+        """Return the twin on the columns of `basis` (r, s), orthonormal."""
+        return type(self)(self.reduced.restricted(basis), self.space.restricted(basis), self.signs)
+
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
         """Lowest `count` undamped modes, each with the damping the plate gives it (patches add none).
 

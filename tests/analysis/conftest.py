@@ -53,6 +53,9 @@ class SupportedPlate:
         lowest = np.argsort(eigenvalues.real)[:count]
         return PanelModes(eigenvalues[lowest], np.eye(len(eigenvalues))[:, lowest], self.forces[lowest])
 
+    def restricted(self, basis):
+        return RestrictedPlate(self, basis)
+
     @property
     def grid(self):
         return Grid.of(self.panel)
@@ -60,6 +63,28 @@ class SupportedPlate:
     @property
     def space(self):
         return FieldSpace.of(self.shapes(self.grid.points), self.grid)
+
+
+@dataclass(frozen=True)
+class RestrictedPlate:
+    """Galerkin's method on the columns of a basis, by direct solution."""
+
+    whole: SupportedPlate
+    basis: np.ndarray
+
+    @property
+    def panel(self):
+        return self.whole.panel
+
+    @property
+    def space(self):
+        return self.whole.space.restricted(self.basis)
+
+    def amplitudes(self, youngs_modulus, poisson_ratio, loss_factor, frequency):
+        eigenvalues = self.whole.eigenvalues(youngs_modulus, poisson_ratio, loss_factor)
+        stiffness = (self.basis.T * eigenvalues) @ self.basis
+        dynamic = stiffness - (2.0 * np.pi * np.asarray(frequency)[:, None, None]) ** 2 * np.eye(len(stiffness))
+        return np.linalg.solve(dynamic, self.basis.T @ self.whole.forces).transpose(2, 0, 1)
 
 
 def panel_of(centers, **filters):

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.inversion import invert
-from analysis.focusing.performance import area_normalised, contrast, mean_response, spot_error
+from analysis.focusing.performance import area_normalised, best_contrast, contrast, mean_response, spot_error
 
 
 def forms_of_shapes(grid, shapes):
@@ -63,6 +64,19 @@ def test_stif_reaches_the_largest_contrast_of_any_drive_within_reason(supported,
     best = contrast(forms, invert(forms, 1e-3).filters).item()
     drives = rng.normal(size=(500, 1, 6)) + 1j * rng.normal(size=(500, 1, 6))
     assert all(contrast(forms, drive).item() < best for drive in drives)
+
+
+def test_no_filters_pass_the_best_contrast_and_a_heavy_outside_comes_near(supported, rng):
+    frequency = np.array([150.0, 420.0])
+    forms = supported.space.forms([supported.amplitudes(2.2e9, 0.33, 0.06, frequency)])
+    bound = best_contrast(forms)
+    for line in range(2):
+        exact = eigh(forms.target[0, line], forms.plate[0, line], eigvals_only=True)[-1]
+        assert bound[0, line] == pytest.approx(exact, abs=1e-6)
+    reached = contrast(forms, invert(forms.weighted(1e4), 1e-5).filters)
+    assert (reached <= bound + 1e-9).all()
+    np.testing.assert_allclose(reached, bound, atol=5e-3)
+    assert (best_contrast(forms, 0.3) < bound).all()
 
 
 @pytest.mark.parametrize(("mode", "peak"), [((1, 1), (0.5, 0.5)), ((2, 1), (0.25, 0.5))])

@@ -5,7 +5,7 @@ import pytest
 
 from analysis.focusing.inversion import invert
 from analysis.focusing.performance import contrast
-from analysis.focusing.placement import clearance, exchange, mean_contrast
+from analysis.focusing.placement import clearance, exchange, mean_contrast, refined
 
 
 def test_exchange_finds_the_best_set_of_all(make_plate, make_panel, rng):
@@ -44,3 +44,19 @@ def test_patches_keep_their_distance(rng):
 def test_too_many_for_the_plate_is_refused(rng):
     with pytest.raises(ValueError, match="no 3 of the 4 candidates"):
         exchange(lambda sets: np.zeros(len(sets)), np.zeros((4, 4), dtype=bool), 3, rng)
+
+
+def test_small_moves_end_where_no_neighbour_is_better():
+    hill = np.array([(0.031, 0.052), (0.1, 0.06)])
+
+    def score(layouts):
+        return -np.abs(layouts - hill).sum(axis=(1, 2))
+
+    start = np.array([(0.02, 0.02), (0.13, 0.1)])
+    found, value = refined(score, start, lambda layout: True, [0.01, 0.001])
+    np.testing.assert_allclose(found, hill, atol=1e-9)
+    assert value == pytest.approx(0.0, abs=1e-9)
+    walled, _ = refined(
+        score, start, lambda layout: bool((layout[:, 0] >= 0.015).all() and layout[1, 1] > 0.085), [0.01]
+    )
+    assert walled[1, 1] == pytest.approx(0.09)

@@ -1,0 +1,69 @@
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.compensation.study import direct_filters
+from analysis.focusing import local_models as module
+from analysis.focusing.inversion import invert
+from analysis.focusing.local_models import local_model, local_models
+from analysis.focusing.over_temperature import constants_at
+from analysis.focusing.performance import contrast
+
+LINES = np.linspace(60.0, 600.0, 120)
+
+
+@pytest.fixture(scope="module")
+def wide(supported):
+    """Twelve by twelve modes, most of them far above the band."""
+    return replace(supported, orders=12)
+
+
+def test_a_space_in_fewer_coordinates_measures_the_same_field(wide, rng):
+    basis = np.linalg.qr(rng.normal(size=(144, 9)))[0]
+    few = rng.normal(size=(2, 5, 9)) + 1j * rng.normal(size=(2, 5, 9))
+    whole, local = wide.space.forms([few @ basis.T], 1e-6), wide.space.restricted(basis).forms([few], 1e-6)
+    for name in ("plate", "target", "aim"):
+        reference = getattr(whole, name)
+        np.testing.assert_allclose(getattr(local, name), reference, atol=1e-12 * np.abs(reference).max())
+
+
+def test_few_coordinates_answer_between_the_materials_they_are_made_from(wide):
+    made_from, tried_at = (
+        [(e, 0.35, 0.06) for e in (2.0e9, 2.2e9, 2.4e9)],
+        [(2.1e9, 0.35, 0.06), (2.3e9, 0.35, 0.06)],
+    )
+    local = local_model(wide, made_from, tried_at, LINES)
+    assert local.space.deflection.shape[1] < 100
+    here = (2.27e9, 0.35, 0.06)
+    one, other = (m.space.forms([m.amplitudes(*here, LINES)]) for m in (wide, local))
+    filters = invert(one).filters
+    assert np.abs(contrast(other, filters) - contrast(one, filters)).max() < 1e-3
+
+
+def test_answers_that_few_coordinates_miss_are_left_to_the_whole_model(wide):
+    assert local_model(wide, [(4.0e11, 0.35, 0.06)], [(5.0e8, 0.35, 0.06)], LINES) is wide
+
+
+def test_a_window_of_few_temperatures_keeps_the_whole_model(wide, softening):
+    temperature = np.concatenate([np.linspace(0.0, 9.9, 30), [15.0, 25.0]])
+    with ThreadPoolExecutor(2) as pool:
+        found = local_models(wide, lambda t: constants_at(softening, t), temperature, LINES, 0.0, pool)
+    assert found[30] is wide
+    assert found[31] is wide
+    assert found[0] is found[29] is not wide
+
+
+def test_filters_of_local_models_are_those_of_the_whole(wide, softening, monkeypatch):
+    temperature = np.linspace(20.0, 30.0, 21)
+    small = wide.panel.filters.model_copy(update={"taps": 64, "sample_rate": 4000.0, "transform_length": 1024})
+    panel = wide.panel.model_copy(update={"filters": small})
+    local, forms = direct_filters(wide, panel, softening, temperature)
+    monkeypatch.setattr(module, "FEWEST", 1000)
+    whole, exact = direct_filters(wide, panel, softening, temperature)
+    assert np.abs(local.taps - whole.taps).max() > 0.0
+    lines = small.frequency[small.in_band(small.frequency)]
+    reached = contrast(exact, whole.response(lines))
+    np.testing.assert_allclose(contrast(exact, local.response(lines)), reached, atol=1e-4)
+    np.testing.assert_allclose(contrast(forms, local.response(lines)), reached, atol=1e-3)
