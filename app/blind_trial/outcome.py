@@ -1,14 +1,17 @@
 """What one campaign of a trial came to: its truth beside its verdict."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from itertools import permutations
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from analysis.gap.thresholds import CLASS_COSINE
 from app.blind_trial.assignments import Kind
 from app.blind_trial.judging import REFUSED
+from app.files.bad_file import ResultFileError
 from app.files.parsed_text import parse_json, read_text
 from app.stages.gap import GAP
 
@@ -169,13 +172,31 @@ def outcome(truth: Record, verdict: Record | None) -> TrialOutcome:
 
 
 def read_outcome(truth: Path, run: Path) -> TrialOutcome | None:
-    """Read one campaign's outcome; None where it has no verdict yet."""
+    """Read one campaign's outcome; None where it has no verdict yet, ResultFileError for a damaged file."""
     verdict: Record | None = None
     if (run / GAP).is_file():
-        verdict = parse_json(read_text(run / GAP))
+        verdict = read_record(run / GAP)
     elif not (run / REFUSED).is_file():
         return None
-    return outcome(parse_json(read_text(truth)), verdict)
+    hidden = read_record(truth)
+    try:
+        return TypeAdapter(TrialOutcome).validate_python(asdict(outcome(hidden, verdict)))
+    except (LookupError, TypeError, AttributeError, ValueError) as error:
+        told = f"{truth}, {run / GAP}: not what this trial wrote ({error}); make the trial again"
+        raise ResultFileError(told) from error
+
+
+def read_record(file: Path) -> dict[str, Any]:
+    """Read one table of a trial's JSON; ResultFileError where it is none."""
+    try:
+        found = parse_json(read_text(file))
+    except (OSError, ValueError) as error:
+        raise ResultFileError(
+            f"{file}: unreadable ({error}); delete the trial's folder or name another"
+        ) from error
+    if not isinstance(found, dict):
+        raise ResultFileError(f"{file}: holds no table; delete the folder or name another")
+    return found
 
 
 def _named(effect: Record) -> Named:

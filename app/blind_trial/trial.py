@@ -27,11 +27,11 @@ from app.blind_trial.assignments import STREAMS, Assignment, Kind, assignments
 from app.blind_trial.experiments import draw_experiment
 from app.blind_trial.judging import is_judged, judge_campaign
 from app.blind_trial.making import make_campaign
+from app.blind_trial.outcome import read_record
 from app.blind_trial.plates import PlateKind, draw_plate
 from app.blind_trial.specimen import specimen_operators
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
-from app.files.parsed_text import parse_json, read_text
 from app.files.provenance import provenance, sha256
 from app.twins.campaign_twin import campaign_twin, effect_twin
 
@@ -100,10 +100,7 @@ def begin(trial: Trial) -> dict[str, Any]:
     """Freeze a trial in its folder, or take it up again; ResultFileError where the folder holds another."""
     record, file = trial.record(), trial.folder / TRIAL
     if file.is_file():
-        try:
-            before = parse_json(read_text(file))
-        except ValueError as error:
-            raise ResultFileError(f"{file}: unreadable ({error}); delete the folder or name another") from error
+        before = read_record(file)
         other = [name for name in record if before.get(name) != record[name]]
         if other:
             raise ResultFileError(
@@ -191,5 +188,5 @@ def one_campaign(trial: Trial, assignment: Assignment) -> None:
     """Make a campaign and judge it: what judges is given the campaign's folder and the library, nothing else."""
     truth, folder = trial.truth(assignment), trial.campaign(assignment)
     make_campaign(assignment, trial.plate(assignment), trial.stream, trial.seed, truth, folder)
-    ablated = parse_json(read_text(truth))["ablated"]
+    ablated = read_record(truth)["ablated"]
     judge_campaign(folder, trial.run(assignment), [ablated] if ablated else [])

@@ -45,7 +45,6 @@ def dxf_curves(path: Path, layer: str | None = None) -> tuple[list[Curve], float
         For what is no DXF, and for entities that cannot be read.
     """
     from ezdxf.filemanagement import readfile
-    from ezdxf.lldxf.const import DXFError
 
     try:
         drawing = readfile(path)
@@ -54,7 +53,9 @@ def dxf_curves(path: Path, layer: str | None = None) -> tuple[list[Curve], float
         unit = int(drawing.header.get("$INSUNITS", 0))
     except UnicodeError as error:
         raise ValueError("no DXF drawing: its text cannot be decoded") from error
-    except (DXFError, OSError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+    except ValueError:
+        raise
+    except Exception as error:  # a damaged drawing leads the library into whatever there is
         raise ValueError(f"no DXF drawing that can be read ({error})") from error
     return curves, METRES.get(unit)
 

@@ -45,7 +45,9 @@ def svg_curves(path: Path) -> tuple[list[Curve], float | None]:
         box = drawing.viewbox
         bottom = float(box.y + box.height) if box is not None and box.height else 0.0
         curves = [curve for piece in pieces for curve in _curves(piece, bottom)]
-    except (SyntaxError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+    except ValueError:
+        raise
+    except Exception as error:  # a damaged drawing leads the library into whatever there is
         raise ValueError(f"no SVG drawing that can be read ({error})") from error
     return curves, _unit(drawing)
 

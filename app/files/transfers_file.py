@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import pyuff
 from numpy.typing import NDArray
@@ -13,7 +12,8 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.measured import MeasuredTransfers
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
-from app.files.hdf5_contents import require_plain
+from app.files.hdf5_file import Hdf5FileError, opened_hdf5
+from app.files.isolation import require_readable
 from app.files.uff58 import read_frfs
 
 INTEGRATED = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -67,17 +67,19 @@ def write_transfers(path: Path, transfers: MeasuredTransfers) -> None:
 
 def _hdf5(path: Path) -> MeasuredTransfers:
     """Read an HDF5 file of any program with the datasets; variance and the axis of one temperature may lack."""
+    if not path.is_file():
+        raise ValueError("no such file")
     try:
-        with h5py.File(path) as file:
-            require_plain(file, path.stat().st_size)
+        with opened_hdf5(path, unsealed=require_readable) as file:
             held: dict[str, Any] = {name: np.asarray(file[name][()]) for name in file if name in NAMES}
-    except FileNotFoundError as error:
-        raise ResultFileError(f"{path}: no such file") from error
-    except (OSError, KeyError, TypeError) as error:
-        raise ValueError(f"not a readable HDF5 file ({error})") from error
+    except Hdf5FileError as error:
+        raise ValueError(f"not a readable HDF5 file ({error.__cause__ or error})") from error
     for name in ("temperature", "points", "frequency", "transfer"):
         if name not in held:
             raise ValueError(f"lacks the dataset {name!r}; needed: {', '.join(NAMES[:4])}, and variance if known")
+    for name, values in held.items():
+        if values.dtype.kind not in "iufc":
+            raise ValueError(f"the dataset {name!r} is of type {values.dtype}; allowed: numbers")
     transfer = np.asarray(held["transfer"], dtype=complex)
     transfer = transfer[None] if transfer.ndim == 3 else transfer
     variance = np.asarray(held.get("variance", np.zeros(transfer.shape)), dtype=float).reshape(transfer.shape)

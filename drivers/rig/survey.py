@@ -15,7 +15,7 @@ from drivers.ni.task_setup import require_iepe
 from drivers.ni.wiring import Wiring
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import OvenSettings, open_oven
-from drivers.soundcard.card import backend
+from drivers.soundcard.card import NOT_STARTED, backend
 from drivers.soundcard.settings import SoundCard, channel_number
 
 
@@ -122,6 +122,8 @@ def look_at_sound(settings: SoundCard, *, needed: bool, sound: Any = None) -> Fi
         return Finding(what, lacking, error.said, error.next_step)
     except ValueError as error:  # no such device
         return Finding(what, lacking, str(error), "correct cards.device; python -m sounddevice lists all")
+    except sound.PortAudioError as error:
+        return Finding(what, lacking, f"PortAudio fails: {error}", NOT_STARTED)
     there = int(found[0]["max_input_channels"]), int(found[1]["max_output_channels"])
     wanted = max(map(channel_number, settings.inputs)), channel_number(settings.output)
     seen = f"{found[0]['name']}, {there[0]} inputs, {there[1]} outputs"

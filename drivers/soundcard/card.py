@@ -30,14 +30,17 @@ AGREES = 0.05
 TONES = (200.0, 2000.0)
 """Band of the loop-back test, Hz."""
 MISSING = "install it: pip install 'flexura[soundcard]' (on Linux PortAudio besides: libportaudio2)"
+NOT_STARTED = "start this computer's sound system, or connect a card; python -m sounddevice lists what it finds"
 
 
 def backend() -> Any:
-    """Return the package; DaqError where it, or PortAudio, is not installed."""
+    """Return the package; DaqError where it, or PortAudio, is not installed, or PortAudio does not start."""
     try:
         return import_module("sounddevice")
     except (ImportError, OSError) as error:  # OSError: PortAudio is not there
         raise DaqError("loading sounddevice", str(error), None, Action.STOP, MISSING) from error
+    except Exception as error:  # PortAudio starts while it is loaded, and fails with a class of that module's own
+        raise DaqError("loading sounddevice", str(error), None, Action.STOP, NOT_STARTED) from error
 
 
 class SoundCards:

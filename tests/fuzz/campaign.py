@@ -58,7 +58,7 @@ def fuzz(
     Parameters
     ----------
     count : int
-        Of all kinds together.
+        Of all kinds together, or of the one kind read alone.
     seed : int
         The same seed and count give the same mutations, however many processes there are.
     jobs : int
@@ -80,7 +80,7 @@ def fuzz(
         (place, first, min(first + BATCH, share))
         for place, reader in enumerate(READERS)
         if reader.name in tallies
-        for share in [max(1, round(count * reader.share))]
+        for share in [count if only else max(1, round(count * reader.share))]
         for first in range(0, share, BATCH)
     ]
     with TemporaryDirectory() as folder, ThreadPoolExecutor(jobs) as pool:

@@ -10,8 +10,10 @@ import numpy as np
 
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
+from tests.fuzz.fingerprint import fingerprint
 from tests.fuzz.mutations import mutated
-from tests.fuzz.readers import READERS, Reader, fingerprint
+from tests.fuzz.reader import Reader
+from tests.fuzz.readers import READERS
 
 MEMORY = 1_000_000_000
 """Bytes that reading any one file may take."""
@@ -60,7 +62,8 @@ def read_mutation(place: int, root: Path, whole: Whole, seed: int, number: int) 
     name = reader.files[number % len(reader.files)]
     content, known = whole[name]
     rng = np.random.default_rng([seed, place, number])
-    (root / name).write_bytes(mutated(content, rng, reader.text))
+    damaged = reader.damage(content, rng) if reader.damage else mutated(content, rng, reader.text)
+    (root / name).write_bytes(damaged)
     try:
         found = reader.read(root, name)
     except REFUSALS as refusal:

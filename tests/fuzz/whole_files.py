@@ -1,56 +1,48 @@
 """One small, faultless file of every kind that is read, in the folders they are read from."""
 
+import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from analysis.estimation.transfer import MeasuredTransfer
-from analysis.updating.laws import fit_laws
+from app.blind_trial.trial import begin
 from app.files import control, events
+from app.files.atomic import write_json
 from app.files.campaign_folder import frozen_protocol, write_protocol
 from app.files.campaign_toml import read_experiment
 from app.files.experiment_toml import read_acquired_experiment
-from app.files.frf_file import save_frf
 from app.files.import_recording import import_recording
 from app.files.latest_repeat import LatestRepeat, save_latest
-from app.files.laws_file import TwinFrf, save_laws
-from app.files.modes_file import save_modes
 from app.files.readings import ReadingLine, append_reading
 from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
-from app.files.uff58 import write_frfs
 from tests.app.conftest import tiny_campaign
-from tests.app.view.conftest import FREQUENCY, MADE, TEMPERATURE, experiment, frf, tracked, updated
-from tests.fuzz.readers import EXPERIMENTS, PANELS, SWEEP
+from tests.fuzz.campaign_readers import EXPERIMENTS, INSTRUMENTS, PANELS, SWEEP, TRIAL
+from tests.fuzz.whole_geometry import write_geometry
+from tests.fuzz.whole_measurements import write_measurements
+from tests.fuzz.whole_results import write_results
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 
 def write_all(root: Path) -> None:
-    """Write a recording, its import, a campaign under way, a run, FRFs of others, and declarations."""
+    """Write a recording, its import, a campaign under way, declarations, then results and files of others."""
     tiny = tiny_campaign()
     tiny.toml = tiny.toml.replace("[10.0, 20.0, 30.0]", "[10.0]").replace('["up", "down"]', '["up"]')
     tiny.files = {"000.tdms": tiny.files["000.tdms"]}
     import_recording(tiny.write(root / "recording"), root / "imported")
     _write_old_sweep(root)
     _write_live(root / "live")
-    _write_run(root / "run")
-    _write_uff(root)
-    _write_sound(root)
-    _write_measurements(root / "measured")
+    _write_instruments(root / "instruments")
+    _write_trial(root)
     _write_twin(root / "twin.toml", root / "recording")
     for name in (*EXPERIMENTS, *PANELS):
         shutil.copy(EXAMPLES / name, root / name)
-
-
-def _write_sound(root: Path) -> None:
-    import soundfile
-
-    samples = 0.1 * np.random.default_rng(2).standard_normal((2000, 2))
-    soundfile.write(root / "sound.wav", samples, 8_000, subtype="FLOAT")
-    soundfile.write(root / "sound.flac", samples, 8_000)
-    (root / "readings.csv").write_text("time_s,temperature_c\n0,20\n2.5,21.5\n10,30\n", encoding="utf-8")
+    write_results(root)
+    write_measurements(root)
+    write_geometry(root / "drawn")
 
 
 def _write_old_sweep(root: Path) -> None:
@@ -92,72 +84,6 @@ def _write_live(folder: Path) -> None:
     save_latest(folder, LatestRepeat(0, 1, "20 °C up", names, signals, np.zeros(count, bool), 8533.0, 5.0))
 
 
-def _write_run(folder: Path) -> None:
-    measured, found = frf(), updated()
-    save_frf(folder / "frf.h5", experiment(), measured, MADE)
-    save_modes(folder / "modes.h5", tracked(), MADE)
-    laws = fit_laws(TEMPERATURE, found.material, found.sigma, temperature_range=(0.0, 40.0))
-    save_laws(folder / "laws.h5", found, laws, TwinFrf(FREQUENCY, 1.01 * measured.h, 1e-4, 950.0), MADE)
-
-
-def _write_uff(root: Path) -> None:
-    import pyuff
-    from pyuff.datasets.dataset_58 import prepare_58
-
-    lines = np.arange(10.0, 60.0)
-    rng = np.random.default_rng(1)
-    h = rng.normal(size=(3, len(lines))) + 1j * rng.normal(size=(3, len(lines)))
-    write_frfs(
-        root / "frfs.uff",
-        [
-            MeasuredTransfer(f"point {n}", f"{n + 1}:+3", "9:+3", "acceleration", lines, one)
-            for n, one in enumerate(h)
-        ],
-    )
-    common = {"binary": 1, "func_type": 4, "rsp_dir": 3, "ref_node": 9, "ref_dir": 3, "abscissa_spacing": 1}
-    common |= {"abscissa_spec_data_type": 18, "ordinate_spec_data_type": 12, "orddenom_spec_data_type": 13}
-    common |= {"rsp_ent_name": "NONE", "ref_ent_name": "NONE", "x": lines, "id1": "door"}
-    sets = [prepare_58(**common, rsp_node=n + 1, data=one) for n, one in enumerate(h)]
-    pyuff.UFF(str(root / "binary.uff")).write_sets(sets, "add")
-
-
-def _write_measurements(folder: Path) -> None:
-    """One file of each format of other programs, and the declaration of a test."""
-    import pyuff
-    from nptdms import ChannelObject, RootObject, TdmsWriter
-    from pyuff.datasets.dataset_58 import prepare_58
-    from scipy.io import savemat, wavfile
-
-    folder.mkdir()
-    time = np.arange(100) / 1000.0
-    force, acc = np.exp(-(((time - 0.02) / 0.002) ** 2)), np.sin(300 * time)
-    table = np.column_stack([time, force, acc])
-    np.savetxt(folder / "a.csv", table, delimiter=",", header="Time [s],Force [N],Acc [g]", comments="")
-    savemat(folder / "a.mat", {"fs": 1000.0, "force": force, "test": {"acc": acc}})
-    wavfile.write(folder / "a.wav", 1000, np.column_stack([force, acc]).astype("f4"))
-    np.savez(folder / "a.npz", fs=1000.0, y=np.array([force, acc]))
-    rows = "".join(f"\t{f:.6f}\t{a:.6f}\t\n" for f, a in zip(force, acc, strict=True))
-    end = "***End_of_Header***\n"
-    head = f"LabVIEW Measurement\nSeparator\tTab\n{end}Channels\t2\nDelta_X\t0.001\t0.001\n{end}"
-    (folder / "a.lvm").write_text(f"{head}X_Value\tForce\tAcc\tComment\n{rows}", encoding="utf-8")
-    with TdmsWriter(folder / "a.tdms") as writer:
-        writer.write_segment(
-            [RootObject({}), ChannelObject("Log", "Force", force), ChannelObject("Log", "Acc", acc)]
-        )
-    common = {"binary": 0, "func_type": 1, "rsp_dir": 3, "ref_node": 9, "ref_dir": 3, "abscissa_spacing": 1}
-    common |= {"abscissa_spec_data_type": 17, "ordinate_spec_data_type": 12, "orddenom_spec_data_type": 0}
-    common |= {"rsp_ent_name": "NONE", "ref_ent_name": "NONE", "x": time, "id1": "hit", "abscissa_inc": 0.001}
-    sets = [prepare_58(**common, rsp_node=n + 1, data=one) for n, one in enumerate((force, acc))]
-    pyuff.UFF(str(folder / "a.uff")).write_sets(sets, "add")
-    (folder / "test.toml").write_text(
-        'format = "flexura-test/1"\nkind = "hammer"\n[channels]\nTime = { role = "time" }\n'
-        'Force = { role = "drive", unit = "N" }\nAcc = { role = "response", unit = "g", at = "2:+z" }\n'
-        '[hammer]\ntrigger = 0.1\n[[record]]\nfile = "a.csv"\nat = { Force = "3:-x" }\n'
-        "[points]\n2 = [0.0, 1.0, 0.0]\n",
-        encoding="utf-8",
-    )
-
-
 def _write_twin(path: Path, campaign: Path) -> None:
     declared = read_experiment(campaign)
     parts = {name: getattr(declared, name) for name in type(declared).model_fields if name != "format"}
@@ -175,3 +101,34 @@ def _write_twin(path: Path, campaign: Path) -> None:
         origin=TwinOrigin(flexura="0.1.0", campaign="pp", inputs="cd" * 32, verdict="explained"),
     )
     write_twin(path, twin)
+
+
+def _write_instruments(folder: Path) -> None:
+    """Take the declarations of the guide: an oven by its registers; an oven and a thermometer of text."""
+    guide = Path(__file__).resolve().parents[2] / "docs/guide/bring-your-own-instrument.md"
+    registers, text, thermometer = re.findall(r"```toml\n(.*?)```", guide.read_text(encoding="utf-8"), re.DOTALL)[
+        :3
+    ]
+    folder.mkdir()
+    for name, declared in zip(INSTRUMENTS, (registers, f"{text}\n{thermometer}"), strict=True):
+        (folder.parent / name).write_text(declared, encoding="utf-8")
+
+
+def _write_trial(root: Path) -> None:
+    """Write a blind trial of two campaigns, one with an effect, as far as its proof reads it."""
+    trial = replace(TRIAL, folder=root / TRIAL.folder)
+    begin(trial)
+    mass = {"name": "point_mass", "equivalent": [], "probability": 0.98, "against": {"nothing": 900.0}}
+    mass |= {"parameters": {"mass": {"value": 1.2e-3, "sigma": 2e-5, "unit": "kg"}}}
+    for assignment in trial.assignments:
+        hidden = assignment.kind == "single"
+        truth = {"number": assignment.number, "kind": assignment.kind, "cosine": None, "ablated": None}
+        truth |= {"effects": {"point_mass": {"mass": 1.2e-3, "x": 0.1, "y": 0.05}} if hidden else {}}
+        truth |= {"prior_sigma": {"point_mass": {"mass": 1e-3}} if hidden else {}, "imitations": {}}
+        truth |= {"size_sigma": {"point_mass": 80.0} if hidden else {}, "legs": ["up", "down"]}
+        write_json(trial.truth(assignment), truth)
+        gap = {"held_out": {"closure": 0.93 if hidden else 0.0}, "held_out_also": [{"closure": 0.9}]}
+        verdict = {"verdict": "explained" if hidden else "none", "effects": [mass] if hidden else [], "gap": gap}
+        write_json(
+            trial.run(assignment) / "gap.json", verdict | {"not_observable": ["high_pass"], "seconds": 31.0}
+        )

@@ -232,3 +232,10 @@ def test_without_the_extra_the_message_names_it(tmp_path: Path, monkeypatch: pyt
 def test_a_declaration_without_drawings_stays_as_it_is(tmp_path: Path) -> None:
     for declared in ({}, {"plate": 3}, {"plate": {"length_x": 0.2}}, {"plate": {"hole": "x", "zone": [1]}}):
         assert with_drawings(tmp_path, declared) == declared
+
+
+def test_a_drawing_that_ends_in_its_head_is_refused(tmp_path: Path) -> None:
+    """The library asks for a next tag where there is none, and passes the end of its iterator on."""
+    (tmp_path / "a.dxf").write_text("  0\nSECTION\n  2\nHEADER\n  9\n$ACADVER\n", encoding="utf-8")
+    with pytest.raises(DrawingError, match="no DXF drawing that can be read"):
+        plate(tmp_path, outline={"file": "a.dxf"})

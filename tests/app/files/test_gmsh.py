@@ -163,6 +163,13 @@ def test_what_is_no_mesh_is_refused(tmp_path):
         foreign_mesh(path, SQUARE)
 
 
+def test_a_mesh_without_points_is_refused(tmp_path):
+    path = tmp_path / "a.msh"
+    path.write_text("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Elements\n0\n$EndElements\n")
+    with pytest.raises(ValueError, match=r"no Gmsh mesh that can be read"):
+        foreign_mesh(path, SQUARE)
+
+
 def declared(folder, **mesh):
     plate = {
         "outline": {"kind": "rectangle", "center": (0.05, 0.05), "size": (0.1, 0.1)},

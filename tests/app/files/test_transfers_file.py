@@ -9,8 +9,9 @@ import pyuff
 from pyuff.datasets.dataset_58 import prepare_58
 
 from analysis.estimation.transfer import MeasuredTransfer
+from analysis.focusing.measured import MeasuredTransfers
 from app.files.bad_file import ResultFileError
-from app.files.transfers_file import read_transfers
+from app.files.transfers_file import read_transfers, write_transfers
 from app.files.uff58 import write_frfs
 
 FREQUENCY = np.arange(40.0, 400.0, 5.0)
@@ -92,6 +93,7 @@ def test_coherence_in_the_file_gives_the_variance(tmp_path):
         ({"frequency": np.zeros(0), "transfer": np.ones((2, 0, 3))}, "with 2 lines or more"),
         ({"points": np.ones((3, 3))}, r"points \(3, 3\) must be"),
         ({"temperature": [20.0, 30.0]}, r"must be \(T, N, F, K\) with T 2"),
+        ({"temperature": "warm"}, "'temperature' is of type"),
     ],
 )
 def test_datasets_of_other_shapes_are_refused_in_a_sentence(tmp_path, changes, said):
@@ -105,4 +107,26 @@ def test_datasets_of_other_shapes_are_refused_in_a_sentence(tmp_path, changes, s
         for name, value in (parts | changes).items():
             file[name] = value
     with pytest.raises(ResultFileError, match=said):
+        read_transfers(tmp_path / "scan.h5", BAND, 20.0)
+
+
+def test_a_bit_changed_in_a_file_of_ours_is_refused(tmp_path):
+    """The file carries the digest of its bytes: transfers that were changed design other filters, unseen."""
+    path = tmp_path / "scan.h5"
+    h = np.ones((1, 2, len(FREQUENCY), 3), dtype=complex)
+    write_transfers(path, MeasuredTransfers(np.array([20.0]), POINTS, FREQUENCY, h, np.zeros(h.shape)))
+    whole = path.read_bytes()
+    place = whole.index(np.array([1.0 + 0j] * 8).tobytes()) + 7
+    path.write_bytes(whole[:place] + bytes([whole[place] ^ 0x10]) + whole[place + 1 :])
+    with pytest.raises(ResultFileError, match=r"not a readable HDF5 file \(damaged, cut short or edited"):
+        read_transfers(path, BAND, 20.0)
+
+
+def test_a_damaged_file_of_others_is_refused_in_a_sentence(tmp_path):
+    """HDF5 meets some damage with RuntimeError, and some without an end: it is tried in a process of its own."""
+    with h5py.File(tmp_path / "scan.h5", "w") as file:
+        file["transfer"] = np.ones((2, len(FREQUENCY), 3))
+    whole = (tmp_path / "scan.h5").read_bytes()
+    (tmp_path / "scan.h5").write_bytes(whole.replace(b"HEAP", b"heap"))
+    with pytest.raises(ResultFileError, match=r"scan\.h5: not a readable HDF5 file \(damaged: "):
         read_transfers(tmp_path / "scan.h5", BAND, 20.0)

@@ -1,5 +1,7 @@
 """A sound card's driver on a stand-in for its package: aligned, calibrated, and at rest whatever happens."""
 
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,7 @@ from drivers.ni.errors import Action, DaqError
 from drivers.rig.survey import FindingState, look_at_sound
 from drivers.soundcard.card import SoundCards
 from drivers.soundcard.settings import SoundCard
-from drivers.soundcard.simulated import SimulatedSound, simulated_sound
+from drivers.soundcard.simulated import PortAudioError, SimulatedSound, simulated_sound
 
 RATE = 44_100.0
 SECTIONS = butter(1, [300.0, 900.0], btype="bandpass", fs=RATE, output="sos")
@@ -182,9 +184,13 @@ def test_clipping_is_seen(settings: SoundCard, sound: SimulatedSound, drive: Rea
 class Listing:
     """What the package says of the devices."""
 
+    PortAudioError = PortAudioError
+
     def query_devices(self, name: str | None, kind: str) -> dict[str, Any]:
         if name == "no such":
             raise ValueError("No input device matching 'no such'")
+        if name == "unplugged":
+            raise PortAudioError("Error querying device -1")
         return {"name": "Box", "max_input_channels": 2, "max_output_channels": 2}
 
 
@@ -194,6 +200,7 @@ class Listing:
         ({}, FindingState.GOOD, "Box, 2 inputs, 2 outputs"),
         ({"responses": ("in4",)}, FindingState.BAD, "in4"),
         ({"device": "no such"}, FindingState.BAD, "python -m sounddevice"),
+        ({"device": "unplugged"}, FindingState.BAD, "PortAudio fails: Error querying device -1 start this"),
     ],
 )
 def test_doctor_counts_its_channels(
@@ -202,3 +209,17 @@ def test_doctor_counts_its_channels(
     found = look_at_sound(settings.model_copy(update=changes), needed=True, sound=Listing())
     assert found.state is state
     assert told in f"{found.seen} {found.next_step}"
+
+
+def test_doctor_says_so_where_the_sound_system_does_not_start(
+    settings: SoundCard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """PortAudio is started while the package is loaded: its error is of a class that nobody can name yet."""
+    module = "class PortAudioError(Exception):\n    pass\nraise PortAudioError('Error initializing PortAudio')\n"
+    (tmp_path / "sounddevice.py").write_text(module, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "sounddevice", raising=False)
+    found = look_at_sound(settings, needed=True)
+    assert found.state is FindingState.BAD
+    assert "Error initializing PortAudio" in found.seen
+    assert "start this computer's sound system" in found.next_step

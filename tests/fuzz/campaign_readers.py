@@ -1,0 +1,145 @@
+"""Declarations, recorded and acquired campaigns, and what a campaign under way leaves in its folder."""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from analysis.experiment import Experiment
+from analysis.focusing.grid import Grid
+from app.blind_trial.outcome import read_outcome
+from app.blind_trial.trial import Trial, begin
+from app.files import control, events, latest_repeat, readings
+from app.files.campaign_folder import frozen_protocol, read_protocol
+from app.files.campaign_toml import read_experiment
+from app.files.experiment_toml import read_acquired_experiment
+from app.files.instruments_toml import declared_instruments
+from app.files.panel_file import read_panel
+from app.files.recorded_campaign import read_recording
+from app.files.sweep_file import read_sweep_file
+from app.files.tdms_sweep import read_sweep
+from app.files.twin_file import read_twin
+from tests.fuzz.reader import Reader, refused
+
+EXPERIMENTS = (
+    "simulated-rig.toml",
+    "exciter.toml",
+    "paper-protocol.toml",
+    "hidden-effect.toml",
+    "clamped-disc.toml",
+)
+PANELS = ("section2-panel.toml",)
+INSTRUMENTS = ("instruments/modbus-map.toml", "instruments/scpi.toml")
+SWEEP = "sweeps/0000_up_T+010.0.h5"
+TDMS = "recording/sweeps/000.tdms"
+TRIAL = Trial(Path("trial"), 2, 7, ("null", "single"))
+"""Relative to the folder of all."""
+
+
+def _tdms(root: Path, name: str) -> object:
+    sweep, problems = read_sweep(root / name, name, _declared(root / "recording"))
+    return refused(root, problems) if sweep is None else sweep
+
+
+def _sweep(root: Path, name: str) -> object:
+    sweep, problem = read_sweep_file(root / name, name)
+    return refused(root, [problem]) if sweep is None else sweep
+
+
+@lru_cache(maxsize=1)
+def _declared(folder: Path) -> Experiment:
+    return read_experiment(folder)
+
+
+def _experiment(root: Path, name: str) -> object:
+    declared = read_acquired_experiment(root / name)
+    recorded = declared.on("simulated").recorded(declared.sample_rate)
+    frozen = frozen_protocol("x", recorded, {}, {"rig": "simulated", **declared.model_dump(mode="json")})
+    return declared.protocol.seconds(20.0), declared.sensitivities, frozen
+
+
+def _panel(root: Path, name: str) -> object:
+    panel = read_panel(root / name)
+    return panel, Grid.of(panel)
+
+
+def _twin(root: Path, name: str) -> object:
+    twin = read_twin(root / name)
+    return twin, twin.experiment(), twin.effects
+
+
+def _instruments(root: Path, name: str) -> object:
+    declared = declared_instruments(str(root / name))
+    return declared, declared.places
+
+
+def _trial(root: Path, name: str) -> object:
+    trial = Trial(root / TRIAL.folder, TRIAL.count, TRIAL.seed, TRIAL.kinds)
+    return begin(trial), [read_outcome(trial.truth(a), trial.run(a)) for a in trial.assignments]
+
+
+def _window(root: Path, name: str) -> object:
+    from app.view.live.watched import Watched
+
+    window = _live_window(root / "live")
+    window._watched, window._logged = Watched(root / "live"), 0  # another window would take ten times as long
+    window.look()
+    return events.read_events(root / "live")
+
+
+@lru_cache(maxsize=1)
+def _live_window(folder: Path) -> Any:
+    from app.view.application import application
+    from app.view.live.watched import Watched
+    from app.view.live.window import LiveWindow
+    from app.view.theme import LIGHT
+
+    application()
+    return LiveWindow(Watched(folder), LIGHT)
+
+
+TRIAL_FILES = (
+    str(TRIAL.folder / "trial.json"),
+    *(str(TRIAL.truth(a)) for a in TRIAL.assignments),
+    *(str(TRIAL.run(a) / "gap.json") for a in TRIAL.assignments),
+)
+CAMPAIGNS = (
+    Reader("TDMS", (TDMS,), _tdms, 0.1),
+    Reader("HDF5, sweep", (f"imported/{SWEEP}",), _sweep, 0.06, digest=True),
+    Reader("HDF5, sweep of an earlier version", (f"old/{SWEEP}",), _sweep, 0.005, digest=True),
+    Reader(
+        "HDF5, last repeat",
+        ("live/latest.h5",),
+        lambda root, _: latest_repeat.load_latest(root / "live"),
+        0.02,
+        digest=True,
+    ),
+    Reader(
+        "TOML, recording",
+        ("recording/campaign.toml",),
+        lambda root, _: read_recording(root / "recording"),
+        0.05,
+        text=True,
+    ),
+    Reader("TOML, experiment", EXPERIMENTS, _experiment, 0.05, text=True),
+    Reader("TOML, instruments", INSTRUMENTS, _instruments, 0.03, text=True),
+    Reader("TOML, panel", PANELS, _panel, 0.03, text=True),
+    Reader("TOML, twin", ("twin.toml",), _twin, 0.03, text=True),
+    Reader(
+        "JSON, protocol",
+        ("imported/protocol.json",),
+        lambda root, _: read_protocol(root / "imported"),
+        0.04,
+        text=True,
+        digest=True,
+    ),
+    Reader(
+        "JSON, log",
+        ("imported/events.jsonl",),
+        lambda root, _: events.read_events(root / "imported"),
+        0.03,
+        text=True,
+    ),
+    Reader("JSON, blind trial", TRIAL_FILES, _trial, 0.02, text=True),
+    Reader("control", (f"live/{control.NAME}",), lambda root, _: control.wished(root / "live"), 0.03, text=True),
+    Reader("window", (f"live/{events.NAME}", f"live/{readings.NAME}"), _window, 0.03, text=True),
+)
