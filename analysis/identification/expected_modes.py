@@ -102,7 +102,8 @@ def fit_expected(
     for t, modes in enumerate(found):
         there = table[t] >= 0
         departure[t, there] = np.abs(modes.poles[table[t, there]]) / np.abs(expected.poles[t, there]) - 1.0
-    return tuple(_told(modes, *row, expected) for modes, *row in zip(found, table, departure, strict=True)), table
+    told = (_told(modes, row, away, expected) for modes, row, away in zip(found, table, departure, strict=True))
+    return tuple(told), table
 
 
 def _told(

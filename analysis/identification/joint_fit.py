@@ -176,13 +176,15 @@ def _onto_tracks(
     start: NDArray[np.float64], active: NDArray[np.bool_], tracks: SmoothTracks
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Numbers of the tracks nearest to where the active poles are, and all poles on these tracks."""
-    weight = np.repeat(active, 2, axis=1).astype(float) / np.tile(np.maximum(tracks.scatter, 1e-3) ** 2, active.shape[1])
+    weight = np.repeat(active, 2, axis=1).astype(float) / np.tile(
+        np.maximum(tracks.scatter, 1e-3) ** 2, active.shape[1]
+    )
     wanted = (start - tracks.base).reshape(len(start), -1)
     outer, slope = np.diag(tracks.certainty), np.zeros(tracks.count)
     for design, w, y in zip(tracks.design, weight, wanted, strict=True):
         outer += (design.T * w) @ design
         slope += design.T @ (w * y)
-    numbers = np.linalg.solve(outer, slope)
+    numbers = np.asarray(np.linalg.solve(outer, slope), dtype=np.float64)
     return tracks.place(numbers), numbers
 
 
