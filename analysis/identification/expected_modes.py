@@ -35,12 +35,12 @@ class ExpectedModes:
     poles : (T, J) complex ndarray
         rad/s, upper half plane; a column is one mode at all temperatures.
     frequency_deviation, damping_deviation : float
-        How well they are known, relative.
+        How well they are known, relative: each mode's own departure, beside what all modes of a sweep share.
     """
 
     poles: NDArray[np.complex128]
     frequency_deviation: float = 3e-3
-    damping_deviation: float = 0.1
+    damping_deviation: float = 0.02
 
     def __post_init__(self) -> None:
         if self.poles.ndim != 2 or not ((self.poles.real < 0.0) & (self.poles.imag > 0.0)).all():

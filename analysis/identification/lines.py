@@ -64,7 +64,7 @@ class Lines:
         points: NDArray[np.complex128] = np.asarray(2j * np.pi * self.frequency, dtype=np.complex128)
         return points
 
-    @property
+    @cached_property
     def spacing(self) -> float:
         """Typical distance of neighbouring lines as measured, Hz."""
         if self.line_spacing is not None:
