@@ -5,7 +5,11 @@
 ``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
 ``tracking``               one identification followed over temperature, both ways
 ``expected_modes``         sweeps fitted with the modes a twin expects, under its numbers
-``held_fit``               a fit with modes held near the places they are known to have
+``following``              poles of one sweep followed to the others
+``naming``                 names for the modes of sweeps that were identified one by one
+``smooth_tracks``          what poles of all sweeps have in common: the prior of a fit together
+``joint_fit``              poles and tracks of all sweeps found together, with their deviations
+``sweep_fits``             modes of every sweep from that fit, judged
 ``modes``                  what was identified; rebuilds its FRFs
 ``common_factor``          how far a change of temperature moves all frequencies
 ``tracked_modes``          the same over temperature

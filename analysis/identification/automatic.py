@@ -11,11 +11,14 @@ from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import add_missing, residual
 from analysis.identification.modes import Modes, Rejected
-from analysis.identification.order import bic, choose_terms, covariance, drop_unsupported, eliminate
+from analysis.identification.order import bic, choose_terms, covariance, drop_unsupported, eliminate, pole_price
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
 from analysis.identification.status import judge
 from analysis.identification.vector_fitting import start_poles
+
+CLEARLY = 10.0
+"""Prices of a pole by which a wider search must be better for the narrower one to be left unfinished."""
 
 EXACT = 2e-2
 """Fall of the misfit, in units of one line's, at which a fit stops: a seventh of the weakest pole's deviation."""
@@ -98,18 +101,30 @@ def identify(measured: Measured, settings: Settings | None = None) -> Modes:
 
 
 def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tuple[PoleFit, NDArray[np.complex128]]:
-    """Search from more and more start poles, until far fewer stay or BIC gains nothing."""
+    """Search from more and more start poles, until far fewer stay or BIC gains nothing.
+
+    A search is brought to its end only where it is the widest, or a wider one is not clearly better.
+    """
     count = min(settings.start_count, max(len(lines.frequency) // 6, 1))
-    found, started = _search(measured, lines, count, settings)
+    found, started = rough_search(lines, count, settings)
+    ended = False
     while len(found.poles) > FULL * count and 2 * count <= min(settings.most_count, len(lines.frequency) // 6):
         count *= 2
-        wider, proposed = _search(measured, lines, count, settings)
-        weighed = measured.reweighted(lines, wider)
-        rival = fit(weighed, found.poles, found.terms, tolerance=1e-3, max_iterations=5)
-        if bic(wider, weighed) > bic(rival, weighed):
+        wider, proposed = rough_search(lines, count, settings)
+        wider = settle(measured, lines, wider, settings)
+        if not ended and not _better(measured, lines, wider, found, CLEARLY):
+            found, ended = settle(measured, lines, found, settings), True
+        if ended and not _better(measured, lines, wider, found, 0.0):
             break
-        found, started = wider, proposed
-    return found, started
+        found, started, ended = wider, proposed, True
+    return found if ended else settle(measured, lines, found, settings), started
+
+
+def _better(measured: Measured, lines: Lines, wider: PoleFit, found: PoleFit, margin: float) -> bool:
+    """Whether the BIC of a wider search is lower than another's, by a margin in prices of a pole."""
+    weighed = measured.reweighted(lines, wider)
+    rival = fit(weighed, found.poles, found.terms, tolerance=1e-3, max_iterations=5)
+    return bic(wider, weighed) + margin * pole_price(weighed) < bic(rival, weighed)
 
 
 def _left_out(f: float, why: str) -> Rejected:
@@ -127,16 +142,13 @@ def _hum(f: float, mains: float, spacing: float) -> str:
     return f"{number} x {fundamental:g} Hz mains"
 
 
-def _search(
-    measured: Measured, lines: Lines, count: int, settings: Settings
-) -> tuple[PoleFit, NDArray[np.complex128]]:
-    """Find the order on averaged lines; also the start poles it came from."""
+def rough_search(lines: Lines, count: int, settings: Settings) -> tuple[PoleFit, NDArray[np.complex128]]:
+    """Find the order on averaged lines, from `count` start poles; also the start poles it came from."""
     richest = max(settings.terms, key=lambda terms: terms.parameters)
     blocks = averaged(lines)
     started = start_poles(blocks, min(count, max(len(blocks.frequency) // 4, 1)), richest)
     found = fit(blocks, started, richest, max_iterations=0)
-    found = eliminate(blocks, drop_unsupported(blocks, found, share=-0.5))
-    return settle(measured, lines, found, settings), started
+    return eliminate(blocks, drop_unsupported(blocks, found, share=-0.5)), started
 
 
 def settle(

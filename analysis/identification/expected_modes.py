@@ -35,12 +35,12 @@ class ExpectedModes:
     poles : (T, J) complex ndarray
         rad/s, upper half plane; a column is one mode at all temperatures.
     frequency_deviation, damping_deviation : float
-        How well they are known, relative.
+        How well they are known, relative: each mode's own departure, beside what all modes of a sweep share.
     """
 
     poles: NDArray[np.complex128]
     frequency_deviation: float = 3e-3
-    damping_deviation: float = 0.1
+    damping_deviation: float = 0.02
 
     def __post_init__(self) -> None:
         if self.poles.ndim != 2 or not ((self.poles.real < 0.0) & (self.poles.imag > 0.0)).all():
@@ -102,7 +102,8 @@ def fit_expected(
     for t, modes in enumerate(found):
         there = table[t] >= 0
         departure[t, there] = np.abs(modes.poles[table[t, there]]) / np.abs(expected.poles[t, there]) - 1.0
-    return tuple(_told(modes, *row, expected) for modes, *row in zip(found, table, departure, strict=True)), table
+    told = (_told(modes, row, away, expected) for modes, row, away in zip(found, table, departure, strict=True))
+    return tuple(told), table
 
 
 def _told(

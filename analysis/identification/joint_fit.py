@@ -184,7 +184,7 @@ def _onto_tracks(
     for design, w, y in zip(tracks.design, weight, wanted, strict=True):
         outer += (design.T * w) @ design
         slope += design.T @ (w * y)
-    numbers = np.linalg.solve(outer, slope)
+    numbers = np.asarray(np.linalg.solve(outer, slope), dtype=np.float64)
     return tracks.place(numbers), numbers
 
 

@@ -64,7 +64,7 @@ class Lines:
         points: NDArray[np.complex128] = np.asarray(2j * np.pi * self.frequency, dtype=np.complex128)
         return points
 
-    @property
+    @cached_property
     def spacing(self) -> float:
         """Typical distance of neighbouring lines as measured, Hz."""
         if self.line_spacing is not None:
@@ -98,7 +98,7 @@ class Lines:
         return self._term_columns[terms]
 
     def room(self, rows: int) -> NDArray[np.float64]:
-        """Return two arrays (2, rows, 2F) to be filled, the same at every call: fresh memory costs more than sums."""
+        """Return two arrays (2, rows, 2F) to be filled, the same at every call: fresh memory is slow."""
         if self._room[0].shape[1] < rows:
             self._room[0] = np.empty((2, rows + rows // 4, 2 * len(self.frequency)))
         return self._room[0][:, :rows]

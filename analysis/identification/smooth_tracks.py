@@ -1,12 +1,12 @@
-"""Tracks that are smooth in temperature: what the poles of all sweeps have in common, and how far they may leave it.
+"""Tracks that are smooth in temperature: what poles of all sweeps have in common, and how far they may leave it.
 
-Of a pole's log |lambda| and log damping ratio, one part is the sweep's and common to all modes (modulus and loss at
-that temperature), one belongs to the mode and changes slowly, the rest is scatter:
+Of a pole's log |lambda| and log damping ratio, one part is the sweep's and common to all modes (modulus and loss
+at that temperature), one belongs to the mode and changes slowly, the rest is scatter:
 
     x(t, j) = base(t, j) + common(t) + curve_j(T) + scatter
 
-The curve of log |lambda| is a polynomial, that of the log damping ratio nearly a constant: what damps a homogeneous
-plate damps all its modes alike. `base` is what is known beforehand, a twin's poles say.
+The curve of log |lambda| is a polynomial, that of the log damping ratio nearly a constant: what damps a
+homogeneous plate damps all its modes alike. `base` is what is known beforehand, a twin's poles say.
 """
 
 from dataclasses import dataclass
@@ -78,8 +78,7 @@ class SmoothTracks:
     @property
     def count(self) -> int:
         """Numbers that make up common parts and curves."""
-        sweeps, degree = self.basis.shape
-        return 2 * (sweeps + len(self.own) * degree)
+        return 2 * len(self.basis) + self.own.size
 
     @cached_property
     def certainty(self) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.variable_projection import Projection
 
 ROUGHLY = 50.0
-"""Fall of the sum of squares at which the first of two fits stops: it only tells how large and alike errors are."""
+"""Fall of the sum of squares at which the first of two fits stops: it tells errors, how large and how alike."""
 
 
 def fit_sweeps(
@@ -58,9 +58,8 @@ def fit_sweeps(
     lines = [one.lines() for one in measured]
     rough = fit_together([averaged(one) for one in lines], terms, start, active, tracks, settled=ROUGHLY)
     told("identify", 0.5)
-    weighed = [
-        one.reweighted(*pair) for one, *pair in zip(measured, lines, _fits(rough.looks, terms), strict=True)
-    ]
+    fits = _fits(rough.looks, terms)
+    weighed = [one.reweighted(own, now) for one, own, now in zip(measured, lines, fits, strict=True)]
     last = fit_together([averaged(one) for one in weighed], terms, rough.place, active, tracks)
     told("identify", 0.9)
     table = np.full(active.shape, -1, dtype=np.int64)

@@ -20,6 +20,11 @@ from analysis.identification.residual_terms import ResidualTerms
 WELL_APART = 1e-4
 """Smallest sine between a column and those before it for which normal equations are good enough."""
 
+RIDGE = 1e-10
+"""Share of its length squared added to a column that is nearer to the others than that. It keeps residues of poles
+that the lines cannot tell apart below the size of what was measured times 1e4, and changes the misfit of residues
+that a plate can have by as little as rounding does."""
+
 
 @dataclass(frozen=True)
 class Projection:
@@ -148,23 +153,28 @@ def _triangle(
     gram = dsyrk(1.0, stacked.T, trans=1)  # the upper half only: half the work of a product
     lengths = np.sqrt(np.diag(gram))
     lengths[lengths == 0.0] = 1.0
-    triangle = _factor(stacked, gram, lengths)
+    triangle = _factor(stacked, gram, lengths, len(columns))
     triangle[:, len(columns) :] *= lengths[len(columns) :]
     return triangle, lengths[: len(columns)]
 
 
 def _factor(
-    rows: NDArray[np.float64], gram: NDArray[np.float64], lengths: NDArray[np.float64]
+    rows: NDArray[np.float64], gram: NDArray[np.float64], lengths: NDArray[np.float64], columns: int
 ) -> NDArray[np.float64]:
     """Return the upper triangular factor R of rows brought to unit length, R^T R = rows rows^T.
 
     Cholesky's of the Gram matrix, whose upper half is given, costs a quarter of an orthogonal one and squares the
-    condition, so it is only taken where every row keeps a ten-thousandth of its length beside the ones before.
+    condition, so it is only taken where every row keeps a ten-thousandth of its length beside the ones before; the
+    first `columns` get a ridge if need be.
     """
-    factor, failed = dpotrf(gram / lengths[:, None] / lengths)
-    if not failed and np.diagonal(factor).min() > WELL_APART:
-        upper: NDArray[np.float64] = factor
-        return upper
+    unit = gram / lengths[:, None] / lengths
+    for ridge, least in ((0.0, WELL_APART), (RIDGE, 0.5 * RIDGE**0.5)):
+        unit.flat[: columns * (len(unit) + 1) : len(unit) + 1] += ridge
+        factor, failed = dpotrf(unit)
+        apart = np.diagonal(factor)
+        if not failed and apart[:columns].min(initial=1.0) > least and apart[columns:].min() > WELL_APART:
+            upper: NDArray[np.float64] = factor
+            return upper
     factor = np.asarray(np.linalg.qr((rows / lengths[:, None]).T, mode="r"))
     short = len(rows) - len(factor)
     if short > 0:  # fewer lines than columns: pad, so that the parts can be cut out all the same

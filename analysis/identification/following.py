@@ -1,0 +1,233 @@
+"""Poles of one sweep followed to the others, before all are fitted together.
+
+A polymer's modulus moves all frequencies nearly together, and its loss all damping ratios. So from one sweep to
+the next a common step of both is
+sought, with every pole held near it: modes that overlap cannot change places, and none is lost where damping hides
+it. What a sweep leaves over asks for new poles: modes that enter the band.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from analysis.identification.automatic import Settings, identify
+from analysis.identification.averaging import averaged
+from analysis.identification.common_factor import common_factor
+from analysis.identification.joint_fit import JointFit, fit_together
+from analysis.identification.lines import Lines
+from analysis.identification.measured import Measured
+from analysis.identification.missing import gains, matched, residual
+from analysis.identification.modes import Modes
+from analysis.identification.order import pole_price
+from analysis.identification.parameters import to_parameters, to_poles
+from analysis.identification.pole_search import PoleFit
+from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.smooth_tracks import SmoothTracks
+
+BEYOND = 0.12
+"""Share of the band's edges up to which poles outside it are fitted as well."""
+
+OWN_STEP = (2e-3, 0.02)
+"""Standard deviations of a mode's own step from one sweep to the next, log |lambda| and log damping ratio."""
+
+BACKGROUND_STEP = (0.02, 0.2)
+"""The same for a pole that stands for what is out of band or bends the background."""
+
+MOST_DAMPED = 0.5
+"""Damping ratio that is predicted at most."""
+
+MOST_BIRTHS = 4
+"""New poles in one sweep at most."""
+
+SAME_MODE = 1.5
+"""Largest distance, in half widths, between a mode's predicted and found pole after a fresh start."""
+
+AFRESH = 1.5
+"""Misfit, in multiples of the one expected, above which a sweep is searched from nothing."""
+
+HOPE = 0.5
+"""Share of a pole's price that it must bring with all others held, to be tried."""
+
+LIKE_OTHERS = 0.5
+"""Departure of log damping ratio from the modes' median up to which a new pole in band is called a mode."""
+
+
+@dataclass
+class Followed:
+    """Poles of the sweeps done so far.
+
+    Attributes
+    ----------
+    temperature : (T,) ndarray
+        Degrees Celsius, of all sweeps.
+    terms : ResidualTerms
+    place : (T, J, 2) ndarray
+        Log |lambda| and log damping ratio, NaN where not known.
+    mode : (J,) ndarray of bool
+        Which are modes; the others are background.
+    done : list of int
+        Sweeps.
+    """
+
+    temperature: NDArray[np.float64]
+    terms: ResidualTerms
+    place: NDArray[np.float64]
+    mode: NDArray[np.bool_]
+    done: list[int] = field(default_factory=list)
+
+    @classmethod
+    def started(
+        cls, temperature: NDArray[np.float64], sweep: int, modes: Modes, terms: ResidualTerms
+    ) -> "Followed":
+        """Begin with the poles of one sweep."""
+        place = np.full((len(temperature), len(modes.poles), 2), np.nan)
+        place[sweep] = to_parameters(modes.poles)
+        return cls(temperature, terms, place, modes.real.copy(), [sweep])
+
+    def nearest(self, sweep: int) -> list[int]:
+        """Sweeps done, nearest in temperature first, then latest."""
+        away = np.abs(self.temperature[self.done] - self.temperature[sweep])
+        return [self.done[n] for n in np.lexsort((-np.arange(len(self.done)), np.round(away, 3)))]
+
+    def predicted(self, sweep: int) -> tuple[NDArray[np.float64], bool]:
+        """Every pole (J, 2) at a sweep, moved on along its trend, and whether there is a trend yet."""
+        source, *others = self.nearest(sweep)
+        here = self.filled(source)
+        step = self.temperature[sweep] - self.temperature[source]
+        for other in others:
+            base = self.temperature[source] - self.temperature[other]
+            if abs(base) > 0.5 and abs(step) <= 1.5 * abs(base):
+                trend = (here - self.filled(other)) / base
+                trend[~self.mode] = np.median(trend[self.guide], axis=0)  # background has none of its own
+                here += trend * step
+                here[:, 1] = np.minimum(here[:, 1], np.log(MOST_DAMPED))
+                return here, True
+        return here, False
+
+    @property
+    def guide(self) -> NDArray[np.bool_]:
+        """Poles that tell the common step: the modes, all where there are none."""
+        return self.mode if self.mode.any() else ~self.mode
+
+    def filled(self, sweep: int) -> NDArray[np.float64]:
+        """Poles at a sweep; those not known there as at the nearest that knows them, moved by the common step."""
+        place: NDArray[np.float64] = self.place[sweep].copy()
+        for j in np.flatnonzero(np.isnan(place[:, 0])):
+            known = next(t for t in self.nearest(sweep) if np.isfinite(self.place[t, j, 0]))
+            step = self.place[sweep] - self.place[known]
+            place[j] = self.place[known, j] + np.nanmedian(step[self.guide], axis=0)
+        return place
+
+    def add(self, sweep: int, place: NDArray[np.float64], mode: bool) -> None:
+        """Add a pole that one sweep shows."""
+        column = np.full((len(self.temperature), 1, 2), np.nan)
+        column[sweep, 0] = place
+        self.place = np.concatenate([self.place, column], axis=1)
+        self.mode = np.append(self.mode, mode)
+
+
+def follow(known: Followed, sweep: int, measured: Measured, usual: float, settings: Settings) -> None:
+    """Fit one more sweep from what is known of the others.
+
+    Parameters
+    ----------
+    known : Followed
+        Gets the sweep's poles.
+    sweep : int
+    measured : Measured
+        The sweep.
+    usual : float
+        Misfit to be expected of it, as a share of rms |h|.
+    settings : Settings
+        Of a search from nothing, where following fails.
+    """
+    lines = measured.lines()
+    blocks = averaged(lines)
+    start, moving = known.predicted(sweep)
+    if not moving:
+        active = active_in(start, lines)
+        start[:, 0] += np.log(common_factor(blocks, to_poles(start[active]), known.terms)[0])
+    found = _held(blocks, start, known)
+    if _left(lines, found, known) > AFRESH * usual:
+        _afresh(known, sweep, start, identify(measured, settings))
+        found = _held(blocks, known.filled(sweep), known)
+    known.done.append(sweep)
+    known.place[sweep] = found.place[0]
+    lines = measured.reweighted(lines, _as_fit(found, known.terms))
+    blocks = averaged(lines)
+    if not measured.known:
+        found = _held(blocks, known.place[sweep], known)
+    for _ in range(MOST_BIRTHS):
+        born = _born(known, sweep, lines, blocks, found)
+        if born is None:
+            break
+        found = born
+    known.place[sweep] = found.place[0]
+
+
+def active_in(place: NDArray[np.float64], lines: Lines) -> NDArray[np.bool_]:
+    """Which poles (J, 2) stand in the band or near it."""
+    f = np.exp(place[:, 0]) / (2.0 * np.pi)
+    inside: NDArray[np.bool_] = f > lines.frequency[0] * (1.0 - BEYOND)
+    inside &= f < lines.frequency[-1] * (1.0 + BEYOND)
+    return inside
+
+
+def _held(blocks: Lines, start: NDArray[np.float64], known: Followed) -> JointFit:
+    """Fit one sweep with every pole held near the step that all make together."""
+    tracks = SmoothTracks.polynomials(np.zeros(1), start[None])
+    own = np.where(known.mode[:, None], OWN_STEP, BACKGROUND_STEP)
+    tracks.own[:, 0] = own**2
+    return fit_together(
+        [blocks], [known.terms], start[None], active_in(start, blocks)[None], tracks, settled=2.0, most=12
+    )
+
+
+def _left(lines: Lines, found: JointFit, known: Followed) -> float:
+    """Root mean square of what a fit leaves over, as a share of that of |h|."""
+    left = residual(lines, _as_fit(found, known.terms))
+    return float(np.linalg.norm(left) / np.linalg.norm(lines.h))
+
+
+def _born(known: Followed, sweep: int, lines: Lines, blocks: Lines, found: JointFit) -> JointFit | None:
+    """Add the pole that the residual asks for most, if BIC falls; the sweep's fit with it, or None."""
+    now = _as_fit(found, known.terms)
+    candidates = matched(lines, residual(lines, now), shortlist=4)
+    if len(candidates) == 0:
+        return None
+    gain = gains(blocks, now, candidates)
+    misfit = found.looks[0].misfit
+    price = pole_price(lines) * max((misfit + blocks.hidden) / lines.independent, 0.5 * lines.correlation)
+    if gain.max() < HOPE * price:
+        return None
+    pole = candidates[[int(gain.argmax())]]
+    place = np.concatenate([known.place[sweep], to_parameters(pole)])
+    tried = _held(
+        blocks, place, Followed(known.temperature, known.terms, place[None], np.append(known.mode, False))
+    )
+    if misfit - tried.looks[0].misfit < price:
+        return None
+    new, usual = tried.place[0, -1], float(np.median(tried.place[0, :-1, 1][known.guide]))
+    inside = lines.frequency[0] < np.exp(new[0]) / (2.0 * np.pi) < lines.frequency[-1]
+    known.place[sweep] = tried.place[0, :-1]
+    known.add(sweep, new, bool(inside and abs(new[1] - usual) < LIKE_OTHERS))
+    return tried
+
+
+def _as_fit(found: JointFit, terms: ResidualTerms) -> PoleFit:
+    look = found.looks[0]
+    return PoleFit(look, terms, 0, True, np.zeros(len(look.poles), dtype=bool))
+
+
+def _afresh(known: Followed, sweep: int, start: NDArray[np.float64], fresh: Modes) -> None:
+    """Take a sweep's poles from a search of its own, under the names of the predicted ones they are near."""
+    place = to_parameters(fresh.poles)
+    away = np.abs(start[:, None, 0] - place[None, :, 0]) / np.exp(place[None, :, 1])
+    for j, n in zip(*linear_sum_assignment(np.minimum(away, 10.0)), strict=True):
+        if away[j, n] < SAME_MODE:
+            known.place[sweep, j] = place[n]
+            place[n] = np.nan
+    for n in np.flatnonzero(np.isfinite(place[:, 0])):
+        known.add(sweep, place[n], bool(fresh.real[n]))
