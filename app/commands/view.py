@@ -36,7 +36,7 @@ Examples:
 @output_options("the pictures written with --screenshot")
 @bad_input
 def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Path | None, output: Output) -> None:
-    """Look at FOLDER, a campaign or a run folder.
+    """Look at FOLDER, a campaign or a run folder of a campaign or a modal test.
 
     A campaign that flexura acquire is writing is shown live: oven and plate against the programme, the last
     repeat's signals, spectrum and levels, FRFs as they come, the log. The window only reads the folder; closing
@@ -44,7 +44,8 @@ def command(folder: Path, kind: "Kind | None", theme: str | None, screenshot: Pa
 
     All else is shown as recorded, a page for every stage whose result is there: FRFs over temperature with linked
     cursors, modes followed over temperature, laws, the gap with the signatures of its candidates, focusing, moving
-    fields. Every plot exports PNG, SVG and CSV; F1 shows the keys.
+    fields. Of a modal test: FRFs (decibels, parts, Nyquist plane) and modes (table, stabilization, shapes,
+    AutoMAC), which can be dropped and added by hand. Every plot exports PNG, SVG and CSV; F1 shows the keys.
     """
     import os
 

@@ -1,8 +1,9 @@
 """Modes and shapes of a test: computed, saved in a run folder, loaded again."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,12 +107,28 @@ def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes
     report("identify", 0.9)
     orders = np.unique(np.linspace(2, 2 * max(len(modes.poles), 3) + 2, 8).astype(int))
     chart = stabilization_chart(Measured(frfs.frequency, frfs.h), modes.terms, [int(n) for n in orders])
+    report("identify", 1.0)
+    return judged_test(replace(frfs, notes=(*frfs.notes, *_widened(modes, frfs.segment))), modes, chart)
+
+
+def judged_test(frfs: FrfSet, modes: Modes, chart: StabilizationChart) -> TestModes:
+    """Take an exponential window's damping out of fitted poles, and shapes out of their residues.
+
+    Parameters
+    ----------
+    frfs : FrfSet
+    modes : Modes
+        As fitted.
+    chart : StabilizationChart
+
+    Returns
+    -------
+    TestModes
+    """
     freed = _freed(modes, frfs.window_rate)
     noise = residue_deviation(frfs.frequency, frfs.h - modes.synthesis(frfs.frequency), modes.poles)
     shapes = mode_shapes(frfs.transfers, freed.poles, freed.residues, freed.real, noise)
-    report("identify", 1.0)
-    told = replace(frfs, notes=(*frfs.notes, *_widened(modes, frfs.segment)))
-    return TestModes(told, freed, shapes, chart)
+    return TestModes(frfs, freed, shapes, chart)
 
 
 def _widened(modes: Modes, segment: float) -> list[str]:
@@ -154,11 +171,25 @@ def save_test(run: Path, found: TestModes, wanted: "Wanted") -> None:
     wanted : Wanted
         With which they were found.
     """
-    frfs, made_from = found.frfs, provenance(found.frfs.hashes, {"test": found.frfs.title} | wanted.record())
+    write_run(run, found, {"test": found.frfs.title} | wanted.record())
+
+
+def write_run(run: Path, found: TestModes, settings: Mapping[str, Any]) -> None:
+    """Write everything that a run folder of a test holds.
+
+    Parameters
+    ----------
+    run : Path
+        The folder.
+    found : TestModes
+    settings : mapping
+        For the provenance; its ``damping`` says how poles are read in the table.
+    """
+    frfs, made_from = found.frfs, provenance(found.frfs.hashes, settings)
     save_frfs(run / "transfers.h5", frfs, made_from)
     save_modes(run / "modes.h5", _tracked(found), made_from, found.shapes)
     save_stabilization(run / "stabilization.h5", found.chart, made_from)
-    write_modes_table(run / "modes.csv", found.modes, found.shapes, wanted.damping)
+    write_modes_table(run / "modes.csv", found.modes, found.shapes, settings["damping"])
     write_modes(run / "modes.uff", found.modes, found.shapes, frfs.points)
     write_frfs(run / "frfs.uff", frfs.transfers)
     write_frfs(run / "rebuilt.uff", _with_values(frfs.transfers, found.rebuilt()))

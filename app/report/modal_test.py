@@ -23,11 +23,6 @@ DRAWN_SHAPES = 12
 FILES = ("transfers.h5", "modes.h5", "stabilization.h5")
 
 
-def is_test(run: Path) -> bool:
-    """Whether a run folder is that of a test."""
-    return (run / "transfers.h5").is_file() and not (run / "frf.h5").is_file()
-
-
 def sections_of_test(run: Path) -> tuple[str, str, list[Section]]:
     """Title, line under it and sections; ResultFileError where a file of the run is missing or damaged."""
     frfs, modes, shapes = load_test(run)

@@ -18,10 +18,11 @@ from app.files.frf_file import load_frf
 from app.files.laws_file import load_laws, load_updated
 from app.files.modes_file import load_modes
 from app.files.run_folder import MADE_BY, run_file
+from app.modal_test.saved import is_test_run
 from app.report import focusing, identified, measured, paper, studies, updated
 from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
 from app.report.gap_section import gap_section
-from app.report.modal_test import is_test, sections_of_test
+from app.report.modal_test import sections_of_test
 from app.report.origin import origin, outdated, stamps
 from app.report.page import Absent, Item, Listing, PageTable, Paragraph, Picture, Section, VerdictBox
 from app.report.summary import summary
@@ -43,7 +44,7 @@ class Found:
 
 def sections(run: Path, report: Progress) -> Found:
     """Read what `run` holds; ResultFileError where it is no run folder at all."""
-    if is_test(run):
+    if is_test_run(run):
         title, subtitle, of_test = sections_of_test(run)
         return Found(title, subtitle, of_test, [])
     experiment, frf = load_frf(run_file(run, "frf.h5", "report"))

@@ -13,7 +13,8 @@
 ``lattice``         fields shown up to the edges of the plate, whatever its outline
 ``recorded``        the window on a recorded campaign
 ``live``            the window on a campaign being acquired
-``opening``         which of the two a folder is shown in
+``test_run``        the window on a modal test
+``opening``         which of them a folder is shown in
 ``screenshots``     pictures of both windows for the documentation
 ==================  ===============================================================
 """

@@ -7,6 +7,7 @@ from app.files.bad_file import ResultFileError
 from app.files.campaign_folder import is_campaign_folder
 from app.files.recorded_campaign import is_recorded_campaign
 from app.files.run_folder import MADE_BY
+from app.modal_test.saved import is_test_run
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Viewed:
 
 
 def viewed(folder: Path) -> Viewed:
-    """Take a campaign with the results beside it, or a run folder alone.
+    """Take a campaign with the results beside it, or a run folder, of a campaign or a test, alone.
 
     Raises
     ------
@@ -43,9 +44,7 @@ def viewed(folder: Path) -> Viewed:
     if is_campaign_folder(folder) or is_recorded_campaign(folder):
         beside = folder.with_name(folder.stem + "-run")
         return Viewed(folder, next((run for run in (beside, folder) if holds_results(run)), None))
-    if (folder / "transfers.h5").is_file():
-        raise ResultFileError(f"{folder}: results of a modal test; they stand on a page: flexura report {folder}")
-    if holds_results(folder):
+    if is_test_run(folder) or holds_results(folder):
         return Viewed(None, folder)
     held = "does not exist" if not folder.exists() else "holds neither a campaign nor results"
     raise ResultFileError(f"{folder}: {held}; name a campaign, or the run folder of flexura identify or update")

@@ -1,14 +1,16 @@
-"""Which of the two windows a folder is shown in."""
+"""Which window a folder is shown in."""
 
 import time
 from typing import Literal
 
 from app.files.bad_file import ResultFileError
 from app.files.campaign_folder import is_campaign_folder
+from app.modal_test.saved import is_test_run
 from app.view.folder import Viewed
 from app.view.live.watched import Watched
 from app.view.live.window import UNDER_WAY, LiveWindow
 from app.view.recorded.window import RecordedWindow
+from app.view.test_run.window import TestWindow
 from app.view.theme import Theme
 from app.view.window import Window
 
@@ -18,7 +20,8 @@ Kind = Literal["live", "recorded"]
 def window_of(viewed: Viewed, kind: Kind | None, theme: Theme) -> Window:
     """Build the window asked for, or else the one that fits.
 
-    A campaign that is under way, or that was acquired and has no result yet, is shown live; all else recorded.
+    A campaign that is under way, or that was acquired and has no result yet, is shown live; results of a modal
+    test in a window of their own; all else recorded.
 
     Parameters
     ----------
@@ -37,6 +40,10 @@ def window_of(viewed: Viewed, kind: Kind | None, theme: Theme) -> Window:
     ResultFileError
         If a live window is asked for of something that no rig writes.
     """
+    if viewed.campaign is None and viewed.run is not None and is_test_run(viewed.run):
+        if kind == "live":
+            raise ResultFileError(f"{viewed.run}: results of a modal test, nothing is live in it")
+        return TestWindow(viewed.run, theme)
     watched = _watched(viewed)
     if kind == "live" and watched is None:
         raise ResultFileError(

@@ -13,6 +13,7 @@ from app.view.live.window import LiveWindow
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.modes_page import ModesPage
 from app.view.recorded.window import RecordedWindow
+from app.view.test_run.window import TestWindow
 from app.view.window import Window
 
 PATIENCE = 600.0
@@ -40,6 +41,8 @@ def screenshots(window: Window, folder: Path, report: Progress) -> list[Path]:
     if isinstance(window, LiveWindow):
         for _ in range(KEPT // AT_A_TIME):
             window.look()
+    if isinstance(window, TestWindow):
+        return [_page(window, n, folder, report) for n in range(window.tabs.count())]
     if not isinstance(window, RecordedWindow):
         return [_shot(window, folder / f"view-live-{window.theme.name}.png")]
     written = []
@@ -52,6 +55,14 @@ def screenshots(window: Window, folder: Path, report: Progress) -> list[Path]:
         name = re.sub(r"\W+", "-", window.tabs.tabText(number).lower())
         written.append(_shot(window, folder / f"view-{name}-{window.theme.name}.png"))
         report("pages", (number + 1) / window.tabs.count())
+    return written
+
+
+def _page(window: TestWindow, number: int, folder: Path, report: Progress) -> Path:
+    window.tabs.setCurrentIndex(number)
+    name = window.tabs.tabText(number).lower()
+    written = _shot(window, folder / f"view-test-{name}-{window.theme.name}.png")
+    report("pages", (number + 1) / window.tabs.count())
     return written
 
 

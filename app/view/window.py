@@ -6,6 +6,7 @@ from pathlib import Path
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QFileDialog, QLabel, QMainWindow, QMenu, QWidget
 
+from app.files.bad_file import ResultFileError
 from app.view import theme as themes
 from app.view.chart import Chart
 from app.view.export import EXPORTERS
@@ -25,12 +26,14 @@ class Window(QMainWindow):
         super().__init__()
         self.theme = theme
         self.setWindowTitle(title)
-        self.resize(1440, 900)
+        self.resize(1280, 800)
         self._bound: list[QAction] = []
         self._file, self._look = self.menuBar().addMenu("&File"), self.menuBar().addMenu("&View")
         self._help = QLabel(self)
         self._help.setObjectName("help")
         self._help.hide()
+        self._opened: list[Window] = []
+        self.bind("Open …", "Ctrl+O", self._ask_and_open, self._file)
         self.bind("Export the plots in sight …", "Ctrl+E", self._ask_and_export, self._file)
         self.bind("Close", "Ctrl+Q", self.close, self._file)
         self.bind("Dark or light", "D", self.change_theme, self._look)
@@ -119,6 +122,39 @@ class Window(QMainWindow):
                 written.append(folder / f"{chart.name}.{ending}")
                 exporter(chart, written[-1])
         return written
+
+    def open(self, folder: Path) -> "Window":
+        """Show another folder in a window of its own, in the same theme.
+
+        Parameters
+        ----------
+        folder : Path
+            A campaign, or a run folder.
+
+        Returns
+        -------
+        Window
+
+        Raises
+        ------
+        ResultFileError
+            If the folder is neither.
+        """
+        from app.view.folder import viewed
+        from app.view.opening import window_of  # which knows all windows, this one among them
+
+        window = window_of(viewed(folder), None, self.theme)
+        self._opened.append(window)
+        window.show()
+        return window
+
+    def _ask_and_open(self) -> None:
+        folder = QFileDialog.getExistingDirectory(self, "Campaign or run folder")
+        if folder:
+            try:
+                self.open(Path(folder))
+            except (OSError, ResultFileError) as error:
+                self.statusBar().showMessage(str(error))
 
     def _ask_and_export(self) -> None:
         folder = QFileDialog.getExistingDirectory(self, "Folder for PNG, SVG and CSV of the plots in sight")

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from app.files.bad_file import ResultFileError
 from app.main import flexura
-from app.view.folder import viewed
+from app.view.folder import Viewed, viewed
 
 
 def test_a_campaign_goes_with_the_run_beside_it(run: Path) -> None:
@@ -30,10 +30,9 @@ def test_a_folder_that_is_neither_is_refused_with_what_would_do(tmp_path: Path) 
     assert "does not exist" in shown.output
 
 
-def test_the_run_of_a_modal_test_stands_on_a_page(tmp_path: Path) -> None:
+def test_the_run_of_a_modal_test_can_be_looked_at(tmp_path: Path) -> None:
     (tmp_path / "transfers.h5").touch()
-    with pytest.raises(ResultFileError, match="results of a modal test; they stand on a page: flexura report"):
-        viewed(tmp_path)
+    assert viewed(tmp_path) == Viewed(None, tmp_path)
 
 
 def test_help_needs_no_qt() -> None:

@@ -1,0 +1,160 @@
+"""Modes of a test dropped or added by hand; the run folder records every change."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.automatic import Settings, finish
+from analysis.identification.averaging import averaged
+from analysis.identification.confirmation import confirmed
+from analysis.identification.measured import Measured
+from analysis.identification.modes import Modes, Rejected
+from analysis.identification.pole_search import fit
+from app.files.bad_file import ResultFileError
+from app.files.hdf5_file import result_file
+from app.files.provenance import read_stamp
+from app.modal_test.frf_set import FrfSet
+from app.modal_test.modes_of_test import judged_test, load_test, write_run
+from app.modal_test.saved import load_stabilization
+
+BY_HAND = "added by hand"
+OUT_BY_HAND = "dropped by hand"
+EDITS = "edits"
+"""Key of the provenance's settings that lists them, the first one first."""
+
+
+def drop_mode(run: Path, frequency: float) -> str:
+    """Take the mode nearest to a frequency out of a test, leave the others as they are, and save that.
+
+    A refit would let the others move towards what is missing.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder of a test.
+    frequency : float
+        Hz.
+
+    Returns
+    -------
+    str
+        What was done, as the run's notes tell it.
+
+    Raises
+    ------
+    ResultFileError
+        Where the run cannot be read, or has no other mode.
+    """
+    frfs, modes, _ = load_test(run)
+    real = np.flatnonzero(modes.real)
+    if len(real) < 2:
+        raise ResultFileError(f"{run}: its one mode cannot be dropped; identify again with another --band")
+    nearest = int(real[np.abs(modes.poles[real].imag / (2.0 * np.pi) - frequency).argmin()])
+    place = float(modes.reading().frequency_hz[nearest])
+    told = f"mode at {place:.3f} Hz {OUT_BY_HAND}"
+    return _saved(run, frfs, _without(frfs, replace(modes, poles=_under_window(frfs, modes)), nearest), told)
+
+
+def add_mode(run: Path, frequency: float) -> str:
+    """Add a mode that starts at a frequency, with the damping usual in the test, fit all anew, and save that.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder of a test.
+    frequency : float
+        Hz.
+
+    Returns
+    -------
+    str
+        What was done, as the run's notes tell it.
+
+    Raises
+    ------
+    ResultFileError
+        Where the run cannot be read, or the frequency is outside its band.
+    """
+    frfs, modes, _ = load_test(run)
+    low, high = modes.band
+    if not low < frequency < high:
+        raise ResultFileError(f"{run}: {frequency:g} Hz; a mode can be added between {low:g} and {high:g} Hz")
+    there = _under_window(frfs, modes)
+    modes = replace(modes, poles=there)
+    zeta = np.median(-there[modes.real].real / np.abs(there[modes.real])) if modes.real.any() else 0.01
+    pole = 2.0 * np.pi * frequency * complex(-zeta, np.sqrt(1.0 - zeta**2))
+    with result_file(run / "modes.h5", "identify") as file:
+        mains = read_stamp(file)["settings"].get("mains_hz")
+    fitted = _kept_by_hand(_fitted(frfs, modes, np.append(there, pole), mains), frequency)
+    return _saved(run, frfs, fitted, f"mode at {frequency:.3f} Hz {BY_HAND}")
+
+
+def edits_of(run: Path) -> list[str]:
+    """Everything that was changed by hand in a run, the first change first.
+
+    Raises ResultFileError where the run cannot be read.
+    """
+    with result_file(run / "modes.h5", "identify") as file:
+        return [str(one) for one in read_stamp(file)["settings"].get(EDITS, ())]
+
+
+def _under_window(frfs: FrfSet, modes: Modes) -> NDArray[np.complex128]:
+    """Poles as the FRFs show them, an exponential window's damping in them."""
+    poles: NDArray[np.complex128] = modes.poles - frfs.window_rate
+    return poles
+
+
+def _without(frfs: FrfSet, modes: Modes, gone: int) -> Modes:
+    """Modes less one pole, which stands among those rejected."""
+    others = [j for j in range(len(modes.poles)) if j != gone]
+    words = modes.confirmation
+    left = replace(
+        modes,
+        poles=np.delete(modes.poles, gone),
+        residues=np.delete(modes.residues, gone, axis=1),
+        covariance=np.delete(modes.covariance, gone, axis=0),
+        rejected=(*modes.rejected, Rejected(complex(modes.poles[gone]), OUT_BY_HAND)),
+        status=tuple(modes.status[j] for j in others),
+        reason=tuple(modes.reason[j] for j in others),
+        confirmation=tuple(words[j] for j in others) if words else (),
+    )
+    over = frfs.h - left.synthesis(frfs.frequency)
+    return replace(left, misfit=float(np.sqrt((np.abs(over) ** 2).sum() / (np.abs(frfs.h) ** 2).sum())))
+
+
+def _saved(run: Path, frfs: FrfSet, fitted: Modes, done: str) -> str:
+    """Write the run anew with the change in its provenance and notes."""
+    with result_file(run / "modes.h5", "identify") as file:
+        settings: dict[str, Any] = read_stamp(file)["settings"]
+    told = replace(frfs, notes=(*frfs.notes, done))
+    found = judged_test(told, fitted, load_stabilization(run / "stabilization.h5"))
+    settings[EDITS] = [*settings.get(EDITS, ()), done]
+    write_run(run, found, settings)
+    return done
+
+
+def _fitted(frfs: FrfSet, modes: Modes, poles: NDArray[np.complex128], mains: float | None) -> Modes:
+    """Fit and judge poles on the lines that `modes` were fitted to."""
+    measured = Measured(frfs.frequency, frfs.h, frfs.variance)
+    tones = [abs(r.pole) / (2.0 * np.pi) for r in modes.rejected if complex(r.pole).real == 0.0]
+    spoilt = np.isin(frfs.frequency, tones)
+    measured = measured.without(spoilt) if spoilt.any() else measured
+    lines = measured.lines()  # by their roughness: what the modes leave over holds the one that was missing
+    found = fit(averaged(lines), poles, modes.terms, tolerance=1e-5)
+    made = finish(measured, lines, found, Settings(mains=mains))
+    return confirmed(measured, replace(made, rejected=modes.rejected))
+
+
+def _kept_by_hand(modes: Modes, frequency: float) -> Modes:
+    """Call the pole nearest to a frequency a mode, whatever it was judged to be, and say who did."""
+    nearest = int(np.abs(modes.poles.imag / (2.0 * np.pi) - frequency).argmin())
+    status, reason = list(modes.status), list(modes.reason)
+    if not modes.real[nearest]:
+        status[nearest] = "weak"
+    reason[nearest] = f"{BY_HAND}; {reason[nearest]}"
+    words = list(modes.confirmation)
+    words[nearest] = words[nearest] or "unconfirmed"
+    return replace(modes, status=tuple(status), reason=tuple(reason), confirmation=tuple(words))

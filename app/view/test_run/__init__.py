@@ -1,0 +1,10 @@
+"""The window on a modal test: FRFs with what was identified laid over, and the modes with their shapes.
+
+=================  ===========================================================
+``held``           what a run of a test holds
+``frf_page``       FRFs in decibels, parts or the Nyquist plane, two cursors
+``modes_page``     table, stabilization chart, AutoMAC; modes dropped, added
+``shape_chart``    a shape at the points of a structure
+``window``         both pages, and the folder that is shown
+=================  ===========================================================
+"""

@@ -1,0 +1,215 @@
+"""FRFs of a test with those rebuilt from its modes: decibels and phase, parts, the Nyquist plane; two cursors."""
+
+import numpy as np
+import pyqtgraph
+from numpy.typing import NDArray
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+from app.view.chart import Chart
+from app.view.cursors import Cursors
+from app.view.recorded.frf_page import FREQUENCY
+from app.view.recorded.overlays import decibels
+from app.view.test_run.held import HeldTest
+from app.view.theme import Theme
+
+AROUND = 6.0
+"""Half-power widths of the nearest mode that the Nyquist plane shows to either side of the cursor."""
+NYQUIST = "Nyquist plane around the cursor"
+FINE = 400
+"""Points of the model's circle there."""
+LEFT = 62
+"""Dots that the left axis takes, so that plots above each other share their frequencies."""
+
+
+class TestFrfPage(QWidget):
+    """One FRF at a time.
+
+    Parameters
+    ----------
+    held : HeldTest
+    cursors : Cursors
+    theme : Theme
+
+    Attributes
+    ----------
+    placed, marked : Signal(float)
+        Where cursor and mark stand along the plots' axis: Hz, or its decadic logarithm.
+    """
+
+    __test__ = False
+    placed = Signal(float)
+    marked = Signal(float)
+
+    def __init__(self, held: HeldTest, cursors: Cursors, theme: Theme) -> None:
+        super().__init__()
+        self._held, self._cursors, self._theme = held, cursors, theme
+        self._mark = cursors.frequency
+        self.choice, self.display = QComboBox(), QComboBox()
+        self.choice.addItems([one.name for one in held.frfs.transfers])
+        self.display.addItems(["magnitude and phase", "real and imaginary part"])
+        self.log, self.rebuilt = QCheckBox("log frequency"), QCheckBox("from poles and residues")
+        self.rebuilt.setChecked(True)
+        self.rebuilt.setStyleSheet(
+            f"QCheckBox {{ border-left: 4px solid {theme.identified}; padding-left: 6px; }}"
+        )
+        self.readout = QLabel()
+        self.readout.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.above = Chart("test-frf", "", FREQUENCY, "", theme)
+        self.below = Chart("test-frf-below", "", FREQUENCY, "", theme)
+        self.coherence = Chart("test-coherence", "coherence", FREQUENCY, "", theme)
+        self.nyquist = Chart("test-nyquist", NYQUIST, "real part", "imaginary part", theme)
+        self._lay_out()
+        self._modes: list[pyqtgraph.InfiniteLine] = []
+        self._draw()
+        self.choice.currentIndexChanged.connect(self._show)
+        self.display.currentIndexChanged.connect(self._show)
+        self.rebuilt.toggled.connect(self._show)
+        self.log.toggled.connect(self._show)
+        cursors.frequency_moved.connect(self._follow)
+        self._show()
+
+    @property
+    def line(self) -> int:
+        """Line nearest to the cursor."""
+        return self._nearest(self._cursors.frequency)
+
+    def step(self, lines: int) -> None:
+        """Move the cursor by so many lines."""
+        place = int(np.clip(self.line + lines, 0, len(self._held.frfs.frequency) - 1))
+        self._cursors.frequency = float(self._held.frfs.frequency[place])
+
+    def mark(self) -> None:
+        """Put the mark where the cursor stands; differences are told from there."""
+        self._mark = self._cursors.frequency
+        self._follow()
+
+    def _nearest(self, frequency: float) -> int:
+        return int(np.abs(self._held.frfs.frequency - frequency).argmin())
+
+    def _axis(self, frequency: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        return np.log10(np.asarray(frequency)) if self.log.isChecked() else np.asarray(frequency)
+
+    def _lay_out(self) -> None:
+        chooser, switches, side, grid = QHBoxLayout(), QHBoxLayout(), QVBoxLayout(), QGridLayout(self)
+        for widget in (self.choice, self.display):
+            widget.setMinimumWidth(80)
+            chooser.addWidget(widget, stretch=1)
+        switches.addWidget(self.rebuilt)
+        switches.addWidget(self.log)
+        side.addLayout(chooser)
+        side.addLayout(switches)
+        side.addWidget(self.readout)
+        side.addWidget(self.nyquist, stretch=1)
+        for row, (chart, share) in enumerate(((self.above, 5), (self.below, 4), (self.coherence, 2))):
+            grid.addWidget(chart, row, 0)
+            grid.setRowStretch(row, share)
+            chart.getAxis("left").setWidth(LEFT)
+            chart.follow("x", self._cursors.frequency, self.placed, self._go)
+            pen = pyqtgraph.mkPen(self._theme.muted, style=Qt.PenStyle.DashLine)
+            dashed = pyqtgraph.InfiniteLine(self._mark, pen=pen)
+            chart.addItem(dashed, ignoreBounds=True)
+            self.marked.connect(dashed.setValue)
+            if chart is not self.above:
+                chart.setXLink(self.above)
+        self.nyquist.getAxis("left").setWidth(LEFT)
+        self.nyquist.setAspectLocked(True)
+        grid.addLayout(side, 0, 1, 3, 1)
+        grid.setColumnStretch(0, 7)
+        grid.setColumnStretch(1, 4)
+
+    def _go(self, place: float) -> None:
+        frequency = 10.0**place if self.log.isChecked() else place
+        self._cursors.frequency = float(self._held.frfs.frequency[self._nearest(frequency)])
+
+    def _draw(self) -> None:
+        theme = self._theme
+        self._curves = [
+            (
+                chart.curve([], [], "measured", theme.measured, width=1.5),
+                chart.curve([], [], "rebuilt", theme.identified),
+            )
+            for chart in (self.above, self.below)
+        ]
+        self._trust = self.coherence.curve([], [], "coherence", theme.measured)
+        self._circle = (
+            self.nyquist.curve([], [], "measured", theme.measured, width=0.8, points=True),
+            self.nyquist.curve([], [], "rebuilt", theme.identified, width=1.4),
+            self.nyquist.curve([], [], "cursor", theme.warning, points=True),
+        )
+
+    def _show(self) -> None:
+        """Show another FRF, in another way."""
+        held, n = self._held, self.choice.currentIndex()
+        x, told = self._axis(held.frfs.frequency), held.frfs.label(n)
+        parts = self.display.currentIndex() == 1
+        unit = told[told.rfind("[") + 1 : -1]
+        names = ("real part", "imaginary part") if parts else (f"|H| [dB re 1 {unit}]", "phase [°]")
+        for number, (chart, curves) in enumerate(zip((self.above, self.below), self._curves, strict=True)):
+            for curve, h in zip(curves, (held.frfs.h[n], held.rebuilt[n]), strict=True):
+                y = (h.real, h.imag)[number] if parts else (decibels(h), np.degrees(np.angle(h)))[number]
+                curve.setData(x, y)
+            curves[1].setVisible(self.rebuilt.isChecked())
+            label = f"{names[number]} [{unit}]" if parts else names[number]
+            chart.labels = (FREQUENCY, label)
+            chart.getAxis("left").setLabel(label, color=self._theme.text)
+        self.above.setTitle(held.frfs.transfers[n].name)
+        coherence = held.frfs.transfers[n].coherence
+        self._trust.setData(x, np.full(len(x), np.nan) if coherence is None else coherence)
+        self.coherence.setVisible(coherence is not None)
+        for chart in (self.above, self.below, self.coherence):
+            chart.getAxis("bottom").setLogMode(self.log.isChecked())
+            chart.fit()
+        if not parts:
+            self.below.setYRange(-180.0, 180.0, padding=0.05)
+        self.below.getAxis("left").setTicks(None if parts else [[(v, f"{v}") for v in (-180, -90, 0, 90, 180)]])
+        self._draw_modes()
+        self._follow()
+
+    def _draw_modes(self) -> None:
+        for line in self._modes:
+            self.above.removeItem(line)
+        self._modes = []
+        for pole, f in zip(self._held.shapes.pole, self._held.places, strict=True):
+            solid = self._held.modes.standing(int(pole)) in ("kept", "kept, confirmed")
+            style = Qt.PenStyle.SolidLine if solid else Qt.PenStyle.DotLine
+            pen = pyqtgraph.mkPen(self._theme.muted, width=0.8, style=style)
+            self._modes.append(pyqtgraph.InfiniteLine(float(self._axis(f)), pen=pen))
+            self._modes[-1].setZValue(-5)
+            self.above.addItem(self._modes[-1], ignoreBounds=True)
+
+    def _follow(self) -> None:
+        """Bring cursor, mark, Nyquist plane and readout to where the cursor is."""
+        self.placed.emit(float(self._axis(self._cursors.frequency)))
+        self.marked.emit(float(self._axis(self._mark)))
+        held, n, here = self._held, self.choice.currentIndex(), self.line
+        frequency, h = held.frfs.frequency, held.frfs.h[n]
+        width = 0.01 * frequency[here]
+        if len(held.shapes.pole):
+            nearest = held.shapes.pole[int(np.abs(held.places - frequency[here]).argmin())]
+            width = -held.modes.poles[nearest].real / np.pi
+        reach = max(AROUND * float(width), 5.0 * float(np.median(np.diff(frequency))))
+        near = np.abs(frequency - frequency[here]) <= reach
+        self._circle[0].setData(h.real[near], h.imag[near])
+        circle = held.model(np.linspace(frequency[near][0], frequency[near][-1], FINE))[n]
+        self._circle[1].setData(circle.real, circle.imag)
+        self._circle[1].setVisible(self.rebuilt.isChecked())
+        self._circle[2].setData([h.real[here]], [h.imag[here]])
+        self.nyquist.fit()
+        self._read_out(here, self._nearest(self._mark))
+
+    def _read_out(self, here: int, there: int) -> None:
+        held, n = self._held, self.choice.currentIndex()
+        f, one, h = held.frfs.frequency, held.frfs.transfers[n], held.frfs.h[n]
+        turn = np.degrees(np.angle(h[here] / h[there])) if h[there] else float("nan")
+        apart = float(decibels(h[here]) - decibels(h[there]))
+        told = [
+            ("cursor", f"{f[here]:.4f} Hz", f"{abs(h[here]):.4g}", f"{np.degrees(np.angle(h[here])):.1f}°"),
+            ("from mark", f"{f[here] - f[there]:+.4f} Hz", f"{apart:+.2f} dB", f"{turn:+.1f}°"),
+        ]
+        if one.variance is not None:
+            told.append(("σ of |H|", "", f"{np.sqrt(one.variance[here]):.2g}", ""))
+        if one.coherence is not None:
+            told.append(("coherence", "", f"{one.coherence[here]:.5f}", ""))
+        rows = ("".join(f"<td style='padding-right:14px'>{cell}</td>" for cell in row) for row in told)
+        self.readout.setText(f"<table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>")

@@ -1,0 +1,183 @@
+"""Modes of a test: table, stabilization chart under the indicator function, AutoMAC, shape; changes by hand."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pyqtgraph
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QGridLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from analysis.shapes.assurance import mac, mpc
+from analysis.shapes.indicator import cmif
+from app.view.chart import Chart, Map
+from app.view.cursors import Cursors
+from app.view.recorded.frf_page import FREQUENCY
+from app.view.test_run.held import HeldTest
+from app.view.test_run.shape_chart import ShapeChart
+from app.view.theme import Theme, one_sided
+
+HEADINGS = ("f [Hz]", "σ [Hz]", "ζ [%]", "σ [%]", "MPC", "status", "why")
+ORDERS = "poles over the order: full dots stable, rings in frequency only"
+CMIF_SHOWN = 3
+MOST_TICKS = 16
+
+
+class TestModesPage(QWidget):
+    """All modes at once, one selected.
+
+    Parameters
+    ----------
+    held : HeldTest
+    cursors : Cursors
+    theme : Theme
+    drop, add : callable
+        Told the frequency, Hz, of the mode to go, or of one to come.
+    """
+
+    __test__ = False
+
+    def __init__(
+        self,
+        held: HeldTest,
+        cursors: Cursors,
+        theme: Theme,
+        drop: Callable[[float], None],
+        add: Callable[[float], None],
+    ) -> None:
+        super().__init__()
+        self._held, self._cursors, self._theme = held, cursors, theme
+        self.table = QTableWidget(len(held.shapes.pole), len(HEADINGS))
+        self.dropping, self.adding = QPushButton("Drop the selected mode"), QPushButton("Add a mode at the cursor")
+        self.dropping.clicked.connect(lambda: drop(float(held.places[self.selected])))
+        self.adding.clicked.connect(lambda: add(cursors.frequency))
+        self.dropping.setEnabled(bool(held.modes.real.sum() > 1))
+        self.cmif = Chart("test-cmif", "how many modes act: CMIF", FREQUENCY, "dB re the largest", theme)
+        self.stabilization = Chart(
+            "test-stabilization",
+            "poles over the order: full dots stable, rings in frequency only",
+            FREQUENCY,
+            "pole pairs",
+            theme,
+        )
+        self.alike = Chart("test-auto-mac", "how alike the shapes are: AutoMAC", "mode", "mode", theme)
+        self.shape = ShapeChart(held, theme)
+        self._fill_table()
+        self._lay_out()
+        self._draw()
+        self.table.currentCellChanged.connect(lambda *_: self._select())
+        if len(held.shapes.pole):
+            self.table.selectRow(int(np.abs(held.places - cursors.frequency).argmin()))
+            self._select()
+
+    @property
+    def selected(self) -> int:
+        """Mode that stands out, from 0."""
+        return max(self.table.currentRow(), 0)
+
+    def step(self, modes: int) -> None:
+        """Select a mode further up or down."""
+        if self.table.rowCount():
+            self.table.selectRow(int(np.clip(self.selected + modes, 0, self.table.rowCount() - 1)))
+
+    def _select(self) -> None:
+        self._cursors.frequency = float(self._held.places[self.selected])
+        self.shape.show_shape(self.selected)
+
+    def _fill_table(self) -> None:
+        held, reading = self._held, self._held.reading
+        reasons, collinear = held.modes.explanation(), mpc(held.shapes.shape)
+        for n, j in enumerate(held.shapes.pole.tolist()):
+            row = (
+                f"{reading.frequency_hz[j]:.3f}",
+                f"{reading.sigma_frequency_hz[j]:.2g}",
+                f"{100 * reading.damping_ratio[j]:.4g}",
+                f"{100 * reading.sigma_damping_ratio[j]:.2g}",
+                f"{collinear[n]:.3f}",
+                held.modes.standing(j),
+                reasons[j],
+            )
+            for column, text in enumerate(row):
+                cell = QTableWidgetItem(text)
+                cell.setToolTip(text)
+                if column < 5:
+                    cell.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                self.table.setItem(n, column, cell)
+        self.table.setHorizontalHeaderLabels(list(HEADINGS))
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table.verticalHeader().setDefaultSectionSize(22)
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setStretchLastSection(True)
+
+    def _lay_out(self) -> None:
+        left, buttons, grid = QVBoxLayout(), QHBoxLayout(), QGridLayout(self)
+        buttons.addWidget(self.dropping)
+        buttons.addWidget(self.adding)
+        buttons.addStretch()
+        left.addWidget(self.table, stretch=1)
+        left.addLayout(buttons)
+        if self._held.frfs.notes:
+            last = QLabel(self._held.frfs.notes[-1])
+            last.setWordWrap(True)
+            left.addWidget(last)
+        charts = QVBoxLayout()
+        charts.addWidget(self.cmif, stretch=1)
+        charts.addWidget(self.stabilization, stretch=1)
+        grid.addLayout(left, 0, 0)
+        grid.addWidget(self.shape, 0, 1)
+        grid.addLayout(charts, 1, 0)
+        grid.addWidget(self.alike, 1, 1)
+        for column, share in enumerate((7, 4)):
+            grid.setColumnStretch(column, share)
+        for row, share in enumerate((4, 5)):
+            grid.setRowStretch(row, share)
+
+    def _draw(self) -> None:
+        held, theme, frfs = self._held, self._theme, self._held.frfs
+        values = cmif(frfs.transfers)
+        level = 20.0 * np.log10(np.maximum(values / values.max(), 1e-12))
+        for number, row in enumerate(level[:CMIF_SHOWN]):
+            self.cmif.curve(frfs.frequency, row, f"singular value {number + 1}", theme.series(number), width=1.3)
+        chart = held.chart
+        for stable in (0, 1, 2):
+            here = chart.stable == stable
+            item = pyqtgraph.ScatterPlotItem(
+                chart.frequency[here],
+                chart.order[here],
+                size=8 if stable else 3,
+                brush=pyqtgraph.mkBrush(theme.identified if stable == 2 else None),
+                pen=pyqtgraph.mkPen(theme.identified if stable else theme.muted),
+            )
+            self.stabilization.addItem(item)
+        if len(chart.order):
+            self.stabilization.setYRange(0.0, float(chart.order.max()) + 1.0, padding=0.0)
+        for one in (self.cmif, self.stabilization):
+            one.getAxis("left").setWidth(62)
+            one.follow("x", self._cursors.frequency, self._cursors.frequency_moved, self._go)
+        self.stabilization.setXLink(self.cmif)
+        self.cmif.fit()
+        if len(held.shapes.pole):
+            place = np.arange(1.0, len(held.shapes.pole) + 1.0)
+            shown = Map(place, place, mac(held.shapes.shape, held.shapes.shape))
+            self.alike.image(shown, one_sided("cividis"), (0.0, 1.0), "MAC")
+            every = int(np.ceil(len(place) / MOST_TICKS))
+            ticks = [[(float(n), f"{n:.0f}") for n in place[::every]], []]
+            for side in ("bottom", "left"):
+                self.alike.getAxis(side).setTicks(ticks)
+
+    def _go(self, frequency: float) -> None:
+        lines = self._held.frfs.frequency
+        self._cursors.frequency = float(lines[np.abs(lines - frequency).argmin()])

@@ -1,0 +1,94 @@
+"""The window on a modal test."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QMessageBox, QTabWidget, QWidget
+
+from app.files.bad_file import ResultFileError
+from app.modal_test.edits import add_mode, drop_mode
+from app.view.cursors import Cursors
+from app.view.test_run.frf_page import TestFrfPage
+from app.view.test_run.held import HeldTest
+from app.view.test_run.modes_page import TestModesPage
+from app.view.theme import Theme
+from app.view.window import Window
+
+
+class TestWindow(Window):
+    """FRFs and modes of a run of a test, which can be changed from here.
+
+    Parameters
+    ----------
+    run : Path
+        Its folder.
+    theme : Theme
+
+    Raises
+    ------
+    ResultFileError
+        Where a file of the run is missing or damaged.
+    """
+
+    __test__ = False
+
+    def __init__(self, run: Path, theme: Theme) -> None:
+        self.held = HeldTest.read(run)
+        super().__init__(f"{self.held.frfs.title} – Flexura", theme)
+        loudest = int(np.abs(self.held.frfs.h).max(axis=0).argmax())
+        self.cursors = Cursors(float(self.held.frfs.frequency[loudest]), self.held.frfs.temperature)
+        self._number = 0
+        for number in (1, 2):
+            self.bind(f"Page {number}", str(number), lambda n=number: self.tabs.setCurrentIndex(n - 1))  # type: ignore[misc]
+        for text, key, lines in (
+            ("Cursor down", "Left", -1),
+            ("Cursor up", "Right", 1),
+            ("Cursor down, ten lines", "Shift+Left", -10),
+            ("Cursor up, ten lines", "Shift+Right", 10),
+        ):
+            self.bind(text, key, lambda lines=lines: self.frfs.step(lines))  # type: ignore[misc]
+        self.bind("Mark at the cursor, differences from there", "M", lambda: self.frfs.mark())
+        self.bind("Logarithmic frequencies", "L", lambda: self.frfs.log.toggle())
+        self.bind("Mode before", "[", lambda: self.modes.step(-1))
+        self.bind("Mode after", "]", lambda: self.modes.step(1))
+        self.build()
+
+    def content(self) -> QWidget:
+        """Return both pages."""
+        self.tabs = QTabWidget()
+        self.tabs.setDocumentMode(True)
+        self.frfs = TestFrfPage(self.held, self.cursors, self.theme)
+        self.modes = TestModesPage(self.held, self.cursors, self.theme, self.drop, self.add)
+        self.tabs.addTab(self.frfs, "FRFs")
+        self.tabs.addTab(self.modes, "Modes")
+        self.tabs.setCurrentIndex(self._number)
+        self.tabs.currentChanged.connect(self._remember)
+        for page in (self.frfs, self.modes):
+            self.adopt(page)
+        return self.tabs
+
+    def drop(self, frequency: float) -> None:
+        """Drop the mode nearest to a frequency, Hz, and show what is left."""
+        self._change(drop_mode, frequency)
+
+    def add(self, frequency: float) -> None:
+        """Add a mode at a frequency, Hz, and show what came of it."""
+        self._change(add_mode, frequency)
+
+    def _change(self, change: Callable[[Path, float], str], frequency: float) -> None:
+        QApplication.setOverrideCursor(Qt.CursorShape.WaitCursor)
+        try:
+            told = change(self.held.run, frequency)
+            self.held = HeldTest.read(self.held.run)
+        except (OSError, ResultFileError) as error:
+            QMessageBox.warning(self, "Not changed", str(error))
+            return
+        finally:
+            QApplication.restoreOverrideCursor()
+        self.build()
+        self.statusBar().showMessage(f"{told}; recorded in {self.held.run}")
+
+    def _remember(self, number: int) -> None:
+        self._number = number

@@ -1,0 +1,72 @@
+"""Modes of a test dropped and added by hand, on a beam whose modes are known."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.estimation.transfer import MeasuredTransfer
+from app.files.bad_file import ResultFileError
+from app.files.modes_file import load_modes
+from app.files.uff58 import write_frfs
+from app.modal_test.edits import add_mode, drop_mode, edits_of
+from app.modal_test.modes_of_test import load_test
+from tests.app.modal_test.conftest import Beam, F, typed
+
+
+@pytest.fixture
+def run(tmp_path: Path, beam: Beam) -> Path:
+    """Three accelerances of a beam with 0.1 % noise, identified."""
+    rng = np.random.default_rng(0)
+    frequency = np.arange(40.0, 700.0, 0.25)
+    frfs = []
+    for i in range(3):
+        h = beam.frf(frequency, i, 0, 2)
+        h = h + 1e-3 * np.abs(h).max() * (rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape))
+        frfs.append(MeasuredTransfer(f"point {i + 1}", f"{i + 1}:+3", "1:+3", "acceleration", frequency, h))
+    write_frfs(tmp_path / "beam.uff", frfs)
+    typed("identify", tmp_path / "beam.uff", "--shared-poles", "--out", tmp_path / "run", "--quiet")
+    return tmp_path / "run"
+
+
+def frequencies(run: Path) -> list[float]:
+    _, modes, _ = load_test(run)
+    return list(modes.reading("viscous").frequency_hz[modes.real])
+
+
+def test_a_dropped_mode_is_gone_and_one_added_there_comes_back(run: Path) -> None:
+    before = load_modes(run / "modes.h5").modes[0]
+    assert frequencies(run) == pytest.approx(list(F), rel=1e-4)
+    told = drop_mode(run, 260.0)
+    assert told.startswith("mode at 26")
+    assert told.endswith("dropped by hand")
+    assert frequencies(run) == pytest.approx([F[0], F[2]], rel=1e-4)
+    assert len((run / "modes.csv").read_text(encoding="utf-8").splitlines()) == 3
+    add_mode(run, 258.0)
+    assert frequencies(run) == pytest.approx(list(F), rel=1e-4)
+    frfs, after, _ = load_test(run)
+    moved = np.abs(np.log(np.abs(after.poles[after.real]) / np.abs(before.poles[before.real])))
+    assert (moved < 0.5 * np.sqrt(before.covariance[before.real, 0, 0])).all()
+    by_hand = [words.startswith("added by hand") for words in np.array(after.reason)[after.real]]
+    assert by_hand == [False, True, False]
+    assert edits_of(run) == [told, "mode at 258.000 Hz added by hand"]
+    assert frfs.notes[-2:] == tuple(edits_of(run))
+
+
+def test_what_is_no_mode_by_its_data_is_weak_and_unconfirmed_when_added(run: Path) -> None:
+    add_mode(run, 400.0)
+    _, modes, shapes = load_test(run)
+    added = next(j for j, why in enumerate(modes.reason) if why.startswith("added by hand"))
+    assert modes.standing(added) == "weak, unconfirmed"
+    assert added in shapes.pole
+
+
+def test_what_cannot_be_is_refused(run: Path) -> None:
+    with pytest.raises(ResultFileError, match="between 40 and"):
+        add_mode(run, 3000.0)
+    for frequency in F[:2]:
+        drop_mode(run, float(frequency))
+    with pytest.raises(ResultFileError, match="one mode cannot be dropped"):
+        drop_mode(run, float(F[2]))
+    with pytest.raises(ResultFileError, match="transfers"):
+        drop_mode(run.parent, 100.0)

@@ -1,0 +1,140 @@
+"""The window on a modal test, driven as a hand would."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
+
+from analysis.estimation.transfer import MeasuredTransfer
+from app.files.bad_file import ResultFileError
+from app.files.uff58 import write_frfs
+from app.modal_test.edits import edits_of
+from app.view.application import application
+from app.view.folder import viewed
+from app.view.opening import window_of
+from app.view.screenshots import screenshots
+from app.view.test_run.window import TestWindow
+from app.view.theme import DARK, LIGHT
+from tests.app.modal_test.conftest import Beam, F, typed
+
+
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run folder of four accelerances of a beam, identified."""
+    folder, rng = tmp_path_factory.mktemp("beam"), np.random.default_rng(0)
+    frequency = np.arange(40.0, 700.0, 0.5)
+    frfs = []
+    for i in range(4):
+        h = Beam().frf(frequency, i, 0, 2)
+        h = h + 1e-3 * np.abs(h).max() * (rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape))
+        frfs.append(MeasuredTransfer(f"point {i + 1}", f"{i + 1}:+3", "1:+3", "acceleration", frequency, h))
+    write_frfs(folder / "beam.uff", frfs)
+    assert (
+        typed("identify", folder / "beam.uff", "--shared-poles", "--out", folder / "run", "--quiet").exit_code == 0
+    )
+    return folder / "run"
+
+
+@pytest.fixture
+def window(identified: Path, tmp_path: Path, shown: Callable[[Any], Any]) -> TestWindow:
+    application()
+    run = shutil.copytree(identified, tmp_path / "run")
+    opened: TestWindow = shown(window_of(viewed(run), None, LIGHT))
+    assert isinstance(opened, TestWindow)
+    return opened
+
+
+def cells(window: TestWindow, column: int) -> list[str]:
+    table = window.modes.table
+    return [item.text() for row in range(table.rowCount()) if (item := table.item(row, column)) is not None]
+
+
+def test_the_table_tells_every_mode_with_its_status(window: TestWindow) -> None:
+    assert [float(text) for text in cells(window, 0)] == pytest.approx(list(F), rel=1e-3)
+    assert cells(window, 5) == ["kept, confirmed"] * 3
+    assert all("found again" in text for text in cells(window, 6))
+
+
+def test_it_fits_a_small_screen(window: TestWindow) -> None:
+    assert (window.width(), window.height()) == (1280, 800)
+    assert window.minimumSizeHint().width() <= 1280
+    assert window.minimumSizeHint().height() <= 800
+
+
+def test_selecting_a_mode_moves_cursor_and_shape(window: TestWindow) -> None:
+    window.tabs.setCurrentIndex(1)
+    window.modes.table.selectRow(0)
+    window.modes.step(1)
+    assert window.cursors.frequency == pytest.approx(F[1], rel=1e-3)
+    _, _, motion = window.modes.shape.curves[0]
+    np.testing.assert_allclose(motion, window.held.shapes.shape[1].real)
+    assert window.modes.shape.plotItem.titleLabel.text.startswith("shape at 26")
+
+
+def test_parts_and_logarithmic_frequencies(window: TestWindow) -> None:
+    page, h = window.frfs, window.held.frfs.h
+    page.choice.setCurrentIndex(2)
+    page.display.setCurrentIndex(1)
+    page.log.setChecked(True)
+    label, x, y = page.above.curves[0]
+    assert label == "measured"
+    np.testing.assert_allclose(10.0**x, window.held.frfs.frequency)
+    np.testing.assert_allclose(y, h[2].real)
+    np.testing.assert_allclose(page.below.curves[0][2], h[2].imag)
+    before = page.line
+    page.step(10)
+    assert page.line == before + 10
+    page.rebuilt.setChecked(False)
+    assert [one[0] for one in page.above.curves] == ["measured"]
+
+
+def test_differences_are_told_from_the_mark(window: TestWindow) -> None:
+    page, frfs = window.frfs, window.held.frfs
+    window.cursors.frequency = 100.0
+    page.mark()
+    window.cursors.frequency = 150.0
+    there, here = (abs(frfs.h[0][np.abs(frfs.frequency - f).argmin()]) for f in (100.0, 150.0))
+    assert "+50.0000 Hz" in page.readout.text()
+    assert f"{20 * np.log10(here / there):+.2f} dB" in page.readout.text()
+
+
+def test_the_nyquist_plane_shows_the_peak_nearest_to_the_cursor(window: TestWindow) -> None:
+    window.cursors.frequency = float(F[0])
+    measured = {label: (x, y) for label, x, y in window.frfs.nyquist.curves}["measured"]
+    size = np.hypot(*measured)
+    near = np.abs(window.held.frfs.frequency - F[0]) < 3.0
+    assert size.max() == pytest.approx(np.abs(window.held.frfs.h[0][near]).max())
+
+
+def test_a_mode_dropped_and_added_from_the_window_is_recorded(window: TestWindow) -> None:
+    window.modes.table.selectRow(1)
+    window.modes.dropping.click()
+    assert window.modes.table.rowCount() == 2
+    assert "dropped by hand" in window.statusBar().currentMessage()
+    window.cursors.frequency = 263.0
+    window.modes.adding.click()
+    assert [float(text) for text in cells(window, 0)] == pytest.approx(list(F), rel=1e-3)
+    assert [edit.split()[-3] for edit in edits_of(window.held.run)] == ["dropped", "added"]
+
+
+def test_other_folders_are_opened_and_pages_pictured(window: TestWindow, tmp_path: Path) -> None:
+    other = window.open(window.held.run)
+    assert isinstance(other, TestWindow)
+    other.close()
+    with pytest.raises(ResultFileError, match="does not exist"):
+        window.open(tmp_path / "nowhere")
+    window.change_theme()
+    assert window.theme is DARK
+    names = [path.name for path in screenshots(window, tmp_path / "pictures", lambda *_: None)]
+    assert names == ["view-test-frfs-dark.png", "view-test-modes-dark.png"]
+
+
+def test_nothing_is_live_in_a_test(identified: Path) -> None:
+    application()
+    with pytest.raises(ResultFileError, match="nothing is live in it"):
+        window_of(viewed(identified), "live", LIGHT)
