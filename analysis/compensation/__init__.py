@@ -3,6 +3,11 @@
 ======================  ======================================================================
 ``settings``            how networks are trained
 ``study``               every method put to the test
+``measured``            the same on filters of measured transfers, without a twin
+``knots``               where to put training temperatures
+``law_band``            what uncertain laws leave of the contrast
+``tilted``              one side of the panel warmer than the other
+``burden``              bytes and multiplications of every method
 ``outcome``             what came of it
 ``parameter_studies``   networks over nodes and spacing
 ``network``             trained networks: temperature in, taps out, clamped to their range

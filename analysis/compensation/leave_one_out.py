@@ -16,16 +16,25 @@ from analysis.focusing.fir import FirBank
 
 def leave_one_out(filters: FirBank, method: Callable[[FirBank, Real], Real]) -> Real:
     """Relative error (n-2, N), %, of a `method` (filters, temperatures) at each inner temperature withheld."""
+    return relative_error(left_out_taps(filters, method), filters.taps[1:-1])
+
+
+def left_out_taps(filters: FirBank, method: Callable[[FirBank, Real], Real]) -> Real:
+    """Taps (n-2, N, M) that a `method` (filters, temperatures) gives at each inner temperature withheld."""
     found = []
     for left in range(1, len(filters.temperature) - 1):
         keep = np.arange(len(filters.temperature)) != left
         rest = replace(filters, taps=filters.taps[keep], temperature=filters.temperature[keep])
-        predicted = method(rest, filters.temperature[left : left + 1])
-        found.append(relative_error(predicted[0], filters.taps[left]))
+        found.append(method(rest, filters.temperature[left : left + 1])[0])
     return np.array(found)
 
 
-def leave_one_out_networks(
+def leave_one_out_networks(filters: FirBank, trained: Trained, settings: Training, device: str = "cpu") -> Real:
+    """Relative error (n-2, N), %, of networks at each inner temperature withheld, see `left_out_networks`."""
+    return relative_error(left_out_networks(filters, trained, settings, device), filters.taps[1:-1])
+
+
+def left_out_networks(
     filters: FirBank, trained: Trained, settings: Training, device: str = "cpu", epochs: int = 300
 ) -> Real:
     """Predict every inner training filter by networks trained without it.
@@ -46,13 +55,8 @@ def leave_one_out_networks(
 
     Returns
     -------
-    (n - 2, N) ndarray
-        Relative error of each filter left out, %.
-
-    Raises
-    ------
-    ValueError
-        Where a filter is silent, so that its relative error is undefined.
+    (n - 2, N, M) ndarray
+        Taps of each filter left out.
     """
     count, actuators = filters.taps.shape[:2]
     inner = np.arange(1, count - 1)
@@ -74,5 +78,4 @@ def leave_one_out_networks(
     )
     fit = train(batch.problem, batch.start, epochs)
     taps = outputs_at(batch, fit.weights, inputs).reshape(len(inner), actuators, count, -1)
-    predicted = taps[np.arange(len(inner)), :, inner]
-    return relative_error(predicted, filters.taps[inner])
+    return np.asarray(taps[np.arange(len(inner)), :, inner])

@@ -5,9 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.arrays import Complex, Real
+from analysis.compensation.knots import PlacedTemperatures
+from analysis.compensation.law_band import ContrastBand
 from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import NetworkBank
 from analysis.compensation.settings import Training
+from analysis.compensation.tilted import TiltedContrast
 from analysis.focusing.fir import FirBank
 from analysis.focusing.over_temperature import Aim
 from analysis.focusing.performance import decibels
@@ -103,6 +106,15 @@ class Compensation:
         Contrast and spot error there (A, F), with filters computed directly and by the networks.
     target_share : float
         Area of the target over area of the plate.
+    judged : str
+        ``everywhere``: against filters computed at `temperature`; ``left-out``: at inner training temperatures, by
+        filters made without the one judged.
+    placed : PlacedTemperatures, optional
+        The training temperatures where they were placed, beside equidistant ones.
+    law_band : ContrastBand, optional
+        What the uncertainty of the laws does to the contrast of the networks' filters.
+    tilted : TiltedContrast, optional
+        What is lost where one side of the panel is warmer than the other.
     """
 
     methods: tuple[str, ...]
@@ -125,6 +137,10 @@ class Compensation:
     direct_aim: Aim
     network_aim: Aim
     target_share: float
+    judged: str = "everywhere"
+    placed: PlacedTemperatures | None = None
+    law_band: ContrastBand | None = None
+    tilted: TiltedContrast | None = None
 
     @property
     def training_temperature(self) -> Real:

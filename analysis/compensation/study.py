@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.arrays import Real
+from analysis.compensation.burden import burdens
 from analysis.compensation.interpolation import cubic_spline, linear, log_root_rigidity, reduced_frequency
+from analysis.compensation.knots import place_temperatures
 from analysis.compensation.leave_one_out import leave_one_out, leave_one_out_networks
 from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import InputMap
@@ -54,8 +56,9 @@ def compensate(
     method: Method = "stif",
     workers: int = 1,
     known: tuple[FirBank, EnergyForms] | None = None,
+    place: int | None = None,
 ) -> Compensation:
-    """Train on filters every `spacing` °C, judge every `step` °C of the range laws and panel share.
+    """Train on filters every `spacing` °C or where placed, judge every `step` °C of what laws and panel share.
 
     Parameters
     ----------
@@ -79,6 +82,8 @@ def compensate(
         Threads that design filters.
     known : (FirBank, EnergyForms), optional
         What `direct_filters` gives at the temperatures judged at; computed where left out.
+    place : int, optional
+        How many training temperatures are placed where the filters need them, instead of every `spacing`.
 
     Returns
     -------
@@ -93,8 +98,10 @@ def compensate(
     """
     low, high = covered(laws, panel.filters.operating_range)
     knots, everywhere = spaced(low, high, spacing), spaced(low, high, step)
-    training.check_temperatures(len(knots))
+    training.check_temperatures(place or len(knots))
     truth, forms = known or direct_filters(model, panel, laws, everywhere, method, report, workers)
+    placed = None if place is None else place_temperatures(truth, forms, _band_lines(panel), place)
+    knots = knots if placed is None else placed.temperature
     filters = _at_knots(truth, knots)
     if filters is None:
         filters, _ = direct_filters(model, panel, laws, knots, method, report, workers, stage="Training filters")
@@ -118,9 +125,8 @@ def compensate(
     at_places = [int(np.argmin(np.abs(everywhere - place))) for place in places]
     aims = _aims(model, panel, laws, everywhere[at_places], truth, truth.taps[at_places], taps[NETWORK][at_places])
     report("Leave one out", 1.0)
-    held, cost = _burden(
-        filters, training.nodes, len(LowRankBank.of(filters).filters), len(panel.filters.frequency)
-    )
+    low_rank = LowRankBank.of(filters)
+    held = burdens(filters, low_rank, training.nodes, panel.filters.frequency)
     asked = model.space.asked(panel.target.displacement)
     heard = [replace(truth, taps=taps[name]).response(_band_lines(panel)) for name in METHODS]
     return Compensation(
@@ -136,31 +142,15 @@ def compensate(
         response=np.array([mean_response(forms, one, asked) for one in heard]),
         peak_drive=np.array([peak_drive(taps[name]) for name in METHODS]),
         seconds=seconds,
-        size=4.0 * held,
-        update_cost=cost,
+        size=4.0 * np.array([held[name][0] for name in METHODS]),
+        update_cost=np.array([held[name][1] for name in METHODS]),
         trained=trained[0],
-        low_rank=LowRankBank.of(filters),
+        low_rank=low_rank,
         aim_temperature=everywhere[at_places],
         direct_aim=aims[0],
         network_aim=aims[1],
         target_share=model.space.grid.target_share,
-    )
-
-
-def _burden(filters: FirBank, nodes: int, rank: int, lines: int) -> tuple[Real, Real]:
-    """Numbers to keep and multiplications an update, of every method (m,).
-
-    Interpolation keeps the training filters; a spline's value is a sum over all of them with weights that follow
-    from the temperature alone. Equal reduced frequency stretches four responses and fits a filter to each
-    actuator.
-    """
-    count, actuators, taps = filters.taps.shape
-    one = float(actuators * taps)
-    interpolated = count * one
-    fit = 4.0 * 8.0 * lines * actuators + 2.0 * lines * one
-    held = [actuators * (2 * nodes + (nodes + 1) * taps), *[interpolated] * 4, (rank + 1) * one + count * rank]
-    return np.array(held, dtype=float), np.array(
-        [nodes * one, 2.0 * one, count * one, count * one, fit, rank * one]
+        placed=placed,
     )
 
 

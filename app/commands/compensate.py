@@ -1,29 +1,37 @@
 """``flexura compensate``: filters that follow the temperature, by networks and by their rivals."""
 
 import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from app.commands.bad_input import bad_input
 from app.commands.options import FOCUSING_METHODS, PATH, filter_options, laws_of_twin, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    import numpy as np
-
-    from analysis.compensation.outcome import Compensation
-    from analysis.focusing.panel import Panel
+    from analysis.compensation.settings import Training
+    from analysis.progress import Progress
+    from app.stages.compensate import CompensatedPanel
 
 GOOD_LOSS = 0.02
 """Contrast that networks may lose against filters computed directly, at any line of any temperature."""
+FEWEST_MEASURED = 5
+"""Temperatures measured: networks are trained on four at least, and each inner one is left out in turn."""
 
 
 EXAMPLES = """\b
 Examples:
   flexura compensate plate-run
   flexura compensate plate-run --spacing 4 --restarts 3
+  flexura compensate plate-run --place 8
+  flexura compensate plate-run --across 10 --across 20
+  flexura compensate --transfers scan.h5 --panel scanned.toml --out scan-run
   flexura compensate plate-run --feed temperature --start random --split matlab --seed 7
 """
 
@@ -40,7 +48,29 @@ Examples:
     show_default=True,
     help="°C between training temperatures.",
 )
-@click.option("--nodes", type=click.IntRange(1, 100), default=10, show_default=True, help="Hidden nodes.")
+@click.option(
+    "--place",
+    type=click.IntRange(4, 40),
+    help="Place so many training temperatures where the filters need them, instead of every SPACING.",
+)
+@click.option(
+    "--across",
+    type=click.FloatRange(0.1, 60.0),
+    multiple=True,
+    help="K between two sides of the panel: what is lost, fed the temperature at the target; repeat for more.",
+)
+@click.option(
+    "--transfers",
+    type=PATH,
+    help="Measured transfers at five temperatures or more (HDF5), in place of laws and the panel's twin.",
+)
+@click.option(
+    "--nodes",
+    type=click.IntRange(1, 100),
+    default=10,
+    show_default=True,
+    help="Hidden nodes; fewer on few temperatures measured.",
+)
 @click.option(
     "--restarts", type=click.IntRange(1, 100), default=1, show_default=True, help="Trainings per actuator."
 )
@@ -91,6 +121,9 @@ def command(
     run: Path | None,
     panel: Path | None,
     spacing: float,
+    place: int | None,
+    across: tuple[float, ...],
+    transfers: Path | None,
     nodes: int,
     restarts: int,
     feed: str,
@@ -111,193 +144,133 @@ def command(
     RUN is a run folder with laws.h5, or a laws file (default: the current folder). Trains on the filters every
     SPACING °C, designed as in RUN's filters.h5 unless said otherwise, and judges networks, linear interpolation,
     cubic splines, interpolation at equal reduced frequency and principal filters against the filters computed
-    every 0.25 °C. Writes compensation.h5. Exit status 1 where a network is refused, or loses more than 0.02 of
-    contrast at any line of any temperature.
+    every 0.25 °C. States as a band what the uncertainty of the laws leaves of the contrast. With --transfers,
+    trains on the filters of all temperatures measured, and judges each inner one by what is made without it.
+    Writes compensation.h5. Exit status 1 where a network is refused, or loses more than 0.02 of contrast at any
+    line of any temperature judged.
     """
+    from analysis.compensation.measured import suited_nodes
     from analysis.compensation.settings import Training
     from analysis.compensation.training import EvidenceCollapseError
-    from analysis.focusing.over_temperature import spaced
     from app.files.provenance import sha256
     from app.files.run_folder import run_folder
     from app.stages import compensate
-    from app.stages.panel_inputs import checked_device, laws_for, method_for, panel_for, range_of
+    from app.stages.panel_inputs import checked_device
+    from app.terminal.compensation import notes, record, show, summary
 
     started = time.perf_counter()
-    laws_path, laws, beside = laws_for(run, twin, "compensate")
     filters = filters | ({"design": "inverse-fft"} if as_paper else {})
-    declared, panel_path = panel_for(panel, beside, filters)
-    followed = method_for(method, panel, beside)  # type: ignore[arg-type]
-    low, high = range_of(declared, laws, laws_path)
     training = Training(
         nodes=nodes, feed=feed, scale=scale, start=start, split=split, restarts=restarts, seed=seed
     )
     training = training.as_paper() if as_paper else training
     checked_device(device)
-    try:
-        training.check_temperatures(len(spaced(low, high, spacing)))
-    except ValueError as error:
-        raise click.UsageError(f"--spacing {spacing:g}, {low:g} to {high:g} °C: {error}") from error
-    folder = run_folder(beside, out or beside)
+    if transfers is None:
+        task = _from_laws(run, twin, panel, filters, method, (spacing, place, across), training)
+    else:
+        if twin is not None or place is not None or across or _typed("spacing"):
+            raise click.UsageError(
+                "--transfers takes the place of --twin, and trains on the temperatures measured: leave out "
+                "--spacing, --place and --across"
+            )
+        task = _from_transfers(run, transfers, panel, filters, method)
+        training = training if _typed("nodes") else replace(training, nodes=suited_nodes(task.temperatures))
+    folder = run_folder(task.beside, out or task.beside)
     with output.progress() as report:
         try:
-            computed = compensate.compute(
-                declared, laws, report, training=training, spacing=spacing, method=followed, device=device
-            )
+            computed = task.compute(report, training=training, device=device)
         except EvidenceCollapseError as error:
             output.failure(f"refused: {error}")
             raise click.exceptions.Exit(1) from error
-    target = compensate.save(folder, computed, {path.name: sha256(path) for path in (laws_path, panel_path)})
+    target = compensate.save(folder, computed, {path.name: sha256(path) for path in task.inputs})
     found = computed.compensation
     seconds = time.perf_counter() - started
     output.result(lambda: record(found, seconds), lambda: show(found))
-    for note in notes(twin, declared, low, high, followed):
+    for note in [*task.notes, *notes(found, training)]:
         output.note(note)
     output.summary(summary(found, target, seconds))
     if found.largest_loss[0] > GOOD_LOSS:
         raise click.exceptions.Exit(1)
 
 
-def notes(twin: Path | None, panel: "Panel", low: float, high: float, method: str) -> list[str]:
-    """Return what a user has to know of where the laws come from, how far they reach, and what is followed.
+@dataclass(frozen=True)
+class _Task:
+    """What is to be computed, from which files and at how many temperatures, and where its result goes."""
 
-    Parameters
-    ----------
-    twin : Path or None
-        Twin file that gave the laws; None where a run did.
-    panel : Panel
-    low, high : float
-        Temperatures that laws and panel share, degrees Celsius.
-    method : str
-        How the filters followed are designed.
-
-    Returns
-    -------
-    list of str
-        A sentence each; empty where there is nothing to say.
-    """
-    from app.stages.panel_inputs import effects_left_out
-
-    found = [] if twin is None else effects_left_out(twin)
-    if (low, high) != panel.filters.operating_range:
-        found.append(f"the laws cover {low:g} to {high:g} °C only")
-    if method != "stif":
-        found.append(f"the filters followed are those of {method}; --method stif trains on STIF")
-    return found
+    compute: Callable[..., "CompensatedPanel"]
+    inputs: tuple[Path, ...]
+    beside: Path
+    notes: list[str]
+    temperatures: int
 
 
-def record(found: "Compensation", seconds: float) -> dict[str, Any]:
-    """Return what ``--json`` prints."""
-    from analysis.focusing.performance import area_normalised
-
-    trained = found.trained
-    return {
-        "methods": {
-            name: {
-                "contrast": float(found.contrast[m].mean()),
-                "contrast_worst_line": float(found.contrast[m].min()),
-                "contrast_area_normalised": float(area_normalised(found.contrast[m], found.target_share).mean()),
-                "contrast_loss": float(found.largest_loss[m]),
-                "contrast_loss_band_mean": float(found.contrast_loss[m].mean(axis=1).max()),
-                "phase_error_deg": float(found.phase_error[m]),
-                "level_ripple_db": float(found.level_ripple[m]),
-                "peak_drive": float(found.peak_drive[m].max()),
-                "bytes": int(found.size[m]),
-                "multiplications_per_update": int(found.update_cost[m]),
-                "relative_error_max_percent": _largest(found, m),
-                "relative_error_mean_percent": float(found.relative_error[m].mean()),
-                "left_out_max_percent": float(found.left_out[m].max()),
-                "seconds": float(found.seconds[m]),
-            }
-            for m, name in enumerate(found.methods)
-        },
-        "best": found.best,
-        "recommended": found.recommended,
-        "focusing": found.focusing,
-        "taps": found.filters.taps.shape[2],
-        "latency_ms": 1e3 * found.filters.delay / found.filters.sample_rate,
-        "temperatures": len(found.temperature),
-        "temperature_range_c": [float(found.temperature[0]), float(found.temperature[-1])],
-        "training_temperatures_c": found.training_temperature.tolist(),
-        "actuators": found.relative_error.shape[2],
-        "network": {
-            "nodes": trained.settings.nodes,
-            "parameters_determined": trained.gamma.tolist(),
-            "log_evidence": trained.log_evidence.tolist(),
-            "training_error_percent": trained.training_error.tolist(),
-            "epochs": trained.epochs.tolist(),
-            "seed": trained.settings.seed,
-        },
-        "contrast_direct_mean": float(found.contrast_direct.mean()),
-        "seconds": seconds,
-    }
+def _typed(option: str) -> bool:
+    """Whether an option was given, not left at its default."""
+    return click.get_current_context().get_parameter_source(option) is not ParameterSource.DEFAULT
 
 
-def show(found: "Compensation") -> None:
-    """Print a table of the methods for people."""
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
+def _from_laws(
+    run: Path | None,
+    twin: Path | None,
+    panel: Path | None,
+    filters: dict[str, Any],
+    method: str | None,
+    wanted: tuple[float, int | None, tuple[float, ...]],
+    training: "Training",
+) -> _Task:
+    """Prepare the compensation of a panel whose plate obeys laws."""
+    from analysis.focusing.over_temperature import spaced
+    from app.stages import compensate
+    from app.stages.panel_inputs import effects_left_out, laws_for, method_for, panel_for, range_of
 
-    from analysis.focusing.performance import area_normalised
-
-    latency = 1e3 * found.filters.delay / found.filters.sample_rate
-    caption = (
-        f"{found.focusing}, {found.filters.taps.shape[2]} taps, {latency:.1f} ms; all temperatures and lines\n"
-        "RE: relative error, eq. (13), of energy: 0.01 % is 1 % of amplitude"
+    laws_path, laws, beside = laws_for(run, twin, "compensate")
+    declared, panel_path = panel_for(panel, beside, filters)
+    followed = method_for(method, panel, beside)  # type: ignore[arg-type]
+    low, high = range_of(declared, laws, laws_path)
+    spacing, place, across = wanted
+    try:
+        training.check_temperatures(place or len(spaced(low, high, spacing)))
+    except ValueError as error:
+        raise click.UsageError(f"--spacing {spacing:g}, {low:g} to {high:g} °C: {error}") from error
+    if place is not None and place > high - low + 1.0:
+        raise click.UsageError(f"--place {place}: {low:g} to {high:g} °C have room for {int(high - low) + 1}")
+    if across and max(across) > high - low:
+        raise click.UsageError(
+            f"--across {max(across):g} K: the laws hold from {low:g} to {high:g} °C, so that up to "
+            f"{high - low:g} K can be judged"
+        )
+    notes = [] if twin is None else effects_left_out(twin)
+    if (low, high) != declared.filters.operating_range:
+        notes.append(f"the laws cover {low:g} to {high:g} °C only")
+    compute = partial(
+        compensate.compute, declared, laws, spacing=spacing, place=place, across=across, method=followed
     )
-    table = Table(
-        title="Filters between the training temperatures",
-        caption=caption,
-        header_style="bold",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    table.add_column("", no_wrap=True)
-    for name in found.methods:
-        table.add_column(name.replace("-", "-\n"), justify="right")
-    share = found.target_share
-    for figure, values in (
-        ("contrast, mean", [f"{c.mean():.3f}" for c in found.contrast]),
-        ("contrast, worst line", [f"{c.min():.3f}" for c in found.contrast]),
-        ("contrast lost, mean", [f"{c.mean(axis=1).max():.4f}" for c in found.contrast_loss]),
-        ("contrast lost, worst line", [f"{c:.4f}" for c in found.largest_loss]),
-        ("contrast by area, mean", [f"{area_normalised(c, share).mean():.3f}" for c in found.contrast]),
-        ("phase error, °", [f"{c:.1f}" for c in found.phase_error]),
-        ("level ripple, dB", [f"{c:.1f}" for c in found.level_ripple]),
-        ("peak drive", [f"{c.max():.3g}" for c in found.peak_drive]),
-        ("kilobytes", [f"{c / 1e3:.0f}" for c in found.size]),
-        ("multiplications, 10³", [f"{c / 1e3:.0f}" for c in found.update_cost]),
-        ("time, s", [f"{c:.2f}" for c in found.seconds]),
-        ("relative error, %", [f"{_largest(found, m):.1g}" for m in range(len(found.methods))]),
-    ):
-        table.add_row(figure, *values)
-    Console().print(table)
+    count = place or len(spaced(low, high, spacing))
+    return _Task(compute, (laws_path, panel_path), beside, notes, count)
 
 
-def summary(found: "Compensation", target: Path, seconds: float) -> str:
-    """Return one line for people.
+def _from_transfers(
+    run: Path | None, transfers: Path, panel: Path | None, filters: dict[str, Any], method: str | None
+) -> _Task:
+    """Prepare the compensation of a panel of which transfers were measured at several temperatures."""
+    from app.files.bad_file import ResultFileError
+    from app.stages import compensate
+    from app.stages.panel_inputs import measured_panel, method_for, scanned_panel
 
-    Parameters
-    ----------
-    found : Compensation
-    target : Path
-        File it was written to.
-    seconds : float
-        It took, s.
+    beside = run or transfers.parent
+    declared, panel_path = scanned_panel(panel, beside, filters)
+    followed = method_for(method, panel, beside)  # type: ignore[arg-type]
+    if followed == "modal-control":
+        raise click.UsageError("--method modal-control needs the modes of a model; --transfers has none")
+    measured = measured_panel(declared, transfers, ())
+    count = len(measured.transfers.temperature)
+    if count < FEWEST_MEASURED:
+        raise ResultFileError(
+            f"{transfers}: transfers at {count} temperatures; at least {FEWEST_MEASURED} are needed, to train on "
+            "all but one: measure more"
+        )
 
-    Returns
-    -------
-    str
-    """
-    t = found.temperature
-    return (
-        f"{len(found.training_temperature)} training temperatures, judged at {len(t)} from {t[0]:g} to {t[-1]:g} "
-        f"°C: the networks lose at most {found.largest_loss[0]:.2g} of contrast (relative error "
-        f"{_largest(found, 0):.2g} % of energy); best here: {found.best}, "
-        f"recommended: {found.recommended}; {seconds:.1f} s; {target}"
-    )
+    def compute(report: "Progress", **choices: Any) -> "CompensatedPanel":
+        return compensate.compute_measured(measured, report, method=followed, **choices)
 
-
-def _largest(found: "Compensation", method: int) -> float:
-    errors: np.ndarray[Any, Any] = found.relative_error[method]
-    return float(errors.max())
+    return _Task(compute, (transfers, panel_path), beside, [], count)

@@ -21,6 +21,8 @@ def write_value(group: h5py.Group, value: Any) -> None:
     """Write a dataclass into an empty group."""
     for field in fields(value):
         item = getattr(value, field.name)
+        if item is None:
+            continue  # what may be lacking has None for its default
         if is_dataclass(item):
             write_value(group.create_group(field.name), item)
         elif isinstance(item, np.ndarray):
@@ -39,7 +41,7 @@ def read_value(group: h5py.Group, kind: type[Value]) -> Value:
     hints = get_type_hints(kind)
     parts: dict[str, Any] = {}
     for field in fields(kind):  # type: ignore[arg-type]
-        wanted = hints[field.name]
+        wanted = next((one for one in get_args(hints[field.name]) if is_dataclass(one)), hints[field.name])
         if field.default is not MISSING and field.name not in group and field.name not in group.attrs:
             continue  # the file was written before there was such a field
         try:

@@ -1,10 +1,12 @@
 """Contrast and spot error before and after compensation (the paper's Figs. 4, 13 and 17), and its Fig. 15."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
+from analysis.compensation.law_band import ContrastBand
 from analysis.compensation.outcome import NETWORK, Compensation
 from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Aim, Focusing
@@ -55,11 +57,21 @@ def loss(focusing: Focusing, compensation: Compensation) -> Figure:
         color=MEASURED,
         label="computed directly",
     )
+    if compensation.law_band is not None:
+        _band(axes, compensation.law_band)
     axes.set(
         xlabel="temperature [°C]", ylabel="mean contrast in band", ylim=(0, 1), title="what temperature costs"
     )
     axes.legend()
     return figure
+
+
+def _band(axes: Axes, band: ContrastBand) -> None:
+    """Bars over mean contrast and worst line that the laws' uncertainty leaves."""
+    label = f"worst line; bars: {100 * band.share:g} % band of the laws"
+    axes.plot(band.temperature, band.nominal[:, 1], "s", ms=3.0, color=BAND, alpha=0.7, label=label)
+    for ends in (band.mean, band.worst):
+        axes.vlines(band.temperature, ends[:, 0], ends[:, 1], color=BAND, lw=4.0, alpha=0.6)
 
 
 def correction(focusing: Focusing, uncorrected: Aim) -> Figure:

@@ -1,14 +1,21 @@
 """Compensate stage: networks and their rivals, trained on a panel's filters and judged, computed and saved."""
 
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
+from analysis.compensation.law_band import law_band
+from analysis.compensation.measured import compensate_measured
 from analysis.compensation.outcome import Compensation
 from analysis.compensation.settings import Training
 from analysis.compensation.study import compensate
+from analysis.compensation.tilted import tilted_contrast
+from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
+from analysis.focusing.over_temperature import covered, spaced
 from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
@@ -16,8 +23,11 @@ from app.files.compensation_file import save_compensation
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
 from app.twins.panel_twin import panel_twin
+from app.twins.tilted_twin import tilted_twin
 
 COMPENSATION = "compensation.h5"
+BAND_SPACING = 10.0
+"""Between the temperatures at which the uncertainty of the laws is carried on, K."""
 
 
 @dataclass(frozen=True)
@@ -29,16 +39,19 @@ class CompensatedPanel:
     panel : Panel
     compensation : Compensation
         Networks, their rivals, and how well each does.
-    spacing : float
-        Between training temperatures, K.
+    spacing : float or None
+        Between training temperatures, K; None where they were placed, or measured.
     device : str
         Where torch trained.
+    measured : bool
+        Whether the filters come from measured transfers; otherwise from laws and a twin.
     """
 
     panel: Panel
     compensation: Compensation
-    spacing: float
+    spacing: float | None
     device: str
+    measured: bool = False
 
     def __repr__(self) -> str:
         """Training temperatures, contrast lost and the method recommended in one line."""
@@ -59,6 +72,8 @@ def compute(
     spacing: float = 5.0,
     method: Method = "stif",
     device: str = "cpu",
+    place: int | None = None,
+    across: Sequence[float] = (),
 ) -> CompensatedPanel:
     """Build the panel's twin, train one network per actuator, and judge every method.
 
@@ -77,6 +92,10 @@ def compute(
         How the filters are designed that the networks have to follow.
     device : str
         Where torch trains: ``cpu``, ``cuda``, ``cuda:1``.
+    place : int, optional
+        How many training temperatures are placed where the filters need them, instead of every `spacing`.
+    across : sequence of float
+        Differences of temperature between two opposite sides of the panel, K, at which the filters are tried.
 
     Returns
     -------
@@ -87,11 +106,14 @@ def compute(
     EvidenceCollapseError
         Where a network is refused.
     ValueError
-        Where laws and panel share no temperatures, or fewer than four training temperatures.
+        Where laws and panel share no temperatures, fewer than four training temperatures, or no range as wide as
+        a difference `across`.
     """
     laws = panel.plate.grown(laws)
+    low, high = covered(laws, panel.filters.operating_range)
+    model = panel_twin(panel, laws, report)
     found = compensate(
-        panel_twin(panel, laws, report),
+        model,
         panel,
         laws,
         spacing,
@@ -101,8 +123,56 @@ def compute(
         report=report,
         method=method,
         workers=workers(),
+        place=place,
     )
-    return CompensatedPanel(panel, found, spacing, device)
+    networks, here = found.trained.networks, spaced(low, high, BAND_SPACING)
+    bank = replace(found.filters, taps=networks.taps(here), temperature=here)
+    rng = np.random.default_rng(found.trained.settings.seed)
+    found = replace(found, law_band=law_band(model, panel, laws, bank, rng, workers()))
+    if across:
+        twin = tilted_twin(panel, laws, report)
+        tilted = tilted_contrast(twin, panel, found.filters, networks.taps, across, (low, high), report)
+        found = replace(found, tilted=tilted)
+    return CompensatedPanel(panel, found, None if place else spacing, device)
+
+
+def compute_measured(
+    measured: MeasuredPanel,
+    report: Progress,
+    *,
+    training: Training | None = None,
+    method: Method = "stif",
+    device: str = "cpu",
+) -> CompensatedPanel:
+    """Train one network per actuator on the filters of measured transfers, and judge every method without a twin.
+
+    Parameters
+    ----------
+    measured : MeasuredPanel
+    report : callable
+        Called with a stage's name and the share of it done.
+    training : Training, optional
+        Standard settings where it is left out.
+    method : str
+        How the filters are designed that the networks have to follow.
+    device : str
+        Where torch trains: ``cpu``, ``cuda``, ``cuda:1``.
+
+    Returns
+    -------
+    CompensatedPanel
+
+    Raises
+    ------
+    EvidenceCollapseError
+        Where a network is refused.
+    ValueError
+        Where the transfers are of fewer than five temperatures.
+    """
+    found = compensate_measured(
+        measured, training or Training(), time.perf_counter, device, report, method, workers()
+    )
+    return CompensatedPanel(measured.panel, found, None, device, measured=True)
 
 
 def save(run: Path, found: CompensatedPanel, inputs: Mapping[str, str]) -> Path:
@@ -132,6 +202,7 @@ def save(run: Path, found: CompensatedPanel, inputs: Mapping[str, str]) -> Path:
         "method": found.compensation.focusing,
         "device": found.device,
         "panel": found.panel.model_dump(mode="json"),
+        "measured": found.measured,
     }
     save_compensation(target, found.panel, found.compensation, provenance(inputs, settings, trained.settings.seed))
     return target

@@ -180,8 +180,36 @@ def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple
         if made_from_transfers(made):
             raise ResultFileError(
                 f"{made}: designed from measured transfers, which no material laws carry to other temperatures; "
-                "name a panel that can be computed with --panel"
+                "name a panel that can be computed with --panel (flexura compensate follows them with --transfers)"
             )
+        return changed(load_panel(made), changes), made
+    return panel_of(path, changes)
+
+
+def scanned_panel(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple[Panel, Path]:
+    """Return the panel of a file, or else the one that a run's filters were made for, whatever from.
+
+    Parameters
+    ----------
+    path : Path or None
+        File of the panel.
+    run : Path
+    changes : mapping
+        Filter settings to be replaced, by key; None leaves one as it is.
+
+    Returns
+    -------
+    panel : Panel
+    path : Path
+        File it comes from.
+
+    Raises
+    ------
+    ResultFileError
+        Where it cannot be read.
+    """
+    made = run / "filters.h5"
+    if path is None and made.is_file():
         return changed(load_panel(made), changes), made
     return panel_of(path, changes)
 

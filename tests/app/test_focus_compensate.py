@@ -4,6 +4,7 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from click.testing import CliRunner
 
 from analysis.compensation.settings import Training
 from analysis.estimation.transfer import MeasuredTransfer
+from analysis.focusing.measured import MeasuredTransfers
 from analysis.focusing.over_temperature import focus, responses
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
@@ -26,6 +28,7 @@ from app.files.transfers_file import read_transfers, write_transfers
 from app.files.uff58 import write_frfs
 from app.files.values import write_value
 from app.main import flexura
+from app.report.focusing import loss
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages import panel_inputs as panel_run
@@ -424,6 +427,98 @@ def test_the_twin_s_own_transfers_from_a_universal_file_give_the_twin_s_filters(
     panel.write_text(narrow, encoding="utf-8")
     result = flex("focus", "--panel", panel, *words)
     assert "filters.edges ask for 20 to 360 Hz: measure wider" in result.output
+
+
+def test_transfers_of_several_temperatures_are_compensated_as_the_twin_is(run, panel, tmp_path):
+    """The twin's own transfers, written and read back: its filters, and networks that say the same."""
+    panel.write_text(PANEL.replace("grid = [20, 16]", "grid = [20, 20]"), encoding="utf-8")
+    declared, here, scan = read_panel(panel), laws(), tmp_path / "scan.h5"
+    model = panel_twin(declared, here, lambda _stage, _share: None)
+    spacing = declared.filters.sample_rate / declared.filters.transform_length
+    frequency = np.arange(54.0 // spacing + 1, 400.0 // spacing) * spacing
+    temperature = np.arange(0.0, 61.0, 5.0)
+    fields = np.array([a @ model.space.deflection.T for _, a in responses(model, here, temperature, frequency)])
+    points = model.space.grid.points
+    write_transfers(scan, MeasuredTransfers(temperature, points, frequency, fields, np.zeros(fields.shape)))
+    out = ("--out", tmp_path / "scan")
+    assert flex("focus", "--panel", panel, "--transfers", scan, *out).exit_code == 0
+    result = flex("compensate", tmp_path / "scan", "--transfers", scan, "--json")
+    assert result.exit_code in (0, 1), result.output
+    printed, (_, found) = json.loads(result.stdout), load_compensation(tmp_path / "scan" / "compensation.h5")
+    assert printed["judged"] == found.judged == "left-out"
+    assert list(printed["methods"]) == ["network", "linear", "cubic-spline", "low-rank"]
+    assert printed["law_band"] is printed["placed"] is printed["across"] is None
+    assert "measured transfers tell no log" in result.stderr
+    assert "13 temperatures measured; left out one by one from 5 to 55" in result.stderr
+    twin = flex("compensate", run, "--panel", panel, "--feed", "temperature", "--nodes", 8)
+    assert twin.exit_code in (0, 1), twin.output
+    _, own = load_compensation(run / "compensation.h5")
+    largest = np.abs(own.filters.taps).max()
+    np.testing.assert_allclose(found.filters.taps, own.filters.taps, atol=1e-4 * largest)
+    np.testing.assert_allclose(
+        found.trained.networks.taps(temperature), own.trained.networks.taps(temperature), atol=2e-3 * largest
+    )
+    at = np.searchsorted(own.temperature, found.temperature)
+    np.testing.assert_allclose(found.contrast_direct, own.contrast_direct[at], atol=1e-4)
+    refused = flex("compensate", tmp_path / "scan", "--transfers", scan, "--spacing", 4)
+    assert "leave out --spacing, --place and --across" in refused.output
+    with h5py.File(scan, "r+") as file:
+        for name in ("temperature", "transfer", "variance"):
+            few = file[name][:4]
+            del file[name]
+            file[name] = few
+    refused = flex("compensate", tmp_path / "scan", "--transfers", scan)
+    assert "transfers at 4 temperatures; at least 5 are needed" in refused.output
+
+
+def test_temperatures_are_placed_and_it_is_said_what_that_gains(run, panel):
+    result = flex("compensate", run, "--panel", panel, "--place", 9, "--nodes", 6, "--json")
+    assert result.exit_code in (0, 1), result.output
+    printed, (_, found) = json.loads(result.stdout), load_compensation(run / "compensation.h5")
+    np.testing.assert_array_equal(found.filters.temperature, found.placed.temperature)
+    assert len(found.placed.temperature) == 9
+    assert found.placed.loss <= found.placed.equidistant_loss
+    assert printed["placed"]["temperatures_c"] == printed["training_temperatures_c"]
+    assert "note: placed at 0, " in result.stderr
+    result = flex("compensate", run, "--panel", panel, "--place", 3)
+    assert result.exit_code == 2
+
+
+def test_the_band_of_uncertain_laws_is_told_kept_and_drawn(tmp_path, panel):
+    """E uncertain by 1 %: a band about what the laws themselves give, in words, JSON, file and figure."""
+    spread = np.array([1e-2**2, 0.0, 0.0])[:, None, None] * np.ones((3, 4, 4))
+    run = write_laws(tmp_path / "run", replace(laws(), covariance=spread))
+    assert flex("focus", run, "--panel", panel).exit_code == 0
+    result = flex("compensate", run, "--json")
+    assert result.exit_code in (0, 1), result.output
+    band = json.loads(result.stdout)["law_band"]
+    _, found = load_compensation(run / "compensation.h5")
+    assert (
+        band["temperatures_c"] == found.law_band.temperature.tolist() == [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0]
+    )
+    np.testing.assert_array_equal(band["contrast_worst_line_band"], found.law_band.worst)
+    assert (found.law_band.mean[:, 1] > found.law_band.mean[:, 0] + 1e-4).all()
+    own = found.contrast[0, np.searchsorted(found.temperature, found.law_band.temperature)]
+    np.testing.assert_allclose(found.law_band.nominal[:, 0], own.mean(axis=1), atol=1e-9)
+    assert "note: uncertainty of the laws: the 90% band of the mean contrast" in result.stderr
+    drawn = loss(load_focusing(run / "filters.h5")[1], found)
+    assert any("90 %" in text.get_text() for text in drawn.axes[0].get_legend().get_texts())
+
+
+def test_a_panel_warmer_on_one_side_is_judged(run, panel):
+    result = flex("compensate", run, "--panel", panel, "--across", 20, "--nodes", 8, "--json")
+    assert result.exit_code in (0, 1), result.output
+    (row,) = json.loads(result.stdout)["across"]
+    _, found = load_compensation(run / "compensation.h5")
+    assert row["difference_k"] == 20.0
+    assert row["temperatures_c"] == found.tilted.temperature[0].tolist() == [10.0, 30.0, 50.0]
+    assert row["loss_fed_target_temperature"] < row["loss_fed_mean_temperature"]
+    at = [int(np.argmin(np.abs(found.temperature - t))) for t in (10.0, 30.0, 50.0)]
+    np.testing.assert_allclose(found.tilted.uniform[0, :, 0], found.contrast[0, at].mean(axis=1), atol=1e-6)
+    shorter = write_laws(run / "short", laws(20.0, 60.0))
+    refused = flex("compensate", shorter, "--panel", panel, "--across", 50)
+    assert "--across 50 K: the laws hold from 20 to 60 °C, so that up to 40 K can be judged" in refused.output
+    assert refused.exit_code == 2
 
 
 def test_transfers_with_missing_points_or_of_other_actuators_are_refused(panel, tmp_path):

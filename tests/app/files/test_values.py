@@ -30,6 +30,24 @@ class Outer:
             raise ValueError(f"share {self.share:g}; allowed up to 1")
 
 
+@dataclass(frozen=True)
+class Spare:
+    count: int
+    inner: Inner | None = None
+
+
+@pytest.mark.parametrize("inner", [None, Inner(np.eye(2), "there")])
+def test_a_part_that_may_lack_comes_back_or_lacks(tmp_path, inner) -> None:
+    with h5py.File(tmp_path / "v.h5", "w") as file:
+        write_value(file.create_group("v"), Spare(2, inner))
+    with h5py.File(tmp_path / "v.h5") as file:
+        found = read_value(file["v"], Spare)
+    assert found.count == 2
+    assert (found.inner is None) == (inner is None)
+    if inner is not None:
+        np.testing.assert_array_equal(found.inner.matrix, inner.matrix)
+
+
 def outer() -> Outer:
     matrix = np.random.default_rng(0).standard_normal((80, 90)) * (1 + 2j)
     return Outer(Inner(matrix, "η"), np.array([True, False]), (1.0, 2.5), ("a", "ü"), 3, 0.25, True)

@@ -1,0 +1,123 @@
+"""Where to put training temperatures, so that the filters between them lose least."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from analysis.arrays import Complex, Real
+from analysis.focusing.energy import EnergyForms
+from analysis.focusing.fir import FirBank
+from analysis.focusing.performance import contrast
+
+GRID = 1.0
+"""Temperatures are placed on whole steps of it, K: an oven holds no finer ones."""
+SHIFTS = (1, -1, 2, -2, 4, -4)
+"""Steps of `GRID` that a temperature is moved by in search of a better place."""
+POWER = 8
+"""Of the mean of losses that is made small: near the largest of them, and felt wherever there is a loss."""
+
+
+@dataclass(frozen=True)
+class PlacedTemperatures:
+    """Training temperatures placed, beside as many equidistant ones.
+
+    Attributes
+    ----------
+    temperature, equidistant : (n,) ndarray
+        Ascending, both ends of the range among them, °C.
+    loss, equidistant_loss : float
+        Contrast that a cubic spline through the filters there loses at the worst line of the worst temperature.
+    """
+
+    temperature: Real
+    equidistant: Real
+    loss: float
+    equidistant_loss: float
+
+
+def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, count: int) -> PlacedTemperatures:
+    """Place `count` training temperatures where filters known everywhere say that they are needed.
+
+    From equidistant places one temperature after the other is moved, as long as the losses of a cubic spline fall.
+
+    Parameters
+    ----------
+    truth : FirBank
+        Filters at T temperatures.
+    forms : EnergyForms
+        There, at the F lines.
+    frequency : (F,) ndarray, Hz
+        Lines of the band.
+    count : int
+        n, 4 or more.
+
+    Returns
+    -------
+    PlacedTemperatures
+
+    Raises
+    ------
+    ValueError
+        For fewer than 4, or more than the range has steps of `GRID`.
+    """
+    everywhere = truth.temperature
+    low, high = float(everywhere[0]), float(everywhere[-1])
+    steps = np.append(np.arange(low, high - 1e-9, GRID), high)
+    if not 4 <= count <= len(steps):
+        raise ValueError(f"{count} training temperatures; allowed 4 to {len(steps)}, {low:g} to {high:g} °C")
+    rows = np.unique(np.argmin(np.abs(everywhere - steps[:, None]), axis=1))
+    judged = _Judge.of(truth, forms, frequency, rows)
+    equidistant = np.unique(np.rint(np.linspace(0, len(rows) - 1, count)).astype(int))
+    places = _moved(equidistant, judged)
+    whole = _Judge.of(truth, forms, frequency, np.arange(len(everywhere)))
+    even = np.linspace(low, high, count)
+    nearest = np.argmin(np.abs(everywhere - even[:, None]), axis=1)
+    found, plain = float(whole.losses(rows[places]).max()), float(whole.losses(nearest).max())
+    if found >= plain:  # equal steps are best here
+        return PlacedTemperatures(everywhere[nearest], everywhere[nearest], plain, plain)
+    return PlacedTemperatures(everywhere[rows[places]], everywhere[nearest], found, plain)
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """Filters at T temperatures, from which a few are taken and the rest predicted."""
+
+    temperature: Real
+    heard: Complex
+    forms: EnergyForms
+    direct: Real
+
+    @classmethod
+    def of(cls, truth: FirBank, forms: EnergyForms, frequency: Real, rows: NDArray[np.intp]) -> "_Judge":
+        heard, here = truth.response(frequency)[rows], forms.at(rows)
+        return cls(truth.temperature[rows], heard, here, contrast(here, heard))
+
+    def losses(self, places: NDArray[np.intp]) -> Real:
+        """Contrast lost at the worst line of every temperature (T,), with a spline through those at `places`."""
+        weights = CubicSpline(self.temperature[places], np.eye(len(places)))(self.temperature)
+        predicted = np.tensordot(weights, self.heard[places], axes=1)
+        return np.asarray((self.direct - contrast(self.forms, predicted)).max(axis=1))
+
+
+def _moved(places: NDArray[np.intp], judged: _Judge) -> NDArray[np.intp]:
+    """Move inner places, one after the other, as long as the mean of powers of the losses falls."""
+
+    def price(places: NDArray[np.intp]) -> float:
+        losses = np.maximum(judged.losses(places), 0.0)
+        return float((losses**POWER).mean() ** (1.0 / POWER))
+
+    best, moving = price(places), True
+    while moving:
+        moving = False
+        for k in range(1, len(places) - 1):
+            for shift in SHIFTS:
+                tried = places.copy()
+                tried[k] += shift
+                if not (np.diff(tried) > 0).all():
+                    continue
+                cost = price(tried)
+                if cost < best * (1.0 - 1e-3):
+                    places, best, moving = tried, cost, True
+    return places

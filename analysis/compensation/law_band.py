@@ -1,0 +1,146 @@
+"""What the uncertainty of material laws does to the contrast of filters that were made from them."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.focusing.fir import FirBank
+from analysis.focusing.methods import PanelModel
+from analysis.focusing.panel import Panel
+from analysis.focusing.performance import contrast
+from analysis.material import MaterialLaws
+
+SHARE = 0.9
+"""Of the draws that a band holds."""
+DRAWS = 2000
+REACH = np.sqrt(3.0)
+"""Standard deviations to the points of a parabola: as far as the nodes of a Gauss-Hermite rule of three."""
+
+
+@dataclass(frozen=True)
+class ContrastBand:
+    """Contrast of given filters where the plate obeys laws drawn from their uncertainty.
+
+    Attributes
+    ----------
+    temperature : (A,) ndarray
+        Degrees Celsius.
+    nominal : (A, 2) ndarray
+        On a plate of the laws themselves: mean of the band's lines, and the worst one.
+    mean, worst : (A, 2) ndarray
+        Ends of the band that holds `share` of the draws, as many beyond each end: of the mean over the lines, and
+        of the worst line.
+    share : float
+    draws : int
+    """
+
+    temperature: Real
+    nominal: Real
+    mean: Real
+    worst: Real
+    share: float
+    draws: int
+
+
+def law_band(
+    model: PanelModel,
+    panel: Panel,
+    laws: MaterialLaws,
+    bank: FirBank,
+    rng: np.random.Generator,
+    workers: int = 1,
+) -> ContrastBand:
+    """Judge filters on plates whose laws are drawn from the covariance of the estimated ones.
+
+    Parameters
+    ----------
+    model : PanelModel
+    panel : Panel
+    laws : MaterialLaws
+        Of the panel's plate, from which the filters were made.
+    bank : FirBank
+        At A temperatures, °C.
+    rng : Generator
+    workers : int
+        Threads.
+
+    Returns
+    -------
+    ContrastBand
+
+    Raises
+    ------
+    ValueError
+        For a temperature outside the range of the laws.
+
+    Notes
+    -----
+    At one temperature the laws are three numbers, log E, nu and log eta, each with its standard deviation. Over
+    them the log of C/(1 - C) of every line is taken for a sum of three parabolas, through the plate's answers at
+    the laws and `REACH` standard deviations to both sides (as far as the model's box goes). All draws then cost
+    what six plates do. The same draws serve all temperatures.
+    """
+    lines = panel.filters.frequency
+    lines = lines[panel.filters.in_band(lines)]
+    heard = bank.response(lines)
+    draws = rng.standard_normal((DRAWS, 3))
+
+    def at(t: int) -> tuple[list[float], Real, Real]:
+        here = bank.temperature[t : t + 1]
+        value, sigma = laws.at(here), laws.sigma(here)
+        e, nu, eta = (float(x[0]) for x in (value.youngs_modulus, value.poisson_ratio, value.loss_factor))
+        spread = np.array(
+            [sigma.youngs_modulus[0] / e, sigma.poisson_ratio[0], sigma.loss_factor[0] / eta], dtype=float
+        )
+
+        def odds(step: Real) -> Real:
+            """Log of C/(1 - C) of every line, `step` (3,) off in log E, nu and log eta."""
+            constants = (e * float(np.exp(step[0])), nu + float(step[1]), eta * float(np.exp(step[2])))
+            forms = model.space.forms([model.amplitudes(*constants, lines)], panel.target.displacement)
+            found = np.clip(contrast(forms, heard[t : t + 1])[0], 1e-9, 1.0 - 1e-9)
+            return np.asarray(np.log(found / (1.0 - found)))
+
+        middle = odds(np.zeros(3))
+        drawn = np.tile(middle, (DRAWS, 1))
+        low, high = _room(panel, (e, nu, eta))
+        for k in np.flatnonzero(spread):
+            axis = np.eye(3)[k]
+            ends = np.clip(np.array([-REACH, REACH]) * spread[k], low[k], high[k])
+            places = [float(end) for end in ends if abs(end) > 1e-12]
+            answers = [odds(place * axis) for place in places]
+            drawn += _parabola(places, answers, middle, spread[k] * draws[:, k])
+        found = 1.0 / (1.0 + np.exp(-drawn))
+        exact = 1.0 / (1.0 + np.exp(-middle))
+        ends = [0.5 - 0.5 * SHARE, 0.5 + 0.5 * SHARE]
+        return (
+            [float(exact.mean()), float(exact.min())],
+            np.quantile(found.mean(axis=1), ends),
+            np.quantile(found.min(axis=1), ends),
+        )
+
+    with ThreadPoolExecutor(workers) as pool:
+        rows = list(pool.map(at, range(len(bank.temperature))))
+    nominal, mean, worst = (np.array(part) for part in zip(*rows, strict=True))
+    return ContrastBand(bank.temperature, nominal, mean, worst, SHARE, DRAWS)
+
+
+def _room(panel: Panel, constants: tuple[float, float, float]) -> tuple[Real, Real]:
+    """How far log E, nu and log eta may go down and up within the model's box."""
+    box, (e, nu, eta) = panel.box, constants
+    logs = [np.log(np.array(box.youngs_modulus) / e), np.array(box.poisson_ratio) - nu]
+    ends = np.array([*logs, np.log(np.array(box.loss_factor) / eta)])
+    return np.minimum(ends[:, 0], 0.0), np.maximum(ends[:, 1], 0.0)
+
+
+def _parabola(places: list[float], answers: list[Real], middle: Real, steps: Real) -> Real:
+    """Change (D, F) at `steps` (D,) by a parabola through 0, where it is the `middle` (F,), and two other places.
+
+    A straight line where there is one other place, nothing where there is none.
+    """
+    if not places:
+        return np.zeros((len(steps), len(middle)))
+    powers = np.arange(1, len(places) + 1)
+    weights = np.linalg.solve(np.array(places)[:, None] ** powers, np.array(answers) - middle)
+    return np.asarray((steps[:, None] ** powers) @ weights)

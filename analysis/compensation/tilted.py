@@ -1,0 +1,146 @@
+"""A panel of which one side is warmer than the other: which temperature to feed, and what is lost."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from analysis.arrays import Complex, Real
+from analysis.focusing.energy import FieldSpace
+from analysis.focusing.fir import FirBank
+from analysis.focusing.panel import Panel
+from analysis.focusing.performance import contrast
+from analysis.progress import Progress
+
+TILTS = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+"""Sides that are the warmer one: right, left, upper, lower (along x and y)."""
+PLACES = 3
+"""Mean temperatures at which a difference is tried."""
+
+
+class TiltedModel(Protocol):
+    """A panel that can be computed with one side warmer than the other."""
+
+    @property
+    def space(self) -> FieldSpace:
+        """The deflection shapes, measured over the panel's grid."""
+
+    def amplitudes(self, temperature: float, across: tuple[float, float], frequency: Real) -> Complex:
+        """Generalised coordinates of the field of every actuator.
+
+        Parameters
+        ----------
+        temperature : float
+            In the middle of the box around the plate, °C.
+        across : (float, float)
+            By how much the sides at largest x and y are warmer than those at the smallest, K.
+        frequency : (F,) ndarray, Hz
+
+        Returns
+        -------
+        (N, F, r) complex ndarray
+            Per volt or newton.
+        """
+
+
+@dataclass(frozen=True)
+class TiltedContrast:
+    """Contrast of a panel with a difference of temperature across it; last axis: mean of the lines, worst line.
+
+    Attributes
+    ----------
+    difference : (G,) ndarray
+        Between two opposite sides, K.
+    temperature : (G, A) ndarray
+        In the middle of the panel, °C.
+    at_target : (G, A, D) ndarray
+        At the target, °C, for each side in turn being the warmer one, see `TILTS`.
+    uniform : (G, A, 2) ndarray
+        Contrast of the panel that is everywhere as warm as in the middle.
+    fed_mean, fed_target : (G, A, D, 2) ndarray
+        With the filters of the temperature in the middle, and with those of the temperature at the target.
+    """
+
+    difference: Real
+    temperature: Real
+    at_target: Real
+    uniform: Real
+    fed_mean: Real
+    fed_target: Real
+
+    def loss(self, fed: Real) -> Real:
+        """Contrast (G, 2) lost at most, of the mean and of the worst line, against the uniform panel."""
+        return np.asarray((self.uniform[:, :, None] - fed).max(axis=(1, 2)))
+
+
+def tilted_contrast(
+    model: TiltedModel,
+    panel: Panel,
+    like: FirBank,
+    taps: Callable[[Real], Real],
+    differences: Sequence[float],
+    limits: tuple[float, float],
+    report: Progress = lambda _stage, _share: None,
+) -> TiltedContrast:
+    """Try filters on a panel with differences of temperature across it.
+
+    Parameters
+    ----------
+    model : TiltedModel
+    panel : Panel
+    like : FirBank
+        For rate and delay of the filters.
+    taps : callable
+        Filters (T, N, M) for temperatures (T,), °C.
+    differences : sequence of float
+        Between two opposite sides, K.
+    limits : (float, float)
+        Temperatures that all of the panel has to keep to, °C.
+    report : callable
+        Told the stage and the share done.
+
+    Returns
+    -------
+    TiltedContrast
+
+    Raises
+    ------
+    ValueError
+        Where the limits are nearer to each other than a difference.
+    """
+    low, high = limits
+    if not 0.0 < max(differences) <= high - low:
+        raise ValueError(
+            f"{max(differences):g} K across the panel: the laws hold for {low:g} to {high:g} °C, "
+            f"so that up to {high - low:g} K can be judged"
+        )
+    lines = panel.filters.frequency
+    lines = lines[panel.filters.in_band(lines)]
+    shares = np.array(TILTS) @ np.ravel(panel.plate.normalised(np.array([panel.target_center])))
+
+    def judged(temperature: float, across: tuple[float, float], fed: Sequence[float]) -> Real:
+        """Mean and worst line of the band (len(fed), 2)."""
+        forms = model.space.forms([model.amplitudes(temperature, across, lines)], panel.target.displacement)
+        bank = FirBank(taps(np.array(fed)), np.array(fed), like.sample_rate, like.delay)
+        found = np.array([contrast(forms, heard[None])[0] for heard in bank.response(lines)])
+        return np.stack([found.mean(axis=1), found.min(axis=1)], axis=-1)
+
+    rows = []
+    for g, difference in enumerate(differences):
+        row = []
+        for a, middle in enumerate(np.linspace(low + 0.5 * difference, high - 0.5 * difference, PLACES)):
+            target = middle + 0.5 * difference * shares
+            tried = [
+                judged(float(middle), (difference * x, difference * y), [float(middle), float(there)])
+                for (x, y), there in zip(TILTS, target, strict=True)
+            ]
+            row.append((middle, target, judged(float(middle), (0.0, 0.0), [float(middle)])[0], np.array(tried)))
+            report("Differences across the panel", (g * PLACES + a + 1) / (PLACES * len(differences)))
+        rows.append(row)
+    temperature, at_target, uniform, found = (
+        np.array([[one[k] for one in row] for row in rows]) for k in range(4)
+    )
+    return TiltedContrast(
+        np.array(differences, dtype=float), temperature, at_target, uniform, found[..., 0, :], found[..., 1, :]
+    )
