@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import fftconvolve
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.design import TapDesign
@@ -148,6 +147,8 @@ class _Plate:
 
     def play(self, bank: FirBank, signal: Real) -> tuple[Real, Real, float]:
         """Energy over target and plate (S/step,), and the contrast that the spectrum alone foretells."""
+        from scipy.signal import fftconvolve
+
         drives = np.array([fftconvolve(signal, taps) for taps in bank.taps[0]])
         drive = np.fft.rfft(drives, self.length)[:, self.places]
         moved = np.einsum("nfr,nf->fr", self.amplitude, drive)
