@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 SMOOTHING_HALF_WIDTH = 20
 """Lines on either side over which the noise power is averaged; noise spectra are smooth, FRFs are not."""
@@ -91,6 +90,8 @@ def _ratio(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDArray[Any]:
 
 def smooth_power(power: NDArray[np.float64], excluded: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Average noise power over neighbouring lines, leaving excluded lines out of every average."""
+    from scipy.ndimage import uniform_filter1d
+
     width = 2 * SMOOTHING_HALF_WIDTH + 1
     kept = (~excluded).astype(float)
     total = uniform_filter1d(np.where(excluded, 0.0, power), width, axis=-1, mode="nearest")

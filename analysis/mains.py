@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from analysis.arrays import Real
 from analysis.h1 import single_repeat_power
@@ -103,5 +102,7 @@ def likely_mains(frequency: Real, h: NDArray[np.complex128]) -> float | None:
 
 def _around(rough: Real) -> Real:
     """Median of a power over neighbouring lines."""
+    from scipy.ndimage import median_filter
+
     middle: Real = median_filter(rough, min(41, len(rough)), mode="nearest")
     return middle

@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import BSpline
 
 from analysis.local_laws import LocalLaws
 
@@ -88,6 +87,8 @@ class MaterialLaws:
 
     def local(self, temperature: float) -> LocalLaws:
         """Expand the laws to second order about `temperature`, degrees Celsius; ValueError outside the range."""
+        from scipy.interpolate import BSpline
+
         value = self._values(temperature)[:, 0]
         at = float(np.clip(temperature, *self.temperature_range))
         spline = BSpline(self.knots, self.coefficients.T, 3)
@@ -106,6 +107,8 @@ class MaterialLaws:
         return values
 
     def _design(self, temperature: ArrayLike) -> NDArray[np.float64]:
+        from scipy.interpolate import BSpline
+
         t = np.atleast_1d(np.asarray(temperature, dtype=float))
         low, high = self.temperature_range
         outside = t[(t < low - 1e-9) | (t > high + 1e-9)]

@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 
 from analysis.material import Material, MaterialLaws
 
@@ -24,6 +23,8 @@ def laws_through(temperature: NDArray[np.float64], material: Material) -> Materi
     ValueError
         For fewer than four temperatures, or such as do not ascend.
     """
+    from scipy.interpolate import make_interp_spline
+
     if temperature.size < 4 or not (np.diff(temperature) > 0.0).all():
         raise ValueError(f"{temperature.size} temperatures, which must ascend; at least 4 make a law")
     curves = (np.log(material.youngs_modulus), material.poisson_ratio, np.log(material.loss_factor))

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.fir import taper
@@ -140,6 +139,8 @@ class FieldProblem:
 
     def solve(self, price: Real) -> Real:
         """Taps (N, M) where the filter of each actuator costs `price` (N,) times its energy in the band."""
+        from scipy.linalg import cho_factor, cho_solve
+
         count, size, *_ = self.normal.shape
         priced = self.normal.copy()
         for actuator in np.flatnonzero(price):

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from analysis.arrays import Mask, Real
 from analysis.experiment import Plate
@@ -105,6 +104,8 @@ def _rectangle(panel: Panel) -> Real:
 
 def _cut(plate: Plate, points: Real, area: Real, target: Real, count: tuple[int, int]) -> tuple[Real, Real, Real]:
     """Leave out the points off the plate: what their cells have on it goes to the nearest cell that is kept."""
+    from scipy.spatial import cKDTree
+
     borders = (plate.loop, *plate.hole_loops)
     share = _share(plate.contains, borders, points, (plate.length_x / count[0], plate.length_y / count[1]))
     kept = plate.contains(points)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms, FieldSpace
@@ -88,6 +87,8 @@ class MeasuredPanel:
     @cached_property
     def grid(self) -> Grid:
         """Points measured, each with the part of the plate that is nearest to it, and of the target therein."""
+        from scipy.spatial import cKDTree
+
         panel, points = self.panel, self.transfers.points
         plate = panel.plate
         low, high = plate.bounds

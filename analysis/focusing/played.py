@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.design import TapDesign
@@ -157,6 +156,8 @@ class _Plate:
 
     def play(self, bank: FirBank, signal: Complex) -> tuple[Real, Real, float]:
         """Energy over target and plate (S/step,), and the contrast that the spectrum alone foretells."""
+        from scipy.signal import lfilter
+
         silence = np.zeros(self.length - len(signal))
         drive = np.array([lfilter(taps, [1.0], np.append(signal, silence)) for taps in bank.taps[0]])
         motion = modal_motion(self.modes, drive, self.rate, self.step)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.linalg import eigh_tridiagonal
 
 from analysis.arrays import Real
 from analysis.focusing.panel import Filters
@@ -39,6 +38,8 @@ class ProlateTaps:
     @classmethod
     def of(cls, settings: Filters) -> Self:
         """Basis for the taps, rate and edges of `settings`."""
+        from scipy.signal.windows import dpss
+
         count, rate, head = settings.taps, settings.sample_rate, settings.edges[1]
         lines = settings.frequency
         half_bandwidth = count * head / rate

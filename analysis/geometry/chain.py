@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from analysis.arrays import Real
 from analysis.geometry.curves import Curve, Segment, moved
@@ -58,6 +57,8 @@ def _open_parts(curve: Curve, tolerance: float) -> list[Curve]:
 
 def _partners(ends: Real, tolerance: float) -> list[int]:
     """Which end each of the ends (2n, 2) meets."""
+    from scipy.spatial import cKDTree
+
     tree = cKDTree(ends)
     found = []
     for number in range(len(ends)):

@@ -7,7 +7,6 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from analysis.arrays import Real
 from analysis.geometry.curves import Curve, Point, Segment, moved, turning
@@ -222,6 +221,8 @@ def _at(curves: tuple[Curve, ...], number: NDArray[np.intp], t: Real) -> tuple[R
 
 def _extremes(curve: Curve) -> Real:
     """Points along a bent curve, those among them where it runs along an axis."""
+    from scipy.optimize import brentq
+
     fine = np.linspace(0.0, 1.0, 129)
     slope = curve.derivative(fine)
     found = [curve.at(fine)]

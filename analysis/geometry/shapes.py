@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from analysis.geometry.curves import Arc, Cubic, Point, Segment
 from analysis.geometry.loop import Loop
@@ -64,6 +63,8 @@ def circle(center: Point, radius: float) -> Loop:
 
 def closed_spline(points: ArrayLike) -> Loop:
     """Periodic cubic spline through points (K, 2), K at least 4, m, its parameter the length of the chords."""
+    from scipy.interpolate import CubicSpline
+
     through = np.asarray(points, float)
     if through.ndim != 2 or through.shape[1] != 2 or len(through) < 4:
         raise ValueError(f"a closed spline needs at least 4 points of x and y; got {through.shape}")

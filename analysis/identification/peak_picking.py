@@ -6,7 +6,6 @@ peaks merge: of R10's modes about a tenth is missed, where `automatic` misses no
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks, peak_widths
 
 from analysis.identification.automatic import Settings, finish
 from analysis.identification.lines import Lines
@@ -55,6 +54,8 @@ def peaks(lines: Lines) -> list[tuple[int, float]]:
 
     Amplitudes in standard deviations of the band's noise, all responses together.
     """
+    from scipy.signal import find_peaks, peak_widths
+
     noise = np.median(lines.deviation, axis=1, keepdims=True)  # its ripple from line to line would make peaks
     height: NDArray[np.float64] = np.sqrt((np.abs(lines.h / noise) ** 2).mean(axis=0))
     places, _ = find_peaks(height, prominence=PROMINENCE)

@@ -6,7 +6,6 @@ shorter or longer than it was asked for. That harms no result: drive and respons
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len, rfft, rfftfreq
 
 from analysis.arrays import Real
 from analysis.protocol.drive import drive_signal, passed_at
@@ -42,6 +41,8 @@ def clock_difference(
     float
         A share, above 0 where the output is the faster one; within +-`CRYSTALS`, and 0 where none is seen.
     """
+    from scipy.fft import next_fast_len, rfft, rfftfreq
+
     level = float(np.abs(played).max())
     size = next_fast_len(played.size, real=True)
     spectra = [rfft(np.asarray(repeat, dtype=np.float64), size) for repeat in recorded]

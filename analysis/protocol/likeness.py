@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import ifft, next_fast_len, rfft, rfftfreq
 
 
 def likeness(
@@ -34,6 +33,8 @@ def likeness(
     correlation : float
         1 for a pure delay, 0 for nothing in common.
     """
+    from scipy.fft import next_fast_len, rfft, rfftfreq
+
     size = next_fast_len(played.size, real=True)
     grid = rfftfreq(size, 1.0 / sample_rate)
     inside = (grid >= frequencies[0]) & (grid <= frequencies[1])
@@ -56,5 +57,7 @@ def whole_delay(cross: NDArray[np.complex128], size: int) -> int:
 
     The envelope of the correlation tells it: the correlation itself has a peak in every period of a narrow band.
     """
+    from scipy.fft import ifft
+
     whole = int(np.argmax(np.abs(ifft(cross, size))))
     return whole - size if whole > size // 2 else whole

@@ -10,7 +10,6 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from analysis.arrays import Real
 from analysis.compensation.network import InputMap, NetworkBank
@@ -217,6 +216,8 @@ def _temperature_itself(known: Real) -> InputMap:
 
 def _cardinal(x: Real, kind: str) -> Real:
     """Coefficients (n - 1, 4, n) of the curves that are 1 at one of `x` (n,) and 0 at the others."""
+    from scipy.interpolate import CubicSpline
+
     count = len(x)
     if count == 1:
         return np.array([[[1.0], [0.0], [0.0], [0.0]]])

@@ -41,11 +41,12 @@ def command(
     """
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder
-    from app.stages import gap
     from app.terminal.gap import show, summary
-    from app.twins.campaign_model import start_of
 
     loaded = load_campaign(campaign)
+    from app.stages import gap  # what computes takes a second to import: a wrong folder is told before
+    from app.twins.campaign_model import start_of
+
     start = start_of(twin, loaded.experiment, effects)
     run = run_folder(campaign, out)
     started = time.perf_counter()

@@ -134,11 +134,12 @@ def identify_campaign(
     """
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder
-    from app.stages import identify
     from app.terminal.modes import campaign_record, show
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
+    from app.stages import identify  # what computes takes a second to import: a wrong folder is told before
+
     run = run_folder(campaign, out)
     with output.progress() as report:
         found = identify.compute(loaded, wanted, report, twin)

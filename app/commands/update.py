@@ -37,12 +37,13 @@ def command(
     """
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder
-    from app.stages import update
     from app.terminal.update import notes, record, show, summary
-    from app.twins.campaign_model import start_of
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
+    from app.stages import update  # what computes takes a second to import: a wrong folder is told before
+    from app.twins.campaign_model import start_of
+
     start = start_of(twin, loaded.experiment, effects)
     run = run_folder(campaign, out)
     with output.progress() as report:

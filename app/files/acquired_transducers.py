@@ -3,7 +3,6 @@
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
-from scipy.constants import g
 
 from analysis.channel import UNITS, Motion
 from analysis.declared import Declared
@@ -102,6 +101,8 @@ class AcquiredSensor(Sensor):
     @property
     def volts(self) -> float:
         """V per SI unit."""
+        from scipy.constants import g
+
         return self.sensitivity if self.sensitivity_unit is None else self.sensitivity * 1e-3 / g
 
     def recorded(self) -> Sensor:

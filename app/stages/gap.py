@@ -74,15 +74,11 @@ class GapComparison:
 
     def __repr__(self) -> str:
         """Verdict, effects and chi2 in one line, and the notes."""
-        return as_text(f"GapComparison: {headline(self.record())}", self._notes)
+        return as_text(f"GapComparison: {headline(self.record())}", (*self.frf.notes, *self.report.notes))
 
     def _repr_html_(self) -> str:
         record = self.record()
-        return as_html(headline(record), tables(record), self._notes)
-
-    @property
-    def _notes(self) -> tuple[str, ...]:
-        return (*self.frf.notes, *self.report.notes)
+        return as_html(headline(record), tables(record), (*self.frf.notes, *self.report.notes))
 
 
 def compute(

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 
 @dataclass(frozen=True)
@@ -87,6 +86,8 @@ class Heat:
     def __init__(
         self, chamber: Chamber, step: float, air: float | None = None, plate: float | None = None
     ) -> None:
+        from scipy.linalg import expm
+
         if not 0.0 < step < math.inf:
             raise ValueError(f"step {step!r} s must be above 0 and finite")
         self.chamber = chamber
