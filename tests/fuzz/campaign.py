@@ -18,7 +18,7 @@ PATIENCE = 40.0
 """Seconds that reading one file may take: more than `app.files.isolation` gives its child."""
 START = 300.0
 """Seconds that a process may take to begin."""
-BATCH = 1000
+BATCH = 100
 """Mutations to a process."""
 DEFECTS = ("traceback", "hang", "memory", "silent")
 
