@@ -38,8 +38,6 @@ class ProlateTaps:
     @classmethod
     def of(cls, settings: Filters) -> Self:
         """Basis for the taps, rate and edges of `settings`."""
-        from scipy.signal.windows import dpss
-
         count, rate, head = settings.taps, settings.sample_rate, settings.edges[1]
         lines = settings.frequency
         half_bandwidth = count * head / rate
@@ -71,6 +69,8 @@ def _slepian(count: int, bandwidth: float, most: int) -> tuple[Real, Real]:
     `bandwidth` is a share of the sample rate. Eigenvectors of the tridiagonal matrix that commutes with the sinc
     kernel; scipy.signal has them too, and takes half a second of processor time to import.
     """
+    from scipy.linalg import eigh_tridiagonal
+
     place = np.arange(count)
     diagonal = (0.5 * (count - 1) - place) ** 2 * np.cos(2.0 * np.pi * bandwidth)
     beside = 0.5 * place[1:] * (count - place[1:])

@@ -1,7 +1,7 @@
 """Damage files of every kind that Flexura reads, and see that each is read or refused in a sentence.
 
     python -m tests.fuzz                       20,000 mutations, some minutes on two cores
-    python -m tests.fuzz --count 500 --only UFF
+    python -m tests.fuzz --count 500 --only UFF     all 500 of that kind
 
 Prints a table and writes it as JSON; exit status 1 where a file led to a traceback, a hang of more than 40 s, more
 than 1 GB of memory, or changed what is read from a file that carries a digest.

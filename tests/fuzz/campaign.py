@@ -18,7 +18,7 @@ PATIENCE = 40.0
 """Seconds that reading one file may take: more than `app.files.isolation` gives its child."""
 START = 300.0
 """Seconds that a process may take to begin."""
-BATCH = 1000
+BATCH = 100
 """Mutations to a process."""
 DEFECTS = ("traceback", "hang", "memory", "silent")
 
@@ -101,7 +101,8 @@ def fuzz(
         for done, (name, found) in enumerate(pool.map(run, batches), 1):
             for outcome in found:
                 tallies[name].take(*outcome)
-            told(f"{done} of {len(batches)} batches, {name}")
+            came = ", ".join(f"{number} {what}" for what, number in tallies[name].outcomes.items())
+            told(f"{done} of {len(batches)} batches, {name}: {came}")
     return tallies
 
 
@@ -111,7 +112,7 @@ def _outcomes(
     """Read a batch in a process, up to its end or to the mutation on which the process hangs or crashes."""
     ours, theirs = multiprocessing.Pipe(duplex=False)
     words = (theirs, root, place, seed, first, end)
-    child = multiprocessing.get_context("spawn").Process(target=read_mutations, args=words, daemon=True)
+    child = _processes().Process(target=read_mutations, args=words, daemon=True)
     child.start()
     theirs.close()
     try:
@@ -129,6 +130,15 @@ def _outcomes(
         child.kill()
         child.join()
         ours.close()
+
+
+def _processes() -> Any:
+    """Return what makes processes; where the system can, they are forked from one that has imported everything."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    found = multiprocessing.get_context("forkserver")
+    found.set_forkserver_preload(["tests.fuzz.child"])
+    return found
 
 
 def _received(pipe: Any) -> Any:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -98,26 +98,3 @@ def test_the_verb_proves_what_is_there(trial: Trial, run_flexura: Any):
     assert "2 campaigns" in err
     assert (trial.folder / "proof.png").stat().st_size > 20_000
     assert command.name == "blind-trial"
-
-
-@pytest.mark.parametrize(
-    ("damage", "told"),
-    [
-        (lambda text: text[:40], "unreadable"),
-        (lambda text: "[]", "holds no table"),
-        (lambda text: text.replace('"effects"', '"affects"'), "not what this trial wrote"),
-        (lambda text: text.replace('"size_sigma": {', '"size_sigma": 3, "was": {'), "not what this trial wrote"),
-    ],
-)
-def test_a_damaged_truth_is_named(trial: Trial, damage: Callable[[str], str], told: str):
-    assignment = trial.assignments[-1]
-    truth = trial.truth(assignment)
-    text = truth.read_text(encoding="utf-8")
-    assert damage(text) != text
-    truth.write_text(damage(text), encoding="utf-8")
-    try:
-        with pytest.raises(ResultFileError, match=told) as caught:
-            read_outcome(truth, trial.run(assignment))
-        assert truth.name in str(caught.value)
-    finally:
-        truth.write_text(text, encoding="utf-8")

@@ -163,11 +163,19 @@ def test_what_is_no_mesh_is_refused(tmp_path):
         foreign_mesh(path, SQUARE)
 
 
-def test_a_mesh_without_points_is_refused(tmp_path):
-    path = tmp_path / "a.msh"
-    path.write_text("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Elements\n0\n$EndElements\n")
-    with pytest.raises(ValueError, match=r"no Gmsh mesh that can be read"):
-        foreign_mesh(path, SQUARE)
+@pytest.mark.parametrize(
+    "text",
+    [
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Elements\n0\n$EndElements\n",
+        '$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 1 "plate"\n$Nodes\n1\n1 0 0 0\n$EndNodes\n',
+    ],
+    ids=["no nodes", "names without an end"],
+)
+def test_a_mesh_without_points_is_refused(tmp_path, text):
+    """The library meets the first with TypeError, and reads nothing out of the second."""
+    (tmp_path / "a.msh").write_text(text)
+    with pytest.raises(ValueError, match="no Gmsh mesh that can be read"):
+        foreign_mesh(tmp_path / "a.msh", SQUARE)
 
 
 def declared(folder, **mesh):
