@@ -58,6 +58,7 @@ Results: ``run_folder`` holds them; ``values`` writes frozen dataclasses; ``toml
 ``gap_json``           ``gap.json``: result of the gap workflow, for machines
 ``gap_file``           ``gap.h5``: its figures
 ``twin_file``          twin files: a plate with its laws and effects
+``twin_check``         whether one belongs to a campaign
 ``panel_file``         a focusing panel
 ``transfers_file``     measured transfers of a panel
 ``filter_files``       ``filters.h5``

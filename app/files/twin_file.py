@@ -7,12 +7,11 @@ them. Each version of the format keeps its reader: old files load.
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from analysis.declared import Declared, Sparse
-from analysis.effect_card import EffectCard
 from analysis.experiment import (
     Acquisition,
     Attachment,
@@ -38,8 +37,6 @@ Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 Name = Annotated[str, Field(pattern="^[A-Za-z][A-Za-z0-9_]{0,63}$")]
 Sigma = Annotated[float, Field(ge=0.0)]
 Count = 100_000
-RECORDER = ("acquisition.module", "acquisition.sample_rate")
-"""May differ between campaigns on one plate: they change nothing a twin answers."""
 
 
 class Estimated(Declared):
@@ -171,86 +168,3 @@ def read_twin(path: Path) -> TwinFile:
         remedy = "a newer Flexura may have written it" if str(version).startswith("flexura-twin/") else ""
         raise CampaignFileError(path.parent, [Problem(path.name, "format", seen, known, remedy)])
     return checked(path, table, READERS[version])
-
-
-def require_same_plate(path: Path, twin: TwinFile, experiment: Experiment) -> None:
-    """Raise unless a twin's plate is that of the campaign.
-
-    Parameters
-    ----------
-    path : Path
-        File of the twin.
-    twin : TwinFile
-    experiment : Experiment
-        Of the campaign.
-
-    Raises
-    ------
-    CampaignFileError
-        With all that is declared otherwise, but for `RECORDER`.
-    """
-    remedy = "as the campaign declares; a twin belongs to one plate with its patches"
-    problems = [
-        Problem(path.name, place, seen, wanted, remedy)
-        for key in ("plate", "patch", "drive", "sensor", "string", "cable", "acquisition", "oven")
-        for place, seen, wanted in _differences(key, getattr(twin, key), getattr(experiment, key))
-        if place not in RECORDER
-    ]
-    if problems:
-        raise CampaignFileError(path.parent, problems)
-
-
-def require_known_effects(path: Path, twin: TwinFile, cards: Mapping[str, EffectCard]) -> None:
-    """Raise unless the library knows a twin's effects, their parameters and units, and allows the values.
-
-    Parameters
-    ----------
-    path : Path
-        File of the twin.
-    twin : TwinFile
-    cards : mapping of str to EffectCard
-        The library's, by effect.
-
-    Raises
-    ------
-    CampaignFileError
-        With all that it does not know or allow.
-    """
-    problems: list[Problem] = []
-    for number, effect in enumerate(twin.effect):
-        place = f"effect[{number}]"
-        if effect.name not in cards:
-            remedy = "a user's own needs --effects FOLDER"
-            problems.append(Problem(path.name, f"{place}.name", repr(effect.name), ", ".join(cards), remedy))
-            continue
-        known = {p.name: p for p in cards[effect.name].parameters}
-        if set(effect.parameter) != set(known):
-            seen = ", ".join(effect.parameter)
-            problems.append(Problem(path.name, f"{place}.parameter", seen, "exactly " + ", ".join(known)))
-            continue
-        for name, given in effect.parameter.items():
-            wanted, key = known[name], f"{place}.parameter.{name}"
-            if given.unit != wanted.unit:
-                problems.append(Problem(path.name, f"{key}.unit", repr(given.unit), repr(wanted.unit)))
-            if not wanted.low <= given.value <= wanted.high:
-                allowed = f"{wanted.low:g} to {wanted.high:g} {wanted.unit}"
-                problems.append(Problem(path.name, f"{key}.value", f"{given.value:g}", allowed))
-    if problems:
-        raise CampaignFileError(path.parent, problems)
-
-
-def _differences(place: str, ours: Any, theirs: Any) -> list[tuple[str, str, str]]:
-    """Places at which two declarations differ, with both values."""
-    if isinstance(ours, Declared) and type(ours) is type(theirs):
-        names = type(ours).model_fields
-        return [d for n in names for d in _differences(f"{place}.{n}", getattr(ours, n), getattr(theirs, n))]
-    if _tables(ours) and _tables(theirs):
-        if len(ours) != len(theirs):
-            return [(place, f"{len(ours)} tables", f"{len(theirs)} tables")]
-        pairs = zip(ours, theirs, strict=True)
-        return [d for n, (a, b) in enumerate(pairs) for d in _differences(f"{place}[{n}]", a, b)]
-    return [] if ours == theirs else [(place, repr(ours), repr(theirs))]
-
-
-def _tables(value: Any) -> bool:
-    return isinstance(value, tuple) and all(isinstance(item, Declared) for item in value)

@@ -16,7 +16,8 @@ from analysis.local_laws import LocalLaws
 from analysis.progress import Progress
 from analysis.updated import Updated
 from app.files.bad_file import ResultFileError
-from app.files.twin_file import TwinFile, read_twin, require_known_effects, require_same_plate
+from app.files.twin_check import require_known_effects, require_same_plate
+from app.files.twin_file import TwinFile, read_twin
 from app.twins.campaign_twin import effect_twin
 from simulation.effects.library import library
 from simulation.reduction.campaign_basis import for_materials

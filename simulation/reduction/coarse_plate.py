@@ -14,8 +14,8 @@ from simulation.meshing.recipe import MeshRecipe
 from simulation.reduction.damped_modes import DampedModes
 from simulation.reduction.dashpots import columns
 from simulation.reduction.energy_decomposition import energy_shift, mass_orthonormal, middle
+from simulation.reduction.galerkin import projected
 from simulation.reduction.rational_krylov import Chain
-from simulation.reduction.reduce import projected
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import assemble
 from simulation.shell.factors import factorize

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix
 
 from analysis.arrays import Real
 from analysis.material import MaterialBox
@@ -24,6 +23,7 @@ from simulation.reduction.energy_decomposition import (
     middle,
     training_loss,
 )
+from simulation.reduction.galerkin import projected
 from simulation.reduction.missing_answers import joined
 from simulation.reduction.rational_krylov import material_space
 from simulation.reduction.reduced_model import ReducedModel
@@ -212,45 +212,3 @@ def _damped_answers(
 
     with ThreadPoolExecutor(WORKERS) as executor:
         return np.hstack(list(executor.map(answers, training.materials(box))))
-
-
-def projected(
-    model: ShellModel, vectors: Real, box: MaterialBox, band: tuple[float, float], dashpots: Real
-) -> ReducedModel:
-    """Galerkin model on given vectors; its error is yet unmeasured.
-
-    Parameters
-    ----------
-    model : ShellModel
-        Of n unknowns.
-    vectors : (n, N) ndarray
-        Orthonormal in the mass.
-    box : MaterialBox
-    band : (float, float)
-        Hz.
-    dashpots : (n, q) ndarray
-        Columns whose product is the damping, as far as it is felt.
-
-    Returns
-    -------
-    ReducedModel
-        Its error is infinite.
-    """
-
-    def of(matrix: csr_matrix) -> Real:
-        small = vectors.T @ (matrix @ vectors)
-        return np.asarray(0.5 * (small + small.T))
-
-    with ThreadPoolExecutor(WORKERS) as executor:
-        first, second, patches = executor.map(of, (model.stiffness_1, model.stiffness_2, model.stiffness_patch))
-    return ReducedModel(
-        stiffness_1=first,
-        stiffness_2=second,
-        stiffness_patch=patches,
-        coupling=vectors.T @ model.coupling,
-        capacitance=model.capacitance,
-        box=box,
-        band=band,
-        error=float("inf"),
-        dashpots=vectors.T @ dashpots,
-    )

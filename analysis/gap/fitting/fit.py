@@ -11,7 +11,7 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.bounded_step import bounded_step
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import GLOBAL, SweepEquations, linearise_all
-from analysis.gap.fitting.schur_complement import LocalStep, SchurComplement, schur_complement
+from analysis.gap.fitting.schur_complement import LocalStep, SchurComplement, schur_complement, without_gain
 from analysis.gap.fitting.state import FreeParameters, GapState, clipped_laws
 from analysis.gap.thresholds import MOST_STEPS, PREDICTION_MARGIN, SETTLED
 from analysis.twin_model import Tangent, TwinModel
@@ -231,14 +231,6 @@ def _result(
         on_wall=tuple(name for name, there in zip(free.names, wall, strict=True) if there),
         passes=passes,
     )
-
-
-def without_gain(matrix: Real, gain_free: bool = True) -> tuple[Real, float]:
-    """Eliminate log gain, the first unknown: what is left (P, P), and the gain's own standard deviation."""
-    if not gain_free:
-        return matrix[1:, 1:], 0.0
-    left = matrix[1:, 1:] - np.outer(matrix[1:, 0], matrix[0, 1:]) / matrix[0, 0]
-    return 0.5 * (left + left.T), float(matrix[0, 0] ** -0.5)
 
 
 def _law_sigma(

@@ -176,3 +176,11 @@ def _group(
     local[OWN:, OWN:] += np.eye(size - OWN) / reading_sigma**2
     pull[OWN:] -= contrasts.T @ away / reading_sigma**2
     return local, coupling, pull
+
+
+def without_gain(matrix: Real, gain_free: bool = True) -> tuple[Real, float]:
+    """Eliminate log gain, the first unknown: what is left (P, P), and the gain's own standard deviation."""
+    if not gain_free:
+        return matrix[1:, 1:], 0.0
+    left = matrix[1:, 1:] - np.outer(matrix[1:, 0], matrix[0, 1:]) / matrix[0, 0]
+    return 0.5 * (left + left.T), float(matrix[0, 0] ** -0.5)

@@ -14,10 +14,9 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
-from analysis.gap.fitting.fit import without_gain
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import linearise_all
-from analysis.gap.fitting.schur_complement import schur_complement
+from analysis.gap.fitting.schur_complement import schur_complement, without_gain
 from analysis.gap.search.candidate import Candidate, Column, solve_inside
 from analysis.twin_model import Tangent, TwinModel
 

@@ -8,6 +8,7 @@ from analysis.effect_card import EffectCard, Parameter
 from analysis.experiment import Experiment
 from app.files.campaign_error import CampaignFileError
 from app.files.campaign_toml import read_experiment
+from app.files.twin_check import require_known_effects, require_same_plate
 from app.files.twin_file import (
     Basis,
     Estimated,
@@ -16,8 +17,6 @@ from app.files.twin_file import (
     TwinLaws,
     TwinOrigin,
     read_twin,
-    require_known_effects,
-    require_same_plate,
     write_twin,
 )
 
