@@ -1,5 +1,6 @@
 """``test.toml``: files of a modal test, what their channels are, and how FRFs are made of them."""
 
+from datetime import date as Date  # noqa: N812 (the field is called date)
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -89,6 +90,8 @@ class ModalTest(Declared):
 
     format: Literal["flexura-test/1"]
     title: str = ""
+    operator: str = ""
+    date: Date | None = None
     kind: Literal["hammer", "continuous", "frf"]
     estimator: Estimator = "h1"
     sample_rate: Annotated[float, Field(gt=0.0, le=1e9, description="Hz")] | str | None = None

@@ -86,6 +86,8 @@ def declared_frfs(path: Path, report: Progress) -> FrfSet:
             mains=test.mains,
             notes=(*notes, *(said_of_coherence(transfers) if test.kind == "frf" else ())),
             hashes=hashes,
+            operator=test.operator,
+            date="" if test.date is None else test.date.isoformat(),
         )
     except ValueError as error:
         raise ResultFileError(f"{file}: {error}") from error

@@ -38,6 +38,8 @@ class FrfSet:
     notes : tuple of str
     hashes : dict of str to str
         SHA-256 of the files they came from.
+    operator, date : str
+        Who measured, and when, where the declaration says.
     """
 
     title: str
@@ -49,6 +51,8 @@ class FrfSet:
     mains: float | None = None
     notes: tuple[str, ...] = ()
     hashes: Mapping[str, str] = field(default_factory=dict)
+    operator: str = ""
+    date: str = ""
 
     def __post_init__(self) -> None:
         if not self.transfers:

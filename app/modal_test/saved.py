@@ -49,6 +49,8 @@ def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
         "mains": frfs.mains,
         "notes": frfs.notes,
         "hashes": dict(frfs.hashes),
+        "operator": frfs.operator,
+        "date": frfs.date,
     }
     with atomic_hdf5(target) as file:
         stamp(file, made_from)
@@ -101,6 +103,8 @@ def load_frfs(path: Path) -> FrfSet:
             mains=None if told["mains"] is None else float(told["mains"]),
             notes=tuple(str(note) for note in told["notes"]),
             hashes={str(name): str(digest) for name, digest in told["hashes"].items()},
+            operator=str(told.get("operator", "")),
+            date=str(told.get("date", "")),
         )
 
 

@@ -28,7 +28,8 @@ def sections_of_test(run: Path) -> tuple[str, str, list[Section]]:
     frfs, modes, shapes = load_test(run)
     chart = load_stabilization(run / "stabilization.h5")
     labels = dict.fromkeys(frfs.label(n) for n in range(len(frfs.transfers)))
-    facts = [
+    facts = [(word, value) for word, value in (("date", frfs.date), ("operator", frfs.operator)) if value]
+    facts += [
         ("FRFs", f"{len(frfs.transfers)}: {', '.join(labels)}"),
         ("places", f"{len(shapes.places)}, with {len(shapes.references)} at the other end"),
         ("lines", f"{len(frfs.frequency)} from {frfs.frequency[0]:g} to {frfs.frequency[-1]:g} Hz"),

@@ -7,10 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+import matplotlib as mpl
 from matplotlib.figure import Figure
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 """What browsers hold the page to: it can fetch nothing, nor run anything."""
+LARGEST_SVG = 500_000
+"""Bytes beyond which a figure (a map, ten thousand lines) goes in as PNG: a page has some twenty."""
 FULL_WIDTH = 10.0
 """Inches from which on a figure is as wide as the page."""
 STYLE = """
@@ -77,15 +80,26 @@ class Picture:
     caption: str
 
     def html(self) -> str:
-        """Return the figure as an inline PNG; the same figure gives the same bytes."""
-        stream = io.BytesIO()
-        self.figure.savefig(stream, format="png", dpi=120, metadata={"Software": None})
-        data = base64.b64encode(stream.getvalue()).decode("ascii")
+        """Return the figure inline, as SVG unless that is too large; the same figure gives the same bytes."""
+        kind, data = self._drawn()
         question, caption = escape(self.question), escape(self.caption)
         width = min(100.0, 100.0 * self.figure.get_figwidth() / FULL_WIDTH)
-        image = f'<img src="data:image/png;base64,{data}" alt="{question} {caption}" style="width: {width:.0f}%">'
+        image = (
+            f'<img src="data:image/{kind};base64,{data}" alt="{question} {caption}" style="width: {width:.0f}%">'
+        )
         name = escape(self.name)
         return f'<figure id="{name}"><h3>{question}</h3>{image}<figcaption>{caption}</figcaption></figure>'
+
+    def _drawn(self) -> tuple[str, str]:
+        """Kind of image and its base64."""
+        stream = io.BytesIO()
+        with mpl.rc_context({"svg.hashsalt": self.name}):
+            self.figure.savefig(stream, format="svg", metadata={"Date": None})
+        kind = "svg+xml"
+        if stream.tell() > LARGEST_SVG:
+            stream, kind = io.BytesIO(), "png"
+            self.figure.savefig(stream, format="png", dpi=120, metadata={"Software": None})
+        return kind, base64.b64encode(stream.getvalue()).decode("ascii")
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from analysis.focusing.methods import MethodComparison
 from analysis.focusing.over_temperature import Focusing
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.material import MaterialLaws
+from analysis.plate import Plate
 from app.report.page import PageTable
 from app.terminal.gap import with_sigma
 
@@ -23,6 +24,11 @@ class PaperRow:
     why: str
 
 
+PLATE = {"length_x": 0.24, "length_y": 0.19, "thickness": 0.003, "mass": 0.130}
+"""Of the paper's section 3: m and kg."""
+SAME = 0.03
+"""Relative differences within which a plate counts as one like it."""
+
 SPECIMEN = "the plate of this campaign is its own specimen; the law follows the measurement, not the paper"
 CLOSE = "agrees with the paper"
 
@@ -32,6 +38,11 @@ CONSTANTS = (
     ("η at {t:g} °C [%]", "loss_factor", 0.01, "{v:.1f}", {0.0: 4.8, 20.0: 8.2, 60.0: 3.5}),
 )
 """The paper's section 4.4 and Table 1."""
+
+
+def is_the_papers(plate: Plate) -> bool:
+    """Whether a plate has the paper's size and mass; nothing is gained by comparing any other with it."""
+    return all(abs(getattr(plate, name) / value - 1.0) < SAME for name, value in PLATE.items())
 
 
 def material_rows(laws: MaterialLaws) -> list[PaperRow]:

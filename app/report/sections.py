@@ -66,7 +66,8 @@ def sections(run: Path, report: Progress) -> Found:
             made.append(Section(title, build()))
         elif name not in OPTIONAL:
             made.append(Section(title, [Absent(f"not run yet; make it with: flexura {MADE_BY[name]}")]))
-    made.append(Section("Beside the paper", [paper.beside_paper(rows)]))
+    if paper.is_the_papers(experiment.plate):
+        made.append(Section("Beside the paper", [paper.beside_paper(rows)]))
     found = stamps(run, [name for _, name, _ in parts])
     made.append(Section("Provenance", origin(found)))
     old = outdated(run, found)

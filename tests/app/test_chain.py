@@ -115,7 +115,7 @@ def test_update_prints_json_that_a_machine_can_read(recording: Path, run: Path) 
 
 def test_the_report_is_one_page_that_fetches_nothing(run: Path) -> None:
     page = (run / "report.html").read_text(encoding="utf-8")
-    assert page.count("data:image/png;base64,") >= 12
+    assert page.count("data:image/") >= 12
     assert not re.search(r"""(src|href)=["']?(http|//|/)""", page)
     assert "not run yet" not in page
     for wanted in (

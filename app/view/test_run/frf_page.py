@@ -92,6 +92,7 @@ class TestFrfPage(QWidget):
 
     def _lay_out(self) -> None:
         chooser, switches, side, grid = QHBoxLayout(), QHBoxLayout(), QVBoxLayout(), QGridLayout(self)
+        self._grid = grid
         for widget in (self.choice, self.display):
             widget.setMinimumWidth(80)
             chooser.addWidget(widget, stretch=1)
@@ -133,7 +134,7 @@ class TestFrfPage(QWidget):
         ]
         self._trust = self.coherence.curve([], [], "coherence", theme.measured)
         self._circle = (
-            self.nyquist.curve([], [], "measured", theme.measured, width=0.8, points=True),
+            self.nyquist.curve([], [], "measured", theme.measured, style="dot", points=True),
             self.nyquist.curve([], [], "rebuilt", theme.identified, width=1.4),
             self.nyquist.curve([], [], "cursor", theme.warning, points=True),
         )
@@ -157,6 +158,7 @@ class TestFrfPage(QWidget):
         coherence = held.frfs.transfers[n].coherence
         self._trust.setData(x, np.full(len(x), np.nan) if coherence is None else coherence)
         self.coherence.setVisible(coherence is not None)
+        self._grid.setRowStretch(2, 0 if coherence is None else 2)
         for chart in (self.above, self.below, self.coherence):
             chart.getAxis("bottom").setLogMode(self.log.isChecked())
             chart.fit()

@@ -7,6 +7,8 @@ from app.view.chart import Chart
 from app.view.test_run.held import HeldTest
 from app.view.theme import Theme, two_sided
 
+LEAST_DOT, LARGEST_DOT = 7.0, 20.0
+"""Diameter of a point at rest, and of the largest motion."""
 FLAT = 0.05
 """Second largest extent of the points, over the largest, below which they lie on a line."""
 
@@ -56,7 +58,8 @@ class ShapeChart(Chart):
         if self._plane:
             colors = two_sided().map(0.5 + 0.5 * np.nan_to_num(motion))
             brushes = [pyqtgraph.mkBrush(*(int(c) for c in row[:3])) for row in colors]
-            self._points.setData(*self._at, brush=brushes)
+            sizes = LEAST_DOT + (LARGEST_DOT - LEAST_DOT) * np.abs(np.nan_to_num(motion))
+            self._points.setData(*self._at, brush=brushes, size=sizes)
         else:
             self._curve.setData(self._line[self._order], motion[self._order])
             self.setXRange(float(self._line.min()), float(self._line.max()), padding=0.04)

@@ -184,6 +184,9 @@ def test_a_sound_recording_of_a_hammer_and_a_microphone(tmp_path: Path, beam: Be
 
 def test_the_report_of_a_test_stands_on_its_own_files(tmp_path: Path, beam: Beam) -> None:
     declared = hammer_files(tmp_path, beam, seconds=4.0, count=2)
+    text = declared.read_text(encoding="utf-8")
+    head = 'operator = "A. Tester"\ndate = 2026-11-22\nkind ='
+    declared.write_text(text.replace("kind =", head, 1), encoding="utf-8")
     assert typed("identify", declared, "--out", tmp_path / "run", "--band", 40, 700, "--quiet").exit_code == 0
     result = typed("report", tmp_path / "run", "--json")
     assert result.exit_code == 0, result.output
@@ -193,3 +196,7 @@ def test_the_report_of_a_test_stands_on_its_own_files(tmp_path: Path, beam: Beam
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "accelerance [m/s2/N]" in page
     assert "the paper" not in page
+    assert "A. Tester" in page
+    assert "2026-11-22" in page
+    assert "kept, confirmed" in page
+    assert "data:image/svg+xml;base64," in page

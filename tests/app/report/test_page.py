@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -28,6 +29,19 @@ def test_a_figure_stands_under_the_question_it_answers(html: str) -> None:
     found = re.search(r"<figure[^>]*><h3>(.*?)</h3><img[^>]*><figcaption>(.*?)</figcaption>", html)
     assert found is not None
     assert found.groups() == ("What &lt;changes&gt; with temperature?", "Levels, &quot;dB&quot;.")
+
+
+def test_figures_are_drawn_as_lines_unless_these_are_too_many() -> None:
+    def drawn(points: int) -> str:
+        figure = Figure(figsize=(3, 2))
+        x = np.linspace(0.0, 1.0, points)
+        figure.add_subplot().scatter(x, np.sin(40 * x) * np.cos(7000 * x))
+        return Picture("lines", "?", figure, "").html()
+
+    few = drawn(50)
+    assert "data:image/svg+xml;base64," in few
+    assert few == drawn(50)
+    assert "data:image/png;base64," in drawn(20000)
 
 
 def test_text_stays_text(html: str) -> None:
