@@ -1,9 +1,11 @@
 """R10 twenty times over: accuracy and speed of the identification, against plain ways of doing the same.
 
-    python benchmarks/identification.py [--draws 20] [--noise 0.01] [--cases] [--peers]
+    python benchmarks/identification.py [--draws 20] [--noise 0.01] [--cases] [--peers] [--campaign FOLDER]
 
 `--cases` runs what real lines have besides: noise that lines share, ripple, near pairs, forty modes. `--peers`
 runs other packages on the same FRFs, where they are installed (docs/dependencies.md).
+
+`--campaign` takes a recorded campaign: its sweeps fitted together against sweeps taken one by one.
 
 Two plain ways. Vector fitting alone: as many pole pairs as it starts with, those kept whose residue stands out of
 the noise; this is what it costs to stop there. Variable projection the plain way: SciPy's least squares on all
@@ -135,6 +137,25 @@ def table(draws: int, noise: float, every: bool, peers: bool) -> None:
             )
 
 
+def together(folder: Path) -> None:
+    """CPU time of a campaign's sweeps fitted together, and of every fourth sweep identified alone."""
+    from analysis.frf import campaign_frf
+    from analysis.identification.tracking import sweep_measured, track
+    from app.files.campaign import load_campaign
+
+    frf = campaign_frf(load_campaign(folder), mains=50.0)
+    count = len(frf.temperature)
+    started = time.process_time()
+    track(frf)
+    joint = (time.process_time() - started) / count
+    some = range(0, count, 4)
+    started = time.process_time()
+    for t in some:
+        identify(sweep_measured(frf, t))
+    alone = (time.process_time() - started) / len(some)
+    print(f"{count} sweeps together: {joint:.2f} s a sweep, alone {alone:.2f} s: {alone / joint:.1f} times faster")
+
+
 def warm(cases: list[SyntheticFrf]) -> dict[str, float]:
     """Refine from poles two per mille off, our way and plainly."""
     rng = np.random.default_rng(0)
@@ -169,7 +190,12 @@ def main() -> None:
     parser.add_argument("--noise", type=float, default=0.01)
     parser.add_argument("--cases", action="store_true", help="all cases, not R10 alone")
     parser.add_argument("--peers", action="store_true", help="other packages, too")
+    parser.add_argument("--campaign", type=Path, help="sweeps of a recorded campaign, together and one by one")
     options = parser.parse_args()
+    if options.campaign:
+        with threadpool_limits(1):
+            together(options.campaign)
+        return
     if options.cases or options.peers:
         with threadpool_limits(1):
             table(options.draws, options.noise, options.cases, options.peers)

@@ -168,3 +168,13 @@ def test_common_factor_is_found_by_the_scan(factor: float) -> None:
     found, at_edge = common_factor(lines, poles_at(0.0, np.zeros(6)) / factor, REAL_E_F)
     assert not at_edge
     assert found == pytest.approx(factor, rel=3e-3)
+
+
+def test_sweeps_from_warm_to_cold_give_the_same_tracks() -> None:
+    frf = campaign(ONE)
+    back = replace(
+        frf, temperature=frf.temperature[::-1], h=frf.h[::-1], variance=frf.variance[::-1], coherence=frf.coherence
+    )
+    plain, turned = track(frf).reading(), track(back).reading()
+    np.testing.assert_allclose(turned.frequency_hz[::-1], plain.frequency_hz, rtol=1e-5)
+    np.testing.assert_allclose(turned.sigma_frequency_hz[::-1], plain.sigma_frequency_hz, rtol=1e-2)
