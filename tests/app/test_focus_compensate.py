@@ -29,7 +29,7 @@ from app.files.transfers_file import read_transfers, write_transfers
 from app.files.uff58 import write_frfs
 from app.files.values import write_value
 from app.main import flexura
-from app.report.focusing import loss
+from app.report.focusing import loss, relative_errors
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages import panel_inputs as panel_run
@@ -470,6 +470,10 @@ def test_transfers_of_several_temperatures_are_compensated_as_the_twin_is(run, p
     )
     at = np.searchsorted(own.temperature, found.temperature)
     np.testing.assert_allclose(found.contrast_direct, own.contrast_direct[at], atol=1e-4)
+    exported = flex("export", tmp_path / "scan", "--to", "npz", "--out", tmp_path / "shipped")
+    assert exported.exit_code == 0, exported.output
+    drawn = relative_errors(found)
+    assert len(drawn.axes[1].get_legend().get_texts()) == 4
     refused = flex("compensate", tmp_path / "scan", "--transfers", scan, "--spacing", 4)
     assert "leave out --spacing, --place and --across" in refused.output
     with h5py.File(scan, "r+") as file:
