@@ -1,11 +1,12 @@
 """What the uncertainty of material laws does to the contrast of filters that were made from them."""
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.arrays import Real
+from analysis.arrays import Complex, Real
 from analysis.focusing.fir import FirBank
 from analysis.focusing.methods import PanelModel
 from analysis.focusing.panel import Panel
@@ -90,29 +91,16 @@ def law_band(
     def at(t: int) -> tuple[list[float], Real, Real]:
         here = bank.temperature[t : t + 1]
         value, sigma = laws.at(here), laws.sigma(here)
-        e, nu, eta = (float(x[0]) for x in (value.youngs_modulus, value.poisson_ratio, value.loss_factor))
-        spread = np.array(
-            [sigma.youngs_modulus[0] / e, sigma.poisson_ratio[0], sigma.loss_factor[0] / eta], dtype=float
-        )
+        constants = tuple(float(x[0]) for x in (value.youngs_modulus, value.poisson_ratio, value.loss_factor))
+        e, _, eta = constants
+        spread = np.array([sigma.youngs_modulus[0] / e, sigma.poisson_ratio[0], sigma.loss_factor[0] / eta])
 
         def odds(step: Real) -> Real:
-            """Log of C/(1 - C) of every line, `step` (3,) off in log E, nu and log eta."""
-            constants = (e * float(np.exp(step[0])), nu + float(step[1]), eta * float(np.exp(step[2])))
-            forms = model.space.forms([model.amplitudes(*constants, lines)], panel.target.displacement)
-            found = np.clip(contrast(forms, heard[t : t + 1])[0], 1e-9, 1.0 - 1e-9)
-            return np.asarray(np.log(found / (1.0 - found)))
+            return _odds(model, lines, heard[t : t + 1], _stepped(constants, step))
 
         middle = odds(np.zeros(3))
-        drawn = np.tile(middle, (DRAWS, 1))
-        low, high = _room(panel, (e, nu, eta))
-        for k in np.flatnonzero(spread):
-            axis = np.eye(3)[k]
-            ends = np.clip(np.array([-REACH, REACH]) * spread[k], low[k], high[k])
-            places = [float(end) for end in ends if abs(end) > 1e-12]
-            answers = [odds(place * axis) for place in places]
-            drawn += _parabola(places, answers, middle, spread[k] * draws[:, k])
-        found = 1.0 / (1.0 + np.exp(-drawn))
-        exact = 1.0 / (1.0 + np.exp(-middle))
+        drawn = _drawn(odds, middle, spread, draws, _room(panel, constants))
+        found, exact = _share_of(drawn), _share_of(middle)
         ends = [0.5 - 0.5 * SHARE, 0.5 + 0.5 * SHARE]
         return (
             [float(exact.mean()), float(exact.min())],
@@ -126,7 +114,36 @@ def law_band(
     return ContrastBand(bank.temperature, nominal, mean, worst, SHARE, DRAWS)
 
 
-def _room(panel: Panel, constants: tuple[float, float, float]) -> tuple[Real, Real]:
+def _stepped(constants: tuple[float, ...], step: Real) -> tuple[float, float, float]:
+    """E, nu and eta, `step` (3,) off in log E, nu and log eta."""
+    e, nu, eta = constants
+    return e * float(np.exp(step[0])), nu + float(step[1]), eta * float(np.exp(step[2]))
+
+
+def _odds(model: PanelModel, lines: Real, heard: Complex, constants: tuple[float, float, float]) -> Real:
+    """Log of C/(1 - C) of every line (F,), with filters `heard` (1, F, N) on a plate of these constants."""
+    found = contrast(model.space.forms([model.amplitudes(*constants, lines)]), heard)[0]
+    found = np.clip(found, 1e-9, 1.0 - 1e-9)
+    return np.asarray(np.log(found / (1.0 - found)))
+
+
+def _share_of(odds: Real) -> Real:
+    return np.asarray(1.0 / (1.0 + np.exp(-odds)))
+
+
+def _drawn(odds: Callable[[Real], Real], middle: Real, spread: Real, draws: Real, room: tuple[Real, Real]) -> Real:
+    """Log odds (D, F) of plates drawn: of the `middle` (F,), and a parabola along each uncertain constant."""
+    drawn = np.tile(middle, (len(draws), 1))
+    for k in np.flatnonzero(spread):
+        axis = np.eye(3)[k]
+        ends = np.clip(np.array([-REACH, REACH]) * spread[k], room[0][k], room[1][k])
+        places = [float(end) for end in ends if abs(end) > 1e-12]
+        answers = [odds(place * axis) for place in places]
+        drawn += _parabola(places, answers, middle, spread[k] * draws[:, k])
+    return drawn
+
+
+def _room(panel: Panel, constants: tuple[float, ...]) -> tuple[Real, Real]:
     """How far log E, nu and log eta may go down and up within the model's box."""
     box, (e, nu, eta) = panel.box, constants
     logs = [np.log(np.array(box.youngs_modulus) / e), np.array(box.poisson_ratio) - nu]

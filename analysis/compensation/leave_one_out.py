@@ -8,15 +8,9 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.compensation.bayesian import train
 from analysis.compensation.outcome import Trained
-from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
 from analysis.compensation.training import outputs_at, prepare
 from analysis.focusing.fir import FirBank
-
-
-def leave_one_out(filters: FirBank, method: Callable[[FirBank, Real], Real]) -> Real:
-    """Relative error (n-2, N), %, of a `method` (filters, temperatures) at each inner temperature withheld."""
-    return relative_error(left_out_taps(filters, method), filters.taps[1:-1])
 
 
 def left_out_taps(filters: FirBank, method: Callable[[FirBank, Real], Real]) -> Real:
@@ -27,11 +21,6 @@ def left_out_taps(filters: FirBank, method: Callable[[FirBank, Real], Real]) -> 
         rest = replace(filters, taps=filters.taps[keep], temperature=filters.temperature[keep])
         found.append(method(rest, filters.temperature[left : left + 1])[0])
     return np.array(found)
-
-
-def leave_one_out_networks(filters: FirBank, trained: Trained, settings: Training, device: str = "cpu") -> Real:
-    """Relative error (n-2, N), %, of networks at each inner temperature withheld, see `left_out_networks`."""
-    return relative_error(left_out_networks(filters, trained, settings, device), filters.taps[1:-1])
 
 
 def left_out_networks(

@@ -10,7 +10,7 @@ from analysis.compensation.burden import burdens
 from analysis.compensation.interpolation import cubic_spline, linear
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.outcome import LINEAR, LOW_RANK, NETWORK, SPLINE, Compensation
+from analysis.compensation.outcome import LINEAR, LOW_RANK, NETWORK, SPLINE, Compensation, Trained
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import FEWEST, Training
 from analysis.compensation.training import train_networks
@@ -88,25 +88,37 @@ def compensate_measured(
         taps[name] = left_out_taps(filters, rival)
         seconds.append(clock() - started)
     report("Leave one out", 1.0)
-    inner, direct = temperature[1:-1], filters.taps[1:-1]
+    return _outcome(measured, filters, trained, taps, method, np.array(seconds))
+
+
+def _outcome(
+    measured: MeasuredPanel,
+    filters: FirBank,
+    trained: Trained,
+    taps: dict[str, Real],
+    method: Method,
+    seconds: Real,
+) -> Compensation:
+    """Judge the `taps` (n-2, N, M) that every method gives where a temperature is left out."""
+    inner, direct = filters.temperature[1:-1], filters.taps[1:-1]
     aims = _aims(measured, replace(filters, taps=direct, temperature=inner), {DIRECT: direct} | taps)
     low_rank = LowRankBank.of(filters)
-    held = burdens(filters, low_rank, training.nodes, measured.panel.filters.frequency)
+    lines = measured.panel.filters.frequency
+    held = burdens(filters, low_rank, trained.settings.nodes, lines)
     errors = np.array([relative_error(one, direct) for one in taps.values()])
-    band = measured.panel.filters.in_band(measured.panel.filters.frequency)
     return Compensation(
         methods=tuple(taps),
         focusing=method,
         filters=filters,
         temperature=inner,
-        frequency=measured.panel.filters.frequency[band],
+        frequency=lines[measured.panel.filters.in_band(lines)],
         relative_error=errors,
         left_out=errors,
         contrast_direct=aims[DIRECT].contrast,
         contrast=np.array([aims[name].contrast for name in taps]),
         response=np.array([aims[name].response for name in taps]),
         peak_drive=np.array([peak_drive(one) for one in taps.values()]),
-        seconds=np.array(seconds),
+        seconds=seconds,
         size=4.0 * np.array([held[name][0] for name in taps]),
         update_cost=np.array([held[name][1] for name in taps]),
         trained=trained,

@@ -10,7 +10,7 @@ from analysis.arrays import Real
 from analysis.compensation.burden import burdens
 from analysis.compensation.interpolation import cubic_spline, linear, log_root_rigidity, reduced_frequency
 from analysis.compensation.knots import place_temperatures
-from analysis.compensation.leave_one_out import leave_one_out, leave_one_out_networks
+from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import InputMap
 from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained
@@ -119,8 +119,8 @@ def compensate(
     predictors = dict(zip(METHODS, (networks, *rivals(panel, laws)), strict=True))
     taps, seconds = _predicted(predictors, filters, everywhere, clock)
     report("Networks", 1.0)
-    left_out = [leave_one_out_networks(filters, trained[0], training, device)]
-    left_out += [leave_one_out(filters, predictors[name]) for name in METHODS[1:]]
+    left_out = [left_out_networks(filters, trained[0], training, device)]
+    left_out += [left_out_taps(filters, predictors[name]) for name in METHODS[1:]]
     places = spaced(low, high, 5.0)
     at_places = [int(np.argmin(np.abs(everywhere - place))) for place in places]
     aims = _aims(model, panel, laws, everywhere[at_places], truth, truth.taps[at_places], taps[NETWORK][at_places])
@@ -136,7 +136,7 @@ def compensate(
         temperature=everywhere,
         frequency=_band_lines(panel),
         relative_error=np.array([relative_error(taps[name], truth.taps) for name in METHODS]),
-        left_out=np.array(left_out),
+        left_out=np.array([relative_error(one, filters.taps[1:-1]) for one in left_out]),
         contrast_direct=contrast(forms, truth.response(_band_lines(panel))),
         contrast=np.array([contrast(forms, one) for one in heard]),
         response=np.array([mean_response(forms, one, asked) for one in heard]),

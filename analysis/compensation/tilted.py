@@ -121,8 +121,8 @@ def tilted_contrast(
 
     def judged(temperature: float, across: tuple[float, float], fed: Sequence[float]) -> Real:
         """Mean and worst line of the band (len(fed), 2)."""
-        forms = model.space.forms([model.amplitudes(temperature, across, lines)], panel.target.displacement)
         bank = FirBank(taps(np.array(fed)), np.array(fed), like.sample_rate, like.delay)
+        forms = model.space.forms([model.amplitudes(temperature, across, lines)])
         found = np.array([contrast(forms, heard[None])[0] for heard in bank.response(lines)])
         return np.stack([found.mean(axis=1), found.min(axis=1)], axis=-1)
 

@@ -69,7 +69,7 @@ Examples:
     type=click.IntRange(1, 100),
     default=10,
     show_default=True,
-    help="Hidden nodes; fewer on few temperatures measured.",
+    help="Hidden nodes; fewer where temperatures placed or measured are few.",
 )
 @click.option(
     "--restarts", type=click.IntRange(1, 100), default=1, show_default=True, help="Trainings per actuator."
@@ -166,6 +166,8 @@ def command(
     training = training.as_paper() if as_paper else training
     checked_device(device)
     if transfers is None:
+        if place is not None and not _typed("nodes"):
+            training = replace(training, nodes=min(nodes, place - 2))
         task = _from_laws(run, twin, panel, filters, method, (spacing, place, across), training)
     else:
         if twin is not None or place is not None or across or _typed("spacing"):

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import pyuff
 from click.testing import CliRunner
+from scipy.sparse.linalg import spsolve
 
 from analysis.compensation.settings import Training
 from analysis.estimation.transfer import MeasuredTransfer
@@ -28,12 +29,14 @@ from app.files.transfers_file import read_transfers, write_transfers
 from app.files.uff58 import write_frfs
 from app.files.values import write_value
 from app.main import flexura
-from app.report.focusing import loss
+from app.report.focusing import loss, relative_errors
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages import panel_inputs as panel_run
 from app.stages.uncorrected_filters import uncorrected_aim
 from app.twins.panel_twin import panel_twin
+from app.twins.tilted_twin import WholeLaws, tilted_twin
+from simulation.state.plate_state import PlateState
 
 PANEL = """\
 format = "panel/1"
@@ -460,6 +463,10 @@ def test_transfers_of_several_temperatures_are_compensated_as_the_twin_is(run, p
     )
     at = np.searchsorted(own.temperature, found.temperature)
     np.testing.assert_allclose(found.contrast_direct, own.contrast_direct[at], atol=1e-4)
+    exported = flex("export", tmp_path / "scan", "--to", "npz", "--out", tmp_path / "shipped")
+    assert exported.exit_code == 0, exported.output
+    drawn = relative_errors(found)
+    assert len(drawn.axes[1].get_legend().get_texts()) == 4
     refused = flex("compensate", tmp_path / "scan", "--transfers", scan, "--spacing", 4)
     assert "leave out --spacing, --place and --across" in refused.output
     with h5py.File(scan, "r+") as file:
@@ -546,3 +553,27 @@ def test_transfers_with_missing_points_or_of_other_actuators_are_refused(panel, 
     assert "thermometer_error 5 °C needs a model" in refused(h, points, "--thermometer-error", 5)
     assert "takes the place of RUN" in refused(h, points, tmp_path)
     assert "takes the place of RUN" in refused(h, points, "--twin", tmp_path / "twin.toml")
+
+
+def test_a_tilted_twin_is_the_twin_where_nothing_is_tilted_and_the_full_plate_where_it_is(panel):
+    """The vectors of the uniform panel carry one that is 20 K warmer on one side, at largest x."""
+    declared, frequency = read_panel(panel), np.array([110.0, 190.0, 290.0])
+    tilted, plain = (made(declared, laws(), lambda _stage, _share: None) for made in (tilted_twin, panel_twin))
+    here = laws().at(30.0)
+    constants = (here.youngs_modulus, here.poisson_ratio, here.loss_factor)
+    exact = plain.amplitudes(*(float(x[0]) for x in constants), frequency) @ plain.space.deflection.T
+    found = tilted.amplitudes(30.0, (0.0, 0.0), frequency) @ tilted.space.deflection.T
+    np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
+
+    xi, zeta = tilted.full.sampling
+    warm = 30.0 + 10.0 * xi
+    state = PlateState.baseline(xi, zeta, WholeLaws.about(laws(), 30.0), 30.0, frequency).with_(temperature=warm)
+    matrices = tilted.full.matrices(state)
+    answers = tilted.amplitudes(30.0, (20.0, 0.0), frequency)
+    for line, f in enumerate(frequency):
+        stiffness = matrices.plate + 1j * matrices.plate_loss + matrices.patches
+        exact = -spsolve((stiffness - (2.0 * np.pi * f) ** 2 * matrices.mass).tocsc(), matrices.coupling)
+        missed = tilted.vectors @ answers[:, line].T - exact
+        assert np.linalg.norm(missed) < 0.02 * np.linalg.norm(exact)
+    cold = tilted.amplitudes(30.0, (-20.0, 0.0), frequency)
+    assert np.abs(cold - answers).max() > 0.05 * np.abs(answers).max()
