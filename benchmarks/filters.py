@@ -3,7 +3,8 @@
     python benchmarks/filters.py [LAWS.h5 | RUN]
 
 The plain way is the normal matrix of all taps (N × M unknowns), made of its Toeplitz blocks, and Cholesky. Both
-must give the same field. Without laws of a run, constants after the paper's are used.
+must give the same field. The last solves are also tried as one batch of torch. Without laws of a run, constants
+after the paper's are used.
 """
 
 import argparse
@@ -20,7 +21,7 @@ from scipy.linalg import cho_factor, cho_solve, toeplitz
 
 from analysis.compensation.study import direct_filters
 from analysis.focusing.energy import EnergyForms
-from analysis.focusing.field_fir import OUTSIDE, FieldFit
+from analysis.focusing.field_fir import OUTSIDE, FieldFit, FieldProblem
 from analysis.focusing.fir import taper
 from analysis.focusing.inversion import invert
 from analysis.focusing.over_temperature import responses
@@ -70,6 +71,24 @@ def dense(weight: np.ndarray, filters: np.ndarray, settings: Filters, delay: int
     return np.asarray(cho_solve(factor, right).reshape(actuators, count))
 
 
+def torch_ratio(problem: FieldProblem, count: int) -> float:
+    """Time of `count` solves one by one (SciPy) over that of one batch (torch), processor seconds."""
+    import torch
+
+    size = len(problem.right)
+    normal = np.repeat(problem.normal.reshape(1, size, size), count, axis=0)
+    started = time.process_time()
+    single = np.array([cho_solve(cho_factor(one, lower=True), problem.right) for one in normal])
+    alone = time.process_time() - started
+    matrices, right = torch.as_tensor(normal), torch.as_tensor(problem.right)[None, :, None]
+    started = time.process_time()
+    factors = torch.linalg.cholesky(matrices)
+    batch = torch.cholesky_solve(right.expand(count, -1, -1), factors)[..., 0].numpy()
+    together = time.process_time() - started
+    assert np.allclose(single, batch, rtol=1e-6, atol=1e-9 * np.abs(single).max())  # noqa: S101
+    return alone / together
+
+
 def main() -> None:
     """Time both ways, compare their fields, time the verbs, print, write JSON."""
     words = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -104,7 +123,9 @@ def main() -> None:
     one, other = (contrast(forms.at(slice(None), band), (spectrum @ h.T)[None]) for h in (taps, plain))
     assert np.abs(one - other).max() < 1e-4, "the two ways give different fields"  # noqa: S101
 
+    ratio = torch_ratio(fit.problem(weight, largest, wanted, settings.middle), 24)
     result = {
+        "torch_batch_ratio": ratio,
         "design_241_seconds": whole,
         "design_241_processor_seconds": processor,
         "solve_seconds": fast,

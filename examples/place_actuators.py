@@ -2,6 +2,7 @@
 
     python examples/place_actuators.py [PANEL.toml] [--starts 6] [--out placed.toml]
     python examples/place_actuators.py --laws plate-run --outside-weight 10 --patches 8 --keep-out 0.18 0 0.24 0.06
+    python examples/place_actuators.py --laws plate-run --refine --patches 8
 
 Exchanges positions on a lattice until no single move raises the mean STIF contrast, then moves patches in ever
 smaller steps. The mean is over the panel's band, lines below 540 Hz counting twice as densely as those above, at
@@ -35,8 +36,9 @@ from app.files.panel_file import SECTION_2, read_panel
 from app.files.toml_text import toml_text
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 
-ORDERS, MODES = 14, 60
-GAP, MARGIN, SMALLEST = 0.0049, 0.005, 0.002  # between patches, from the edge, last step, m
+ORDERS, MODES = 14, 80
+GAP, MARGIN = 0.0049, 0.005  # between patches, and from the edge, m
+STEPS = (0.01, 0.005, 0.0025)  # of the search off the lattice, m
 SHOWN = (0.0, 20.0, 40.0, 60.0)
 Constants = tuple[float, float, float]
 
@@ -104,10 +106,10 @@ class Layouts:
         values, self.shapes = eigh(whole.bending, plate.density * h * whole.mass, subset_by_index=(0, MODES - 1))
         self.bare = (e * h**3 / 12.0 / (1.0 - nu**2))[:, None, None] * np.diag(values)
         # Plate and patch bend about a common neutral axis: in-plane stiffnesses in series over their distance.
-        ep, self.nup = ceramic.stiffness
-        plate_plane, patch_plane = e * h / (1.0 - nu**2), ep * hp / (1.0 - self.nup**2)
+        q11, q12 = ceramic.stiffness
+        self.nup, patch_plane, plate_plane = q12 / q11, q11 * hp, e * h / (1.0 - nu**2)
         arm = 0.5 * (h + hp)
-        self.added = ep * hp**3 / 12.0 / (1.0 - self.nup**2) + arm**2 / (1.0 / plate_plane + 1.0 / patch_plane)
+        self.added = q11 * hp**3 / 12.0 + arm**2 / (1.0 / plate_plane + 1.0 / patch_plane)
         self.weight = ceramic.density * hp
         grid = Grid.of(panel)
         along = [polynomials(np.unique(grid.points[:, axis]), self.lengths[axis], 0) for axis in (0, 1)]
@@ -152,6 +154,10 @@ class Layouts:
             adjoint @ (plate[:, None] @ response), adjoint @ (target[:, None] @ response), aim[..., 0]
         )
 
+    def score(self, several: np.ndarray) -> np.ndarray:
+        """Mean contrast (S,) of layouts (S, N, 2)."""
+        return np.array([self.contrast(layout).mean() for layout in several])
+
     def contrast(self, layout: np.ndarray, lines: np.ndarray | None = None) -> np.ndarray:
         """STIF contrast (T, F) of one layout."""
         forms = self.forms(layout, lines)
@@ -191,20 +197,33 @@ def search(
     layouts: Layouts, centers: np.ndarray, buildable: Callable[[np.ndarray], bool], options: argparse.Namespace
 ) -> tuple[np.ndarray, float]:
     """Best layout (N, 2) of several searches, each by exchange on the lattice and then in small steps."""
-
-    def score(several: np.ndarray) -> np.ndarray:
-        return np.array([layouts.contrast(layout).mean() for layout in several])
-
+    score = layouts.score
     free, rng = clearance(centers, max(layouts.size) + GAP), np.random.default_rng(options.seed)
     best, value = centers[:0], -np.inf
     for start in range(options.starts):
         found = exchange(lambda chosen: score(centers[chosen]), free, options.patches, rng, starts=1)
-        steps = options.pitch * 0.5 ** np.arange(1, 1 + int(np.log2(options.pitch / SMALLEST)))
-        moved, reached = refined(score, centers[found.chosen], buildable, steps)
+        moved, reached = refined(score, centers[found.chosen], buildable, STEPS)
         print(f"start {start + 1}: {found.score:.4f}, moved {reached:.4f}", file=sys.stderr, flush=True)
         if reached > value:
             best, value = moved, reached
     return best, value
+
+
+def continued(
+    layouts: Layouts,
+    start: np.ndarray,
+    centers: np.ndarray,
+    buildable: Callable[[np.ndarray], bool],
+    count: int,
+) -> np.ndarray:
+    """Layout (N, 2) that begins at `start`: patches wanting are added one by one on the lattice, then all move."""
+    layout = start
+    while len(layout) < count:
+        added = [one for one in (np.vstack([layout, center]) for center in centers) if buildable(one)]
+        if not added:
+            sys.exit(f"no room for patch {len(layout) + 1}: take fewer --patches or a smaller --pitch")
+        layout = added[int(np.argmax(layouts.score(np.array(added))))]
+    return refined(layouts.score, layout, buildable, STEPS if len(layout) > len(start) else STEPS[1:])[0]
 
 
 def placed(panel: Panel, centers: np.ndarray) -> str:
@@ -232,12 +251,15 @@ def main() -> None:
     parser.add_argument(
         "--keep-out", type=float, nargs=4, action="append", default=[], metavar=("X0", "Y0", "X1", "Y1"), help="m"
     )
+    parser.add_argument("--refine", action="store_true", help="begin at the panel's own patches, not at random")
     parser.add_argument("--out", type=Path, help="panel file to write, with the patches found")
     options = parser.parse_args()
     if options.starts < 1:
         parser.error(f"--starts {options.starts}: at least 1")
     panel = read_panel(options.panel)
     options.patches = options.patches or len(panel.patch)
+    if options.refine and options.patches < len(panel.patch):
+        parser.error(f"--patches {options.patches}: --refine begins at the panel's {len(panel.patch)}")
     if options.outside_weight is not None:
         settings = panel.filters.model_copy(update={"outside_weight": options.outside_weight})
         panel = panel.model_copy(update={"filters": settings})
@@ -253,7 +275,11 @@ def main() -> None:
         apart = clearance(layout, max(layouts.size) + GAP)[~np.eye(len(layout), dtype=bool)].all()
         return bool(inside and apart and not kept_out(layout, layouts.size, options.keep_out).any())
 
-    found, _ = search(layouts, lattice(panel, options.pitch, options.keep_out), buildable, options)
+    centers = lattice(panel, options.pitch, options.keep_out)
+    if options.refine:
+        found = continued(layouts, np.array(panel.centers), centers, buildable, options.patches)
+    else:
+        found, _ = search(layouts, centers, buildable, options)
     report(layouts, found, (options.temperature or list(SHOWN)) if options.laws else [])
     if options.out is not None:
         options.out.write_text(placed(panel, found), encoding="utf-8")

@@ -274,7 +274,9 @@ def test_what_is_compensated_is_what_was_focused(run, panel):
     _, found = load_compensation(run / "compensation.h5")
     assert found.focusing == "time-reversal"
     _, focused, _ = load_focusing(run / "filters.h5")
-    np.testing.assert_allclose(found.filters.taps[4], focused.bank.taps[0])
+    # Many temperatures are computed in the few coordinates that 10 K need.
+    largest = np.abs(focused.bank.taps).max()
+    np.testing.assert_allclose(found.filters.taps[4], focused.bank.taps[0], atol=5e-4 * largest, rtol=0.0)
     assert found.filters.delay == focused.bank.delay
 
 

@@ -2,7 +2,14 @@ import numpy as np
 import pytest
 
 from analysis.focusing.fir import FirBank
-from analysis.focusing.over_temperature import covered, focus, reference_temperature, responses, spaced
+from analysis.focusing.over_temperature import (
+    covered,
+    focus,
+    reference_temperature,
+    responses,
+    robust_forms,
+    spaced,
+)
 from analysis.focusing.performance import contrast
 
 
@@ -75,7 +82,7 @@ def test_spaced_temperatures_end_at_the_end(low, high, spacing, expected):
 def test_filters_robust_to_their_thermometer_keep_more_where_it_errs_and_little_is_lost_where_it_does_not(
     plain, softening
 ):
-    """Designed at 40 °C, used where the plate has 35 to 45 °C: mean and worst line, against plain filters."""
+    """Designed at 40 °C, used from 35 to 45 °C: contrast where the thermometer errs most, and the worst line."""
     settings = plain.panel.filters
     careful = plain.panel.model_copy(update={"filters": settings.model_copy(update={"thermometer_error": 5.0})})
     lines = settings.frequency[settings.in_band(settings.frequency)]
@@ -86,6 +93,30 @@ def test_filters_robust_to_their_thermometer_keep_more_where_it_errs_and_little_
         bank = focus(plain, panel, softening, np.array([40.0])).bank
         reached.append(contrast(forms, np.repeat(bank.response(lines), 11, axis=0)))
     usual, robust = reached
-    assert robust.mean() > usual.mean()
+    assert robust[[0, -1]].mean() > usual[[0, -1]].mean()
     assert robust.min() > usual.min()
     assert robust[5].mean() > usual[5].mean() - 0.05
+
+
+@pytest.mark.parametrize(
+    ("error", "here", "around"),
+    [
+        (5.0, 40.0, [35.0, 40.0, 45.0]),
+        (2.0, 40.0, [38.0, 40.0, 42.0]),
+        (8.0, 20.0, [12.0, 16.0, 20.0, 24.0, 28.0]),
+        (5.0, 58.0, [53.0, 58.0, 60.0]),
+    ],
+)
+def test_robust_forms_are_the_mean_over_equal_steps_with_both_ends_within_the_laws(
+    plain, softening, error, here, around
+):
+    panel = plain.panel.model_copy(
+        update={"filters": plain.panel.filters.model_copy(update={"thermometer_error": error})}
+    )
+    lines, moved = panel.filters.frequency, panel.target.displacement
+    alone = plain.space.forms((a for _, a in responses(plain, softening, np.array([here]), lines)), moved)
+    found = robust_forms(plain, panel, softening, here, alone)
+    each = plain.space.forms((a for _, a in responses(plain, softening, np.array(around), lines)), moved)
+    np.testing.assert_allclose(found.plate[0], each.plate.mean(axis=0))
+    np.testing.assert_allclose(found.aim[0], each.aim.mean(axis=0))
+    assert robust_forms(plain, plain.panel, softening, here, alone) is alone
