@@ -106,11 +106,11 @@ def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tupl
     A search is brought to its end only where it is the widest, or a wider one is not clearly better.
     """
     count = min(settings.start_count, max(len(lines.frequency) // 6, 1))
-    found, started = rough_search(lines, count, settings)
+    found, started = _search(lines, count, settings)
     ended = False
     while len(found.poles) > FULL * count and 2 * count <= min(settings.most_count, len(lines.frequency) // 6):
         count *= 2
-        wider, proposed = rough_search(lines, count, settings)
+        wider, proposed = _search(lines, count, settings)
         wider = settle(measured, lines, wider, settings)
         if not ended and not _better(measured, lines, wider, found, CLEARLY):
             found, ended = settle(measured, lines, found, settings), True
@@ -142,7 +142,7 @@ def _hum(f: float, mains: float, spacing: float) -> str:
     return f"{number} x {fundamental:g} Hz mains"
 
 
-def rough_search(lines: Lines, count: int, settings: Settings) -> tuple[PoleFit, NDArray[np.complex128]]:
+def _search(lines: Lines, count: int, settings: Settings) -> tuple[PoleFit, NDArray[np.complex128]]:
     """Find the order on averaged lines, from `count` start poles; also the start poles it came from."""
     richest = max(settings.terms, key=lambda terms: terms.parameters)
     blocks = averaged(lines)

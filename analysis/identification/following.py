@@ -81,7 +81,22 @@ class Followed:
     def started(
         cls, temperature: NDArray[np.float64], sweep: int, modes: Modes, terms: ResidualTerms
     ) -> "Followed":
-        """Begin with the poles of one sweep."""
+        """Begin with the poles of one sweep.
+
+        Parameters
+        ----------
+        temperature : (T,) ndarray
+            Degrees Celsius, of all sweeps.
+        sweep : int
+        modes : Modes
+            Of that sweep.
+        terms : ResidualTerms
+            Of all sweeps.
+
+        Returns
+        -------
+        Followed
+        """
         place = np.full((len(temperature), len(modes.poles), 2), np.nan)
         place[sweep] = to_parameters(modes.poles)
         return cls(temperature, terms, place, modes.real.copy(), [sweep])
@@ -120,7 +135,7 @@ class Followed:
             place[j] = self.place[known, j] + np.nanmedian(step[self.guide], axis=0)
         return place
 
-    def add(self, sweep: int, place: NDArray[np.float64], mode: bool) -> None:
+    def _add(self, sweep: int, place: NDArray[np.float64], mode: bool) -> None:
         """Add a pole that one sweep shows."""
         column = np.full((len(self.temperature), 1, 2), np.nan)
         column[sweep, 0] = place
@@ -212,7 +227,7 @@ def _born(known: Followed, sweep: int, lines: Lines, blocks: Lines, found: Joint
     new, usual = tried.place[0, -1], float(np.median(tried.place[0, :-1, 1][known.guide]))
     inside = lines.frequency[0] < np.exp(new[0]) / (2.0 * np.pi) < lines.frequency[-1]
     known.place[sweep] = tried.place[0, :-1]
-    known.add(sweep, new, bool(inside and abs(new[1] - usual) < LIKE_OTHERS))
+    known._add(sweep, new, bool(inside and abs(new[1] - usual) < LIKE_OTHERS))
     return tried
 
 
@@ -230,4 +245,4 @@ def _afresh(known: Followed, sweep: int, start: NDArray[np.float64], fresh: Mode
             known.place[sweep, j] = place[n]
             place[n] = np.nan
     for n in np.flatnonzero(np.isfinite(place[:, 0])):
-        known.add(sweep, place[n], bool(fresh.real[n]))
+        known._add(sweep, place[n], bool(fresh.real[n]))

@@ -57,7 +57,24 @@ class NamedModes:
 
 
 def enter(done: NamedModes, t: int, temperature: float, modes: Modes, factor: float) -> None:
-    """Name the poles of a sweep: each gets the label of a known mode, a new one, or -1 for no mode."""
+    """Name the poles of a sweep: each gets the label of a known mode, a new one, or -1 for no mode.
+
+    Parameters
+    ----------
+    done : NamedModes
+        Gets the sweep.
+    t : int
+        Sweep.
+    temperature : float
+        Degrees Celsius.
+    modes : Modes
+    factor : float
+        Common factor of its frequencies, relative to the first sweep's.
+
+    Returns
+    -------
+    None
+    """
     labels = np.full(len(modes.poles), -1, dtype=np.int64)
     known = list(done.seen)
     candidates = [int(n) for n in np.flatnonzero(modes.real)]
@@ -91,7 +108,20 @@ def _distance(known: Sighting, modes: Modes, n: int, factor: float) -> float:
 
 
 def tabulated(done: NamedModes, frf: Frf, start: int) -> TrackedModes:
-    """Order modes by their frequency, referred to the start's temperature, and tabulate them."""
+    """Order modes by their frequency, referred to the start's temperature, and tabulate them.
+
+    Parameters
+    ----------
+    done : NamedModes
+        All sweeps.
+    frf : Frf
+    start : int
+        Sweep identified first.
+
+    Returns
+    -------
+    TrackedModes
+    """
     order = sorted(done.seen, key=lambda label: np.median([abs(s.pole) for s in done.seen[label]]))
     table = np.full((len(frf.temperature), len(order)), -1, dtype=np.int64)
     for t, labels in done.labels.items():

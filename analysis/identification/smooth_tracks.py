@@ -61,10 +61,25 @@ class SmoothTracks:
         damping: tuple[float, float] = OWN_DAMPING,
         degree: int = DEGREE,
     ) -> "SmoothTracks":
-        """Tracks about `base` (T, J, 2) with polynomials of `degree`.
+        """Make tracks with polynomials in temperature.
 
-        `frequency` are standard deviations of the coefficients of log |lambda|, the last for all that follow but
-        `BEND` after an only one; `damping` those of the log damping ratio's constant and slope.
+        Parameters
+        ----------
+        temperature : (T,) ndarray
+            Degrees Celsius.
+        base : (T, J, 2) ndarray
+            What is known beforehand; zeros where nothing is.
+        frequency : tuple of float
+            Standard deviations of the coefficients of log |lambda|, the last for all that follow; `BEND` after an
+            only one.
+        damping : (float, float)
+            Those of the log damping ratio's constant and slope.
+        degree : int
+            At most; fewer sweeps than three for a coefficient have a lower one.
+
+        Returns
+        -------
+        SmoothTracks
         """
         span = max(float(np.ptp(temperature)), 1e-9)
         degree = min(degree, max((len(temperature) - 1) // 3, 0))

@@ -27,6 +27,11 @@ from analysis.identification.tracked_modes import TrackedModes
 POOR = 1.15
 """Misfit, in multiples of the one expected, above which a sweep is reported."""
 
+HIDDEN_SCATTER = (2e-3, 0.05)
+"""Of log |lambda| and log damping ratio about their curves without a twin: modes that no sweep shows move those
+beside them by so much. On a polypropylene plate with one sensor 95 % intervals with a scatter of 0.02 % and 0.2 %
+held 79 % and 57 % of the modes, with this one 88 % and 87 %, and errors are no larger."""
+
 BACKGROUND_DAMPING = (1.0, 0.5)
 """Standard deviations of a background pole's own log damping ratio: constant, and along temperature."""
 
@@ -110,6 +115,7 @@ def _fitted_together(
     place = np.stack([known.filled(t) for t in range(len(measured))])
     active = np.stack([active_in(row, one.lines()) for row, one in zip(place, measured, strict=True)])
     tracks = SmoothTracks.polynomials(frf.temperature, np.zeros_like(place))
+    tracks = replace(tracks, scatter=np.array(HIDDEN_SCATTER))
     tracks.own[~known.mode, :2, 1] = np.square(BACKGROUND_DAMPING)[: tracks.own.shape[1]]
     modes, table = fit_sweeps(
         measured,
