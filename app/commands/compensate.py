@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 GOOD_LOSS = 0.02
 """Contrast that networks may lose against filters computed directly, at any line of any temperature."""
+NODES = 10
+"""Hidden nodes unless told; two fewer than the temperatures placed where these are few."""
 FEWEST_MEASURED = 5
 """Temperatures measured: networks are trained on four at least, and each inner one is left out in turn."""
 
@@ -67,7 +69,7 @@ Examples:
 @click.option(
     "--nodes",
     type=click.IntRange(1, 100),
-    default=10,
+    default=NODES,
     show_default=True,
     help="Hidden nodes; fewer where temperatures placed or measured are few.",
 )
@@ -149,7 +151,6 @@ def command(
     Writes compensation.h5. Exit status 1 where a network is refused, or loses more than 0.02 of contrast at any
     line of any temperature judged.
     """
-    from analysis.compensation.measured import suited_nodes
     from analysis.compensation.settings import Training
     from analysis.compensation.training import EvidenceCollapseError
     from app.files.provenance import sha256
@@ -166,17 +167,12 @@ def command(
     training = training.as_paper() if as_paper else training
     checked_device(device)
     if transfers is None:
-        if place is not None and not _typed("nodes"):
-            training = replace(training, nodes=min(nodes, place - 2))
         task = _from_laws(run, twin, panel, filters, method, (spacing, place, across), training)
     else:
-        if twin is not None or place is not None or across or _typed("spacing"):
-            raise click.UsageError(
-                "--transfers takes the place of --twin, and trains on the temperatures measured: leave out "
-                "--spacing, --place and --across"
-            )
+        _refuse_with_transfers(twin, place, across)
         task = _from_transfers(run, transfers, panel, filters, method)
-        training = training if _typed("nodes") else replace(training, nodes=suited_nodes(task.temperatures))
+    if (place is not None or transfers is not None) and not _typed("nodes"):
+        training = replace(training, nodes=task.nodes)
     folder = run_folder(task.beside, out or task.beside)
     with output.progress() as report:
         try:
@@ -197,13 +193,22 @@ def command(
 
 @dataclass(frozen=True)
 class _Task:
-    """What is to be computed, from which files and at how many temperatures, and where its result goes."""
+    """What is to be computed, from which files, with how many hidden nodes where few temperatures are chosen."""
 
     compute: Callable[..., "CompensatedPanel"]
     inputs: tuple[Path, ...]
     beside: Path
     notes: list[str]
-    temperatures: int
+    nodes: int
+
+
+def _refuse_with_transfers(twin: Path | None, place: int | None, across: tuple[float, ...]) -> None:
+    """Refuse options that choose temperatures, or laws, beside transfers that were measured at theirs."""
+    if twin is not None or place is not None or across or _typed("spacing"):
+        raise click.UsageError(
+            "--transfers takes the place of --twin, and trains on the temperatures measured: leave out "
+            "--spacing, --place and --across"
+        )
 
 
 def _typed(option: str) -> bool:
@@ -247,14 +252,14 @@ def _from_laws(
     compute = partial(
         compensate.compute, declared, laws, spacing=spacing, place=place, across=across, method=followed
     )
-    count = place or len(spaced(low, high, spacing))
-    return _Task(compute, (laws_path, panel_path), beside, notes, count)
+    return _Task(compute, (laws_path, panel_path), beside, notes, min(NODES, (place or NODES + 2) - 2))
 
 
 def _from_transfers(
     run: Path | None, transfers: Path, panel: Path | None, filters: dict[str, Any], method: str | None
 ) -> _Task:
     """Prepare the compensation of a panel of which transfers were measured at several temperatures."""
+    from analysis.compensation.measured import suited_nodes
     from app.files.bad_file import ResultFileError
     from app.stages import compensate
     from app.stages.panel_inputs import measured_panel, method_for, scanned_panel
@@ -275,4 +280,4 @@ def _from_transfers(
     def compute(report: "Progress", **choices: Any) -> "CompensatedPanel":
         return compensate.compute_measured(measured, report, method=followed, **choices)
 
-    return _Task(compute, (transfers, panel_path), beside, [], count)
+    return _Task(compute, (transfers, panel_path), beside, [], suited_nodes(count))
