@@ -130,12 +130,3 @@ def test_a_damaged_file_of_others_is_refused_in_a_sentence(tmp_path):
     (tmp_path / "scan.h5").write_bytes(whole.replace(b"HEAP", b"heap"))
     with pytest.raises(ResultFileError, match=r"scan\.h5: not a readable HDF5 file \(damaged: "):
         read_transfers(tmp_path / "scan.h5", BAND, 20.0)
-
-
-def test_a_node_without_a_number_is_refused(tmp_path):
-    path = scan(tmp_path / "scan.uff", every())
-    text = path.read_text()
-    place = text.index("  2411\n") + 7
-    path.write_text(text[:place] + text[place:].replace("         1", "       inf", 1))
-    with pytest.raises(ResultFileError, match="scan.uff: "):
-        read_transfers(path, BAND, 20.0)
