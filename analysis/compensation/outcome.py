@@ -142,6 +142,13 @@ class Compensation:
     law_band: ContrastBand | None = None
     tilted: TiltedContrast | None = None
 
+    def __post_init__(self) -> None:
+        """Refuse arrays of another number of methods."""
+        for name in ("relative_error", "left_out", "contrast", "response", "peak_drive", "size", "update_cost"):
+            shape = np.shape(getattr(self, name))
+            if shape[:1] != (len(self.methods),):
+                raise ValueError(f"{name} {shape} is not given for each of {len(self.methods)} methods")
+
     @property
     def training_temperature(self) -> Real:
         """Where the filters trained on were designed (n,), degrees Celsius."""

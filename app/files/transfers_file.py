@@ -141,5 +141,8 @@ def _nodes(path: Path) -> dict[int, tuple[float, float]]:
         read: Any = file.read_sets(number)
         held: dict[str, Sequence[float]] = read[0] if isinstance(read, list) else read
         nodes = zip(held["node_nums"], held["x"], held["y"], strict=True)
-        found |= {int(n): (float(x), float(y)) for n, x, y in nodes}
+        try:
+            found |= {int(n): (float(x), float(y)) for n, x, y in nodes}
+        except OverflowError as error:
+            raise ValueError(f"a node's number is no whole number ({error}); damaged?") from error
     return found

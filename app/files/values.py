@@ -54,7 +54,11 @@ def read_value(group: h5py.Group, kind: type[Value]) -> Value:
             elif wanted in (int, float, str, bool):
                 parts[field.name] = wanted(group.attrs[field.name])
             else:
-                parts[field.name] = group[field.name][()]
+                parts[field.name] = held = group[field.name][()]
+                if np.asarray(held).dtype.kind not in "biufc":
+                    raise ValueError(
+                        f"{group.name}: {field.name!r} is of type {np.asarray(held).dtype}; allowed: numbers"
+                    )
         except (KeyError, TypeError) as error:
             raise ValueError(f"{group.name} lacks a readable {field.name!r}") from error
     try:
