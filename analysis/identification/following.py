@@ -1,9 +1,9 @@
 """Poles of one sweep followed to the others, before all are fitted together.
 
 A polymer's modulus moves all frequencies nearly together, and its loss all damping ratios. So from one sweep to
-the next a common step of both is
-sought, with every pole held near it: modes that overlap cannot change places, and none is lost where damping hides
-it. What a sweep leaves over asks for new poles: modes that enter the band.
+the next a common step of both is sought, with every pole held near it: modes that overlap cannot change places,
+and none is lost where damping hides it. A pole is added where what a sweep leaves over pays for it: modes that
+enter the band.
 """
 
 from dataclasses import dataclass, field
@@ -115,7 +115,7 @@ class Followed:
             base = self.temperature[source] - self.temperature[other]
             if abs(base) > 0.5 and abs(step) <= 1.5 * abs(base):
                 trend = (here - self.filled(other)) / base
-                trend[~self.mode] = np.median(trend[self.guide], axis=0)  # background has none of its own
+                trend[~self.mode] = _middle(trend[self.guide])  # background has none of its own
                 here += trend * step
                 here[:, 1] = np.minimum(here[:, 1], np.log(MOST_DAMPED))
                 return here, True
@@ -131,8 +131,8 @@ class Followed:
         place: NDArray[np.float64] = self.place[sweep].copy()
         for j in np.flatnonzero(np.isnan(place[:, 0])):
             known = next(t for t in self.nearest(sweep) if np.isfinite(self.place[t, j, 0]))
-            step = self.place[sweep] - self.place[known]
-            place[j] = self.place[known, j] + np.nanmedian(step[self.guide], axis=0)
+            step = (self.place[sweep] - self.place[known])[self.guide]
+            place[j] = self.place[known, j] + _middle(step[np.isfinite(step[:, 0])])
         return place
 
     def _add(self, sweep: int, place: NDArray[np.float64], mode: bool) -> None:
@@ -224,11 +224,18 @@ def _born(known: Followed, sweep: int, lines: Lines, blocks: Lines, found: Joint
     )
     if misfit - tried.looks[0].misfit < price:
         return None
-    new, usual = tried.place[0, -1], float(np.median(tried.place[0, :-1, 1][known.guide]))
+    new, others = tried.place[0, -1], tried.place[0, :-1, 1][known.guide]
     inside = lines.frequency[0] < np.exp(new[0]) / (2.0 * np.pi) < lines.frequency[-1]
+    like = len(others) == 0 or abs(new[1] - np.median(others)) < LIKE_OTHERS
     known.place[sweep] = tried.place[0, :-1]
-    known._add(sweep, new, bool(inside and abs(new[1] - usual) < LIKE_OTHERS))
+    known._add(sweep, new, bool(inside and like))
     return tried
+
+
+def _middle(steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Median (2,) of the steps (N, 2) of several poles; none where there is no pole to tell it."""
+    middle: NDArray[np.float64] = np.median(steps, axis=0) if len(steps) else np.zeros(2)
+    return middle
 
 
 def _as_fit(found: JointFit, terms: ResidualTerms) -> PoleFit:

@@ -106,6 +106,8 @@ def _fitted_together(
 ) -> TrackedModes:
     """Follow the poles of one sweep to all others, and fit all sweeps together."""
     told = progress or (lambda stage, share: None)
+    measured = list(measured)
+    measured[start] = measured[start].without(first.left_out(measured[start].frequency))
     terms = max(settings.terms, key=lambda one: one.parameters)
     known = Followed.started(frf.temperature, start, first, terms)
     usual = [_expected(one, first) for one in measured]

@@ -138,10 +138,7 @@ def _saved(run: Path, frfs: FrfSet, fitted: Modes, done: str) -> str:
 
 def _fitted(frfs: FrfSet, modes: Modes, poles: NDArray[np.complex128], mains: float | None) -> Modes:
     """Fit and judge poles on the lines that `modes` were fitted to."""
-    measured = Measured(frfs.frequency, frfs.h, frfs.variance)
-    tones = [abs(r.pole) / (2.0 * np.pi) for r in modes.rejected if complex(r.pole).real == 0.0]
-    spoilt = np.isin(frfs.frequency, tones)
-    measured = measured.without(spoilt) if spoilt.any() else measured
+    measured = Measured(frfs.frequency, frfs.h, frfs.variance).without(modes.left_out(frfs.frequency))
     lines = measured.lines()  # by their roughness: what the modes leave over holds the one that was missing
     found = fit(averaged(lines), poles, modes.terms, tolerance=1e-5)
     made = finish(measured, lines, found, Settings(mains=mains))

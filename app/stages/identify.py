@@ -166,11 +166,10 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
 
 def _confirmed(frf: Frf, tracked: TrackedModes) -> TrackedModes:
     """Let sweeps of neighbouring temperatures confirm each other, and refit those that have no neighbour."""
-    judged = confirmed_by_neighbours(tracked)
-    modes = tuple(
-        m if m.confirmation else confirmed(sweep_measured(frf, t), m) for t, m in enumerate(judged.modes)
-    )
-    return replace(judged, modes=modes)
+    measured = [sweep_measured(frf, t) for t in range(len(tracked.modes))]
+    judged = confirmed_by_neighbours(tracked, measured)
+    modes = (m if m.confirmation else confirmed(own, m) for own, m in zip(measured, judged.modes, strict=True))
+    return replace(judged, modes=tuple(modes))
 
 
 def save(
