@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.identification.automatic import Settings, finish, identify
+from analysis.identification.automatic import identify
 from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
+from analysis.identification.finishing import finish
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import EVERY_CHOICE, REAL_E_F, choices_for
+from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, r10
 from analysis.identification.tracked_modes import TrackedModes
 from tests.analysis.identification.test_modes import modes as two_poles
@@ -42,7 +44,7 @@ def test_one_of_two_poles_in_the_place_of_one_mode_is_unconfirmed(case: Syntheti
     measured = Measured(case.frequency, case.h[None])
     double = np.sort_complex(np.append(case.poles, case.poles[4] + (0.5 + 0.5j) * -case.poles[4].real))
     fitted = fit(measured.lines(), double, REAL_E_F, max_iterations=0)
-    modes = finish(measured, measured.lines(), fitted, Settings())
+    modes, _ = finish(measured, measured.lines(), fitted, Settings())
     modes = replace(modes, status=("kept",) * len(modes.poles))
     judged = confirmed(measured, modes)
     lost = [j for j, word in enumerate(judged.confirmation) if word == "unconfirmed"]
@@ -55,7 +57,7 @@ def test_a_pole_that_no_data_pay_for_is_unconfirmed(case: SyntheticFrf) -> None:
     measured = Measured(case.frequency, case.h[None])
     needle = 2 * np.pi * complex(-2.0, 1475.0)
     fitted = fit(measured.lines(), np.append(case.poles, needle), REAL_E_F, max_iterations=0)
-    modes = replace(finish(measured, measured.lines(), fitted, Settings()), status=("kept",) * 11)
+    modes = replace(finish(measured, measured.lines(), fitted, Settings())[0], status=("kept",) * 11)
     judged = confirmed(measured, modes)
     assert judged.confirmation[-1] == "unconfirmed"
     assert judged.confirmation.count("confirmed") == 10

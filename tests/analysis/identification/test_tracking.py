@@ -5,12 +5,12 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.identification.automatic import Settings
 from analysis.identification.common_factor import common_factor
 from analysis.identification.lines import Lines
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.residual_terms import NONE, REAL_E, REAL_E_F
+from analysis.identification.settings import Settings
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import track
 

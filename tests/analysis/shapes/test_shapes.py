@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from analysis.estimation.transfer import MeasuredTransfer
-from analysis.identification.automatic import Measured, Settings, identify
+from analysis.identification.automatic import identify
+from analysis.identification.measured import Measured
 from analysis.identification.residual_terms import NONE
+from analysis.identification.settings import Settings
 from analysis.shapes.assurance import mac, mpc
 from analysis.shapes.indicator import cmif
 from analysis.shapes.participation import mode_shapes, residue_deviation
