@@ -100,6 +100,13 @@ class Modes:
         """Poles that are modes of the plate, kept or weak: (J,) ndarray."""
         return np.array([status in ("kept", "weak") for status in self.status], dtype=bool)
 
+    @property
+    def sure(self) -> NDArray[np.bool_]:
+        """Modes that are kept and, where refits were made, confirmed: (J,) ndarray."""
+        words = [self.confirmed_word(n) for n in range(len(self.poles))]
+        sure = [s == "kept" and w != "unconfirmed" for s, w in zip(self.status, words, strict=True)]
+        return np.array(sure, dtype=bool)
+
     def left_out(self, frequency: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which lines (F,), Hz, were left out of the fit: tones and mains hum among `rejected`."""
         gone = np.array([abs(r.pole) / (2.0 * np.pi) for r in self.rejected if complex(r.pole).real == 0.0])
