@@ -11,8 +11,8 @@ from threadpoolctl import threadpool_limits
 
 from analysis.campaign import Campaign
 from analysis.frf import Frf, campaign_frf
-from analysis.identification.automatic import Settings
 from analysis.identification.reading import Damping
+from analysis.identification.settings import Settings
 from analysis.progress import Progress
 from app.files.campaign import load_campaign
 from app.files.run_folder import run_folder

@@ -17,7 +17,6 @@ LONG_FILES = {
     "analysis/compensation/training.py",
     "analysis/focusing/methods.py",
     "analysis/focusing/over_temperature.py",
-    "analysis/identification/automatic.py",
     "analysis/identification/order.py",
     "analysis/plate.py",
     "app/commands/compensate.py",

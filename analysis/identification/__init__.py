@@ -2,6 +2,8 @@
 
 =========================  ==================================================================
 ``automatic``              identify FRFs that share their poles: search, order, judgement
+``settings``               where the search begins and ends, residual terms, mains
+``finishing``              the order settled, a last fit on all lines, a judgement of every pole
 ``peak_picking``           the paper's own recipe: local peaks, then wide-band refinement
 ``tracking``               one identification followed over temperature, both ways
 ``expected_modes``         sweeps fitted with the modes a twin expects, under its numbers

@@ -6,7 +6,7 @@ vanish when the data are changed a little, modes do not. All refits start from t
 averaged lines, so that they cost a fraction of the search.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -91,54 +91,77 @@ def confirmed(measured: Measured, modes: Modes) -> Modes:
     return replace(modes, confirmation=verdicts, reason=reasons)
 
 
-def confirmed_by_neighbours(tracked: TrackedModes) -> TrackedModes:
+def confirmed_by_neighbours(tracked: TrackedModes, measured: Sequence[Measured]) -> TrackedModes:
     """Confirm the modes of a campaign by its other sweeps: each is a measurement of its own.
+
+    Sweeps that were fitted together, or with a twin, hold modes that only others show. So a sweep counts where its
+    own lines pay for the mode.
 
     Parameters
     ----------
     tracked : TrackedModes
+    measured : sequence of Measured
+        The sweeps that they were identified from.
 
     Returns
     -------
     TrackedModes
-        A mode is confirmed where the next colder or the next hotter sweep of the same level and direction shows
-        it, too; where a sweep has no such neighbour nothing is said.
+        A mode is confirmed where its sweep and the next colder or the next hotter one of the same level and
+        direction show it; where a sweep has no such neighbour nothing is said.
+
+    Raises
+    ------
+    ValueError
+        If fewer than 8 lines of a sweep are left.
     """
     runs: dict[tuple[str, float], list[int]] = {}
     for t in np.argsort(tracked.temperature, kind="stable").tolist():
         runs.setdefault((tracked.direction[t], float(tracked.level[t])), []).append(t)
+    shown = _shown(tracked, measured)
     modes = list(tracked.modes)
     for run in runs.values():
         for place, t in enumerate(run):
             beside = [run[n] for n in (place - 1, place + 1) if 0 <= n < len(run)]
             if beside:
-                modes[t] = _beside(tracked, t, beside)
+                modes[t] = _beside(tracked, shown, t, beside)
     return replace(tracked, modes=tuple(modes))
 
 
-def _beside(tracked: TrackedModes, t: int, beside: list[int]) -> Modes:
-    """Judge one sweep's modes by whether the sweeps beside it show them."""
+def _shown(tracked: TrackedModes, measured: Sequence[Measured]) -> NDArray[np.bool_]:
+    """Whether each sweep's own lines pay for each mode: (T, J) ndarray."""
+    shown = np.zeros(tracked.track.shape, dtype=bool)
+    for t, (modes, own) in enumerate(zip(tracked.modes, measured, strict=True)):
+        blocks = averaged(_weighed(own, modes))
+        paid = modes.real & (support(fit(blocks, modes.poles, modes.terms, max_iterations=0), blocks) > 0.0)
+        there = tracked.track[t] >= 0
+        shown[t, there] = paid[tracked.track[t, there]]
+    return shown
+
+
+def _beside(tracked: TrackedModes, shown: NDArray[np.bool_], t: int, beside: list[int]) -> Modes:
+    """Judge one sweep's modes by whether it shows them, and one of the sweeps beside it."""
     modes = tracked.modes[t]
-    seen = {int(n): (tracked.track[beside, j] >= 0).any() for j, n in enumerate(tracked.track[t]) if n >= 0}
     names = " nor at ".join(f"{tracked.temperature[n]:.1f} °C" for n in beside)
-    real = modes.real
+    lacking = dict.fromkeys(range(len(modes.poles)), f"not found at {names}")
+    for j in np.flatnonzero(tracked.track[t] >= 0):
+        if not shown[t, j]:
+            lacking[int(tracked.track[t, j])] = "the lines of this sweep alone do not pay for it"
+        elif shown[beside, j].any():
+            del lacking[int(tracked.track[t, j])]
     return replace(
         modes,
         confirmation=tuple(
-            ("confirmed" if seen.get(n, False) else "unconfirmed") if real[n] else "" for n in range(len(real))
+            ("unconfirmed" if n in lacking else "confirmed") if real else "" for n, real in enumerate(modes.real)
         ),
         reason=tuple(
-            f"{why}; not found at {names}" if real[n] and not seen.get(n, False) else why
-            for n, why in enumerate(modes.reason)
+            f"{why}; {lacking[n]}" if n in lacking and modes.real[n] else why for n, why in enumerate(modes.reason)
         ),
     )
 
 
 def _weighed(measured: Measured, modes: Modes) -> Lines:
     """All lines but those that were left out of the fit, weighted by what the modes leave over."""
-    left_out = {abs(r.pole) / (2.0 * np.pi) for r in modes.rejected if complex(r.pole).real == 0.0}
-    spoilt = np.isin(measured.frequency, list(left_out)) if left_out else np.zeros(len(measured.frequency), bool)
-    kept = measured.without(spoilt) if spoilt.any() else measured
+    kept = measured.without(modes.left_out(measured.frequency))
     return kept.weighed(kept.h - modes.synthesis(kept.frequency), modes.poles)
 
 

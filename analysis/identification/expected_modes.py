@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.automatic import Settings
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.parameters import to_parameters
+from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import OWN_DAMPING, SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
 

@@ -1,9 +1,8 @@
 """Poles of one sweep followed to the others, before all are fitted together.
 
-A polymer's modulus moves all frequencies nearly together, and its loss all damping ratios. So from one sweep to
-the next a common step of both is
-sought, with every pole held near it: modes that overlap cannot change places, and none is lost where damping hides
-it. What a sweep leaves over asks for new poles: modes that enter the band.
+A polymer's modulus moves all frequencies nearly together, and its loss all damping ratios. So a common step of
+both is sought from one sweep to the next, with every pole held near it: modes that overlap cannot change places,
+and damping hides none. A pole is added where a sweep pays for it: modes that enter the band.
 """
 
 from dataclasses import dataclass, field
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from analysis.identification.automatic import Settings, identify
+from analysis.identification.automatic import identify
 from analysis.identification.averaging import averaged
 from analysis.identification.common_factor import common_factor
 from analysis.identification.joint_fit import JointFit, fit_together
@@ -24,6 +23,7 @@ from analysis.identification.order import pole_price
 from analysis.identification.parameters import to_parameters, to_poles
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 
 BEYOND = 0.12
@@ -115,7 +115,7 @@ class Followed:
             base = self.temperature[source] - self.temperature[other]
             if abs(base) > 0.5 and abs(step) <= 1.5 * abs(base):
                 trend = (here - self.filled(other)) / base
-                trend[~self.mode] = np.median(trend[self.guide], axis=0)  # background has none of its own
+                trend[~self.mode] = _middle(trend[self.guide])  # background has none of its own
                 here += trend * step
                 here[:, 1] = np.minimum(here[:, 1], np.log(MOST_DAMPED))
                 return here, True
@@ -131,15 +131,15 @@ class Followed:
         place: NDArray[np.float64] = self.place[sweep].copy()
         for j in np.flatnonzero(np.isnan(place[:, 0])):
             known = next(t for t in self.nearest(sweep) if np.isfinite(self.place[t, j, 0]))
-            step = self.place[sweep] - self.place[known]
-            place[j] = self.place[known, j] + np.nanmedian(step[self.guide], axis=0)
+            step = (self.place[sweep] - self.place[known])[self.guide]
+            place[j] = self.place[known, j] + _middle(step[np.isfinite(step[:, 0])])
         return place
 
     def _add(self, sweep: int, place: NDArray[np.float64], mode: bool) -> None:
         """Add a pole that one sweep shows."""
-        column = np.full((len(self.temperature), 1, 2), np.nan)
-        column[sweep, 0] = place
-        self.place = np.concatenate([self.place, column], axis=1)
+        unknown = np.full((len(self.temperature), 1, 2), np.nan)
+        self.place = np.concatenate([self.place, unknown], axis=1)
+        self.place[sweep, -1] = place
         self.mode = np.append(self.mode, mode)
 
 
@@ -184,17 +184,14 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
 
 def active_in(place: NDArray[np.float64], lines: Lines) -> NDArray[np.bool_]:
     """Which poles (J, 2) stand in the band or near it."""
-    f = np.exp(place[:, 0]) / (2.0 * np.pi)
-    inside: NDArray[np.bool_] = f > lines.frequency[0] * (1.0 - BEYOND)
-    inside &= f < lines.frequency[-1] * (1.0 + BEYOND)
-    return inside
+    f, (low, high) = np.exp(place[:, 0]) / (2.0 * np.pi), lines.frequency[[0, -1]]
+    return np.asarray((f > low * (1.0 - BEYOND)) & (f < high * (1.0 + BEYOND)))
 
 
 def _held(blocks: Lines, start: NDArray[np.float64], known: Followed) -> JointFit:
     """Fit one sweep with every pole held near the step that all make together."""
     tracks = SmoothTracks.polynomials(np.zeros(1), start[None])
-    own = np.where(known.mode[:, None], OWN_STEP, BACKGROUND_STEP)
-    tracks.own[:, 0] = own**2
+    tracks.own[:, 0] = np.square(np.where(known.mode[:, None], OWN_STEP, BACKGROUND_STEP))
     return fit_together(
         [blocks], [known.terms], start[None], active_in(start, blocks)[None], tracks, settled=2.0, most=12
     )
@@ -202,8 +199,7 @@ def _held(blocks: Lines, start: NDArray[np.float64], known: Followed) -> JointFi
 
 def _left(lines: Lines, found: JointFit, known: Followed) -> float:
     """Root mean square of what a fit leaves over, as a share of that of |h|."""
-    left = residual(lines, _as_fit(found, known.terms))
-    return float(np.linalg.norm(left) / np.linalg.norm(lines.h))
+    return float(np.linalg.norm(residual(lines, _as_fit(found, known.terms))) / np.linalg.norm(lines.h))
 
 
 def _born(known: Followed, sweep: int, lines: Lines, blocks: Lines, found: JointFit) -> JointFit | None:
@@ -224,11 +220,17 @@ def _born(known: Followed, sweep: int, lines: Lines, blocks: Lines, found: Joint
     )
     if misfit - tried.looks[0].misfit < price:
         return None
-    new, usual = tried.place[0, -1], float(np.median(tried.place[0, :-1, 1][known.guide]))
+    new, others = tried.place[0, -1], tried.place[0, :-1, 1][known.guide]
     inside = lines.frequency[0] < np.exp(new[0]) / (2.0 * np.pi) < lines.frequency[-1]
+    like = len(others) == 0 or abs(new[1] - np.median(others)) < LIKE_OTHERS
     known.place[sweep] = tried.place[0, :-1]
-    known._add(sweep, new, bool(inside and abs(new[1] - usual) < LIKE_OTHERS))
+    known._add(sweep, new, bool(inside and like))
     return tried
+
+
+def _middle(steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Median (2,) of the steps (N, 2) of several poles; none where there is no pole to tell it."""
+    return np.asarray(np.median(steps, axis=0) if len(steps) else np.zeros(2))
 
 
 def _as_fit(found: JointFit, terms: ResidualTerms) -> PoleFit:

@@ -103,14 +103,7 @@ def _real(columns: NDArray[np.complex128]) -> NDArray[np.float64]:
     return np.concatenate([columns.real, columns.imag], axis=1)
 
 
-def add_missing(
-    lines: Lines,
-    blocks: Lines,
-    fitted: PoleFit,
-    proposals: NDArray[np.complex128] | None = None,
-    *,
-    most: int = 6,
-) -> PoleFit:
+def add_missing(lines: Lines, blocks: Lines, fitted: PoleFit, *, most: int = 6) -> PoleFit:
     """Add the poles that the residual asks for, one at a time, as long as BIC falls.
 
     Parameters
@@ -121,8 +114,6 @@ def add_missing(
         The same FRFs averaged, on which BIC is judged.
     fitted : PoleFit
         On `blocks`.
-    proposals : (N,) complex ndarray, optional
-        Further poles to be tried, rad/s.
     most : int
         Poles added at most.
 
@@ -133,8 +124,6 @@ def add_missing(
     """
     for _ in range(most):
         candidates = matched(lines, residual(lines, fitted))
-        if proposals is not None:
-            candidates = np.concatenate([candidates, proposals])
         if len(candidates) == 0:
             return fitted
         level = bic(fitted, blocks)

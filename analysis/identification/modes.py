@@ -56,8 +56,8 @@ class Modes:
     rejected : tuple of Rejected
         Start poles that did not stay.
     confirmation : tuple of str
-        Per pole: ``confirmed`` where refits of parts of the data find a mode again, ``unconfirmed`` where one does
-        not, nothing for poles that are no modes; empty where no refit was made.
+        Per pole: ``confirmed`` where refits of parts of the data, or a sweep of a neighbouring temperature, find a
+        mode again, ``unconfirmed`` where not, nothing for poles that are no modes; empty where nothing was tried.
     """
 
     poles: NDArray[np.complex128]
@@ -100,8 +100,21 @@ class Modes:
         """Poles that are modes of the plate, kept or weak: (J,) ndarray."""
         return np.array([status in ("kept", "weak") for status in self.status], dtype=bool)
 
+    @property
+    def sure(self) -> NDArray[np.bool_]:
+        """Modes that are kept and, where refits were made, confirmed: (J,) ndarray."""
+        words = [self.confirmed_word(n) for n in range(len(self.poles))]
+        sure = [s == "kept" and w != "unconfirmed" for s, w in zip(self.status, words, strict=True)]
+        return np.array(sure, dtype=bool)
+
+    def left_out(self, frequency: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which lines (F,), Hz, were left out of the fit: tones and mains hum among `rejected`."""
+        gone = np.array([abs(r.pole) / (2.0 * np.pi) for r in self.rejected if complex(r.pole).real == 0.0])
+        near: NDArray[np.bool_] = np.isclose(frequency[:, None], gone, rtol=1e-9, atol=0.0).any(axis=1)
+        return near
+
     def confirmed_word(self, pole: int) -> str:
-        """Return ``confirmed`` or ``unconfirmed``; nothing where a pole is no mode, or no refit was made."""
+        """Return ``confirmed`` or ``unconfirmed``; nothing where a pole is no mode, or nothing was tried."""
         return self.confirmation[pole] if self.confirmation else ""
 
     def standing(self, pole: int) -> str:

@@ -7,12 +7,13 @@ peaks merge: of R10's modes about a tenth is missed, where `automatic` misses no
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.automatic import Settings, finish
+from analysis.identification.finishing import finish
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import REAL_E, REAL_E_F, ResidualTerms
+from analysis.identification.settings import Settings
 
 PROMINENCE = 10.0
 """Standard deviations of the noise by which a peak must stand out of its surroundings."""
@@ -46,7 +47,7 @@ def identify_by_peaks(
     if not start:
         raise ValueError(f"no peak stands {PROMINENCE:g} standard deviations out of the noise: nothing to pick")
     found = fit(lines, np.array(start), terms, tolerance=1e-6, max_iterations=100)
-    return finish(measured, lines, found, settings or Settings())
+    return finish(measured, lines, found, settings or Settings())[0]
 
 
 def peaks(lines: Lines) -> list[tuple[int, float]]:

@@ -123,7 +123,8 @@ def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: fl
     if spread > WEAK_DAMPING:
         return "weak", f"its damping ratio is known to {100 * spread:.0f} % only"
     if gain < 0.25 * pole_price(lines):
-        return "weak", f"BIC would rise by only {gain:.0f} without it"
+        word = "rise by only" if gain > 0.0 else "fall by"
+        return "weak", f"BIC would {word} {abs(gain):.0f} without it"
     edge = min(f - lines.frequency[0], lines.frequency[-1] - f)
     if edge < 0.5 * width:
         return "weak", f"{edge:.3g} Hz from the edge of the band: only half its peak was seen"

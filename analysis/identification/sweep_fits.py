@@ -5,14 +5,15 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.automatic import Settings, judged
 from analysis.identification.averaging import averaged
+from analysis.identification.finishing import judged
 from analysis.identification.joint_fit import fit_together
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.parameters import to_poles
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.variable_projection import Projection
 

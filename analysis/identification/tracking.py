@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.identification.automatic import Settings, identify
+from analysis.identification.automatic import identify
 from analysis.identification.averaging import averaged
 from analysis.identification.common_factor import common_factor
 from analysis.identification.expected_modes import ExpectedModes, fit_expected
@@ -20,6 +20,7 @@ from analysis.identification.following import Followed, active_in, follow
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.naming import NamedModes, enter, tabulated
+from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
 from analysis.identification.tracked_modes import TrackedModes
@@ -106,6 +107,8 @@ def _fitted_together(
 ) -> TrackedModes:
     """Follow the poles of one sweep to all others, and fit all sweeps together."""
     told = progress or (lambda stage, share: None)
+    measured = list(measured)
+    measured[start] = measured[start].without(first.left_out(measured[start].frequency))
     terms = max(settings.terms, key=lambda one: one.parameters)
     known = Followed.started(frf.temperature, start, first, terms)
     usual = [_expected(one, first) for one in measured]

@@ -83,7 +83,7 @@ def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -
     for weight, rows, scales in lines.weight_groups:
         triangle, norms = _triangle(columns[: moved.stop], lines.h[rows] * scales[:, None], weight, weighted)
         r22, y = triangle[moved, moved], triangle[:, moved.stop :]
-        inverse = dtrtri(triangle[:linear, :linear])[0]
+        inverse = dtrtri(triangle[:linear, :linear])[0] if linear else triangle[:0, :0]
         scaled = inverse @ y[:linear]
         misfit += float((y[linear:] ** 2).sum())
         own_inverse = inverse[: 2 * count]

@@ -120,7 +120,7 @@ def residue_deviation(
     """Return the standard deviations of residues from what the model leaves over around each pole.
 
     Of least squares on a single line shape 1/(s - pole): the variance of a line, times half width and spacing of
-    the lines (rad/s) over pi; neighbours that overlap make it larger.
+    the lines there (rad/s) over pi; neighbours that overlap make it larger.
 
     Parameters
     ----------
@@ -135,12 +135,13 @@ def residue_deviation(
     -------
     (L, J) ndarray
     """
-    spacing = float(np.median(np.diff(frequency)))
+    distance = np.gradient(frequency)
     found = np.empty((len(left), len(poles)))
     for j, pole in enumerate(poles):
-        reach = max(AROUND * -pole.real / (2.0 * np.pi), AROUND * spacing)
-        near = np.abs(frequency - np.clip(pole.imag / (2.0 * np.pi), frequency[0], frequency[-1])) <= reach
-        power = (np.abs(left[:, near]) ** 2).mean(axis=1)
+        place = np.clip(pole.imag / (2.0 * np.pi), frequency[0], frequency[-1])
+        spacing = float(np.interp(place, frequency, distance))
+        reach = AROUND * max(-pole.real / (2.0 * np.pi), spacing)
+        power = (np.abs(left[:, np.abs(frequency - place) <= reach]) ** 2).mean(axis=1)
         found[:, j] = np.sqrt(power * -pole.real * 2.0 * spacing)
     return found
 

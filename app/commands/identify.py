@@ -76,7 +76,7 @@ def command(
     test's too, with its shapes (flexura new writes TEST.toml). FRFS.uff is taken FRF by FRF and printed; with
     --shared-poles as one structure, into a run folder too.
     """
-    from analysis.identification.automatic import Settings
+    from analysis.identification.settings import Settings
     from app.files.modal_test_toml import declares_test
     from app.stages.identify import Wanted
 

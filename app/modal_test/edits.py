@@ -7,17 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.automatic import Settings, finish
 from analysis.identification.averaging import averaged
 from analysis.identification.confirmation import confirmed
+from analysis.identification.finishing import finish
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.pole_search import fit
+from analysis.identification.settings import Settings
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp
 from app.modal_test.frf_set import FrfSet
-from app.modal_test.modes_of_test import judged_test, load_test, write_run
+from app.modal_test.modes_of_test import TestModes, freed, load_test, rebuilt, shaped_test, write_run
 from app.modal_test.saved import load_stabilization
 
 BY_HAND = "added by hand"
@@ -54,8 +55,8 @@ def drop_mode(run: Path, frequency: float) -> str:
         raise ResultFileError(f"{run}: its one mode cannot be dropped; identify again with another --band")
     nearest = int(real[np.abs(modes.poles[real].imag / (2.0 * np.pi) - frequency).argmin()])
     place = float(modes.reading().frequency_hz[nearest])
-    told = f"mode at {place:.3f} Hz {OUT_BY_HAND}"
-    return _saved(run, frfs, _without(frfs, replace(modes, poles=_under_window(frfs, modes)), nearest), told)
+    left = shaped_test(frfs, _without(frfs, modes, nearest), load_stabilization(run / "stabilization.h5"))
+    return _saved(run, left, f"mode at {place:.3f} Hz {OUT_BY_HAND}")
 
 
 def add_mode(run: Path, frequency: float) -> str:
@@ -82,14 +83,18 @@ def add_mode(run: Path, frequency: float) -> str:
     low, high = modes.band
     if not low < frequency < high:
         raise ResultFileError(f"{run}: {frequency:g} Hz; a mode can be added between {low:g} and {high:g} Hz")
-    there = _under_window(frfs, modes)
-    modes = replace(modes, poles=there)
+    there = modes.poles - frfs.window_rate
     zeta = np.median(-there[modes.real].real / np.abs(there[modes.real])) if modes.real.any() else 0.01
     pole = 2.0 * np.pi * frequency * complex(-zeta, np.sqrt(1.0 - zeta**2))
     with result_file(run / "modes.h5", "identify") as file:
         mains = read_stamp(file)["settings"].get("mains_hz")
-    fitted = _kept_by_hand(_fitted(frfs, modes, np.append(there, pole), mains), frequency)
-    return _saved(run, frfs, fitted, f"mode at {frequency:.3f} Hz {BY_HAND}")
+    fitted, order = _fitted(frfs, modes, np.append(there, pole), mains)
+    by_hand = [j for j, why in enumerate(modes.reason) if why.startswith(BY_HAND)]
+    fitted = _kept_by_hand(fitted, order[[*by_hand, len(there)]].tolist())
+    fitted = freed(fitted, frfs.window_rate)
+    found = shaped_test(frfs, fitted, load_stabilization(run / "stabilization.h5"))
+    place = float(found.modes.reading().frequency_hz[order[-1]])
+    return _saved(run, found, f"mode at {place:.3f} Hz, begun at {frequency:.3f} Hz, {BY_HAND}")
 
 
 def edits_of(run: Path) -> list[str]:
@@ -101,14 +106,8 @@ def edits_of(run: Path) -> list[str]:
         return [str(one) for one in read_stamp(file)["settings"].get(EDITS, ())]
 
 
-def _under_window(frfs: FrfSet, modes: Modes) -> NDArray[np.complex128]:
-    """Poles as the FRFs show them, an exponential window's damping in them."""
-    poles: NDArray[np.complex128] = modes.poles - frfs.window_rate
-    return poles
-
-
 def _without(frfs: FrfSet, modes: Modes, gone: int) -> Modes:
-    """Modes less one pole, which stands among those rejected."""
+    """Modes less one pole, which stands among those rejected as it was fitted."""
     others = [j for j in range(len(modes.poles)) if j != gone]
     words = modes.confirmation
     left = replace(
@@ -116,45 +115,41 @@ def _without(frfs: FrfSet, modes: Modes, gone: int) -> Modes:
         poles=np.delete(modes.poles, gone),
         residues=np.delete(modes.residues, gone, axis=1),
         covariance=np.delete(modes.covariance, gone, axis=0),
-        rejected=(*modes.rejected, Rejected(complex(modes.poles[gone]), OUT_BY_HAND)),
+        rejected=(*modes.rejected, Rejected(complex(modes.poles[gone] - frfs.window_rate), OUT_BY_HAND)),
         status=tuple(modes.status[j] for j in others),
         reason=tuple(modes.reason[j] for j in others),
         confirmation=tuple(words[j] for j in others) if words else (),
     )
-    over = frfs.h - left.synthesis(frfs.frequency)
+    over = frfs.h - rebuilt(left, frfs.frequency, frfs.window_rate)
     return replace(left, misfit=float(np.sqrt((np.abs(over) ** 2).sum() / (np.abs(frfs.h) ** 2).sum())))
 
 
-def _saved(run: Path, frfs: FrfSet, fitted: Modes, done: str) -> str:
+def _saved(run: Path, found: TestModes, done: str) -> str:
     """Write the run anew with the change in its provenance and notes."""
     with result_file(run / "modes.h5", "identify") as file:
         settings: dict[str, Any] = read_stamp(file)["settings"]
-    told = replace(frfs, notes=(*frfs.notes, done))
-    found = judged_test(told, fitted, load_stabilization(run / "stabilization.h5"))
     settings[EDITS] = [*settings.get(EDITS, ()), done]
-    write_run(run, found, settings)
+    frfs = replace(found.frfs, notes=(*found.frfs.notes, done))
+    write_run(run, replace(found, frfs=frfs), settings)
     return done
 
 
-def _fitted(frfs: FrfSet, modes: Modes, poles: NDArray[np.complex128], mains: float | None) -> Modes:
-    """Fit and judge poles on the lines that `modes` were fitted to."""
-    measured = Measured(frfs.frequency, frfs.h, frfs.variance)
-    tones = [abs(r.pole) / (2.0 * np.pi) for r in modes.rejected if complex(r.pole).real == 0.0]
-    spoilt = np.isin(frfs.frequency, tones)
-    measured = measured.without(spoilt) if spoilt.any() else measured
+def _fitted(
+    frfs: FrfSet, modes: Modes, poles: NDArray[np.complex128], mains: float | None
+) -> tuple[Modes, NDArray[np.intp]]:
+    """Fit and judge poles on the lines that `modes` were fitted to; also the place of each among the modes."""
+    measured = Measured(frfs.frequency, frfs.h, frfs.variance).without(modes.left_out(frfs.frequency))
     lines = measured.lines()  # by their roughness: what the modes leave over holds the one that was missing
     found = fit(averaged(lines), poles, modes.terms, tolerance=1e-5)
-    made = finish(measured, lines, found, Settings(mains=mains))
-    return confirmed(measured, replace(made, rejected=modes.rejected))
+    made, order = finish(measured, lines, found, Settings(mains=mains))
+    return confirmed(measured, replace(made, rejected=modes.rejected)), order
 
 
-def _kept_by_hand(modes: Modes, frequency: float) -> Modes:
-    """Call the pole nearest to a frequency a mode, whatever it was judged to be, and say who did."""
-    nearest = int(np.abs(modes.poles.imag / (2.0 * np.pi) - frequency).argmin())
-    status, reason = list(modes.status), list(modes.reason)
-    if not modes.real[nearest]:
-        status[nearest] = "weak"
-    reason[nearest] = f"{BY_HAND}; {reason[nearest]}"
-    words = list(modes.confirmation)
-    words[nearest] = words[nearest] or "unconfirmed"
+def _kept_by_hand(modes: Modes, places: list[int]) -> Modes:
+    """Call poles modes, whatever they were judged to be, and say who did."""
+    status, reason, words = list(modes.status), list(modes.reason), list(modes.confirmation)
+    for n in places:
+        status[n] = status[n] if modes.real[n] else "weak"
+        reason[n] = f"{BY_HAND}; {reason[n]}"
+        words[n] = words[n] or "unconfirmed"
     return replace(modes, status=tuple(status), reason=tuple(reason), confirmation=tuple(words))

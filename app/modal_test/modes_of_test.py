@@ -108,27 +108,28 @@ def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes
     orders = np.unique(np.linspace(2, 2 * max(len(modes.poles), 3) + 2, 8).astype(int))
     chart = stabilization_chart(Measured(frfs.frequency, frfs.h), modes.terms, [int(n) for n in orders])
     report("identify", 1.0)
-    return judged_test(replace(frfs, notes=(*frfs.notes, *_widened(modes, frfs.segment))), modes, chart)
+    told = replace(frfs, notes=(*frfs.notes, *_widened(modes, frfs.segment)))
+    return shaped_test(told, freed(modes, frfs.window_rate), chart)
 
 
-def judged_test(frfs: FrfSet, modes: Modes, chart: StabilizationChart) -> TestModes:
-    """Take an exponential window's damping out of fitted poles, and shapes out of their residues.
+def shaped_test(frfs: FrfSet, modes: Modes, chart: StabilizationChart) -> TestModes:
+    """Take shapes out of the residues of modes.
 
     Parameters
     ----------
     frfs : FrfSet
     modes : Modes
-        As fitted.
+        An exponential window's damping taken out.
     chart : StabilizationChart
 
     Returns
     -------
     TestModes
     """
-    freed = _freed(modes, frfs.window_rate)
-    noise = residue_deviation(frfs.frequency, frfs.h - modes.synthesis(frfs.frequency), modes.poles)
-    shapes = mode_shapes(frfs.transfers, freed.poles, freed.residues, freed.real, noise)
-    return TestModes(frfs, freed, shapes, chart)
+    left = frfs.h - rebuilt(modes, frfs.frequency, frfs.window_rate)
+    noise = residue_deviation(frfs.frequency, left, modes.poles - frfs.window_rate)
+    shapes = mode_shapes(frfs.transfers, modes.poles, modes.residues, modes.real, noise)
+    return TestModes(frfs, modes, shapes, chart)
 
 
 def _widened(modes: Modes, segment: float) -> list[str]:
@@ -145,7 +146,7 @@ def _widened(modes: Modes, segment: float) -> list[str]:
     ]
 
 
-def _freed(modes: Modes, rate: float) -> Modes:
+def freed(modes: Modes, rate: float) -> Modes:
     """Take an exponential window's damping out of the poles; those it drowned are called weak."""
     if not rate:
         return modes
@@ -156,7 +157,7 @@ def _freed(modes: Modes, rate: float) -> Modes:
         poles=poles,
         covariance=spread,
         status=tuple("weak" if d and s == "kept" else s for d, s in zip(drowned, modes.status, strict=True)),
-        reason=tuple(DROWNED if d else r for d, r in zip(drowned, modes.reason, strict=True)),
+        reason=tuple(f"{r}; {DROWNED}" if d else r for d, r in zip(drowned, modes.reason, strict=True)),
     )
 
 

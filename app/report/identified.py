@@ -34,10 +34,10 @@ def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
     axes[0].semilogy(frf.frequency, np.abs(rebuilt), color=MODEL, lw=1.0, label="from poles and residues")
     axes[0].set_ylim(0.5 * float(np.percentile(np.abs(frf.h[row, channel]), 0.5)), None)
     reading = modes.reading()
-    for f, real, status in zip(reading.frequency_hz, modes.real, modes.status, strict=True):
+    for f, real, sure in zip(reading.frequency_hz, modes.real, modes.sure, strict=True):
         if real:
-            axes[0].axvline(f, color="0.6", lw=0.8, ls="-" if status == "kept" else ":", zorder=0)
-    axes[0].legend(title="modes: solid kept, dotted weak")
+            axes[0].axvline(f, color="0.6", lw=0.8, ls="-" if sure else ":", zorder=0)
+    axes[0].legend(title="modes: solid kept, dotted weak or unconfirmed")
     axes[1].plot(frf.frequency, np.degrees(np.angle(frf.h[row, channel])), color=MEASURED, lw=1.8)
     axes[1].plot(frf.frequency, np.degrees(np.angle(rebuilt)), color=MODEL, lw=1.0)
     count = int(modes.real.sum())

@@ -40,7 +40,7 @@ def sections_of_test(run: Path) -> tuple[str, str, list[Section]]:
             "frfs",
             "Do the modes found explain the FRFs?",
             overlay(frfs, modes),
-            "Measured FRFs and what poles and residues add up to; solid lines: modes kept, dotted: weak.",
+            "Measured FRFs and what poles and residues add up to; lines: modes, dotted where weak or unconfirmed.",
         ),
     ]
     if frfs.notes:
@@ -97,9 +97,9 @@ def overlay(frfs: FrfSet, modes: Modes) -> Figure:
         axis.set_ylim(
             0.5 * max(float(np.percentile(size, 0.5)), 1e-9 * float(size.max())), 2.0 * float(size.max())
         )
-        for f, real, status in zip(reading.frequency_hz, modes.real, modes.status, strict=True):
+        for f, real, sure in zip(reading.frequency_hz, modes.real, modes.sure, strict=True):
             if real:
-                axis.axvline(f, color="0.6", lw=0.7, ls="-" if status == "kept" else ":", zorder=0)
+                axis.axvline(f, color="0.6", lw=0.7, ls="-" if sure else ":", zorder=0)
         axis.set_ylabel(f"|{frfs.label(number).replace(' [', '| [')}", fontsize=8)
         axis.set_title(frfs.transfers[number].name, fontsize=9)
     axes.ravel()[0].legend(fontsize=8)

@@ -10,13 +10,14 @@ import numpy as np
 from analysis.campaign import Campaign
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.frf import Frf, campaign_frf
-from analysis.identification.automatic import Settings, identify
+from analysis.identification.automatic import identify
 from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.reading import Damping
 from analysis.identification.residual_terms import EVERY_CHOICE, choices_for
+from analysis.identification.settings import Settings
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import sweep_measured, track
 from analysis.progress import Progress
@@ -166,11 +167,10 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
 
 def _confirmed(frf: Frf, tracked: TrackedModes) -> TrackedModes:
     """Let sweeps of neighbouring temperatures confirm each other, and refit those that have no neighbour."""
-    judged = confirmed_by_neighbours(tracked)
-    modes = tuple(
-        m if m.confirmation else confirmed(sweep_measured(frf, t), m) for t, m in enumerate(judged.modes)
-    )
-    return replace(judged, modes=modes)
+    measured = [sweep_measured(frf, t) for t in range(len(tracked.modes))]
+    judged = confirmed_by_neighbours(tracked, measured)
+    modes = (m if m.confirmation else confirmed(own, m) for own, m in zip(measured, judged.modes, strict=True))
+    return replace(judged, modes=tuple(modes))
 
 
 def save(

@@ -1,4 +1,4 @@
-"""Pictures of both windows for the documentation."""
+"""Pictures of all windows for the documentation."""
 
 import re
 import time

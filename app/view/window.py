@@ -1,4 +1,4 @@
-"""What both windows have in common: keys, help, themes and export."""
+"""What all windows have in common: keys, help, themes and export."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -173,7 +173,7 @@ class TestFrfPage(QWidget):
             self.above.removeItem(line)
         self._modes = []
         for pole, f in zip(self._held.shapes.pole, self._held.places, strict=True):
-            solid = self._held.modes.standing(int(pole)) in ("kept", "kept, confirmed")
+            solid = self._held.modes.sure[pole]
             style = Qt.PenStyle.SolidLine if solid else Qt.PenStyle.DotLine
             pen = pyqtgraph.mkPen(self._theme.muted, width=0.8, style=style)
             self._modes.append(pyqtgraph.InfiniteLine(float(self._axis(f)), pen=pen))
@@ -210,7 +210,7 @@ class TestFrfPage(QWidget):
             ("from mark", f"{f[here] - f[there]:+.4f} Hz", f"{apart:+.2f} dB", f"{turn:+.1f}°"),
         ]
         if one.variance is not None:
-            told.append(("σ of |H|", "", f"{np.sqrt(one.variance[here]):.2g}", ""))
+            told.append(("σ of H", "", f"{np.sqrt(one.variance[here]):.2g}", ""))
         if one.coherence is not None:
             told.append(("coherence", "", f"{one.coherence[here]:.5f}", ""))
         rows = ("".join(f"<td style='padding-right:14px'>{cell}</td>" for cell in row) for row in told)

@@ -65,7 +65,7 @@ class TestModesPage(QWidget):
         self.cmif = Chart("test-cmif", "how many modes act: CMIF", FREQUENCY, "dB re the largest", theme)
         self.stabilization = Chart(
             "test-stabilization",
-            "poles over the order: full dots stable, rings in frequency only",
+            ORDERS,
             FREQUENCY,
             "pole pairs",
             theme,
@@ -132,6 +132,7 @@ class TestModesPage(QWidget):
         if self._held.frfs.notes:
             last = QLabel(self._held.frfs.notes[-1])
             last.setWordWrap(True)
+            last.setToolTip("\n".join(self._held.frfs.notes))
             left.addWidget(last)
         charts = QVBoxLayout()
         charts.addWidget(self.cmif, stretch=1)

@@ -9,8 +9,10 @@ from analysis.estimation.impacts import HammerTest, find_blows
 from analysis.estimation.recording import SampledSignals, clipped, signal_faults
 from analysis.estimation.ringing import ringing
 from analysis.estimation.windows import without_window
-from analysis.identification.automatic import Measured, Settings, identify
+from analysis.identification.automatic import identify
+from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
+from analysis.identification.settings import Settings
 
 RATE = 8192.0
 F = np.array([180.0, 410.0, 890.0])

@@ -3,11 +3,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from analysis.identification.automatic import Settings, identify, refine
+from analysis.identification.automatic import identify, refine
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.residual_terms import REAL_E_F, choices_for
+from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, r10
 
 FREQUENCY = np.arange(100.0, 1500.25, 0.5)

@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.identification.automatic import Settings, finish, identify
+from analysis.identification.automatic import identify
 from analysis.identification.confirmation import confirmed, confirmed_by_neighbours
+from analysis.identification.finishing import finish
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import EVERY_CHOICE, REAL_E_F, choices_for
+from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, r10
 from analysis.identification.tracked_modes import TrackedModes
 from tests.analysis.identification.test_modes import modes as two_poles
@@ -42,7 +44,7 @@ def test_one_of_two_poles_in_the_place_of_one_mode_is_unconfirmed(case: Syntheti
     measured = Measured(case.frequency, case.h[None])
     double = np.sort_complex(np.append(case.poles, case.poles[4] + (0.5 + 0.5j) * -case.poles[4].real))
     fitted = fit(measured.lines(), double, REAL_E_F, max_iterations=0)
-    modes = finish(measured, measured.lines(), fitted, Settings())
+    modes, _ = finish(measured, measured.lines(), fitted, Settings())
     modes = replace(modes, status=("kept",) * len(modes.poles))
     judged = confirmed(measured, modes)
     lost = [j for j, word in enumerate(judged.confirmation) if word == "unconfirmed"]
@@ -55,7 +57,7 @@ def test_a_pole_that_no_data_pay_for_is_unconfirmed(case: SyntheticFrf) -> None:
     measured = Measured(case.frequency, case.h[None])
     needle = 2 * np.pi * complex(-2.0, 1475.0)
     fitted = fit(measured.lines(), np.append(case.poles, needle), REAL_E_F, max_iterations=0)
-    modes = replace(finish(measured, measured.lines(), fitted, Settings()), status=("kept",) * 11)
+    modes = replace(finish(measured, measured.lines(), fitted, Settings())[0], status=("kept",) * 11)
     judged = confirmed(measured, modes)
     assert judged.confirmation[-1] == "unconfirmed"
     assert judged.confirmation.count("confirmed") == 10
@@ -96,9 +98,16 @@ def sweeps(track: list[list[int]]) -> TrackedModes:
     )
 
 
+def sweep_of(modes: Modes) -> Measured:
+    frequency = np.arange(50.0, 400.0, 0.25)
+    h = modes.synthesis(frequency)
+    return Measured(frequency, h, np.full(h.shape, 1e-6 * np.abs(h).max() ** 2))
+
+
 def test_sweeps_of_a_campaign_confirm_each_other() -> None:
     """Sweeps at 10, 20, 30 and 40 degrees: the second mode shows at 10 and 20, the third at 40 alone."""
-    judged = confirmed_by_neighbours(sweeps([[0, 1, -1], [0, 1, -1], [0, -1, -1], [0, -1, 1]])).modes
+    tracked = sweeps([[0, 1, -1], [0, 1, -1], [0, -1, -1], [0, -1, 1]])
+    judged = confirmed_by_neighbours(tracked, [sweep_of(one) for one in tracked.modes]).modes
     words: list[tuple[str, ...]] = [modes.confirmation for modes in judged]
     assert words[:2] == [("confirmed", "confirmed")] * 2
     assert words[2] == ("confirmed", "unconfirmed")  # its second pole has no track
@@ -106,8 +115,20 @@ def test_sweeps_of_a_campaign_confirm_each_other() -> None:
     assert judged[3].reason[1].endswith("not found at 30.0 °C")
 
 
+def test_a_mode_that_only_the_model_of_a_sweep_holds_confirms_nothing() -> None:
+    """Fitted together, all three sweeps hold the second mode; the FRFs of the two at 20 and 30 degrees do not."""
+    tracked = sweeps([[0, 1], [0, 1], [0, 1]])
+    alone = tracked.modes[0].residues * np.array([1.0, 0.0])
+    first = sweep_of(replace(tracked.modes[0], residues=alone))
+    judged = confirmed_by_neighbours(tracked, [first, sweep_of(tracked.modes[1]), first]).modes
+    assert [modes.confirmation for modes in judged] == [("confirmed", "unconfirmed")] * 3
+    assert judged[0].reason[1].endswith("the lines of this sweep alone do not pay for it")
+    assert judged[1].reason[1].endswith("not found at 20.0 °C")
+
+
 def test_a_lone_sweep_is_not_judged_by_others() -> None:
-    assert confirmed_by_neighbours(sweeps([[0, 1]])).modes[0].confirmation == ()
+    tracked = sweeps([[0, 1]])
+    assert confirmed_by_neighbours(tracked, [sweep_of(tracked.modes[0])]).modes[0].confirmation == ()
 
 
 @pytest.mark.shared

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.identification.modes import Modes
+from analysis.identification.modes import Modes, Rejected
 from analysis.identification.residual_terms import REAL_E
 from analysis.identification.tracked_modes import TrackedModes
 
@@ -38,6 +38,27 @@ def test_modes_nearer_than_half_their_bandwidth_overlap() -> None:
     )
     assert close.explanation("viscous")[1] == "outside"
     np.testing.assert_array_equal(replace(close, status=("kept", "computational")).overlapped, [-1, -1])
+
+
+@pytest.mark.parametrize(
+    ("confirmation", "sure"),
+    [
+        ((), [True, False]),
+        (("confirmed", "confirmed"), [True, False]),
+        (("unconfirmed", "confirmed"), [False, False]),
+    ],
+)
+def test_sure_is_kept_and_not_unconfirmed(confirmation: tuple[str, ...], sure: list[bool]) -> None:
+    both = replace(modes(), status=("kept", "weak"), confirmation=confirmation)
+    np.testing.assert_array_equal(both.sure, sure)
+
+
+def test_lines_left_out_are_known_again_whatever_rounding_did_to_them() -> None:
+    frequency = 40.0 + 0.25 * np.arange(2640)
+    gone = tuple(Rejected(2j * np.pi * f, "a tone", "harmonic") for f in frequency[::7])
+    left_out = replace(modes(), rejected=(*gone, Rejected(complex(-3.0, 600.0), "BIC"))).left_out(frequency)
+    np.testing.assert_array_equal(np.flatnonzero(left_out), np.arange(0, 2640, 7))
+    assert not modes().left_out(frequency).any()
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.identification.automatic import Settings, identify
+from analysis.identification.automatic import identify
 from analysis.identification.harmonics import tones
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
@@ -16,6 +16,7 @@ from analysis.identification.order import covariance
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import EVERY_CHOICE, NONE
+from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, crowded, pairs, r10, rippled, shared_noise
 from tests.analysis.identification.test_automatic import Score, score
 

@@ -5,12 +5,12 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.identification.automatic import Settings
 from analysis.identification.common_factor import common_factor
 from analysis.identification.lines import Lines
 from analysis.identification.peak_picking import identify_by_peaks
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.residual_terms import NONE, REAL_E, REAL_E_F
+from analysis.identification.settings import Settings
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import track
 
@@ -178,3 +178,41 @@ def test_sweeps_from_warm_to_cold_give_the_same_tracks() -> None:
     plain, turned = track(frf).reading(), track(back).reading()
     np.testing.assert_allclose(turned.frequency_hz[::-1], plain.frequency_hz, rtol=1e-5)
     np.testing.assert_allclose(turned.sigma_frequency_hz[::-1], plain.sigma_frequency_hz, rtol=1e-2)
+
+
+def noise_of(frf: Frf, seed: int) -> NDArray[np.complex128]:
+    rng = np.random.default_rng(seed)
+    return np.asarray(
+        np.sqrt(frf.variance / 2) * (rng.normal(size=frf.h.shape) + 1j * rng.normal(size=frf.h.shape))
+    )
+
+
+def test_a_line_left_out_of_the_first_sweep_stays_out_of_the_fit_of_all() -> None:
+    frf = campaign(ONE, temperature=np.array([0.0, 6.0]))
+    h = frf.h.copy()
+    h[:, :, 503] += 50.0 * np.abs(h).max()
+    tracked = track(replace(frf, h=h))
+    first = tracked.modes[tracked.start]
+    np.testing.assert_array_equal(np.flatnonzero(first.left_out(FREQUENCY)), [503])
+    assert first.lines == len(FREQUENCY) - 1
+
+
+def test_sweeps_of_noise_alone_show_no_mode() -> None:
+    frf = campaign(ONE, temperature=np.array([20.0, 30.0, 40.0]))
+    tracked = track(replace(frf, h=noise_of(frf, 1)))
+    assert tracked.track.shape == (3, 0)
+    assert not any(modes.real.any() for modes in tracked.modes)
+
+
+def test_a_sweep_that_shares_no_mode_with_the_others_leaves_them_theirs() -> None:
+    """Its frequencies lie 150 Hz off: nothing tells by how far the others' modes would have moved."""
+    frf = campaign(ONE, temperature=np.array([20.0, 30.0, 40.0, 50.0]))
+    h = frf.h.copy()
+    h[2] = np.roll(h[2], -300, axis=1)
+    tracked = track(replace(frf, h=h))
+    assert "40.0 °C" in tracked.notes[0]
+    read = tracked.reading()
+    for t in (0, 1, 3):
+        truth = AT_ZERO * softening(TEMPERATURE[:1] + tracked.temperature[t])
+        for f in truth[truth > 105.0]:
+            assert np.nanmin(np.abs(read.frequency_hz[t] / f - 1.0)) < 2e-3

@@ -5,7 +5,7 @@ from analysis.identification.lines import Lines
 from analysis.identification.parameters import to_parameters, to_poles
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.pole_search import fit
-from analysis.identification.residual_terms import COMPLEX_E_F_G, EVERY_CHOICE, REAL_E_F, ResidualTerms
+from analysis.identification.residual_terms import COMPLEX_E_F_G, EVERY_CHOICE, NONE, REAL_E_F, ResidualTerms
 from analysis.identification.variable_projection import misfit_at, project
 
 RNG = np.random.default_rng(5)
@@ -105,3 +105,13 @@ def test_estimates_scatter_as_the_hessian_says() -> None:
         error = (to_parameters(found.poles) - to_parameters(POLES)).ravel()
         total += 2.0 * error @ found.projection.hessian @ error / 6.0
     assert total / 40 == pytest.approx(1.0, abs=4 * np.sqrt(2 / 240))
+
+
+def test_a_model_of_nothing_leaves_all_and_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    """LAPACK writes a line of its own to the terminal where it is given an empty matrix."""
+    frequency = np.linspace(10.0, 20.0, 30)
+    lines = Lines(frequency, np.full((2, 30), 3.0 + 0j), np.full((2, 30), 1.5))
+    found = project(lines, np.zeros(0, complex), NONE)
+    assert found.misfit == pytest.approx(2 * 30 * 4.0)
+    assert found.residues.shape == (2, 0)
+    assert "".join(capfd.readouterr()) == ""

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from analysis.estimation.transfer import MeasuredTransfer
+from analysis.identification.settings import Settings
 from app.files.bad_file import ResultFileError
 from app.files.modes_file import load_modes
 from app.files.uff58 import write_frfs
 from app.modal_test.edits import add_mode, drop_mode, edits_of
-from app.modal_test.modes_of_test import load_test
+from app.modal_test.frf_set import FrfSet
+from app.modal_test.modes_of_test import identify_test, load_test, save_test
+from app.stages.identify import Wanted
 from tests.app.modal_test.conftest import Beam, F, typed
 
 
@@ -49,7 +52,9 @@ def test_a_dropped_mode_is_gone_and_one_added_there_comes_back(run: Path) -> Non
     assert (moved < 0.5 * np.sqrt(before.covariance[before.real, 0, 0])).all()
     by_hand = [words.startswith("added by hand") for words in np.array(after.reason)[after.real]]
     assert by_hand == [False, True, False]
-    assert edits_of(run) == [told, "mode at 258.000 Hz added by hand"]
+    assert edits_of(run)[0] == told
+    assert float(edits_of(run)[1].removeprefix("mode at ").split()[0]) == pytest.approx(F[1], rel=1e-4)
+    assert edits_of(run)[1].endswith("Hz, begun at 258.000 Hz, added by hand")
     assert frfs.notes[-2:] == tuple(edits_of(run))
 
 
@@ -59,6 +64,42 @@ def test_what_is_no_mode_by_its_data_is_weak_and_unconfirmed_when_added(run: Pat
     added = next(j for j, why in enumerate(modes.reason) if why.startswith("added by hand"))
     assert modes.standing(added) == "weak, unconfirmed"
     assert added in shapes.pole
+
+
+def test_what_was_added_before_stays_when_another_is_added(run: Path) -> None:
+    add_mode(run, 400.0)
+    add_mode(run, 600.0)
+    _, modes, _ = load_test(run)
+    marked = [why.startswith("added by hand") for why in np.array(modes.reason)[modes.real]]
+    assert marked == [False, False, True, False, True]
+
+
+def test_the_mark_goes_to_the_mode_that_came_wherever_it_went(run: Path) -> None:
+    """Begun at 400 Hz, nearer to the third mode than to the second, which is the one that lacks."""
+    drop_mode(run, float(F[1]))
+    assert "begun at 400.000 Hz" in add_mode(run, 400.0)
+    _, modes, _ = load_test(run)
+    marked = [why.startswith("added by hand") for why in np.array(modes.reason)[modes.real]]
+    assert marked == [False, True, False]
+
+
+def test_dropping_a_mode_leaves_the_others_as_they_are_under_an_exponential_window(tmp_path: Path) -> None:
+    """The window moves poles 3 /s to the left, which decay with 1.2 to 6.4 /s themselves."""
+    frequency, own = np.arange(40.0, 700.0, 0.25), 2j * np.pi * F * (1.0 + 0.002j)
+    under = (own - 3.0)[:, None]
+    h = (2e4 / (2j * np.pi * frequency - under) + 2e4 / (2j * np.pi * frequency - under.conj())).sum(0)
+    rng = np.random.default_rng(0)
+    h = h + 1e-3 * np.abs(h).max() * (rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape))
+    frfs = FrfSet("beam", (MeasuredTransfer("p", "1:+3", "1:+3", "displacement", frequency, h),), window_rate=3.0)
+    wanted = Wanted(Settings(), "viscous", "auto", None)
+    save_test(tmp_path, identify_test(frfs, wanted, lambda *_: None), wanted)
+    _, before, _ = load_test(tmp_path)
+    drop_mode(tmp_path, float(F[1]))
+    _, after, _ = load_test(tmp_path)
+    stayed = np.abs(before.poles.imag / (2.0 * np.pi) - F[1]) > 1.0
+    for name in ("poles", "covariance"):
+        np.testing.assert_array_equal(getattr(after, name), getattr(before, name)[stayed])
+    assert np.array(after.reason).tolist() == np.array(before.reason)[stayed].tolist()
 
 
 def test_what_cannot_be_is_refused(run: Path) -> None:

@@ -1,0 +1,129 @@
+"""From poles that are about right to modes: the order BIC prefers, a last fit on all lines, a judgement."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.averaging import averaged
+from analysis.identification.lines import Lines
+from analysis.identification.measured import Measured
+from analysis.identification.missing import add_missing, residual
+from analysis.identification.modes import Modes
+from analysis.identification.order import choose_terms, covariance, eliminate
+from analysis.identification.pole_search import PoleFit, fit
+from analysis.identification.settings import Settings
+from analysis.identification.status import judge
+
+EXACT = 2e-2
+"""Fall of the misfit, in units of one line's, at which a fit stops: a seventh of the weakest pole's deviation."""
+
+LAST_STEPS = 10
+"""Projections on all lines at most: averaged lines have brought all but the weakest poles to rest already."""
+
+MOST_SETTLINGS = 4
+"""How often at most an order is settled anew."""
+
+MORE_CORRELATED = 1.1
+"""Growth of the lines' correlation from which the order is settled again."""
+
+
+def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings) -> PoleFit:
+    """Bring an order that is about right to the one BIC prefers: births, residual terms, deaths.
+
+    It is settled anew while what the fit leaves over shows fewer independent lines than were counted on.
+
+    Parameters
+    ----------
+    measured : Measured
+    lines : Lines
+        All lines, unaveraged.
+    found : PoleFit
+        Start.
+    settings : Settings
+
+    Returns
+    -------
+    PoleFit
+    """
+    for _ in range(MOST_SETTLINGS):
+        lines = measured.reweighted(lines, found)
+        blocks = averaged(lines)
+        found = fit(blocks, _widened(found.poles, lines.spacing), found.terms, tolerance=1e-4)
+        found = add_missing(lines, blocks, found)
+        found = choose_terms(blocks, found, settings.terms)
+        found = fit(blocks, eliminate(blocks, found).poles, found.terms, tolerance=EXACT / len(lines.frequency))
+        if measured.reweighted(lines, found).correlation < MORE_CORRELATED * lines.correlation:
+            break
+    return found
+
+
+def _widened(poles: NDArray[np.complex128], spacing: float) -> NDArray[np.complex128]:
+    """Poles no narrower than a line: a resonance may have got stuck there while its lines had other weights."""
+    wide: NDArray[np.complex128] = np.minimum(poles.real, -2.0 * np.pi * spacing) + 1j * poles.imag
+    return wide
+
+
+def finish(measured: Measured, lines: Lines, found: PoleFit, settings: Settings) -> tuple[Modes, NDArray[np.intp]]:
+    """Fit once more on all lines and judge every pole.
+
+    Parameters
+    ----------
+    measured : Measured
+    lines : Lines
+        All lines, unaveraged.
+    found : PoleFit
+    settings : Settings
+
+    Returns
+    -------
+    modes : Modes
+        Sorted by frequency.
+    place : (J,) ndarray of int
+        Place of each pole of `found` in `modes`.
+    """
+    lines = measured.reweighted(lines, found)
+    tolerance = EXACT / len(lines.frequency) / len(lines.h)
+    last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS)
+    return judged(lines, last, settings)
+
+
+def judged(
+    lines: Lines, last: PoleFit, settings: Settings, spread: NDArray[np.float64] | None = None
+) -> tuple[Modes, NDArray[np.intp]]:
+    """Judge every pole of a finished fit.
+
+    Parameters
+    ----------
+    lines : Lines
+        All lines, unaveraged.
+    last : PoleFit
+        Of J poles.
+    settings : Settings
+    spread : (J, 2, 2) ndarray, optional
+        Covariance of every pole's log |pole| and log damping ratio; the fit's own where there is none.
+
+    Returns
+    -------
+    modes : Modes
+        Sorted by frequency.
+    place : (J,) ndarray of int
+        Place of each pole of `last` in `modes`.
+    """
+    if spread is None:
+        every = covariance(last, lines)
+        spread = np.array([every[j : j + 2, j : j + 2] for j in range(0, len(every), 2)]).reshape(-1, 2, 2)
+    status, reason = judge(lines, last, settings.mains, spread)
+    order = np.argsort(last.poles.imag)
+    left = residual(lines, last)
+    modes = Modes(
+        poles=last.poles[order],
+        residues=last.projection.residues[:, order],
+        covariance=spread[order],
+        terms=last.terms,
+        coefficients=last.projection.coefficients,
+        status=tuple(status[j] for j in order),
+        reason=tuple(reason[j] for j in order),
+        band=(float(lines.frequency[0]), float(lines.frequency[-1])),
+        misfit=float(np.sqrt((np.abs(left) ** 2).sum() / (np.abs(lines.h) ** 2).sum())),
+        lines=len(lines.frequency),
+    )
+    return modes, np.argsort(order)
