@@ -313,6 +313,15 @@ def test_compensate_names_what_is_wrong(run, panel):
     assert result.exit_code == 2
     result = flex("compensate", run, "--panel", panel, "--device", "abacus")
     assert "--device abacus: torch cannot use it" in result.output
+    result = flex("compensate", run, "--panel", panel, "--place", 8, "--spacing", 4)
+    assert "--place and --spacing each choose the training temperatures" in result.output
+    assert result.exit_code == 2
+    for words in (("--feed", "rigidity"), ("--design", "field")):
+        result = flex("compensate", run, "--panel", panel, "--as-paper", *words)
+        assert f"--as-paper sets {words[0]} itself" in result.output
+        assert result.exit_code == 2
+    result = flex("study", "18", run, "--panel", panel, "--as-paper", "--design", "field")
+    assert "--as-paper sets --design itself" in result.output
     assert not (run / "compensation.h5").exists()
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.compensation.study import direct_filters
+from analysis.compensation.direct_filters import direct_filters
 from analysis.focusing import local_models as module
 from analysis.focusing.inversion import invert
 from analysis.focusing.local_models import local_model, local_models
