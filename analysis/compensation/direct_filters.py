@@ -66,7 +66,9 @@ def direct_filters(
         (constants, amplitude), *_ = responses(local, laws, temperature[t : t + 1], lines)
         form = local.space.forms([amplitude], panel.target.displacement)
         wanted = robust_forms(local, panel, laws, float(temperature[t]), form)
-        filters = designer(method, local, panel, lines)(constants, amplitude, wanted)
+        # Its lowest modes may lie below all lines, where the coordinates of a local model are not tried.
+        own = model if method == "modal-control" else local
+        filters = designer(method, own, panel, lines)(constants, amplitude, wanted)
         return design.taps(wanted, filters), form.at(slice(None), band)
 
     taps, forms = [], []

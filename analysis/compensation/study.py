@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Complex, Real
 from analysis.compensation.burden import burdens
 from analysis.compensation.direct_filters import direct_filters
-from analysis.compensation.knots import PlacedTemperatures, place_temperatures
+from analysis.compensation.knots import PlacedTemperatures, check_places, place_temperatures
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import InputMap
@@ -88,7 +88,7 @@ def compensate(
     Raises
     ------
     ValueError
-        Where the range gives fewer than four training temperatures.
+        Where the range gives fewer than four training temperatures, or has no room for those to be placed.
     EvidenceCollapseError
         Where no network of some actuator is good enough.
     """
@@ -96,7 +96,10 @@ def compensate(
 
     low, high = covered(laws, panel.filters.operating_range)
     knots, everywhere = spaced(low, high, spacing), spaced(low, high, step)
-    training.check_temperatures(place or len(knots))
+    if place is None:
+        training.check_temperatures(len(knots))
+    else:
+        check_places(place, low, high)
     truth = _Truth(
         model, panel, laws, *(known or direct_filters(model, panel, laws, everywhere, method, report, workers))
     )

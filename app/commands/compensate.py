@@ -23,8 +23,6 @@ GOOD_LOSS = 0.02
 """Contrast that networks may lose against filters computed directly, at any line of any temperature."""
 NODES = 10
 """Hidden nodes unless told; two fewer than the temperatures placed where these are few."""
-FEWEST_MEASURED = 5
-"""Temperatures measured: networks are trained on four at least, and each inner one is left out in turn."""
 PAPER_CHOICES = ("feed", "scale", "start", "split", "design")
 """What --as-paper sets all at once."""
 
@@ -236,6 +234,7 @@ def _from_laws(
     training: "Training",
 ) -> _Task:
     """Prepare the compensation of a panel whose plate obeys laws."""
+    from analysis.compensation.knots import check_places
     from analysis.focusing.over_temperature import spaced
     from app.stages.panel_inputs import effects_left_out, laws_for, method_for, panel_for, range_of
 
@@ -247,11 +246,13 @@ def _from_laws(
     followed = method_for(method, panel, beside)  # type: ignore[arg-type]
     low, high = range_of(declared, laws, laws_path)
     try:
-        training.check_temperatures(place or len(spaced(low, high, spacing)))
+        if place is None:
+            training.check_temperatures(len(spaced(low, high, spacing)))
+        else:
+            check_places(place, low, high)
     except ValueError as error:
-        raise click.UsageError(f"--spacing {spacing:g}, {low:g} to {high:g} °C: {error}") from error
-    if place is not None and place > high - low + 1.0:
-        raise click.UsageError(f"--place {place}: {low:g} to {high:g} °C have room for {int(high - low) + 1}")
+        option = f"--spacing {spacing:g}, {low:g} to {high:g} °C" if place is None else "--place"
+        raise click.UsageError(f"{option}: {error}") from error
     if across and max(across) > high - low:
         raise click.UsageError(
             f"--across {max(across):g} K: the laws hold from {low:g} to {high:g} °C, so that up to "
@@ -273,6 +274,7 @@ def _from_transfers(
     run: Path | None, transfers: Path, panel: Path | None, filters: dict[str, Any], method: str | None
 ) -> _Task:
     """Prepare the compensation of a panel of which transfers were measured at several temperatures."""
+    from analysis.compensation.settings import FEWEST
     from app.files.bad_file import ResultFileError
     from app.stages.panel_inputs import measured_panel, method_for, scanned_panel
 
@@ -283,9 +285,9 @@ def _from_transfers(
         raise click.UsageError("--method modal-control needs the modes of a model; --transfers has none")
     measured = measured_panel(declared, transfers, ())
     count = len(measured.transfers.temperature)
-    if count < FEWEST_MEASURED:
+    if count <= FEWEST:
         raise ResultFileError(
-            f"{transfers}: transfers at {count} temperatures; at least {FEWEST_MEASURED} are needed, to train on "
+            f"{transfers}: transfers at {count} temperatures; at least {FEWEST + 1} are needed, to train on "
             "all but one: measure more"
         )
 
