@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, toeplitz
 
-from analysis.compensation.study import direct_filters
+from analysis.compensation.direct_filters import direct_filters
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.field_fir import OUTSIDE, FieldFit, FieldProblem
 from analysis.focusing.fir import taper

@@ -5,7 +5,7 @@
     python examples/place_actuators.py --laws plate-run --refine --patches 8
 
 Exchanges positions on a lattice until no single move raises the mean STIF contrast, then moves patches in ever
-smaller steps. The mean is over the panel's band, lines below 540 Hz counting twice as densely as those above, at
+smaller steps. The mean is over lines of the panel's band, every 20 Hz below 540 Hz and every 40 Hz above, at
 the panel's illustration material (the paper's section 2), or at several temperatures at once of a run's laws. No
 patch is put into a zone to keep out of. What is printed is judged on lines half-way between those that took part;
 the bound beside it is what any filters reach on these patches at the price of level.
@@ -31,6 +31,7 @@ from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import best_contrast, contrast
 from analysis.focusing.placement import clearance, exchange, refined
+from app.files.bad_file import ResultFileError
 from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.toml_text import toml_text
@@ -39,6 +40,7 @@ from simulation.shell.piezo_material import PIEZO_MATERIALS
 ORDERS, MODES = 14, 80
 GAP, MARGIN = 0.0049, 0.005  # between patches, and from the edge, m
 STEPS = (0.01, 0.005, 0.0025)  # of the search off the lattice, m
+COARSE = 540.0  # from here on the lines of the search are twice as far apart, Hz
 SHOWN = (0.0, 20.0, 40.0, 60.0)
 Constants = tuple[float, float, float]
 
@@ -169,7 +171,7 @@ def materials(panel: Panel, run: Path | None, temperatures: list[float]) -> list
     if run is None:
         plate = panel.illustration
         return [(plate.youngs_modulus, plate.poisson_ratio, plate.loss_factor)]
-    law = load_laws(run / "laws.h5").at(np.array(temperatures or list(SHOWN)))
+    law = panel.plate.grown(load_laws(run / "laws.h5")).at(np.array(temperatures or list(SHOWN)))
     rows = zip(law.youngs_modulus, law.poisson_ratio, law.loss_factor, strict=True)
     return [(float(e), float(nu), float(eta)) for e, nu, eta in rows]
 
@@ -254,19 +256,37 @@ def main() -> None:
     parser.add_argument("--refine", action="store_true", help="begin at the panel's own patches, not at random")
     parser.add_argument("--out", type=Path, help="panel file to write, with the patches found")
     options = parser.parse_args()
-    if options.starts < 1:
-        parser.error(f"--starts {options.starts}: at least 1")
+    for name in ("starts", "patches"):
+        if getattr(options, name) is not None and getattr(options, name) < 1:
+            parser.error(f"--{name} {getattr(options, name)}: at least 1")
+    if options.temperature and options.laws is None:
+        parser.error("--temperature needs --laws: the illustration's material has none")
+    try:
+        place(parser, options)
+    except (ResultFileError, ValueError) as error:
+        sys.exit(f"{error}")
+
+
+def checked_panel(options: argparse.Namespace) -> Panel:
+    """Read the panel; exit where the script cannot compute its plate or its patches."""
     panel = read_panel(options.panel)
+    if panel.plate.outline is not None or panel.plate.hole or panel.plate.boundary != "clamped":
+        sys.exit(f"{options.panel}: the polynomials are those of a clamped rectangle without holes")
+    if not panel.patch or any(one.diameter is not None or one.angle for one in panel.patch):
+        sys.exit(f"{options.panel}: actuators are placed that are rectangular patches with angle 0")
+    return panel
+
+
+def place(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """Search as the options say, print and write."""
+    panel = checked_panel(options)
     options.patches = options.patches or len(panel.patch)
     if options.refine and options.patches < len(panel.patch):
         parser.error(f"--patches {options.patches}: --refine begins at the panel's {len(panel.patch)}")
     if options.outside_weight is not None:
         settings = panel.filters.model_copy(update={"outside_weight": options.outside_weight})
         panel = panel.model_copy(update={"filters": settings})
-    if panel.plate.outline is not None or panel.plate.hole or panel.plate.boundary != "clamped":
-        sys.exit(f"{options.panel}: the polynomials are those of a clamped rectangle without holes")
-    low, high = panel.filters.band
-    lines = np.concatenate([np.arange(low, 540.0, 20.0), np.arange(540.0, high + 1.0, 40.0)])
+    lines = search_lines(*panel.filters.band)
     layouts = Layouts(panel, materials(panel, options.laws, options.temperature), lines)
     edge = 0.5 * np.array(layouts.size) + MARGIN - 1e-9
 
@@ -277,6 +297,11 @@ def main() -> None:
 
     centers = lattice(panel, options.pitch, options.keep_out)
     if options.refine:
+        if not buildable(np.array(panel.centers)):
+            sys.exit(
+                f"{options.panel}: its own patches, where --refine begins, are too near to each other, to an edge "
+                "or to a zone to keep out of: move them, or leave out --refine"
+            )
         found = continued(layouts, np.array(panel.centers), centers, buildable, options.patches)
     else:
         found, _ = search(layouts, centers, buildable, options)
@@ -285,17 +310,25 @@ def main() -> None:
         options.out.write_text(placed(panel, found), encoding="utf-8")
 
 
+def search_lines(low: float, high: float) -> np.ndarray:
+    """Lines (F,) of a band, Hz: every 20 Hz below `COARSE`, every 40 Hz above."""
+    middle = min(max(COARSE, low), high)
+    return np.concatenate([np.arange(low, middle, 20.0), np.arange(middle, high + 1.0, 40.0)])
+
+
 def report(layouts: Layouts, found: np.ndarray, temperatures: list[float]) -> None:
     """Print the contrast of a layout (N, 2), m, at lines that took no part, and where its patches are."""
     lines = layouts.lines[:-1] + 0.5 * np.diff(layouts.lines)
-    below = lines < 540.0
     reached, bound = layouts.contrast(found, lines), best_contrast(layouts.forms(found, lines))
     for number, (here, most) in enumerate(zip(reached, bound, strict=True)):
         where = f"{temperatures[number]:g} °C: " if temperatures else ""
-        print(
-            f"{where}contrast {here[below].mean():.3f} below 540 Hz (bound {most[below].mean():.3f}), "
-            f"{here[~below].mean():.3f} above ({most[~below].mean():.3f})"
-        )
+        parts = [("below", lines < COARSE), ("above", lines >= COARSE)]
+        told = [
+            f"{here[part].mean():.3f} {side} {COARSE:g} Hz (bound {most[part].mean():.3f})"
+            for side, part in parts
+            if part.any()
+        ]
+        print(f"{where}contrast {', '.join(told)}")
     for number, center in enumerate(found, start=1):
         print(f"A{number}: center = [{center[0]:.5f}, {center[1]:.5f}]")
 

@@ -113,7 +113,7 @@ def compensate(
 
     Raises
     ------
-    analysis.compensation.training.EvidenceCollapseError
+    analysis.compensation.evidence_collapse.EvidenceCollapseError
         Where a network is refused.
     ValueError
         Where laws and panel share no temperatures, for fewer than four training temperatures, and for `out` with

@@ -13,7 +13,6 @@ LINES, FUNCTION_LINES = 250, 60
 LONG_FILES = {
     "analysis/compensation/bayesian.py",
     "analysis/compensation/schur_complement.py",
-    "analysis/compensation/study.py",
     "analysis/compensation/training.py",
     "analysis/focusing/methods.py",
     "analysis/focusing/over_temperature.py",
@@ -21,7 +20,6 @@ LONG_FILES = {
     "analysis/plate.py",
     "app/commands/compensate.py",
     "app/commands/demo.py",
-    "app/commands/focus.py",
     "app/commands/identify.py",
     "app/commands/thermometer.py",
     "app/files/acquired_campaign.py",
@@ -41,8 +39,6 @@ LONG_FILES = {
 }
 """Still too long; whoever splits one takes its line out."""
 LONG_FUNCTIONS = {
-    "analysis/compensation/study.py:compensate",
-    "app/commands/focus.py:command",
     "app/commands/study.py:command",
 }
 

@@ -3,6 +3,8 @@
 ======================  ======================================================================
 ``settings``            how networks are trained
 ``study``               every method put to the test
+``direct_filters``      filters computed at every temperature, and their energies
+``rivals``              what networks are compared with, by name
 ``measured``            the same on filters of measured transfers, without a twin
 ``knots``               where to put training temperatures
 ``law_band``            what uncertain laws leave of the contrast
@@ -12,6 +14,7 @@
 ``parameter_studies``   networks over nodes and spacing
 ``network``             trained networks: temperature in, taps out, clamped to their range
 ``training``            scale, rotate, train, choose, refuse
+``evidence_collapse``   the refusal
 ``bayesian``            Levenberg–Marquardt with MacKay's evidence
 ``schur_complement``    its normal matrix, a block arrow that is never formed
 ``interpolation``       the rivals: linear, cubic spline, equal reduced frequency

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from analysis.arrays import Complex, Real
+from analysis.compensation.settings import FEWEST
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
 from analysis.focusing.performance import contrast
@@ -51,7 +52,7 @@ def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, coun
     frequency : (F,) ndarray, Hz
         Lines of the band.
     count : int
-        n, 4 or more.
+        n, `FEWEST` or more.
 
     Returns
     -------
@@ -60,14 +61,11 @@ def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, coun
     Raises
     ------
     ValueError
-        For fewer than 4, or more than the range has steps of `GRID`.
+        See `check_places`.
     """
     everywhere = truth.temperature
     low, high = float(everywhere[0]), float(everywhere[-1])
-    steps = np.append(np.arange(low, high - 1e-9, GRID), high)
-    if not 4 <= count <= len(steps):
-        raise ValueError(f"{count} training temperatures; allowed 4 to {len(steps)}, {low:g} to {high:g} °C")
-    rows = np.unique(np.argmin(np.abs(everywhere - steps[:, None]), axis=1))
+    rows = np.unique(np.argmin(np.abs(everywhere - check_places(count, low, high)[:, None]), axis=1))
     judged = _Judge.of(truth, forms, frequency, rows)
     equidistant = np.unique(np.rint(np.linspace(0, len(rows) - 1, count)).astype(int))
     places = _moved(equidistant, judged)
@@ -78,6 +76,33 @@ def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, coun
     if found >= plain:  # equal steps are best here
         return PlacedTemperatures(everywhere[nearest], everywhere[nearest], plain, plain)
     return PlacedTemperatures(everywhere[rows[places]], everywhere[nearest], found, plain)
+
+
+def check_places(count: int, low: float, high: float) -> Real:
+    """Return where training temperatures may be put, steps of `GRID` from `low` to `high` (P,), °C.
+
+    Parameters
+    ----------
+    count : int
+        How many are to be placed.
+    low, high : float
+        Ends of the range, °C.
+
+    Returns
+    -------
+    (P,) ndarray, °C
+
+    Raises
+    ------
+    ValueError
+        For fewer than `FEWEST`, or more than there are places.
+    """
+    places = np.append(np.arange(low, high - 1e-9, GRID), high)
+    if not FEWEST <= count <= len(places):
+        raise ValueError(
+            f"{count} training temperatures; allowed {FEWEST} to {len(places)}, {low:g} to {high:g} °C"
+        )
+    return places
 
 
 @dataclass(frozen=True)

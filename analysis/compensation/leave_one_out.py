@@ -6,10 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.compensation.bayesian import train
 from analysis.compensation.outcome import Trained
 from analysis.compensation.settings import Training
-from analysis.compensation.training import outputs_at, prepare
 from analysis.focusing.fir import FirBank
 
 
@@ -47,6 +45,9 @@ def left_out_networks(
     (n - 2, N, M) ndarray
         Taps of each filter left out.
     """
+    from analysis.compensation.bayesian import train
+    from analysis.compensation.training import outputs_at, prepare
+
     count, actuators = filters.taps.shape[:2]
     inner = np.arange(1, count - 1)
     targets = np.repeat(filters.taps.transpose(1, 0, 2)[None], len(inner), axis=0).reshape(

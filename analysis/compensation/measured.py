@@ -7,13 +7,12 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.compensation.burden import burdens
-from analysis.compensation.interpolation import cubic_spline, linear
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.low_rank import LowRankBank
-from analysis.compensation.outcome import LINEAR, LOW_RANK, NETWORK, SPLINE, Compensation, Trained
+from analysis.compensation.outcome import NETWORK, Compensation, Trained
 from analysis.compensation.relative_error import relative_error
+from analysis.compensation.rivals import plain_rivals
 from analysis.compensation.settings import FEWEST, Training
-from analysis.compensation.training import train_networks
 from analysis.focusing.design import peak_drive
 from analysis.focusing.fir import FirBank
 from analysis.focusing.measured import MeasuredPanel
@@ -21,7 +20,6 @@ from analysis.focusing.methods import Method
 from analysis.focusing.over_temperature import Aim, Aimed, aim, focus_measured, joined
 from analysis.progress import Progress
 
-Predictor = Callable[[FirBank, Real], Real]
 DIRECT = "direct"
 """Name of the filters designed on the transfers of a temperature themselves."""
 
@@ -70,6 +68,8 @@ def compensate_measured(
     EvidenceCollapseError
         Where no network of some actuator is good enough.
     """
+    from analysis.compensation.training import train_networks
+
     temperature = measured.transfers.temperature
     if len(temperature) < FEWEST + 1:
         raise ValueError(
@@ -83,7 +83,7 @@ def compensate_measured(
         filters, training, device, lambda epoch: report("Networks", (epoch + 1) / training.epochs)
     )
     taps, seconds = {NETWORK: left_out_networks(filters, trained, training, device)}, [clock() - started]
-    for name, rival in _rivals().items():
+    for name, rival in plain_rivals().items():
         started = clock()
         taps[name] = left_out_taps(filters, rival)
         seconds.append(clock() - started)
@@ -152,12 +152,3 @@ def suited_nodes(count: int) -> int:
     were left out, networks of 10 lost 0.08.
     """
     return max(3, min(10, count - 5))
-
-
-def _rivals() -> dict[str, Predictor]:
-    """Interpolation that asks for nothing but temperatures."""
-    return {
-        LINEAR: linear,
-        SPLINE: lambda bank, temperature: cubic_spline(bank, bank.temperature, temperature),
-        LOW_RANK: lambda bank, temperature: LowRankBank.of(bank).taps(temperature),
-    }

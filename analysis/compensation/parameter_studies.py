@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
+from analysis.compensation.evidence_collapse import EvidenceCollapseError
 from analysis.compensation.network import InputMap, NetworkBank
 from analysis.compensation.outcome import NetworkStudy
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
-from analysis.compensation.training import EvidenceCollapseError, train_networks
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
 from analysis.focusing.performance import contrast
@@ -73,6 +73,8 @@ def study_networks(
 
 def _trained(bank: FirBank, training: Training, inputs: InputMap) -> NetworkBank:
     """Train, and try `RESTARTS` times more where the evidence collapsed: nodes beyond the temperatures risk it."""
+    from analysis.compensation.training import train_networks
+
     try:
         return train_networks(bank, training, inputs=inputs).networks
     except EvidenceCollapseError:

@@ -1,46 +1,42 @@
 """The compensation put to the test: every method at every quarter of a degree (paper 5.3 and 5.4)."""
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from analysis.arrays import Real
+from analysis.arrays import Complex, Real
 from analysis.compensation.burden import burdens
-from analysis.compensation.interpolation import cubic_spline, linear, log_root_rigidity, reduced_frequency
-from analysis.compensation.knots import place_temperatures
+from analysis.compensation.direct_filters import direct_filters
+from analysis.compensation.knots import PlacedTemperatures, check_places, place_temperatures
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import InputMap
 from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Trained
 from analysis.compensation.relative_error import relative_error
+from analysis.compensation.rivals import rigidity, rivals
 from analysis.compensation.settings import Training
-from analysis.compensation.training import train_networks
-from analysis.focusing.design import fitted, peak_drive
+from analysis.focusing.design import peak_drive
 from analysis.focusing.energy import EnergyForms
-from analysis.focusing.field_fir import FieldFit
 from analysis.focusing.fir import FirBank
-from analysis.focusing.local_models import local_models
-from analysis.focusing.methods import Constants, Method, PanelModel, designer
+from analysis.focusing.methods import Method, PanelModel
 from analysis.focusing.over_temperature import (
     Aim,
     Aimed,
     aim,
-    constants_at,
     covered,
     joined,
     responses,
-    robust_forms,
     spaced,
-    tap_design,
 )
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast, mean_response
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 
-Predictor = Callable[[FirBank, Real], Real]
+AIM_SPACING = 5.0
+"""Between the temperatures at which spot errors are kept, K."""
 
 
 def compensate(
@@ -92,201 +88,123 @@ def compensate(
     Raises
     ------
     ValueError
-        Where the range gives fewer than four training temperatures.
+        Where the range gives fewer than four training temperatures, or has no room for those to be placed.
     EvidenceCollapseError
         Where no network of some actuator is good enough.
     """
+    from analysis.compensation.training import train_networks
+
     low, high = covered(laws, panel.filters.operating_range)
     knots, everywhere = spaced(low, high, spacing), spaced(low, high, step)
-    training.check_temperatures(place or len(knots))
-    truth, forms = known or direct_filters(model, panel, laws, everywhere, method, report, workers)
-    placed = None if place is None else place_temperatures(truth, forms, _band_lines(panel), place)
+    if place is None:
+        training.check_temperatures(len(knots))
+    else:
+        check_places(place, low, high)
+    truth = _Truth(
+        model, panel, laws, *(known or direct_filters(model, panel, laws, everywhere, method, report, workers))
+    )
+    placed = None if place is None else place_temperatures(truth.bank, truth.forms, truth.lines, place)
     knots = knots if placed is None else placed.temperature
-    filters = _at_knots(truth, knots)
+    filters = truth.at_knots(knots)
     if filters is None:
         filters, _ = direct_filters(model, panel, laws, knots, method, report, workers, stage="Training filters")
-    trained: list[Trained] = []
-    fed = InputMap.of(everywhere, everywhere if training.feed == "temperature" else _rigidity(laws, everywhere))
-
-    def networks(bank: FirBank, temperature: Real) -> Real:
-        trained.append(
-            train_networks(
-                bank, training, device, lambda epoch: report("Networks", (epoch + 1) / training.epochs), fed
-            )
-        )
-        return trained[-1].networks.taps(temperature)
-
-    predictors = dict(zip(METHODS, (networks, *rivals(panel, laws)), strict=True))
-    taps, seconds = _predicted(predictors, filters, everywhere, clock)
+    fed = InputMap.of(everywhere, everywhere if training.feed == "temperature" else rigidity(laws, everywhere))
+    started = clock()
+    trained = train_networks(
+        filters, training, device, lambda epoch: report("Networks", (epoch + 1) / training.epochs), fed
+    )
+    taps, seconds = {NETWORK: trained.networks.taps(everywhere)}, {NETWORK: clock() - started}
+    left_out = {NETWORK: left_out_networks(filters, trained, training, device)}
     report("Networks", 1.0)
-    left_out = [left_out_networks(filters, trained[0], training, device)]
-    left_out += [left_out_taps(filters, predictors[name]) for name in METHODS[1:]]
-    places = spaced(low, high, 5.0)
-    at_places = [int(np.argmin(np.abs(everywhere - place))) for place in places]
-    aims = _aims(model, panel, laws, everywhere[at_places], truth, truth.taps[at_places], taps[NETWORK][at_places])
-    report("Leave one out", 1.0)
-    low_rank = LowRankBank.of(filters)
-    held = burdens(filters, low_rank, training.nodes, panel.filters.frequency)
-    asked = model.space.asked(panel.target.displacement)
-    heard = [replace(truth, taps=taps[name]).response(_band_lines(panel)) for name in METHODS]
-    return Compensation(
-        methods=METHODS,
-        focusing=method,
-        filters=filters,
-        temperature=everywhere,
-        frequency=_band_lines(panel),
-        relative_error=np.array([relative_error(taps[name], truth.taps) for name in METHODS]),
-        left_out=np.array([relative_error(one, filters.taps[1:-1]) for one in left_out]),
-        contrast_direct=contrast(forms, truth.response(_band_lines(panel))),
-        contrast=np.array([contrast(forms, one) for one in heard]),
-        response=np.array([mean_response(forms, one, asked) for one in heard]),
-        peak_drive=np.array([peak_drive(taps[name]) for name in METHODS]),
-        seconds=seconds,
-        size=4.0 * np.array([held[name][0] for name in METHODS]),
-        update_cost=np.array([held[name][1] for name in METHODS]),
-        trained=trained[0],
-        low_rank=low_rank,
-        aim_temperature=everywhere[at_places],
-        direct_aim=aims[0],
-        network_aim=aims[1],
-        target_share=model.space.grid.target_share,
-        placed=placed,
-    )
-
-
-def _at_knots(truth: FirBank, knots: Real) -> FirBank | None:
-    """Return the filters at the `knots` (n,), °C, where all of them are at hand."""
-    place = np.argmin(np.abs(truth.temperature - knots[:, None]), axis=1)
-    if np.abs(truth.temperature[place] - knots).max() > 1e-9:
-        return None
-    return replace(truth, taps=truth.taps[place], temperature=knots)
-
-
-def _predicted(
-    predictors: dict[str, Predictor], filters: FirBank, temperature: Real, clock: Callable[[], float]
-) -> tuple[dict[str, Real], Real]:
-    """Taps (T, N, M) of every method at `temperature` (T,), and the seconds each took."""
-    taps, seconds = {}, []
-    for name, predictor in predictors.items():
+    for name, rival in rivals(panel, laws).items():
         started = clock()
-        taps[name] = predictor(filters, temperature)
-        seconds.append(clock() - started)
-    return taps, np.array(seconds)
+        taps[name] = rival(filters, everywhere)
+        seconds[name] = clock() - started
+        left_out[name] = left_out_taps(filters, rival)
+    report("Leave one out", 1.0)
+    return truth.outcome(method, filters, trained, taps, left_out, seconds, placed)
 
 
-def rivals(panel: Panel, laws: MaterialLaws) -> tuple[Predictor, ...]:
-    """Methods that interpolate, in the order of `METHODS`."""
+@dataclass(frozen=True)
+class _Truth:
+    """Filters computed at every temperature, with what others are judged by there."""
 
-    def u(temperature: Real) -> Real:
-        return _rigidity(laws, temperature)
+    model: PanelModel
+    panel: Panel
+    laws: MaterialLaws
+    bank: FirBank
+    forms: EnergyForms
 
-    def spline(bank: FirBank, temperature: Real) -> Real:
-        return cubic_spline(bank, bank.temperature, temperature)
+    @property
+    def lines(self) -> Real:
+        """Lines of the band (F,), Hz."""
+        lines = self.panel.filters.frequency
+        return lines[self.panel.filters.in_band(lines)]
 
-    def rigidity_spline(bank: FirBank, temperature: Real) -> Real:
-        return cubic_spline(bank, u(bank.temperature), u(temperature))
+    def at_knots(self, knots: Real) -> FirBank | None:
+        """Return the filters at the `knots` (n,), °C, where all of them are at hand."""
+        everywhere = self.bank.temperature
+        place = np.argmin(np.abs(everywhere - knots[:, None]), axis=1)
+        if np.abs(everywhere[place] - knots).max() > 1e-9:
+            return None
+        return replace(self.bank, taps=self.bank.taps[place], temperature=knots)
 
-    lines, fit = panel.filters.frequency, FieldFit.of(panel.filters)
+    def heard(self, taps: Real) -> Complex:
+        """Responses (T, F, N) of the band to `taps` (T, N, M)."""
+        return replace(self.bank, taps=taps).response(self.lines)
 
-    def equal_reduced_frequency(bank: FirBank, temperature: Real) -> Real:
-        wanted = reduced_frequency(bank, u(bank.temperature), u(temperature), lines)
-        return fitted(wanted, temperature, fit, bank.delay).taps
+    def outcome(
+        self,
+        method: Method,
+        filters: FirBank,
+        trained: Trained,
+        taps: dict[str, Real],
+        left_out: dict[str, Real],
+        seconds: dict[str, float],
+        placed: PlacedTemperatures | None,
+    ) -> Compensation:
+        """Judge the taps (T, N, M) of every method, beside those (n-2, N, M) at temperatures left out."""
+        everywhere, low_rank = self.bank.temperature, LowRankBank.of(filters)
+        wanted = spaced(everywhere[0], everywhere[-1], AIM_SPACING)
+        places = np.argmin(np.abs(everywhere - wanted[:, None]), axis=1)
+        direct_aim, network_aim = self.aims(places, self.bank.taps, taps[NETWORK])
+        held = burdens(filters, low_rank, trained.settings.nodes, self.panel.filters.frequency)
+        asked = self.model.space.asked(self.panel.target.displacement)
+        heard = [self.heard(taps[name]) for name in METHODS]
+        return Compensation(
+            methods=METHODS,
+            focusing=method,
+            filters=filters,
+            temperature=everywhere,
+            frequency=self.lines,
+            relative_error=np.array([relative_error(taps[name], self.bank.taps) for name in METHODS]),
+            left_out=np.array([relative_error(left_out[name], filters.taps[1:-1]) for name in METHODS]),
+            contrast_direct=contrast(self.forms, self.heard(self.bank.taps)),
+            contrast=np.array([contrast(self.forms, one) for one in heard]),
+            response=np.array([mean_response(self.forms, one, asked) for one in heard]),
+            peak_drive=np.array([peak_drive(taps[name]) for name in METHODS]),
+            seconds=np.array([seconds[name] for name in METHODS]),
+            size=4.0 * np.array([held[name][0] for name in METHODS]),
+            update_cost=np.array([held[name][1] for name in METHODS]),
+            trained=trained,
+            low_rank=low_rank,
+            aim_temperature=everywhere[places],
+            direct_aim=direct_aim,
+            network_aim=network_aim,
+            target_share=self.model.space.grid.target_share,
+            placed=placed,
+        )
 
-    def low_rank(bank: FirBank, temperature: Real) -> Real:
-        return LowRankBank.of(bank).taps(temperature)
-
-    return linear, spline, rigidity_spline, equal_reduced_frequency, low_rank
-
-
-def _rigidity(laws: MaterialLaws, temperature: Real) -> Real:
-    material = laws.at(temperature)
-    return log_root_rigidity(material.youngs_modulus, material.poisson_ratio)
-
-
-def _band_lines(panel: Panel) -> Real:
-    lines = panel.filters.frequency
-    return lines[panel.filters.in_band(lines)]
-
-
-def direct_filters(
-    model: PanelModel,
-    panel: Panel,
-    laws: MaterialLaws,
-    temperature: Real,
-    method: Method = "stif",
-    report: Progress = lambda _stage, _share: None,
-    workers: int = 1,
-    stage: str = "Filters everywhere",
-) -> tuple[FirBank, EnergyForms]:
-    """FIR filters computed at every temperature, and the energy forms of the band there.
-
-    Parameters
-    ----------
-    model : PanelModel
-    panel : Panel
-    laws : MaterialLaws
-    temperature : (T,) ndarray, °C
-    method : str
-        How the filters are designed.
-    report : callable
-        Told the stage and the share done.
-    workers : int
-        Threads that design filters.
-    stage : str
-        Name under which progress is reported.
-
-    Returns
-    -------
-    FirBank
-        Filters (T, N, M).
-    EnergyForms
-        Of the F lines of the band, at every temperature.
-
-    Raises
-    ------
-    ValueError
-        For a material outside the box of the model.
-    """
-    lines = panel.filters.frequency
-    band = panel.filters.in_band(lines)
-    design, error = tap_design(method, model, panel, laws), panel.filters.thermometer_error
-
-    def known(around: Real) -> list[Constants]:
-        return constants_at(laws, np.clip(around, *laws.temperature_range))
-
-    def at(t: int) -> tuple[Real, EnergyForms]:
-        local = local_to[t]
-        (constants, amplitude), *_ = responses(local, laws, temperature[t : t + 1], lines)
-        form = local.space.forms([amplitude], panel.target.displacement)
-        wanted = robust_forms(local, panel, laws, float(temperature[t]), form)
-        filters = designer(method, local, panel, lines)(constants, amplitude, wanted)
-        return design.taps(wanted, filters), form.at(slice(None), band)
-
-    taps, forms = [], []
-    with ThreadPoolExecutor(workers) as pool:
-        local_to = local_models(model, known, temperature, lines, error, pool)
-        for done, (tap, form) in enumerate(pool.map(at, range(len(temperature))), start=1):
-            taps.append(tap)
-            forms.append(form)
-            report(stage, done / len(temperature))
-    return design.bank(np.array(taps), temperature), EnergyForms(
-        np.concatenate([part.plate for part in forms]),
-        np.concatenate([part.target for part in forms]),
-        np.concatenate([part.aim for part in forms]),
-    )
-
-
-def _aims(
-    model: PanelModel, panel: Panel, laws: MaterialLaws, temperature: Real, like: FirBank, *banks: Real
-) -> tuple[Aim, ...]:
-    """Judge the taps (A, N, M) of several banks `like` one at `temperature` (A,)."""
-    lines = _band_lines(panel)
-    whole = np.ones(len(lines), dtype=bool)
-    asked = model.space.asked(panel.target.displacement)
-    found: list[list[Aimed]] = [[] for _ in banks]
-    for t, (_, amplitude) in enumerate(responses(model, laws, temperature, lines)):
-        forms = model.space.forms([amplitude], panel.target.displacement)
-        for rows, taps in zip(found, banks, strict=True):
-            bank = replace(like, taps=taps[t : t + 1], temperature=temperature[t : t + 1])
-            rows.append(aim(model.space, forms, amplitude, whole, bank.response(lines)[0], asked))
-    return tuple(joined(rows) for rows in found)
+    def aims(self, places: NDArray[np.intp], *banks: Real) -> list[Aim]:
+        """Judge the taps (T, N, M) of several banks at a few of the T temperatures, those of the rows `places`."""
+        temperature, lines = self.bank.temperature[places], self.lines
+        whole = np.ones(len(lines), dtype=bool)
+        displacement = self.panel.target.displacement
+        asked = self.model.space.asked(displacement)
+        heard = [replace(self.bank, taps=taps[places], temperature=temperature).response(lines) for taps in banks]
+        found: list[list[Aimed]] = [[] for _ in banks]
+        for t, (_, amplitude) in enumerate(responses(self.model, self.laws, temperature, lines)):
+            forms = self.model.space.forms([amplitude], displacement)
+            for rows, one in zip(found, heard, strict=True):
+                rows.append(aim(self.model.space, forms, amplitude, whole, one[t], asked))
+        return [joined(rows) for rows in found]

@@ -9,16 +9,13 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.compensation.bayesian import BayesianFit, TrainingProblem, train
+from analysis.compensation.evidence_collapse import EvidenceCollapseError
 from analysis.compensation.network import InputMap, NetworkBank
 from analysis.compensation.outcome import Trained
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.schur_complement import Weights, predict
 from analysis.compensation.settings import Training
 from analysis.focusing.fir import FirBank
-
-
-class EvidenceCollapseError(RuntimeError):
-    """No training of some actuator came out good enough; the message says which and what to try."""
 
 
 @dataclass(frozen=True)

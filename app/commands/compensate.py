@@ -23,9 +23,8 @@ GOOD_LOSS = 0.02
 """Contrast that networks may lose against filters computed directly, at any line of any temperature."""
 NODES = 10
 """Hidden nodes unless told; two fewer than the temperatures placed where these are few."""
-FEWEST_MEASURED = 5
-"""Temperatures measured: networks are trained on four at least, and each inner one is left out in turn."""
-
+PAPER_CHOICES = ("feed", "scale", "start", "split", "design")
+"""What --as-paper sets all at once."""
 
 EXAMPLES = """\b
 Examples:
@@ -151,21 +150,12 @@ def command(
     Writes compensation.h5. Exit status 1 where a network is refused, or loses more than 0.02 of contrast at any
     line of any temperature judged.
     """
-    from analysis.compensation.settings import Training
-    from analysis.compensation.training import EvidenceCollapseError
-    from app.files.provenance import sha256
-    from app.files.run_folder import run_folder
-    from app.stages import compensate
-    from app.stages.panel_inputs import checked_device
-    from app.terminal.compensation import notes, record, show, summary
+    from analysis.compensation.evidence_collapse import EvidenceCollapseError
 
     started = time.perf_counter()
     filters = filters | ({"design": "inverse-fft"} if as_paper else {})
-    training = Training(
-        nodes=nodes, feed=feed, scale=scale, start=start, split=split, restarts=restarts, seed=seed
-    )
-    training = training.as_paper() if as_paper else training
-    checked_device(device)
+    chosen = {"nodes": nodes, "feed": feed, "scale": scale, "start": start, "split": split}
+    training = _training(as_paper, restarts=restarts, seed=seed, **chosen)
     if transfers is None:
         task = _from_laws(run, twin, panel, filters, method, (spacing, place, across), training)
     else:
@@ -173,6 +163,14 @@ def command(
         task = _from_transfers(run, transfers, panel, filters, method)
     if (place is not None or transfers is not None) and not _typed("nodes"):
         training = replace(training, nodes=task.nodes)
+
+    from app.files.provenance import sha256
+    from app.files.run_folder import run_folder
+    from app.stages import compensate
+    from app.stages.panel_inputs import checked_device
+    from app.terminal.compensation import notes, record, show, summary
+
+    checked_device(device)
     folder = run_folder(task.beside, out or task.beside)
     with output.progress() as report:
         try:
@@ -189,6 +187,16 @@ def command(
     output.summary(summary(found, target, seconds))
     if found.largest_loss[0] > GOOD_LOSS:
         raise click.exceptions.Exit(1)
+
+
+def _training(as_paper: bool, **choices: Any) -> "Training":
+    """Return how networks are trained; UsageError for a choice named beside --as-paper."""
+    from analysis.compensation.settings import Training
+
+    named = [option for option in PAPER_CHOICES if _typed(option)]
+    if as_paper and named:
+        raise click.UsageError(f"--as-paper sets --{named[0]} itself: leave one of them out")
+    return Training(**choices).as_paper() if as_paper else Training(**choices)
 
 
 @dataclass(frozen=True)
@@ -226,21 +234,25 @@ def _from_laws(
     training: "Training",
 ) -> _Task:
     """Prepare the compensation of a panel whose plate obeys laws."""
+    from analysis.compensation.knots import check_places
     from analysis.focusing.over_temperature import spaced
-    from app.stages import compensate
     from app.stages.panel_inputs import effects_left_out, laws_for, method_for, panel_for, range_of
 
+    spacing, place, across = wanted
+    if place is not None and _typed("spacing"):
+        raise click.UsageError("--place and --spacing each choose the training temperatures: name one of them")
     laws_path, laws, beside = laws_for(run, twin, "compensate")
     declared, panel_path = panel_for(panel, beside, filters)
     followed = method_for(method, panel, beside)  # type: ignore[arg-type]
     low, high = range_of(declared, laws, laws_path)
-    spacing, place, across = wanted
     try:
-        training.check_temperatures(place or len(spaced(low, high, spacing)))
+        if place is None:
+            training.check_temperatures(len(spaced(low, high, spacing)))
+        else:
+            check_places(place, low, high)
     except ValueError as error:
-        raise click.UsageError(f"--spacing {spacing:g}, {low:g} to {high:g} °C: {error}") from error
-    if place is not None and place > high - low + 1.0:
-        raise click.UsageError(f"--place {place}: {low:g} to {high:g} °C have room for {int(high - low) + 1}")
+        option = f"--spacing {spacing:g}, {low:g} to {high:g} °C" if place is None else "--place"
+        raise click.UsageError(f"{option}: {error}") from error
     if across and max(across) > high - low:
         raise click.UsageError(
             f"--across {max(across):g} K: the laws hold from {low:g} to {high:g} °C, so that up to "
@@ -249,6 +261,9 @@ def _from_laws(
     notes = [] if twin is None else effects_left_out(twin)
     if (low, high) != declared.filters.operating_range:
         notes.append(f"the laws cover {low:g} to {high:g} °C only")
+
+    from app.stages import compensate
+
     compute = partial(
         compensate.compute, declared, laws, spacing=spacing, place=place, across=across, method=followed
     )
@@ -259,9 +274,8 @@ def _from_transfers(
     run: Path | None, transfers: Path, panel: Path | None, filters: dict[str, Any], method: str | None
 ) -> _Task:
     """Prepare the compensation of a panel of which transfers were measured at several temperatures."""
-    from analysis.compensation.measured import suited_nodes
+    from analysis.compensation.settings import FEWEST
     from app.files.bad_file import ResultFileError
-    from app.stages import compensate
     from app.stages.panel_inputs import measured_panel, method_for, scanned_panel
 
     beside = run or transfers.parent
@@ -271,11 +285,14 @@ def _from_transfers(
         raise click.UsageError("--method modal-control needs the modes of a model; --transfers has none")
     measured = measured_panel(declared, transfers, ())
     count = len(measured.transfers.temperature)
-    if count < FEWEST_MEASURED:
+    if count <= FEWEST:
         raise ResultFileError(
-            f"{transfers}: transfers at {count} temperatures; at least {FEWEST_MEASURED} are needed, to train on "
+            f"{transfers}: transfers at {count} temperatures; at least {FEWEST + 1} are needed, to train on "
             "all but one: measure more"
         )
+
+    from analysis.compensation.measured import suited_nodes
+    from app.stages import compensate
 
     def compute(report: "Progress", **choices: Any) -> "CompensatedPanel":
         return compensate.compute_measured(measured, report, method=followed, **choices)

@@ -51,20 +51,17 @@ def command(
     back. 18: 6 to 16 nodes. 19: 14 nodes, trained every 2, 5 and 8 °C. Writes studies.h5 and a PNG file for each
     figure; `flexura report` shows them. Exit status 1 where the networks are refused.
     """
+    from analysis.compensation.evidence_collapse import EvidenceCollapseError
     from analysis.compensation.settings import Training
-    from analysis.compensation.training import EvidenceCollapseError
     from analysis.focusing.over_temperature import spaced
     from app.files.atomic import atomic_path
     from app.files.bad_file import ResultFileError
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
-    from app.files.studies_file import save_studies
-    from app.report.studies import pictures, rows
-    from app.report.style import drawing
     from app.stages.panel_inputs import laws_for, panel_for, range_of
-    from app.stages.study import run_studies
-    from app.twins.panel_twin import panel_twin
 
+    if as_paper and filters["design"] is not None:
+        raise click.UsageError("--as-paper sets --design itself: leave one of them out")
     started = time.perf_counter()
     laws_path, laws, beside = laws_for(run, None, "study")
     declared, panel_path = panel_for(panel, beside, filters | ({"design": "inverse-fft"} if as_paper else {}))
@@ -82,6 +79,13 @@ def command(
                 "networks on; take laws of a wider range, or figures 4 and 13"
             ) from error
     folder = run_folder(beside, out or beside)
+
+    from app.files.studies_file import save_studies
+    from app.report.studies import pictures, rows
+    from app.report.style import drawing
+    from app.stages.study import run_studies
+    from app.twins.panel_twin import panel_twin
+
     with output.progress() as report:
         model = panel_twin(declared, laws, report)
         try:

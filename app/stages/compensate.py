@@ -133,7 +133,7 @@ def compute(
         twin = tilted_twin(panel, laws, report)
         tilted = tilted_contrast(twin, panel, found.filters, networks.taps, across, (low, high), report)
         found = replace(found, tilted=tilted)
-    return CompensatedPanel(panel, found, None if place else spacing, device)
+    return CompensatedPanel(panel, found, spacing if place is None else None, device)
 
 
 def compute_measured(
@@ -196,13 +196,15 @@ def save(run: Path, found: CompensatedPanel, inputs: Mapping[str, str]) -> Path:
     OSError
         Where it cannot be written.
     """
-    target, trained = run / COMPENSATION, found.compensation.trained
+    target, outcome = run / COMPENSATION, found.compensation
     settings = {
         "spacing": found.spacing,
-        "method": found.compensation.focusing,
+        "place": None if outcome.placed is None else len(outcome.placed.temperature),
+        "across": [] if outcome.tilted is None else outcome.tilted.difference.tolist(),
+        "method": outcome.focusing,
         "device": found.device,
         "panel": found.panel.model_dump(mode="json"),
         "measured": found.measured,
     }
-    save_compensation(target, found.panel, found.compensation, provenance(inputs, settings, trained.settings.seed))
+    save_compensation(target, found.panel, outcome, provenance(inputs, settings, outcome.trained.settings.seed))
     return target

@@ -158,11 +158,12 @@ def save(run: Path, found: FocusedPanel, inputs: Mapping[str, str]) -> Path:
         Where it cannot be written.
     """
     focusing, target = found.focusing, run / FILTERS
-    settings: dict[str, Any] = {"method": focusing.method, "panel": found.panel.model_dump(mode="json")}
-    if found.measured:
-        settings["measured"] = True
-    else:
-        settings["temperatures"] = focusing.temperature.tolist()
+    settings: dict[str, Any] = {
+        "method": focusing.method,
+        "temperatures": focusing.temperature.tolist(),
+        "panel": found.panel.model_dump(mode="json"),
+        "measured": found.measured,
+    }
     made_from = provenance(inputs, settings)
     save_focusing(target, found.panel, focusing, found.comparison, made_from, found.uncorrected)
     return target

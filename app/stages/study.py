@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from analysis.compensation.direct_filters import direct_filters
 from analysis.compensation.network import InputMap
 from analysis.compensation.parameter_studies import study_networks
+from analysis.compensation.rivals import rigidity
 from analysis.compensation.settings import Training
-from analysis.compensation.study import compensate, direct_filters
+from analysis.compensation.study import compensate
 from analysis.focusing.over_temperature import covered, focus, spaced
 from analysis.focusing.panel import Panel
 from analysis.focusing.played import play_methods
@@ -90,9 +92,9 @@ def run_studies(
         found["surfaces"] = Surfaces(here, taps, compensation.filters.sample_rate)
     if {"18", "19"} & set(figures):
         lines = panel.filters.frequency[panel.filters.in_band(panel.filters.frequency)]
-        material = laws.at(everywhere)
-        u = 0.5 * np.log(material.youngs_modulus / (1.0 - material.poisson_ratio**2))
-        inputs = InputMap.of(everywhere, everywhere if training.feed == "temperature" else u)
+        inputs = InputMap.of(
+            everywhere, everywhere if training.feed == "temperature" else rigidity(laws, everywhere)
+        )
         for figure, name, choices in (
             ("18", "nodes", [(nodes, 5.0) for nodes in NODES]),
             ("19", "spacings", [(MOST_NODES, spacing) for spacing in SPACINGS]),

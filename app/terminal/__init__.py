@@ -6,6 +6,7 @@
 ``campaign_ending``      how an acquired campaign ended: record, line, exit status
 ``modes``                modes as JSON and as tables
 ``update``               estimates of model updating as JSON, as a table and in one line
+``focusing``             focusing over temperature as JSON, as a table, notes and one line
 ``compensation``         methods of compensation as JSON, as a table and in one line
 ``gap``                  tables and sentences from gap.json
 ``notebook``             the same as a notebook shows them

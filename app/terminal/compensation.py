@@ -38,6 +38,8 @@ def notes(found: Compensation, training: Training) -> list[str]:
 def _band_note(band: ContrastBand) -> str:
     """Say where the band of contrast that the laws' uncertainty leaves is widest."""
     widths = (band.mean[:, 1] - band.mean[:, 0], band.worst[:, 1] - band.worst[:, 0])
+    if widths[1].max() == 0.0:
+        return "the laws state no uncertainty (sigma 0): what it leaves of the contrast is not known"
     widest = int(np.argmax(widths[1]))
     return (
         f"uncertainty of the laws: the {band.share:.0%} band of the mean contrast is at most "

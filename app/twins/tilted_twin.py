@@ -14,6 +14,7 @@ from analysis.local_laws import LocalLaws
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from analysis.sweep_point import SweepPoint
+from app.files.bad_file import ResultFileError
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.twins.panel_twin import PanelTwin
 from simulation.effects.draught_gradient import EFFECT
@@ -143,7 +144,7 @@ def tilted_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> TiltedTwi
     Raises
     ------
     ResultFileError
-        Where the plate cannot be reduced.
+        Where the plate cannot be reduced, or the cache holds vectors of another one.
     """
     grid, forces = Grid.of(panel), [drive.footprint for drive in panel.drive]
     declared = (panel.plate, panel.patch, panel.box, panel.filters.twin_band)
@@ -156,14 +157,15 @@ def tilted_twin(panel: Panel, laws: MaterialLaws, report: Progress) -> TiltedTwi
         "training": BasisTraining(tolerance=panel.twin.basis_tolerance),
     }
     reduced = cached_reduction(*declared, **choices, progress=report)
-    basis = load_plate_basis(basis_file(*declared, **choices))
+    file = basis_file(*declared, **choices)
+    basis = load_plate_basis(file)
     model = (
         None
         if basis is None
         else assemble_chosen(panel.plate, panel.patch, basis.kept, fineness=choices["fineness"])
     )
     if basis is None or model is None or not basis.fits(model.mass):
-        raise RuntimeError("the cache holds no vectors that belong to this plate: empty it (FLEXURA_CACHE)")
+        raise ResultFileError(f"{file}: holds no vectors of this plate; delete it, it is then made anew")
     masses = np.array([drive.mass for drive in forces])
     added = (reduced.footprints.T * masses) @ reduced.footprints if masses.any() else 0.0
     root = scipy.linalg.cholesky(np.eye(reduced.size) + added, lower=True)

@@ -21,6 +21,7 @@ from analysis.focusing.measured import MeasuredTransfers
 from analysis.focusing.over_temperature import focus, responses
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
+from app.files.bad_file import ResultFileError
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
 from app.files.panel_file import SECTION_2, read_panel
@@ -34,6 +35,7 @@ from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
 from app.stages import panel_inputs as panel_run
 from app.stages.uncorrected_filters import uncorrected_aim
+from app.twins import tilted_twin as tilted_module
 from app.twins.panel_twin import panel_twin
 from app.twins.tilted_twin import WholeLaws, tilted_twin
 from simulation.state.plate_state import PlateState
@@ -313,6 +315,15 @@ def test_compensate_names_what_is_wrong(run, panel):
     assert result.exit_code == 2
     result = flex("compensate", run, "--panel", panel, "--device", "abacus")
     assert "--device abacus: torch cannot use it" in result.output
+    result = flex("compensate", run, "--panel", panel, "--place", 8, "--spacing", 4)
+    assert "--place and --spacing each choose the training temperatures" in result.output
+    assert result.exit_code == 2
+    for words in (("--feed", "rigidity"), ("--design", "field")):
+        result = flex("compensate", run, "--panel", panel, "--as-paper", *words)
+        assert f"--as-paper sets {words[0]} itself" in result.output
+        assert result.exit_code == 2
+    result = flex("study", "18", run, "--panel", panel, "--as-paper", "--design", "field")
+    assert "--as-paper sets --design itself" in result.output
     assert not (run / "compensation.h5").exists()
 
 
@@ -416,6 +427,9 @@ def test_the_twin_s_own_transfers_from_a_universal_file_give_the_twin_s_filters(
     _, exact, _ = load_focusing(run / "filters.h5")
     _, found, comparison = load_focusing(tmp_path / "scan" / "filters.h5")
     assert comparison.methods == ("stif", "time-reversal", "none")
+    with h5py.File(tmp_path / "scan" / "filters.h5") as file:
+        settings = read_stamp(file)["settings"]
+    assert (settings["measured"], settings["temperatures"]) == (True, [20.0])
     np.testing.assert_allclose(found.bank.taps, exact.bank.taps, atol=1e-4 * np.abs(exact.bank.taps).max())
     np.testing.assert_allclose(found.direct.contrast, exact.direct.contrast, atol=1e-4)
     again = read_transfers(tmp_path / "scan.uff", (60.0, 360.0), 20.0)
@@ -471,13 +485,6 @@ def test_transfers_of_several_temperatures_are_compensated_as_the_twin_is(run, p
     assert len(drawn.axes[1].get_legend().get_texts()) == 4
     refused = flex("compensate", tmp_path / "scan", "--transfers", scan, "--spacing", 4)
     assert "leave out --spacing, --place and --across" in refused.output
-    with h5py.File(scan, "r+") as file:
-        for name in ("temperature", "transfer", "variance"):
-            few = file[name][:4]
-            del file[name]
-            file[name] = few
-    refused = flex("compensate", tmp_path / "scan", "--transfers", scan)
-    assert "transfers at 4 temperatures; at least 5 are needed" in refused.output
 
 
 def test_temperatures_are_placed_and_it_is_said_what_that_gains(run, panel):
@@ -489,8 +496,15 @@ def test_temperatures_are_placed_and_it_is_said_what_that_gains(run, panel):
     assert found.placed.loss <= found.placed.equidistant_loss
     assert printed["placed"]["temperatures_c"] == printed["training_temperatures_c"]
     assert "note: placed at 0, " in result.stderr
+    assert "the laws state no uncertainty (sigma 0)" in result.stderr
+    with h5py.File(run / "compensation.h5") as file:
+        settings = read_stamp(file)["settings"]
+    assert (settings["place"], settings["spacing"], settings["across"]) == (9, None, [])
     result = flex("compensate", run, "--panel", panel, "--place", 3)
     assert result.exit_code == 2
+    few = write_laws(run / "few", laws(20.0, 25.5))
+    result = flex("compensate", few, "--panel", panel, "--place", 9)
+    assert "--place: 9 training temperatures; allowed 4 to 7, 20 to 25.5 °C" in result.output
 
 
 def test_the_band_of_uncertain_laws_is_told_kept_and_drawn(tmp_path, panel):
@@ -514,12 +528,24 @@ def test_the_band_of_uncertain_laws_is_told_kept_and_drawn(tmp_path, panel):
     assert any("90 %" in text.get_text() for text in drawn.axes[0].get_legend().get_texts())
 
 
+def test_transfers_at_four_temperatures_are_too_few_to_train_on_all_but_one(panel, tmp_path):
+    frequency, points = np.arange(40.0, 400.0, 10.0), np.array([[0.05, 0.1], [0.1, 0.1], [0.2, 0.05]])
+    fields, scan = np.ones((4, 2, len(frequency), 3), dtype=complex), tmp_path / "scan.h5"
+    at = np.array([0.0, 20.0, 40.0, 60.0])
+    write_transfers(scan, MeasuredTransfers(at, points, frequency, fields, np.zeros(fields.shape)))
+    refused = flex("compensate", "--panel", panel, "--transfers", scan)
+    assert "transfers at 4 temperatures; at least 5 are needed" in refused.output
+    assert refused.exit_code == 1
+
+
 def test_a_panel_warmer_on_one_side_is_judged(run, panel):
     result = flex("compensate", run, "--panel", panel, "--across", 20, "--nodes", 8, "--json")
     assert result.exit_code in (0, 1), result.output
     (row,) = json.loads(result.stdout)["across"]
     _, found = load_compensation(run / "compensation.h5")
     assert row["difference_k"] == 20.0
+    with h5py.File(run / "compensation.h5") as file:
+        assert read_stamp(file)["settings"]["across"] == [20.0]
     assert row["temperatures_c"] == found.tilted.temperature[0].tolist() == [10.0, 30.0, 50.0]
     assert row["loss_fed_target_temperature"] < row["loss_fed_mean_temperature"]
     at = [int(np.argmin(np.abs(found.temperature - t))) for t in (10.0, 30.0, 50.0)]
@@ -555,6 +581,12 @@ def test_transfers_with_missing_points_or_of_other_actuators_are_refused(panel, 
     assert "thermometer_error 5 °C needs a model" in refused(h, points, "--thermometer-error", 5)
     assert "takes the place of RUN" in refused(h, points, tmp_path)
     assert "takes the place of RUN" in refused(h, points, "--twin", tmp_path / "twin.toml")
+
+
+def test_vectors_of_another_plate_in_the_cache_are_refused_with_their_file(panel, monkeypatch):
+    monkeypatch.setattr(tilted_module, "load_plate_basis", lambda _: None)
+    with pytest.raises(ResultFileError, match=r"basis-\w+\.h5: holds no vectors of this plate; delete it"):
+        tilted_twin(read_panel(panel), laws(), silent)
 
 
 def test_a_tilted_twin_is_the_twin_where_nothing_is_tilted_and_the_full_plate_where_it_is(panel):

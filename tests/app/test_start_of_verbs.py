@@ -31,3 +31,18 @@ def test_a_verb_starts_light(words: str, tmp_path: Path) -> None:
     )
     assert done.returncode == 2, done.stderr
     assert done.stdout.split() == []
+
+
+@pytest.mark.parametrize("words", ["focus nowhere", "compensate nowhere", "study all nowhere"])
+def test_what_computes_filters_is_imported_after_the_laws_are_read(words: str, tmp_path: Path) -> None:
+    """Laws are splines, for which SciPy is needed; torch, finite elements and figures are not."""
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, *words.split()],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2, done.stderr
+    assert set(done.stdout.split()) <= {"scipy.optimize", "scipy.sparse"}

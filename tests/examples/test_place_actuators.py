@@ -64,6 +64,37 @@ def test_a_search_from_the_panels_patches_ends_higher_and_off_the_zones(script, 
     assert "bound" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--temperature", 40), "--temperature needs --laws"),
+        (("--patches", 0), "--patches 0: at least 1"),
+        (("--laws", "nowhere"), "nowhere/laws.h5"),
+        (("--refine", "--keep-out", 0.0, 0.0, 0.24, 0.19), "its own patches, where --refine begins, are too near"),
+    ],
+)
+def test_what_cannot_be_placed_is_refused_in_a_sentence(script, monkeypatch, capsys, words, said):
+    with pytest.raises(SystemExit) as ended:
+        run(script, monkeypatch, *words)
+    assert said in f"{ended.value}{capsys.readouterr().err}".replace("\\", "/")
+
+
+@pytest.mark.parametrize("band", [(100.0, 300.0), (100.0, 800.0), (600.0, 900.0)])
+def test_lines_of_the_search_stay_in_the_band(script, band):
+    lines = script.search_lines(*band)
+    assert lines.min() == band[0]
+    assert band[1] - 40.0 < lines.max() <= band[1]
+    assert (np.diff(lines) > 0.0).all()
+
+
+def test_what_is_reached_is_told_for_bands_on_one_side_of_540_hz(script, capsys):
+    layouts = script.Layouts(read_panel(SECTION_2), [(1.1e9, 0.33, 0.06)], script.search_lines(100.0, 300.0))
+    script.report(layouts, np.array(read_panel(SECTION_2).centers), [])
+    told = capsys.readouterr().out
+    assert "below 540 Hz" in told
+    assert "above" not in told
+
+
 def test_fewer_patches_than_the_search_begins_with_are_refused(script, monkeypatch, capsys):
     with pytest.raises(SystemExit):
         run(script, monkeypatch, "--refine", "--patches", 3)

@@ -3,11 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from analysis.compensation.evidence_collapse import EvidenceCollapseError
 from analysis.compensation.interpolation import linear
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
-from analysis.compensation.training import EvidenceCollapseError, split, train_networks
+from analysis.compensation.training import split, train_networks
 from analysis.focusing.fir import FirBank
 
 WANTED = np.arange(0.0, 60.1, 0.25)

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.compensation.study import direct_filters
+from analysis.compensation.direct_filters import direct_filters
 from analysis.focusing import local_models as module
 from analysis.focusing.inversion import invert
 from analysis.focusing.local_models import local_model, local_models
@@ -53,6 +53,18 @@ def test_a_window_of_few_temperatures_keeps_the_whole_model(wide, softening):
     assert found[30] is wide
     assert found[31] is wide
     assert found[0] is found[29] is not wide
+
+
+def test_modal_control_asks_the_whole_model_for_its_modes(wide, softening, monkeypatch):
+    """They are the lowest ones, and may lie below every line at which few coordinates answer right."""
+    temperature = np.linspace(20.0, 30.0, 21)
+    settings = {"taps": 64, "sample_rate": 4000.0, "transform_length": 1024}
+    settings |= {"band": (700.0, 900.0), "edges": (600.0, 1000.0)}
+    panel = wide.panel.model_copy(update={"filters": wide.panel.filters.model_copy(update=settings)})
+    local, _ = direct_filters(wide, panel, softening, temperature, "modal-control")
+    monkeypatch.setattr(module, "FEWEST", 1000)
+    whole, _ = direct_filters(wide, panel, softening, temperature, "modal-control")
+    np.testing.assert_allclose(local.taps, whole.taps, atol=1e-3 * np.abs(whole.taps).max())
 
 
 def test_filters_of_local_models_are_those_of_the_whole(wide, softening, monkeypatch):

@@ -1,0 +1,85 @@
+"""Filters computed at every temperature, by which those that follow the temperature are judged."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.focusing.energy import EnergyForms
+from analysis.focusing.fir import FirBank
+from analysis.focusing.local_models import local_models
+from analysis.focusing.methods import Constants, Method, PanelModel, designer
+from analysis.focusing.over_temperature import constants_at, responses, robust_forms, tap_design
+from analysis.focusing.panel import Panel
+from analysis.material import MaterialLaws
+from analysis.progress import Progress
+
+
+def direct_filters(
+    model: PanelModel,
+    panel: Panel,
+    laws: MaterialLaws,
+    temperature: Real,
+    method: Method = "stif",
+    report: Progress = lambda _stage, _share: None,
+    workers: int = 1,
+    stage: str = "Filters everywhere",
+) -> tuple[FirBank, EnergyForms]:
+    """FIR filters computed at every temperature, and the energy forms of the band there.
+
+    Parameters
+    ----------
+    model : PanelModel
+    panel : Panel
+    laws : MaterialLaws
+    temperature : (T,) ndarray, °C
+    method : str
+        How the filters are designed.
+    report : callable
+        Told the stage and the share done.
+    workers : int
+        Threads that design filters.
+    stage : str
+        Name under which progress is reported.
+
+    Returns
+    -------
+    FirBank
+        Filters (T, N, M).
+    EnergyForms
+        Of the F lines of the band, at every temperature.
+
+    Raises
+    ------
+    ValueError
+        For a material outside the box of the model.
+    """
+    lines = panel.filters.frequency
+    band = panel.filters.in_band(lines)
+    design, error = tap_design(method, model, panel, laws), panel.filters.thermometer_error
+
+    def known(around: Real) -> list[Constants]:
+        return constants_at(laws, np.clip(around, *laws.temperature_range))
+
+    def at(t: int) -> tuple[Real, EnergyForms]:
+        local = local_to[t]
+        (constants, amplitude), *_ = responses(local, laws, temperature[t : t + 1], lines)
+        form = local.space.forms([amplitude], panel.target.displacement)
+        wanted = robust_forms(local, panel, laws, float(temperature[t]), form)
+        # Its lowest modes may lie below all lines, where the coordinates of a local model are not tried.
+        own = model if method == "modal-control" else local
+        filters = designer(method, own, panel, lines)(constants, amplitude, wanted)
+        return design.taps(wanted, filters), form.at(slice(None), band)
+
+    taps, forms = [], []
+    with ThreadPoolExecutor(workers) as pool:
+        local_to = local_models(model, known, temperature, lines, error, pool)
+        for done, (tap, form) in enumerate(pool.map(at, range(len(temperature))), start=1):
+            taps.append(tap)
+            forms.append(form)
+            report(stage, done / len(temperature))
+    return design.bank(np.array(taps), temperature), EnergyForms(
+        np.concatenate([part.plate for part in forms]),
+        np.concatenate([part.target for part in forms]),
+        np.concatenate([part.aim for part in forms]),
+    )

@@ -1,0 +1,199 @@
+"""What ``flexura focus`` tells: a table, a record, notes and one line."""
+
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from analysis.arrays import Real
+from analysis.focusing.design import peak_drive
+from analysis.focusing.methods import MethodComparison
+from analysis.focusing.over_temperature import Aim, Focusing
+from analysis.focusing.panel import Panel
+from analysis.focusing.performance import area_normalised
+
+WORST_LINE = 0.03
+"""Contrast that taps may lose on the worst line before it is said."""
+
+
+def record(
+    panel: Panel, focusing: Focusing, comparison: MethodComparison, uncorrected: Aim | None, seconds: float
+) -> dict[str, Any]:
+    """Return what ``--json`` prints: figures over the band at every temperature.
+
+    Parameters
+    ----------
+    panel : Panel
+    focusing : Focusing
+    comparison : MethodComparison
+    uncorrected : Aim or None
+        What filters reach that were designed with the laws of a twin without its effects.
+    seconds : float
+        It took, s.
+
+    Returns
+    -------
+    dict
+        Of values that JSON holds; temperatures in degrees Celsius.
+    """
+    energy, share = focusing.energy, focusing.target_share
+    said = {
+        "method": focusing.method,
+        "regularisation": focusing.regularisation,
+        "tolerance": focusing.tolerance,
+        "reference_temperature_c": focusing.reference_temperature,
+        "design": panel.filters.design,
+        "outside_weight": panel.filters.kappa,
+        "latency_ms": 1e3 * focusing.bank.delay / focusing.bank.sample_rate,
+        "contrast_definition": "eq. (9), literal; area-normalised: d/(d + o) of mean energy densities",
+        "spot_error_definition": "share of the plate's length Lx",
+        "temperatures_c": focusing.temperature.tolist(),
+        "without_compensation": _means(focusing.fixed, share),
+        "direct": _means(focusing.direct, share),
+        "uncut": _means(focusing.uncut, share),
+        "fir": {
+            "taps": focusing.bank.taps.shape[-1],
+            "delay_samples": focusing.bank.delay,
+            "energy_before_first_tap": float(energy.before.max()),
+            "energy_inside_min": float(energy.inside.min()),
+            "energy_after_last_tap": float(energy.after.max()),
+            "pre_ringing": float(energy.pre_ringing.max()),
+            "peak_drive": peak_drive(focusing.bank.taps).max(axis=1).tolist(),
+            "drive_limit": [float(x) if x < float("inf") else None for x in panel.limits],
+        },
+        "rank_changes": focusing.rank_changes.tolist(),
+        "comparison": {
+            method: {"contrast": float(c.mean()), "spot_error": float(s.mean())}
+            for method, c, s in zip(comparison.methods, comparison.contrast, comparison.spot_error, strict=True)
+        },
+        "seconds": seconds,
+    }
+    return said if uncorrected is None else said | {"with_uncorrected_laws": _means(uncorrected, share)}
+
+
+def notes(panel: Panel, focusing: Focusing) -> list[str]:
+    """Return what a user has to know before trusting the filters."""
+    found = []
+    wanted = panel.filters.reference_temperature
+    if focusing.reference_temperature != wanted:
+        found.append(
+            f"the laws do not reach {wanted:g} °C: the filter kept without compensation is that of "
+            f"{focusing.reference_temperature:g} °C"
+        )
+    changes = focusing.rank_changes
+    if focusing.regularisation == "truncation" and changes.any():
+        worst = int(changes.argmax())
+        found.append(
+            f"truncation at {focusing.tolerance:g}: the rank changes on {int(changes.max())} lines between "
+            f"{focusing.temperature[worst]:g} and {focusing.temperature[worst + 1]:g} °C; the filters jump there "
+            "and cannot be interpolated well (tikhonov does not jump)"
+        )
+    drop = focusing.uncut.contrast.min(axis=1) - focusing.direct.contrast.min(axis=1)
+    if drop.max() > WORST_LINE:
+        worst = int(drop.argmax())
+        found.append(
+            f"the taps lose {drop[worst]:.2f} of contrast on the worst line at "
+            f"{focusing.temperature[worst]:g} °C; more taps, another delay, or --design field keep more"
+        )
+    limits, peak = panel.limits, peak_drive(focusing.bank.taps)
+    if (peak >= 0.999 * limits).any():
+        actuator = int((peak / limits).max(axis=0).argmax())
+        found.append(
+            f"actuator {actuator + 1} is held at its limit of {limits[actuator]:g} V (rated field times "
+            "thickness): level or contrast is lost; ask for less displacement, or declare the patch's rated_field"
+        )
+    return found
+
+
+def correction(focusing: Focusing, lost: Aim | None) -> list[str]:
+    """Say what the twin's effects are worth for the filters, where that was tried."""
+    if lost is None:
+        return []
+    own, without = focusing.direct.contrast.mean(axis=1), lost.contrast.mean(axis=1)
+    worst = int((own - without).argmax())
+    return [
+        f"filters from the uncorrected laws.h5 reach contrast {without.min():.3f} to {without.max():.3f} here; "
+        f"the correction is worth up to {own[worst] - without[worst]:.3f}, at {focusing.temperature[worst]:g} °C"
+    ]
+
+
+def show(panel: Panel, focusing: Focusing) -> None:
+    """Print a table of the temperatures for people."""
+    latency = 1e3 * focusing.bank.delay / focusing.bank.sample_rate
+    unit = "V" if panel.patch else "N"
+    table = Table(
+        title=f"{focusing.method}, {panel.filters.design}: {focusing.bank.taps.shape[2]} taps, {latency:.1f} ms",
+        caption="contrast: mean and worst line, with taps and uncut; area: normalised by area\n"
+        "dB of the displacement asked for, ripple in dB, phase in degrees; peak: any audio within ±1",
+        header_style="bold",
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    headings = ("°C", "mean", "worst", "uncut", "worst", "area", "dB", "ripple", "phase", f"peak {unit}")
+    for heading in (*headings, f"{focusing.reference_temperature:g} °C's", "worst"):
+        table.add_column(heading, justify="right")
+    direct, drive = focusing.direct, peak_drive(focusing.bank.taps)
+    normalised = area_normalised(direct.contrast, focusing.target_share)
+    for t, temperature in enumerate(focusing.temperature):
+        table.add_row(
+            f"{temperature:g}",
+            *_both(direct.contrast[t]),
+            *_both(focusing.uncut.contrast[t]),
+            _both(normalised[t])[0],
+            f"{direct.level[t].mean():.1f}",
+            f"{direct.level_ripple[t]:.1f}",
+            f"{direct.phase_error[t]:.1f}",
+            f"{drive[t].max():.3g}",
+            *_both(focusing.fixed.contrast[t]),
+        )
+    Console().print(table)
+
+
+def summary(focusing: Focusing, target: Path, seconds: float) -> str:
+    """Return one line for people.
+
+    Parameters
+    ----------
+    focusing : Focusing
+    target : Path
+        File it was written to.
+    seconds : float
+        It took, s.
+
+    Returns
+    -------
+    str
+    """
+    t = focusing.temperature
+    direct, fixed = focusing.direct.contrast.mean(axis=1), focusing.fixed.contrast.mean(axis=1)
+    return (
+        f"{temperatures_in_words(t)}: contrast {direct.min():.2f} to {direct.max():.2f} with "
+        f"their own filters, worst line {focusing.direct.contrast.min():.2f}; down to {fixed.min():.2f} with "
+        f"those of {focusing.reference_temperature:g} °C ({focusing.regularisation}, tolerance "
+        f"{focusing.tolerance:g}); {seconds:.1f} s; {target}"
+    )
+
+
+def _both(line: Real) -> tuple[str, str]:
+    """Mean and worst of a figure over the band."""
+    return f"{line.mean():.3f}", f"{line.min():.3f}"
+
+
+def temperatures_in_words(t: Real) -> str:
+    """Say how many temperatures (T,), °C, ascending, there are, and from where to where."""
+    return f"{t[0]:g} °C" if len(t) == 1 else f"{len(t)} temperatures, {t[0]:g} to {t[-1]:g} °C"
+
+
+def _means(aim: Aim, target_share: float) -> dict[str, list[float]]:
+    normalised = area_normalised(aim.contrast, target_share)
+    return {
+        "contrast": aim.contrast.mean(axis=1).tolist(),
+        "contrast_worst_line": aim.contrast.min(axis=1).tolist(),
+        "contrast_area_normalised": normalised.mean(axis=1).tolist(),
+        "level_db": aim.level.mean(axis=1).tolist(),
+        "level_ripple_db": aim.level_ripple.tolist(),
+        "phase_error_deg": aim.phase_error.tolist(),
+        "spot_error": aim.spot_error.mean(axis=1).tolist(),
+    }
