@@ -32,7 +32,14 @@ def mains_lines(frequency: Real, mains: float, record: float) -> NDArray[np.bool
     Returns
     -------
     (F,) ndarray of bool
+
+    Raises
+    ------
+    ValueError
+        For a mains frequency that is not above 0.
     """
+    if not mains > 0.0:
+        raise ValueError(f"mains {mains:g} Hz: above 0 wanted")
     distance = np.abs(frequency - mains * np.round(frequency / mains))
     lines: NDArray[np.bool_] = distance < 1.5 / record
     return lines

@@ -5,7 +5,6 @@ from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
-from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
@@ -28,25 +27,26 @@ File = str | PathLike[str]
 def load(campaign: File) -> Campaign:
     """Read a campaign: a folder with ``campaign.toml`` (recorded) or ``protocol.json`` (imported, acquired).
 
-    Raises `app.files.campaign_error.CampaignFileError` with everything that is wrong with it.
+    The other functions take such a folder, too, and read it anew each time. Raises
+    `app.files.campaign_error.CampaignFileError` with everything that is wrong with it.
     """
     return load_campaign(Path(campaign))
 
 
-def frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
+def frf(campaign: File | Campaign, *, mains: float = 50.0) -> Frf:
     """H1 of every sweep and sensor, with variance and coherence, inside the protocol's band.
 
     Lines at harmonics of `mains` (Hz) are marked as excluded. Raises ValueError for sweeps of different lengths.
     """
-    return campaign_frf(campaign, mains=mains)
+    return campaign_frf(_loaded(campaign), mains=mains)
 
 
 def identify(
-    campaign: Campaign,
+    campaign: File | Campaign,
     *,
     band: tuple[float, float] | None = None,
     damping: Damping = "hysteretic",
-    method: Literal["auto", "peak-picking"] = "auto",
+    method: identify_stage.Method = "auto",
     twin: File | None = None,
     mains: float = 50.0,
     out: File | None = None,
@@ -56,7 +56,7 @@ def identify(
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : Campaign or path
     band : (float, float), optional
         Hz; all lines where it is left out.
     damping : str
@@ -78,11 +78,13 @@ def identify(
 
     Raises
     ------
+    ValueError
+        For an option outside what it allows.
     app.files.bad_file.ResultFileError
         For a campaign, a band or a run folder that cannot be used.
     """
-    run = _run(out)
     wanted = identify_stage.Wanted(Settings(mains=mains), damping, method, band)
+    campaign, run = _loaded(campaign), _run(out)
     with computing(shown=progress) as report:
         found = identify_stage.compute(campaign, wanted, report, None if twin is None else Path(twin))
     if run is not None:
@@ -91,7 +93,7 @@ def identify(
 
 
 def update(
-    campaign: Campaign,
+    campaign: File | Campaign,
     *,
     twin: File | None = None,
     effects: File | None = None,
@@ -103,7 +105,7 @@ def update(
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : Campaign or path
     twin : path, optional
         Twin file whose effects are switched on, with the values they have there.
     effects : path, optional
@@ -124,7 +126,7 @@ def update(
     app.files.bad_file.ResultFileError
         For a campaign that cannot be judged, with the reason.
     """
-    run, folder = _run(out), None if effects is None else Path(effects)
+    campaign, run, folder = _loaded(campaign), _run(out), None if effects is None else Path(effects)
     start = start_of(None if twin is None else Path(twin), campaign.experiment, folder)
     with computing(shown=progress) as report:
         found = update_stage.compute(campaign, mains, report, start=start, folder=folder)
@@ -134,7 +136,7 @@ def update(
 
 
 def gap(
-    campaign: Campaign,
+    campaign: File | Campaign,
     *,
     twin: File | None = None,
     effects: File | None = None,
@@ -146,7 +148,7 @@ def gap(
 
     Parameters
     ----------
-    campaign : Campaign
+    campaign : Campaign or path
     twin : path, optional
         Twin file whose effects are switched on from the beginning.
     effects : path, optional
@@ -167,7 +169,7 @@ def gap(
     app.files.bad_file.ResultFileError
         For a campaign that cannot be judged, with the reason.
     """
-    run, began = _run(out), perf_counter()
+    campaign, run, began = _loaded(campaign), _run(out), perf_counter()
     folder, start_file = (None if path is None else Path(path) for path in (effects, twin))
     start = start_of(start_file, campaign.experiment, folder)
     with computing(shown=progress) as report:
@@ -175,6 +177,10 @@ def gap(
     if run is not None:
         gap_stage.save(run, campaign, found, mains, perf_counter() - began, start=start_file, folder=folder)
     return found
+
+
+def _loaded(campaign: File | Campaign) -> Campaign:
+    return campaign if isinstance(campaign, Campaign) else load(campaign)
 
 
 def _run(out: File | None) -> Path | None:

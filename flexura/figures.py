@@ -1,6 +1,7 @@
 """Figures of results, as on the report's page."""
 
 from collections.abc import Callable, Mapping
+from inspect import signature
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -17,7 +18,7 @@ from app.stages.identify import IdentifiedCampaign
 from app.stages.update import Updating
 
 
-def plot(value: Any, kind: str | None = None, **options: Any) -> Figure:
+def plot(value: Any, kind: str | None = None, *, channel: int | None = None) -> Figure:
     """Draw a campaign, its FRFs, or the result of a stage.
 
     Parameters
@@ -25,8 +26,8 @@ def plot(value: Any, kind: str | None = None, **options: Any) -> Figure:
     value : Campaign, Frf, IdentifiedCampaign, Updating, GapComparison, FocusedPanel or CompensatedPanel
     kind : str, optional
         Which of its figures, see `FIGURES`; the first where it is left out.
-    **options
-        Of the figure: ``channel``, from 0, for those that show one sensor.
+    channel : int, optional
+        Sensor, from 0, of a figure that shows one; the first where it is left out.
 
     Returns
     -------
@@ -38,7 +39,7 @@ def plot(value: Any, kind: str | None = None, **options: Any) -> Figure:
     TypeError
         For a value that has no figures.
     ValueError
-        For a kind of figure that the value does not have.
+        For a kind of figure that the value does not have, and a sensor that the figure does not show.
     """
     if type(value) not in FIGURES:
         known = ", ".join(sorted(one.__name__ for one in FIGURES))
@@ -46,8 +47,20 @@ def plot(value: Any, kind: str | None = None, **options: Any) -> Figure:
     kinds = FIGURES[type(value)]
     if kind is not None and kind not in kinds:
         raise ValueError(f"{type(value).__name__} has no figure {kind!r}; it has {', '.join(kinds)}")
+    kind = kind or next(iter(kinds))
+    options = {} if channel is None else {"channel": _checked(channel, value, kind)}
     with style.drawing():
-        return kinds[kind or next(iter(kinds))](value, **options)
+        return kinds[kind](value, **options)
+
+
+def _checked(channel: int, value: Any, kind: str) -> int:
+    """Return the channel; ValueError where a figure shows no single one, or the value has fewer."""
+    if "channel" not in signature(FIGURES[type(value)][kind]).parameters:
+        raise ValueError(f"figure {kind!r} of {type(value).__name__} shows no single sensor: leave out channel")
+    count = len(getattr(value, "frf", value).channels)
+    if not 0 <= channel < count:
+        raise ValueError(f"channel {channel}: 0 to {count - 1} wanted")
+    return channel
 
 
 def _plate(campaign: Campaign) -> Figure:

@@ -50,7 +50,7 @@ def explained() -> set[str]:
 
 
 def imported() -> set[str]:
-    """Distributions that the four packages import."""
+    """Distributions that our packages import."""
     modules = set()
     for floor in FLOORS:
         for path in (ROOT / floor).rglob("*.py"):
@@ -78,19 +78,6 @@ def test_every_package_imported_is_asked_for() -> None:
     wanted = asked_for()
     installed = wanted["run"].union(*(wanted[extra] for extra in ("audio", "drawings", "meshes", "onnx")))
     assert sorted(imported() - PARTS_OF_PYDANTIC - installed) == []
-
-
-def test_every_package_of_ours_is_listed() -> None:
-    """Packages are listed by hand in setup.cfg: one left out would be missing from an installation."""
-    settings = configparser.ConfigParser(interpolation=None)
-    settings.read(ROOT / "setup.cfg", encoding="utf-8")
-    listed = {line for line in settings["options"]["packages"].split("\n") if line}
-    there = {
-        ".".join(path.parent.relative_to(ROOT).parts)
-        for floor in FLOORS
-        for path in (ROOT / floor).rglob("__init__.py")
-    }
-    assert listed == there
 
 
 @pytest.mark.parametrize("line", (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines())

@@ -13,7 +13,7 @@ from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.identification.reading import Damping
-    from app.stages.identify import Wanted
+    from app.stages.identify import Method, Wanted
 
 
 EXAMPLES = """\b
@@ -58,7 +58,7 @@ Examples:
 def command(
     campaign: Path,
     damping: "Damping",
-    method: str,
+    method: "Method",
     band: tuple[float, float] | None,
     shared_poles: bool,
     export: Path | None,

@@ -28,6 +28,11 @@ def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None
     RUN is the folder the other verbs wrote into; a stage that has not been run is named with its command.
     """
     from app.files.atomic import atomic_path, write_text
+    from app.files.run_folder import run_file
+    from app.modal_test.saved import is_test_run
+
+    if not is_test_run(run):
+        run_file(run, "frf.h5", "report")  # a wrong folder is told before what draws is imported
     from app.report.page import Absent, Picture, page
     from app.report.sections import sections
     from app.report.style import drawing

@@ -34,14 +34,23 @@ def command(experiment: Path | None, port: int, output: Output) -> None:
     to the address printed. Behind the cards hangs the plate of [simulation] at room temperature. Time is virtual:
     it passes when a program waits for samples. Ends with Ctrl-C.
     """
+    from app.files.campaign_error import CampaignFileError, Problem
     from app.files.experiment_toml import read_acquired_experiment
-    from app.rig.simulated_rig import simulated_rig
-    from drivers.ni.simulated.loopback import serving
+    from drivers.ni.wiring import Wiring
 
     file = experiment or EXAMPLE
     declared = read_acquired_experiment(file)
+    if not isinstance(declared.cards, Wiring):
+        seen, allowed = repr(declared.cards.kind), "'ni': only these cards have a device server"
+        raise CampaignFileError(file.parent, [Problem(file.name, "cards.kind", seen, allowed)])
+    from app.rig.simulated_rig import simulated_rig  # takes a second to import: a wrong file is told before
+    from drivers.ni.simulated.loopback import serving
+
     with output.progress() as report:
         parts = simulated_rig(declared, file, report)
+    server = parts.server
+    if server is None:
+        raise AssertionError("NI cards are simulated by a server")
     ended = threading.Event()
 
     def end(number: int, frame: object) -> None:
@@ -49,8 +58,8 @@ def command(experiment: Path | None, port: int, output: Output) -> None:
 
     before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        with serving(parts.server, port) as address:
-            terminals = list(parts.server.chassis.surroundings.terminals())
+        with serving(server, port) as address:
+            terminals = list(server.chassis.surroundings.terminals())
             told = json.dumps({"address": address, "terminals": terminals}) if output.as_json else address
             click.echo(told)  # in one line, however quiet the rest: a program waits for it
             output.summary(f"serving {declared.title}: {', '.join(terminals)}; Ctrl-C ends it")
@@ -61,5 +70,5 @@ def command(experiment: Path | None, port: int, output: Output) -> None:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    if parts.server.lacking:
-        output.note(f"asked for what is not simulated: {', '.join(sorted(parts.server.lacking))}")
+    if server.lacking:
+        output.note(f"asked for what is not simulated: {', '.join(sorted(server.lacking))}")

@@ -8,9 +8,7 @@ from pathlib import Path
 
 from analysis.progress import Progress
 from app.files.experiment_toml import AcquiredExperiment, RigKind
-from app.rig.simulated_rig import silent_rig, simulated_rig
 from drivers.clock import SystemClock
-from drivers.ni.simulated.loopback import serving
 from drivers.rig.occupancy import instrument_places
 from drivers.rig.rig import Rig
 
@@ -41,8 +39,13 @@ def rig_of(experiment: AcquiredExperiment, kind: RigKind, file: Path, report: Pr
     if kind != "simulated":
         yield _real_rig(experiment)
         return
+    from app.rig.simulated_rig import simulated_rig
+
     parts = simulated_rig(experiment, file, report)
-    if experiment.simulation is not None and experiment.simulation.served:
+    served = experiment.simulation is not None and experiment.simulation.served
+    if served and parts.server is not None:
+        from drivers.ni.simulated.loopback import serving
+
         with serving(parts.server) as address:
             yield dataclasses.replace(parts, address=address).rig()
     else:
@@ -78,6 +81,8 @@ def still_rig(experiment: AcquiredExperiment, kind: RigKind, file: Path) -> Rig:
     """
     if kind != "simulated":
         return _real_rig(experiment)
+    from app.rig.simulated_rig import silent_rig
+
     return silent_rig(experiment, file).rig()
 
 

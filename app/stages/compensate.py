@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from analysis.compensation.law_band import law_band
-from analysis.compensation.measured import compensate_measured
+from analysis.compensation.measured import compensate_measured, suited_nodes
 from analysis.compensation.outcome import Compensation
 from analysis.compensation.settings import Training
 from analysis.compensation.study import compensate
@@ -85,7 +85,7 @@ def compute(
     report : callable
         Called with a stage's name and the share of it done.
     training : Training, optional
-        Standard settings where it is left out.
+        Standard settings where it is left out, with fewer hidden nodes for few temperatures placed.
     spacing : float
         Between training temperatures, K.
     method : str
@@ -117,7 +117,7 @@ def compute(
         panel,
         laws,
         spacing,
-        training or Training(),
+        training or _standard(place),
         time.perf_counter,
         device=device,
         report=report,
@@ -136,6 +136,12 @@ def compute(
     return CompensatedPanel(panel, found, spacing if place is None else None, device)
 
 
+def _standard(place: int | None) -> Training:
+    """Return the standard settings; two nodes fewer than temperatures placed, where these are few."""
+    usual = Training()
+    return usual if place is None else replace(usual, nodes=max(1, min(usual.nodes, place - 2)))
+
+
 def compute_measured(
     measured: MeasuredPanel,
     report: Progress,
@@ -152,7 +158,7 @@ def compute_measured(
     report : callable
         Called with a stage's name and the share of it done.
     training : Training, optional
-        Standard settings where it is left out.
+        Standard settings where it is left out, with fewer hidden nodes for few temperatures.
     method : str
         How the filters are designed that the networks have to follow.
     device : str
@@ -169,9 +175,8 @@ def compute_measured(
     ValueError
         Where the transfers are of fewer than five temperatures.
     """
-    found = compensate_measured(
-        measured, training or Training(), time.perf_counter, device, report, method, workers()
-    )
+    training = training or Training(nodes=suited_nodes(len(measured.transfers.temperature)))
+    found = compensate_measured(measured, training, time.perf_counter, device, report, method, workers())
     return CompensatedPanel(measured.panel, found, None, device, measured=True)
 
 

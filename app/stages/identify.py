@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -32,6 +32,8 @@ from app.modal_test.frf_set import said_of_coherence
 from app.terminal.modes import headline, modes_record, tables
 from app.terminal.notebook import as_html, as_text
 
+Method = Literal["auto", "peak-picking"]
+
 
 @dataclass(frozen=True)
 class Wanted:
@@ -51,8 +53,15 @@ class Wanted:
 
     settings: Settings
     damping: Damping
-    method: str
+    method: Method
     band: tuple[float, float] | None
+
+    def __post_init__(self) -> None:
+        for name, choices in (("damping", get_args(Damping)), ("method", get_args(Method))):
+            if getattr(self, name) not in choices:
+                raise ValueError(f"{name} {getattr(self, name)!r}: {' or '.join(choices)}")
+        if self.band is not None and not 0.0 <= self.band[0] < self.band[1]:
+            raise ValueError(f"band {self.band[0]:g} to {self.band[1]:g} Hz: two frequencies, ascending, wanted")
 
     def record(self) -> dict[str, Any]:
         """Return the options as a result file's provenance holds them."""

@@ -142,8 +142,10 @@ def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
     Raises
     ------
     ResultFileError
-        Naming the first that the laws do not cover.
+        Naming the first that the laws do not cover; or where there is none.
     """
+    if not temperature.size:
+        raise ResultFileError(f"{origin}: no temperature is named; at least one is needed")
     low, high = laws.temperature_range
     outside = temperature[~np.isfinite(temperature) | (temperature < low - 1e-9) | (temperature > high + 1e-9)]
     if outside.size:

@@ -9,16 +9,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.clock import VirtualClock
 from drivers.ni.cards import Cards
-from drivers.ni.daqmx import DaqmxCards
-from drivers.ni.simulated.in_process import InProcessChannel
-from drivers.ni.simulated.servicer import SimulatedDaq
 from drivers.ni.simulated.surroundings import DrivenPlate, Module, Surroundings
 from drivers.ni.wiring import Wiring
 from drivers.ovens.expiry import Expiring
@@ -35,6 +32,9 @@ from drivers.soundcard.settings import SoundCard
 from drivers.soundcard.simulated import SimulatedSound, simulated_sound
 from drivers.thermometers.settings import ThermometerSettings
 from drivers.thermometers.thermometer import Thermometer
+
+if TYPE_CHECKING:
+    from drivers.ni.simulated.servicer import SimulatedDaq
 
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
 """When virtual time begins: a date no measurement of today can be mistaken for."""
@@ -54,7 +54,8 @@ class SimulatedParts:
         Heat of air and plate.
     controller : Controller
         May be wrapped in a bad line.
-    server : SimulatedDaq
+    server : SimulatedDaq or None
+        The cards' device server; None for a rig with a sound card.
     wiring : Wiring
     oven : OvenSettings
     address : str or None
@@ -64,13 +65,13 @@ class SimulatedParts:
     thermometer : (ThermometerSettings, Controller) or None
         On the plate; None where the cards' thermocouples are all there is.
     sound : SimulatedSound or None
-        The sound card of a rig that has one; `server` is then idle.
+        The sound card of a rig that has one.
     """
 
     clock: VirtualClock
     body: RegulatedOven
     controller: Controller
-    server: SimulatedDaq
+    server: "SimulatedDaq | None"
     wiring: Wiring | SoundCard
     oven: OvenSettings
     address: str | None = None
@@ -86,6 +87,11 @@ class SimulatedParts:
     def _open_cards(self) -> Cards:
         if isinstance(self.wiring, SoundCard):
             return SoundCards(self.wiring, self.sound, self.clock)
+        from drivers.ni.daqmx import DaqmxCards
+        from drivers.ni.simulated.in_process import InProcessChannel
+
+        if self.server is None:
+            raise AssertionError("NI cards are simulated by a server")
         if self.address is not None:
             return DaqmxCards(self.wiring.model_copy(update={"grpc": self.address}))
         return DaqmxCards(self.wiring, InProcessChannel(self.server))
@@ -177,11 +183,12 @@ def simulated_parts(
     chamber = chamber or Chamber()
     clock = VirtualClock()
     body = RegulatedOven(clock, np.random.default_rng(seed), chamber)
-    forecast, sound = PlateForecast(clock, body, chamber), None
+    forecast, server, sound = PlateForecast(clock, body, chamber), None, None
     if isinstance(wiring, SoundCard):
-        surroundings = Surroundings(plate, {})
         sound = simulated_sound(wiring, plate, clock, temperature=forecast, seed=seed, drive_scale=drive_scale)
     else:
+        from drivers.ni.simulated.servicer import SimulatedDaq
+
         surroundings = Surroundings(
             plate=plate,
             sensors={terminal: row for row, terminal in enumerate(wiring.responses)},
@@ -193,7 +200,7 @@ def simulated_parts(
             modules=dict(modules),
             **chassis,
         )
-    server = SimulatedDaq(surroundings, clock, seed)
+        server = SimulatedDaq(surroundings, clock, seed)
     controller = oven.simulated(body, clock)
     if controller is None:
         raise ValueError(f"oven.kind {oven.kind!r} brings no simulated controller")

@@ -5,18 +5,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from serial.tools import list_ports
-
-from drivers.ni.connection import Connection, Device
 from drivers.ni.errors import DaqError
-from drivers.ni.task_setup import require_iepe
 from drivers.ni.wiring import Wiring
 from drivers.ovens.error import OvenError
 from drivers.ovens.settings import OvenSettings, open_oven
 from drivers.soundcard.card import NOT_STARTED, backend
 from drivers.soundcard.settings import SoundCard, channel_number
+
+if TYPE_CHECKING:
+    from drivers.ni.connection import Device
 
 
 class FindingState(StrEnum):
@@ -58,6 +57,8 @@ def look_at_cards(wiring: Wiring | None, *, needed: bool) -> Iterator[Finding]:
     needed : bool
         Whether lacking any of it is bad or only to be noted.
     """
+    from drivers.ni.connection import Connection
+
     lacking = FindingState.BAD if needed else FindingState.NOTE
     where = f"server {wiring.grpc}" if wiring is not None and wiring.grpc else "this computer"
     try:
@@ -80,7 +81,7 @@ def look_at_cards(wiring: Wiring | None, *, needed: bool) -> Iterator[Finding]:
         yield _supply(wiring, devices, lacking)
 
 
-def _terminals(wiring: Wiring, devices: tuple[Device, ...], lacking: FindingState) -> Finding:
+def _terminals(wiring: Wiring, devices: "tuple[Device, ...]", lacking: FindingState) -> Finding:
     there = {channel for device in devices for channel in device.inputs + device.outputs}
     asked = (wiring.output, *wiring.inputs, *wiring.thermocouples)
     missing = [terminal for terminal in asked if terminal not in there]
@@ -90,7 +91,9 @@ def _terminals(wiring: Wiring, devices: tuple[Device, ...], lacking: FindingStat
     return Finding("terminals of [cards]", lacking, f"not there: {', '.join(missing)}", step)
 
 
-def _supply(wiring: Wiring, devices: tuple[Device, ...], lacking: FindingState) -> Finding:
+def _supply(wiring: Wiring, devices: "tuple[Device, ...]", lacking: FindingState) -> Finding:
+    from drivers.ni.task_setup import require_iepe
+
     what, named = "IEPE supply of [cards]", ", ".join(wiring.iepe)
     try:
         require_iepe(wiring, devices)
@@ -134,6 +137,8 @@ def look_at_sound(settings: SoundCard, *, needed: bool, sound: Any = None) -> Fi
 
 def look_at_ports() -> Iterator[Finding]:
     """Yield every serial port."""
+    from serial.tools import list_ports
+
     ports = sorted(list_ports.comports(), key=lambda port: str(port.device))
     if not ports:
         step = (

@@ -611,3 +611,35 @@ def test_a_tilted_twin_is_the_twin_where_nothing_is_tilted_and_the_full_plate_wh
         assert np.linalg.norm(missed) < 0.02 * np.linalg.norm(exact)
     cold = tilted.amplitudes(30.0, (-20.0, 0.0), frequency)
     assert np.abs(cold - answers).max() > 0.05 * np.abs(answers).max()
+
+
+def test_the_library_follows_the_filters_of_the_run_as_the_verb(run, panel, monkeypatch):
+    import flexura as library
+
+    library.focus(run, panel, temperature=[0.0, 20.0, 40.0, 60.0], method="time-reversal", out=run)
+    asked = {}
+
+    def noted(declared, _laws, _report, **options):
+        asked.update(options, panel=declared)
+
+    monkeypatch.setattr(compensate_stage, "compute", noted)
+    library.compensate(run, place=6, across=[10.0])
+    assert (asked["panel"], asked["method"]) == (read_panel(panel), "time-reversal")
+    assert (asked["place"], asked["across"]) == (6, [10.0])
+    library.compensate(run, SECTION_2)
+    assert (asked["panel"], asked["method"]) == (read_panel(SECTION_2), "stif")
+
+
+def test_few_placed_temperatures_get_few_hidden_nodes(panel, monkeypatch):
+    given = []
+    monkeypatch.setattr(compensate_stage, "panel_twin", lambda *_: None)
+
+    def noted(*words, **_options):
+        given.append(words[4].nodes)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(compensate_stage, "compensate", noted)
+    for place in (None, 6, 30):
+        with pytest.raises(KeyboardInterrupt):
+            compensate_stage.compute(read_panel(panel), laws(), silent, place=place)
+    assert given == [10, 4, 10]

@@ -51,3 +51,12 @@ def test_a_port_that_is_taken_is_told(tmp_path: Path, monkeypatch: pytest.Monkey
         result = CliRunner().invoke(flexura, ["simulate-daq", "--port", address.rpartition(":")[2]])
     assert result.exit_code == 1
     assert "choose another with --port" in result.output
+
+
+def test_a_sound_card_has_no_device_server() -> None:
+    result = CliRunner().invoke(
+        flexura, ["simulate-daq", str(ROOT / "examples" / "sound-card.toml"), "--port", "0"]
+    )
+    assert result.exit_code == 1
+    assert "cards.kind" in result.output
+    assert "'soundcard'; allowed: 'ni'" in result.output

@@ -19,30 +19,44 @@ finally:
 """
 
 
-@pytest.mark.parametrize("words", ["update nowhere", "gap nowhere", "view nowhere"])
-def test_a_verb_starts_light(words: str, tmp_path: Path) -> None:
+def loaded_by(words: list[str], folder: Path, status: int = 2) -> list[str]:
+    """Heavy modules that a verb has imported when it ends with an exit status."""
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *words.split()],
-        cwd=tmp_path,
+        [sys.executable, "-c", PROGRAM, *words],
+        cwd=folder,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 2, done.stderr
-    assert done.stdout.split() == []
+    assert done.returncode == status, done.stderr
+    return done.stdout.split()
+
+
+@pytest.mark.parametrize("verb", ["update", "gap", "view", "report"])
+def test_a_verb_starts_light(verb: str, tmp_path: Path) -> None:
+    assert loaded_by([verb, "nowhere"], tmp_path) == []
+
+
+@pytest.mark.parametrize("verb", ["acquire", "doctor", "safe", "simulate-daq"])
+def test_a_verb_of_the_rig_starts_light(verb: str, tmp_path: Path) -> None:
+    assert loaded_by([verb, "nowhere.toml"], tmp_path) == []
+
+
+def test_a_folder_of_other_files_is_refused_before_cards_are_loaded(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("years")
+    words = ["acquire", str(ROOT / "examples" / "simulated-rig.toml"), "--out", "mine"]
+    assert {"nidaqmx", "skfem", "scipy.signal"}.isdisjoint(loaded_by(words, tmp_path))
+
+
+def test_a_rig_without_ni_cards_is_run_without_their_package(tmp_path: Path) -> None:
+    """The simulated sound card is opened, and brought to rest."""
+    words = ["safe", str(ROOT / "examples" / "sound-card.toml"), "--quiet"]
+    assert "nidaqmx" not in loaded_by(words, tmp_path, status=0)
 
 
 @pytest.mark.parametrize("words", ["focus nowhere", "compensate nowhere", "study all nowhere"])
 def test_what_computes_filters_is_imported_after_the_laws_are_read(words: str, tmp_path: Path) -> None:
     """Laws are splines, for which SciPy is needed; torch, finite elements and figures are not."""
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *words.split()],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 2, done.stderr
-    assert set(done.stdout.split()) <= {"scipy.optimize", "scipy.sparse"}
+    assert set(loaded_by(words.split(), tmp_path)) <= {"scipy.optimize", "scipy.sparse"}

@@ -1,6 +1,7 @@
 """The library: what the functions give is what the verbs save, prints in a line, and can be drawn."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from analysis.campaign import Campaign
 from analysis.frf import Frf
 from analysis.material import Material, MaterialLaws
 from analysis.material_table import laws_through
+from app.files.bad_file import ResultFileError
 from app.files.modes_file import load_modes
 from app.stages.identify import IdentifiedCampaign
 from flexura.figures import FIGURES
@@ -75,6 +77,36 @@ def test_what_cannot_be_drawn_is_told(frf: Frf) -> None:
         flexura.plot(3)
     with pytest.raises(ValueError, match="Frf has no figure 'laws'; it has waterfall, noise"):
         flexura.plot(frf, "laws")
+    with pytest.raises(ValueError, match="channel 1: 0 to 0 wanted"):
+        flexura.plot(frf, channel=1)
+
+
+def test_a_figure_of_the_whole_plate_takes_no_channel(campaign: Campaign) -> None:
+    with pytest.raises(ValueError, match="figure 'plate' of Campaign shows no single sensor"):
+        flexura.plot(campaign, channel=0)
+
+
+def test_a_folder_does_in_place_of_a_campaign(frf: Frf) -> None:
+    np.testing.assert_array_equal(flexura.frf(EXAMPLE).h, frf.h)
+
+
+@pytest.mark.parametrize(
+    ("option", "told"),
+    [
+        ({"method": "peaks"}, "method 'peaks': auto or peak-picking"),
+        ({"damping": "viscose"}, "damping 'viscose': hysteretic or viscous"),
+        ({"band": (300.0, 200.0)}, "band 300 to 200 Hz: two frequencies, ascending"),
+        ({"mains": 0.0}, "mains 0 Hz: 1 to 1000"),
+    ],
+)
+def test_options_are_checked_before_anything_is_read(option: dict[str, Any], told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        flexura.identify("nowhere", **option)
+
+
+def test_hum_of_no_frequency_is_refused(campaign: Campaign) -> None:
+    with pytest.raises(ValueError, match="mains 0 Hz: above 0 wanted"):
+        flexura.frf(campaign, mains=0.0)
 
 
 def test_an_unknown_name_is_told() -> None:
@@ -95,3 +127,23 @@ def test_filters_of_laws_in_memory_are_not_saved(laws: MaterialLaws, tmp_path: P
     for stage in (flexura.focus, flexura.compensate):
         with pytest.raises(ValueError, match="name the run folder that holds"):
             stage(laws, out=tmp_path)
+
+
+def test_an_unknown_focusing_method_is_refused(laws: MaterialLaws) -> None:
+    for stage in (flexura.focus, flexura.compensate):
+        with pytest.raises(ValueError, match="method 'fast': stif or time-reversal or modal-control or none"):
+            stage(laws, method="fast")
+
+
+@pytest.mark.parametrize("spacing", [0.0, -5.0])
+def test_training_temperatures_that_cannot_be_chosen_are_refused(
+    laws: MaterialLaws, spacing: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.stages.compensate.panel_twin", lambda *_: None)  # is not asked
+    with pytest.raises(ValueError, match=f"{spacing:g} K between temperatures: above 0 wanted"):
+        flexura.compensate(laws, spacing=spacing)
+
+
+def test_no_temperature_is_refused(laws: MaterialLaws) -> None:
+    with pytest.raises(ResultFileError, match="no temperature is named"):
+        flexura.focus(laws, temperature=[])
