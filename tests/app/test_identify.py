@@ -3,6 +3,7 @@
 import gzip
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -151,6 +152,16 @@ def test_nothing_found_is_exit_status_one(tmp_path: Path) -> None:
     result = typed("identify", str(tmp_path / "noise.uff"))
     assert result.exit_code == 1
     assert "0 modes" in result.stderr
+
+
+def test_a_campaign_of_noise_is_exit_status_one(tiny: Any, tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    for file in tiny.files.values():
+        for group in file.groups.values():
+            group |= {name: rng.normal(size=len(group["drive"])).astype(np.float32) for name in ("S1", "S2")}
+    result = typed("identify", str(tiny.write(tmp_path / "noise")))
+    assert result.exit_code == 1, result.output
+    assert "6 sweeps, 0 to 0 modes each (0 of 0 unconfirmed)" in result.stderr
 
 
 @pytest.mark.parametrize(
