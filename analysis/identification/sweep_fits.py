@@ -1,6 +1,7 @@
 """The modes of every sweep of a campaign, fitted together."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from analysis.identification.averaging import averaged
 from analysis.identification.finishing import judged
 from analysis.identification.joint_fit import fit_together
+from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.parameters import to_poles
@@ -57,11 +59,18 @@ def fit_sweeps(
     """
     told = progress or (lambda stage, share: None)
     lines = [one.lines() for one in measured]
-    rough = fit_together([averaged(one) for one in lines], terms, start, active, tracks, settled=ROUGHLY)
+    blocks = [averaged(one) for one in lines]
+    rough = fit_together(blocks, terms, start, active, tracks, settled=ROUGHLY)
     told("identify", 0.5)
     fits = _fits(rough.looks, terms)
     weighed = [one.reweighted(own, now) for one, own, now in zip(measured, lines, fits, strict=True)]
-    last = fit_together([averaged(one) for one in weighed], terms, rough.place, active, tracks)
+    excess = [
+        _excess(own, now, last.correlation) if one.known else 1.0
+        for one, own, now, last in zip(measured, blocks, fits, weighed, strict=True)
+    ]
+    blocks = [averaged(one) for one in weighed]
+    blocks = [replace(one, deviation=by * one.deviation) for one, by in zip(blocks, excess, strict=True)]
+    last = fit_together(blocks, terms, rough.place, active, tracks)
     told("identify", 0.9)
     table = np.full(active.shape, -1, dtype=np.int64)
     found = []
@@ -83,3 +92,9 @@ def _fits(looks: Sequence[Projection], terms: Sequence[ResidualTerms]) -> list[P
         PoleFit(look, own, 0, True, np.zeros(len(look.poles), dtype=bool))
         for look, own in zip(looks, terms, strict=True)
     ]
+
+
+def _excess(blocks: Lines, fitted: PoleFit, correlation: float) -> float:
+    """Errors of a fit over the stated deviations, at least 1, for lines of the given correlation."""
+    freedom = max(blocks.values - fitted.parameters * correlation, 1.0)
+    return max(float(np.sqrt(2.0 * (fitted.projection.misfit + blocks.hidden) / freedom)), 1.0)

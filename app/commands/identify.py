@@ -131,6 +131,11 @@ def identify_campaign(
         Run folder of ``flexura update`` whose twin says which modes to expect.
     wanted : Wanted
     output : Output
+
+    Raises
+    ------
+    click.exceptions.Exit
+        With status 1, where no mode is found.
     """
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder
@@ -150,10 +155,13 @@ def identify_campaign(
     for note in (*found.frf.notes, *tracked.notes):
         output.note(note)
     counts = [int(modes.real.sum()) for modes in tracked.modes]
+    unsure = sum(modes.confirmation.count("unconfirmed") for modes in tracked.modes)
     output.summary(
-        f"{len(counts)} sweeps, {min(counts)} to {max(counts)} modes each in {seconds:.1f} s, misfit at most "
-        f"{100 * tracked.misfit.max():.2f} %; results in {run}"
+        f"{len(counts)} sweeps, {min(counts)} to {max(counts)} modes each ({unsure} of {sum(counts)} unconfirmed) "
+        f"in {seconds:.1f} s, misfit at most {100 * tracked.misfit.max():.2f} %; results in {run}"
     )
+    if max(counts) == 0:
+        raise click.exceptions.Exit(1)
 
 
 def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: Output) -> None:

@@ -35,7 +35,8 @@ def frf_text(frf: MeasuredTransfer) -> str:
         (int(part) for part in end.split(":")) for end in (frf.response, frf.reference)
     )
     even = _even(frf)
-    first, step = (float(frf.frequency[0]), float(frf.frequency[1] - frf.frequency[0])) if even else (0.0, 0.0)
+    first, last = float(frf.frequency[0]), float(frf.frequency[-1])
+    first, step = (first, (last - first) / (len(frf.frequency) - 1)) if even else (0.0, 0.0)
     ordinate = numbers.get(frf.quantity, 0 if frf.quantity == "unknown" else GENERAL)
     lines = [
         f"{-1:6d}",

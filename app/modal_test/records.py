@@ -4,13 +4,34 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from analysis.identification.modes import Modes
 from analysis.identification.reading import Damping
 from analysis.shapes.assurance import mac, mpc
+from analysis.shapes.participation import ModeShapes
 from app.modal_test.modes_of_test import TestModes
 from app.terminal.modes import modes_record
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+MODE_HEADINGS = ("f [Hz]", "σ [Hz]", "ζ [%]", "σ [%]", "MPC", "status", "why")
+
+
+def mode_rows(modes: Modes, shapes: ModeShapes) -> list[tuple[str, ...]]:
+    """Words under `MODE_HEADINGS` for every shape; no MPC where there is one place only, whose MPC is always 1."""
+    reading, reasons, collinear = modes.reading(), modes.explanation(), mpc(shapes.shape)
+    return [
+        (
+            f"{reading.frequency_hz[j]:.3f}",
+            f"{reading.sigma_frequency_hz[j]:.2g}",
+            f"{100 * reading.damping_ratio[j]:.4g}",
+            f"{100 * reading.sigma_damping_ratio[j]:.2g}",
+            f"{collinear[n]:.3f}" if len(shapes.places) > 1 else "–",
+            modes.standing(j),
+            reasons[j],
+        )
+        for n, j in enumerate(shapes.pole.tolist())
+    ]
 
 
 def record_of(found: TestModes, damping: Damping, seconds: float) -> dict[str, Any]:

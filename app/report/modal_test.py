@@ -6,12 +6,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.identification.modes import Modes
-from analysis.shapes.assurance import mac, mpc
+from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
 from analysis.shapes.participation import ModeShapes
 from analysis.shapes.stabilization import StabilizationChart
 from app.modal_test.frf_set import FrfSet
 from app.modal_test.modes_of_test import load_test, rebuilt
+from app.modal_test.records import MODE_HEADINGS, mode_rows
 from app.modal_test.saved import load_stabilization
 from app.report.origin import origin, stamps
 from app.report.page import Item, Listing, PageTable, Picture, Section
@@ -68,20 +69,7 @@ def sections_of_test(run: Path) -> tuple[str, str, list[Section]]:
 
 def mode_table(modes: Modes, shapes: ModeShapes) -> PageTable:
     """Frequency, damping, standard deviations, status and MPC of every mode."""
-    reading, reasons, collinear = modes.reading(), modes.explanation(), mpc(shapes.shape)
-    rows = [
-        (
-            f"{reading.frequency_hz[j]:.3f}",
-            f"{reading.sigma_frequency_hz[j]:.2g}",
-            f"{100 * reading.damping_ratio[j]:.4g}",
-            f"{100 * reading.sigma_damping_ratio[j]:.2g}",
-            f"{collinear[n]:.3f}",
-            modes.standing(j),
-            reasons[j],
-        )
-        for n, j in enumerate(shapes.pole)
-    ]
-    return PageTable(("f [Hz]", "σ [Hz]", "ζ [%]", "σ [%]", "MPC", "status", "why"), rows, numbers=(0, 1, 2, 3, 4))
+    return PageTable(MODE_HEADINGS, mode_rows(modes, shapes), numbers=(0, 1, 2, 3, 4))
 
 
 def overlay(frfs: FrfSet, modes: Modes) -> Figure:

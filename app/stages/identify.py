@@ -233,8 +233,9 @@ def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progre
         try:
             found = modes_record(wanted.identify([frf]), wanted.damping)
         except ValueError as error:
-            found = {"residual_terms": None, "misfit": None, "modes": [], "rejected": [], "note": str(error)}
-        records.append(_named(frf) | ({"note": said[0]} if said else {}) | found)
+            found = {"residual_terms": None, "misfit": None, "modes": [], "rejected": []}
+            said = [*said, str(error)]
+        records.append(_named(frf) | found | ({"note": "; ".join(said)} if said else {}))
     report("identify", 1.0)
     return records
 

@@ -3,6 +3,7 @@
 import gzip
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,11 +14,13 @@ from analysis.estimation.transfer import MeasuredTransfer
 from analysis.estimation.windows import without_window
 from analysis.identification.modes import Modes
 from analysis.identification.residual_terms import named
+from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, r10
 from analysis.shapes.assurance import mac
 from app.files.uff58 import read_frfs, write_frfs
 from app.main import flexura
 from app.modal_test.modes_of_test import load_test, rebuilt
+from app.stages.identify import Wanted, uff_records
 from app.terminal.modes import modes_record, show_modes
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
@@ -151,6 +154,24 @@ def test_nothing_found_is_exit_status_one(tmp_path: Path) -> None:
     result = typed("identify", str(tmp_path / "noise.uff"))
     assert result.exit_code == 1
     assert "0 modes" in result.stderr
+
+
+def test_a_note_on_the_coherence_stays_where_nothing_can_be_identified() -> None:
+    f = np.arange(100.0, 500.0, 0.5)
+    silent = MeasuredTransfer("silent", "1:+3", "2:+3", "displacement", f, 0j * f, coherence=np.ones(len(f)))
+    (record,) = uff_records([silent], Wanted(Settings(), "hysteretic", "auto", None), lambda *_: None)
+    assert "coherence 1 on every line" in record["note"]
+    assert record["note"].endswith("an FRF is zero on every line: nothing to identify")
+
+
+def test_a_campaign_of_noise_is_exit_status_one(tiny: Any, tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    for file in tiny.files.values():
+        for group in file.groups.values():
+            group |= {name: rng.normal(size=len(group["drive"])).astype(np.float32) for name in ("S1", "S2")}
+    result = typed("identify", str(tiny.write(tmp_path / "noise")))
+    assert result.exit_code == 1, result.output
+    assert "6 sweeps, 0 to 0 modes each (0 of 0 unconfirmed)" in result.stderr
 
 
 @pytest.mark.parametrize(

@@ -155,6 +155,9 @@ class TestFrfPage(QWidget):
             chart.labels = (FREQUENCY, label)
             chart.getAxis("left").setLabel(label, color=self._theme.text)
         self.above.setTitle(held.frfs.transfers[n].name)
+        self.nyquist.labels = (f"real part [{unit}]", f"imaginary part [{unit}]")
+        for side, label in zip(("bottom", "left"), self.nyquist.labels, strict=True):
+            self.nyquist.getAxis(side).setLabel(label, color=self._theme.text)
         coherence = held.frfs.transfers[n].coherence
         self._trust.setData(x, np.full(len(x), np.nan) if coherence is None else coherence)
         self.coherence.setVisible(coherence is not None)

@@ -18,8 +18,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from analysis.shapes.assurance import mac, mpc
+from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
+from app.modal_test.records import MODE_HEADINGS, mode_rows
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
 from app.view.recorded.frf_page import FREQUENCY
@@ -27,7 +28,6 @@ from app.view.test_run.held import HeldTest
 from app.view.test_run.shape_chart import ShapeChart
 from app.view.theme import Theme, one_sided
 
-HEADINGS = ("f [Hz]", "σ [Hz]", "ζ [%]", "σ [%]", "MPC", "status", "why")
 ORDERS = "poles over the order: full dots stable, rings in frequency only"
 CMIF_SHOWN = 3
 MOST_TICKS = 16
@@ -57,7 +57,7 @@ class TestModesPage(QWidget):
     ) -> None:
         super().__init__()
         self._held, self._cursors, self._theme = held, cursors, theme
-        self.table = QTableWidget(len(held.shapes.pole), len(HEADINGS))
+        self.table = QTableWidget(len(held.shapes.pole), len(MODE_HEADINGS))
         self.dropping, self.adding = QPushButton("Drop the selected mode"), QPushButton("Add a mode at the cursor")
         self.dropping.clicked.connect(lambda: drop(float(held.places[self.selected])))
         self.adding.clicked.connect(lambda: add(cursors.frequency))
@@ -95,25 +95,14 @@ class TestModesPage(QWidget):
         self.shape.show_shape(self.selected)
 
     def _fill_table(self) -> None:
-        held, reading = self._held, self._held.reading
-        reasons, collinear = held.modes.explanation(), mpc(held.shapes.shape)
-        for n, j in enumerate(held.shapes.pole.tolist()):
-            row = (
-                f"{reading.frequency_hz[j]:.3f}",
-                f"{reading.sigma_frequency_hz[j]:.2g}",
-                f"{100 * reading.damping_ratio[j]:.4g}",
-                f"{100 * reading.sigma_damping_ratio[j]:.2g}",
-                f"{collinear[n]:.3f}",
-                held.modes.standing(j),
-                reasons[j],
-            )
+        for n, row in enumerate(mode_rows(self._held.modes, self._held.shapes)):
             for column, text in enumerate(row):
                 cell = QTableWidgetItem(text)
                 cell.setToolTip(text)
                 if column < 5:
                     cell.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
                 self.table.setItem(n, column, cell)
-        self.table.setHorizontalHeaderLabels(list(HEADINGS))
+        self.table.setHorizontalHeaderLabels(list(MODE_HEADINGS))
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -170,7 +159,9 @@ class TestModesPage(QWidget):
             one.follow("x", self._cursors.frequency, self._cursors.frequency_moved, self._go)
         self.stabilization.setXLink(self.cmif)
         self.cmif.fit()
-        if len(held.shapes.pole):
+        if len(held.shapes.places) < 2:
+            self.alike.setTitle("AutoMAC: one place alone has no shape")
+        elif len(held.shapes.pole):
             place = np.arange(1.0, len(held.shapes.pole) + 1.0)
             shown = Map(place, place, mac(held.shapes.shape, held.shapes.shape))
             self.alike.image(shown, one_sided("cividis"), (0.0, 1.0), "MAC")

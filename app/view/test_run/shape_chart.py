@@ -29,14 +29,14 @@ class ShapeChart(Chart):
         spread = np.ptp(where, axis=0) if len(nodes) else np.zeros(3)
         first, second = sorted(int(a) for a in np.argsort(-spread)[:2])
         self._plane = bool(self._known and np.sort(spread)[-2] > FLAT * spread.max())
-        along = int(np.argmax(spread))
+        along, apart = int(np.argmax(spread)), bool(self._known and spread.max() > 0.0)
         names = "xyz"
-        x = f"{names[first]} [m]" if self._plane else f"{names[along]} [m]" if self._known else "place"
+        x = f"{names[first]} [m]" if self._plane else f"{names[along]} [m]" if apart else "place"
         super().__init__("test-shape", "", x, f"{names[second]} [m]" if self._plane else "shape", theme)
         self._sign = np.array([-1.0 if ":-" in place else 1.0 for place in held.shapes.places])
         self._held = held
         self._at = where[:, first], where[:, second]
-        line = where[:, along] if self._known else np.arange(1.0, len(nodes) + 1.0)
+        line = where[:, along] if apart else np.arange(1.0, len(nodes) + 1.0)
         self._order = np.argsort(line, kind="stable")
         self._line = line
         if self._plane:

@@ -216,3 +216,17 @@ def test_a_sweep_that_shares_no_mode_with_the_others_leaves_them_theirs() -> Non
         truth = AT_ZERO * softening(TEMPERATURE[:1] + tracked.temperature[t])
         for f in truth[truth > 105.0]:
             assert np.nanmin(np.abs(read.frequency_hz[t] / f - 1.0)) < 2e-3
+
+
+def test_deviations_hold_what_the_stated_noise_does_not() -> None:
+    """FRFs whose variance is stated a ninth of what it is: errors stay within what the misfit tells."""
+    away = []
+    for seed in range(2):
+        frf = campaign(ONE, temperature=np.array([0.0, 12.0, 24.0, 36.0, 48.0, 60.0]), seed=seed)
+        read = track(replace(frf, variance=frf.variance / 9.0)).reading()
+        truth = AT_ZERO * softening(frf.temperature)[:, None]
+        for t, f in zip(*np.nonzero(truth > 110.0), strict=True):
+            j = int(np.nanargmin(np.abs(read.frequency_hz[t] - truth[t, f])))
+            away.append((read.frequency_hz[t, j] - truth[t, f]) / read.sigma_frequency_hz[t, j])
+    assert np.mean(np.abs(away) < 1.96) > 0.85
+    assert 0.7 < np.std(away) < 1.4

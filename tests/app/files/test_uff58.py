@@ -144,6 +144,14 @@ def test_lines_come_back_with_more_than_six_digits(tmp_path: Path, spacing: floa
     np.testing.assert_allclose(again.h, H, rtol=1e-12)
 
 
+def test_rounding_of_the_first_two_lines_does_not_add_up_over_the_others(tmp_path: Path) -> None:
+    frequency = np.round(np.arange(1, 48001) / 3.0, 8)
+    h = np.full(48000, 1.0 + 1j)
+    write_frfs(tmp_path / "a.uff", [MeasuredTransfer("a", "1:+3", "1:+3", "velocity", frequency, h)])
+    (again,) = read_frfs(tmp_path / "a.uff")
+    np.testing.assert_allclose(again.frequency, frequency, rtol=0, atol=1e-5)
+
+
 @pytest.mark.filterwarnings("ignore")
 def test_frfs_are_read_back_by_sdynpy(tmp_path: Path) -> None:
     read = pytest.importorskip(

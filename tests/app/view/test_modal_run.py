@@ -106,6 +106,7 @@ def test_differences_are_told_from_the_mark(window: TestWindow) -> None:
 def test_the_nyquist_plane_shows_the_peak_nearest_to_the_cursor(window: TestWindow) -> None:
     window.cursors.frequency = float(F[0])
     measured = {label: (x, y) for label, x, y in window.frfs.nyquist.curves}["measured"]
+    assert window.frfs.nyquist.labels == ("real part [m/s2/N]", "imaginary part [m/s2/N]")
     size = np.hypot(*measured)
     near = np.abs(window.held.frfs.frequency - F[0]) < 3.0
     assert size.max() == pytest.approx(np.abs(window.held.frfs.h[0][near]).max())
