@@ -235,7 +235,7 @@ def _from_laws(
 ) -> _Task:
     """Prepare the compensation of a panel whose plate obeys laws."""
     from analysis.compensation.knots import check_places
-    from analysis.focusing.over_temperature import spaced
+    from analysis.focusing.temperatures import spaced
     from app.stages.panel_inputs import effects_left_out, laws_for, method_for, panel_for, range_of
 
     spacing, place, across = wanted

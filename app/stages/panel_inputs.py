@@ -11,8 +11,8 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
-from analysis.focusing.over_temperature import covered
 from analysis.focusing.panel import Panel
+from analysis.focusing.temperatures import covered
 from analysis.material import Material, MaterialLaws
 from analysis.updating.laws import fit_laws
 from app.files.bad_file import ResultFileError

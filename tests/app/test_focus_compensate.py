@@ -18,7 +18,8 @@ from scipy.sparse.linalg import spsolve
 from analysis.compensation.settings import Training
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.measured import MeasuredTransfers
-from analysis.focusing.over_temperature import focus, responses
+from analysis.focusing.over_temperature import focus
+from analysis.focusing.responses import responses
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
