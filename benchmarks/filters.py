@@ -24,9 +24,9 @@ from analysis.focusing.energy import EnergyForms
 from analysis.focusing.field_fir import OUTSIDE, FieldFit, FieldProblem
 from analysis.focusing.fir import taper
 from analysis.focusing.inversion import invert
-from analysis.focusing.over_temperature import responses
 from analysis.focusing.panel import Filters
 from analysis.focusing.performance import contrast
+from analysis.focusing.responses import responses
 from analysis.material import Material, MaterialLaws
 from analysis.updating.laws import fit_laws
 from app.files.laws_file import load_laws

@@ -15,7 +15,6 @@ LONG_FILES = {
     "analysis/compensation/schur_complement.py",
     "analysis/compensation/training.py",
     "analysis/focusing/methods.py",
-    "analysis/focusing/over_temperature.py",
     "analysis/identification/order.py",
     "analysis/plate.py",
     "app/commands/compensate.py",

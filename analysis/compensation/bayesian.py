@@ -21,6 +21,8 @@ from analysis.compensation.schur_complement import (
     step,
 )
 
+STILL = 20.0
+"""Steps on end without a change after which a training ends."""
 LARGEST_DAMPING = 1e10
 
 
@@ -95,8 +97,9 @@ def train(
 ) -> BayesianFit:
     """Train B networks from `start` until each stands still or has had `epochs` steps.
 
-    A network stands still when in 20 steps on end neither its objective nor α moved by more than
-    `tolerance` of itself, or when the damping has passed 1e10: no descent left in the digits at hand.
+    A network stands still when in `STILL` steps on end neither its objective nor α moved by more than
+    `tolerance` of itself, or when the damping has passed 1e10: no descent left in the digits at hand. One whose
+    evidence collapses, so that to the digits at hand the data determine no parameter, stops where it is.
 
     Parameters
     ----------
@@ -122,7 +125,7 @@ def train(
     still = torch.zeros_like(alpha)
     tried = torch.zeros_like(alpha)
     for epoch in range(epochs):
-        running = (still < 20) & (damping <= LARGEST_DAMPING)
+        running = (still < STILL) & (damping <= LARGEST_DAMPING)
         if not running.any():
             break
         tried = tried + running
@@ -138,9 +141,12 @@ def train(
             weights = proposal.chosen(better, weights)
             at = linearise(weights, problem.inputs, problem.targets, problem.used)
             new_alpha, new_beta = reestimate(problem, weights, at, alpha, beta)
+            sound = (new_alpha > 0.0) & new_alpha.isfinite()
             quiet = (objective - reached < tolerance * objective) & ((new_alpha / alpha - 1).abs() < tolerance)
             still = torch.where(better, torch.where(quiet, still + 1, 0.0), still)
-            alpha, beta = torch.where(better, new_alpha, alpha), torch.where(better, new_beta, beta)
+            still = torch.where(better & ~sound, STILL, still)
+            kept = better & sound
+            alpha, beta = torch.where(kept, new_alpha, alpha), torch.where(kept, new_beta, beta)
         if progress is not None:
             progress(epoch)
     return BayesianFit(weights, judge(problem, weights, at, alpha, beta), tried)

@@ -9,8 +9,9 @@ from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
 from analysis.focusing.local_models import local_models
 from analysis.focusing.methods import Constants, Method, PanelModel, designer
-from analysis.focusing.over_temperature import constants_at, responses, robust_forms, tap_design
 from analysis.focusing.panel import Panel
+from analysis.focusing.responses import constants_at, responses, robust_forms
+from analysis.focusing.tap_delay import tap_design
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 

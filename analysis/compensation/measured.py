@@ -13,11 +13,12 @@ from analysis.compensation.outcome import NETWORK, Compensation, Trained
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.rivals import plain_rivals
 from analysis.compensation.settings import FEWEST, Training
+from analysis.focusing.aim import Aim, Aimed, aim, joined
 from analysis.focusing.design import peak_drive
 from analysis.focusing.fir import FirBank
 from analysis.focusing.measured import MeasuredPanel
+from analysis.focusing.measured_filters import focus_measured
 from analysis.focusing.methods import Method
-from analysis.focusing.over_temperature import Aim, Aimed, aim, focus_measured, joined
 from analysis.progress import Progress
 
 DIRECT = "direct"

@@ -11,8 +11,8 @@ from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import NetworkBank
 from analysis.compensation.settings import Training
 from analysis.compensation.tilted import TiltedContrast
+from analysis.focusing.aim import Aim
 from analysis.focusing.fir import FirBank
-from analysis.focusing.over_temperature import Aim
 from analysis.focusing.performance import decibels
 
 NETWORK, LINEAR, SPLINE, RIGIDITY_SPLINE, REDUCED_FREQUENCY, LOW_RANK = METHODS = (

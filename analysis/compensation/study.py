@@ -17,21 +17,15 @@ from analysis.compensation.outcome import METHODS, NETWORK, Compensation, Traine
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.rivals import rigidity, rivals
 from analysis.compensation.settings import Training
+from analysis.focusing.aim import Aim, Aimed, aim, joined
 from analysis.focusing.design import peak_drive
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
 from analysis.focusing.methods import Method, PanelModel
-from analysis.focusing.over_temperature import (
-    Aim,
-    Aimed,
-    aim,
-    covered,
-    joined,
-    responses,
-    spaced,
-)
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast, mean_response
+from analysis.focusing.responses import responses
+from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 

@@ -15,6 +15,11 @@
 ``fir``                taps by inverse FFT as in the paper, and what the cut costs
 ``performance``        contrast, level and phase, spot error
 ``over_temperature``   filters over temperature, and one filter at all of them (paper 5.1)
+``temperatures``       those that laws and panel share, and steps over them
+``responses``          what a panel answers there, alone and where a thermometer may err
+``aim``                contrast, spot error and response over temperature
+``tap_delay``          the delay that suits a method
+``measured_filters``   filters over temperature of measured transfers
 ``local_models``       a panel in the few coordinates that some kelvins need
 ``played``             a sweep through taps and panel in the time domain
 ``modal_integration``  modes integrated step by step

@@ -235,7 +235,7 @@ def _from_laws(
 ) -> _Task:
     """Prepare the compensation of a panel whose plate obeys laws."""
     from analysis.compensation.knots import check_places
-    from analysis.focusing.over_temperature import spaced
+    from analysis.focusing.temperatures import spaced
     from app.stages.panel_inputs import effects_left_out, laws_for, method_for, panel_for, range_of
 
     spacing, place, across = wanted
@@ -278,6 +278,8 @@ def _from_transfers(
     from app.files.bad_file import ResultFileError
     from app.stages.panel_inputs import measured_panel, method_for, scanned_panel
 
+    if run is not None and not run.is_dir():
+        raise ResultFileError(f"{run}: no such folder; RUN is that of flexura focus --transfers, or leave it out")
     beside = run or transfers.parent
     declared, panel_path = scanned_panel(panel, beside, filters)
     followed = method_for(method, panel, beside)  # type: ignore[arg-type]

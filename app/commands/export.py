@@ -98,7 +98,7 @@ def _temperatures(sent: "Shipment", given: tuple[float, ...]) -> "NDArray[np.flo
     """Return those asked for, or every 5 °C; ResultFileError for one the filters do not cover."""
     import numpy as np
 
-    from analysis.focusing.over_temperature import spaced
+    from analysis.focusing.temperatures import spaced
     from app.files.bad_file import ResultFileError
 
     low, high = sent.filters.temperature_range

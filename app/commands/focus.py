@@ -130,7 +130,7 @@ def _from_laws(
     """Prepare filters for a panel whose plate obeys laws."""
     import numpy as np
 
-    from analysis.focusing.over_temperature import spaced
+    from analysis.focusing.temperatures import spaced
     from app.stages.panel_inputs import effects_left_out, laws_for, panel_of, range_of, within
 
     declared, panel_path = panel_of(panel, changes)

@@ -53,7 +53,7 @@ def command(
     """
     from analysis.compensation.evidence_collapse import EvidenceCollapseError
     from analysis.compensation.settings import Training
-    from analysis.focusing.over_temperature import spaced
+    from analysis.focusing.temperatures import spaced
     from app.files.atomic import atomic_path
     from app.files.bad_file import ResultFileError
     from app.files.provenance import provenance, sha256

@@ -6,8 +6,9 @@ from typing import Any
 
 import h5py
 
+from analysis.focusing.aim import Aim
 from analysis.focusing.methods import METHODS, Method, MethodComparison
-from analysis.focusing.over_temperature import Aim, Focusing
+from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from app.files.atomic import atomic_hdf5
 from app.files.hdf5_file import result_file

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from analysis.compensation.law_band import ContrastBand
 from analysis.compensation.outcome import NETWORK, Compensation
+from analysis.focusing.aim import Aim
 from analysis.focusing.methods import MethodComparison
-from analysis.focusing.over_temperature import Aim, Focusing
+from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, panels, temperature_color
 

@@ -7,8 +7,8 @@ from typing import TextIO
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.focusing.over_temperature import responses
 from analysis.focusing.panel import Panel
+from analysis.focusing.responses import responses
 from analysis.material import MaterialLaws
 from analysis.rendering.field import FieldContrast, field_contrast, power_spectrum
 from analysis.rendering.following import FollowingBank

@@ -15,8 +15,8 @@ from analysis.compensation.study import compensate
 from analysis.compensation.tilted import tilted_contrast
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
-from analysis.focusing.over_temperature import covered, spaced
 from analysis.focusing.panel import Panel
+from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.compensation_file import save_compensation

@@ -6,18 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from analysis.arrays import Real
+from analysis.focusing.aim import Aim
 from analysis.focusing.measured import MeasuredPanel
+from analysis.focusing.measured_filters import compare_measured, focus_measured
 from analysis.focusing.methods import Method, MethodComparison, compare
-from analysis.focusing.over_temperature import (
-    Aim,
-    Focusing,
-    compare_measured,
-    covered,
-    focus,
-    focus_measured,
-    spaced,
-)
+from analysis.focusing.over_temperature import Focusing, focus
 from analysis.focusing.panel import Panel
+from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.filter_files import save_focusing

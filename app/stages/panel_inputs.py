@@ -11,8 +11,8 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
-from analysis.focusing.over_temperature import covered
 from analysis.focusing.panel import Panel
+from analysis.focusing.temperatures import covered
 from analysis.material import Material, MaterialLaws
 from analysis.updating.laws import fit_laws
 from app.files.bad_file import ResultFileError
@@ -178,14 +178,12 @@ def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple
         Where these filters were designed from measured transfers: they have no twin.
     """
     made = run / "filters.h5"
-    if path is None and made.is_file():
-        if made_from_transfers(made):
-            raise ResultFileError(
-                f"{made}: designed from measured transfers, which no material laws carry to other temperatures; "
-                "name a panel that can be computed with --panel (flexura compensate follows them with --transfers)"
-            )
-        return changed(load_panel(made), changes), made
-    return panel_of(path, changes)
+    if path is None and made.is_file() and made_from_transfers(made):
+        raise ResultFileError(
+            f"{made}: designed from measured transfers, which no material laws carry to other temperatures; "
+            "name a panel that can be computed with --panel (flexura compensate follows them with --transfers)"
+        )
+    return scanned_panel(path, run, changes)
 
 
 def scanned_panel(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple[Panel, Path]:

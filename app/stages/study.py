@@ -12,9 +12,10 @@ from analysis.compensation.parameter_studies import study_networks
 from analysis.compensation.rivals import rigidity
 from analysis.compensation.settings import Training
 from analysis.compensation.study import compensate
-from analysis.focusing.over_temperature import covered, focus, spaced
+from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
 from analysis.focusing.played import play_methods
+from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.studies_file import Studies, Surfaces

@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.focusing.aim import Aim, aim, joined
 from analysis.focusing.methods import Method, designer
-from analysis.focusing.over_temperature import Aim, aim, joined, responses, robust_forms, tap_design
 from analysis.focusing.panel import Panel
+from analysis.focusing.responses import responses, robust_forms
+from analysis.focusing.tap_delay import tap_design
 from analysis.material import MaterialLaws
 from app.files.bad_file import ResultFileError
 from app.files.laws_file import effects_in_laws, load_laws

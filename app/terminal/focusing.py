@@ -8,9 +8,10 @@ from rich.console import Console
 from rich.table import Table
 
 from analysis.arrays import Real
+from analysis.focusing.aim import Aim
 from analysis.focusing.design import peak_drive
 from analysis.focusing.methods import MethodComparison
-from analysis.focusing.over_temperature import Aim, Focusing
+from analysis.focusing.over_temperature import Focusing
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import area_normalised
 

@@ -18,7 +18,8 @@ from scipy.sparse.linalg import spsolve
 from analysis.compensation.settings import Training
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.measured import MeasuredTransfers
-from analysis.focusing.over_temperature import focus, responses
+from analysis.focusing.over_temperature import focus
+from analysis.focusing.responses import responses
 from analysis.material import MaterialLaws
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
@@ -535,7 +536,10 @@ def test_transfers_at_four_temperatures_are_too_few_to_train_on_all_but_one(pane
     write_transfers(scan, MeasuredTransfers(at, points, frequency, fields, np.zeros(fields.shape)))
     refused = flex("compensate", "--panel", panel, "--transfers", scan)
     assert "transfers at 4 temperatures; at least 5 are needed" in refused.output
-    assert refused.exit_code == 1
+    assert refused.exit_code != 0
+    refused = flex("compensate", tmp_path / "nowhere", "--panel", panel, "--transfers", scan)
+    assert "nowhere: no such folder; RUN is that of flexura focus --transfers" in refused.output
+    assert not (tmp_path / "nowhere").exists()
 
 
 def test_a_panel_warmer_on_one_side_is_judged(run, panel):

@@ -5,7 +5,8 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QWidg
 
 from analysis.arrays import Real
 from analysis.compensation.outcome import Compensation
-from analysis.focusing.over_temperature import Aim, Focusing
+from analysis.focusing.aim import Aim
+from analysis.focusing.over_temperature import Focusing
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
 from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE

@@ -84,6 +84,15 @@ def test_a_network_that_explains_filters_as_noise_is_refused(rng):
         train_networks(noise, Training(nodes=2, restarts=2))
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_networks_of_which_nothing_is_determined_are_refused_too(seed):
+    """Four temperatures of noise: gamma rounds to zero, and with it alpha."""
+    rng = np.random.default_rng(seed)
+    noise = FirBank(rng.normal(size=(4, 2, 64)), np.linspace(0.0, 60.0, 4), 8_000.0, 16)
+    with pytest.raises(EvidenceCollapseError, match="the evidence collapsed"):
+        train_networks(noise, Training(nodes=2))
+
+
 @pytest.mark.parametrize(
     "wrong",
     [

@@ -8,8 +8,8 @@ from analysis.compensation.direct_filters import direct_filters
 from analysis.focusing import local_models as module
 from analysis.focusing.inversion import invert
 from analysis.focusing.local_models import local_model, local_models
-from analysis.focusing.over_temperature import constants_at
 from analysis.focusing.performance import contrast
+from analysis.focusing.responses import constants_at
 
 LINES = np.linspace(60.0, 600.0, 120)
 

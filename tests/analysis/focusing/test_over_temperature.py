@@ -2,15 +2,10 @@ import numpy as np
 import pytest
 
 from analysis.focusing.fir import FirBank
-from analysis.focusing.over_temperature import (
-    covered,
-    focus,
-    reference_temperature,
-    responses,
-    robust_forms,
-    spaced,
-)
+from analysis.focusing.over_temperature import focus
 from analysis.focusing.performance import contrast
+from analysis.focusing.responses import responses, robust_forms
+from analysis.focusing.temperatures import covered, reference_temperature, spaced
 
 
 @pytest.fixture(scope="module")

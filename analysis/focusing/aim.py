@@ -1,0 +1,86 @@
+"""How well filters focus: contrast, spot error and response of the target, over temperature."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import Complex, Real
+from analysis.focusing.energy import EnergyForms, FieldSpace
+from analysis.focusing.performance import contrast, decibels, mean_response, spot_error
+
+Aimed = tuple[Real, Real, Complex]
+
+
+@dataclass(frozen=True)
+class Aim:
+    """How well a set of filters focuses, over temperature and the lines of the band.
+
+    Attributes
+    ----------
+    contrast : (T, F) ndarray
+        Paper eq. (9), literal.
+    spot_error : (T, F) ndarray
+        Share of the plate's length Lx.
+    response : (T, F) ndarray
+        Complex: mean displacement of the target over what was asked for, modelling delay taken out.
+    """
+
+    contrast: Real
+    spot_error: Real
+    response: Complex
+
+    @property
+    def level(self) -> Real:
+        """Level (T, F) of the target, dB of the displacement asked for."""
+        return decibels(self.response)
+
+    @property
+    def level_ripple(self) -> Real:
+        """Loudest less softest line of the band (T,), dB."""
+        return np.asarray(np.ptp(self.level, axis=1))
+
+    @property
+    def phase_error(self) -> Real:
+        """Largest deviation of the target's phase from a pure delay in the band (T,), degrees."""
+        return np.asarray(np.abs(np.angle(self.response, deg=True)).max(axis=1))
+
+
+def aim(
+    space: FieldSpace,
+    forms: EnergyForms,
+    amplitude: Complex,
+    band: NDArray[np.bool_],
+    filters: Complex,
+    asked: float,
+) -> Aimed:
+    """Contrast, spot error and response of filters in the band of one temperature.
+
+    Parameters
+    ----------
+    space : FieldSpace
+    forms : EnergyForms
+        Of this temperature, at all lines.
+    amplitude : (N, L, r) ndarray
+        Generalised coordinates of this temperature, at all L lines.
+    band : (L,) ndarray of bool
+        The F lines of the band.
+    filters : (F, N) ndarray
+        On the lines of the band.
+    asked : float
+        φᵀ W φ (`FieldSpace.asked`), m4.
+
+    Returns
+    -------
+    Aimed
+        Three arrays (F,).
+    """
+    within = forms.at(slice(None), band)
+    spot = spot_error(space, amplitude[:, band], filters)
+    return contrast(within, filters)[0], spot, mean_response(within, filters, asked)[0]
+
+
+def joined(rows: list[Aimed]) -> Aim:
+    """One `Aim` of what `aim` found at each temperature."""
+    contrasts, spots, responded = (np.array(part) for part in zip(*rows, strict=True))
+    return Aim(contrasts, spots, responded)

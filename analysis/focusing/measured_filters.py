@@ -1,0 +1,77 @@
+"""Filters of measured transfers: no law, no twin, at the temperatures measured."""
+
+from functools import partial
+
+import numpy as np
+
+from analysis.focusing.aim import aim
+from analysis.focusing.design import TapDesign
+from analysis.focusing.fir import suited_delay
+from analysis.focusing.measured import MeasuredPanel
+from analysis.focusing.methods import Method, MethodComparison, NoModes, designer
+from analysis.focusing.over_temperature import Answer, Focusing, tried
+from analysis.progress import Progress
+
+
+def focus_measured(
+    measured: MeasuredPanel,
+    method: Method = "stif",
+    report: Progress = lambda _stage, _share: None,
+    workers: int = 1,
+) -> Focusing:
+    """Design filters from measured transfers, at the temperatures these were measured at.
+
+    Parameters
+    ----------
+    measured : MeasuredPanel
+    method : str
+        One of `METHODS`.
+    report : callable
+        Told the stage and the share done.
+    workers : int
+        Threads that design filters.
+
+    Returns
+    -------
+    Focusing
+
+    Raises
+    ------
+    ValueError
+        For modal control, which needs a model's modes.
+    """
+    panel, temperature = measured.panel, measured.transfers.temperature
+    settings, displacement = panel.filters, panel.target.displacement
+    if method == "modal-control":
+        raise ValueError("modal-control needs the modes of a model; measured transfers allow the other methods")
+    rule = designer(method, NoModes(measured.space), panel, settings.frequency)
+
+    def answer(t: int) -> Answer:
+        amplitude = measured.amplitudes(t)
+        forms, judged = measured.forms(t, displacement)
+        return Answer(amplitude, forms, judged, rule((0.0, 0.0, 0.0), amplitude, forms))
+
+    near = measured.reference
+    late = method != "stif" and settings.delay is None
+    delay = suited_delay(answer(near).wanted[None], settings) if late else settings.middle
+    places = [partial(answer, t) for t in range(len(temperature))]
+    kept = (float(temperature[near]), places[near])
+    design = TapDesign.of(panel, delay)
+    return tried(panel, measured.space, method, design, temperature, places, kept, report, workers)
+
+
+def compare_measured(measured: MeasuredPanel) -> MethodComparison:
+    """Contrast and spot error of every method that needs no model, at the temperature nearest to the reference."""
+    panel, space = measured.panel, measured.space
+    settings = panel.filters
+    lines, band = settings.frequency, settings.in_band(settings.frequency)
+    t = measured.reference
+    amplitude = measured.amplitudes(t)
+    forms, judged = measured.forms(t, panel.target.displacement)
+    methods: tuple[Method, ...] = ("stif", "time-reversal", "none")
+    found = []
+    for method in methods:
+        filters = designer(method, NoModes(space), panel, lines)((0.0, 0.0, 0.0), amplitude, forms)
+        found.append(aim(space, judged, amplitude, band, filters[band], 1.0))
+    contrasts, spots = np.array([one[0] for one in found]), np.array([one[1] for one in found])
+    return MethodComparison(methods, (0.0, 0.0, 0.0), lines[band], contrasts, spots)

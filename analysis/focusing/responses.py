@@ -1,0 +1,85 @@
+"""What a panel answers at the temperatures of its laws, alone and where a thermometer may err."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from analysis.arrays import Complex, Real
+from analysis.focusing.energy import EnergyForms
+from analysis.focusing.methods import Constants, PanelModel
+from analysis.focusing.panel import Panel
+from analysis.material import MaterialLaws
+
+ROBUST_STEP = 5.0
+"""Largest step between the temperatures that robust filters are meant for, K: in polypropylene resonances move by
+about their width in one."""
+
+
+def responses(
+    model: PanelModel, laws: MaterialLaws, temperature: Real, frequency: Real
+) -> Iterator[tuple[Constants, Complex]]:
+    """Material and answer of a panel, one temperature after the other.
+
+    Parameters
+    ----------
+    model : PanelModel
+    laws : MaterialLaws
+    temperature : (T,) ndarray, °C
+    frequency : (F,) ndarray, Hz
+
+    Yields
+    ------
+    (float, float, float)
+        E, Pa, nu and eta.
+    (N, F, r) complex ndarray
+        Generalised coordinates per volt or newton of every actuator.
+
+    Raises
+    ------
+    ValueError
+        For a material outside the box of the model.
+    """
+    for constants in constants_at(laws, temperature):
+        yield constants, model.amplitudes(*constants, frequency)
+
+
+def constants_at(laws: MaterialLaws, temperature: Real) -> list[Constants]:
+    """E (Pa), nu and eta at each `temperature` (T,), °C."""
+    material = laws.at(temperature)
+    rows = zip(material.youngs_modulus, material.poisson_ratio, material.loss_factor, strict=True)
+    return [(float(e), float(nu), float(eta)) for e, nu, eta in rows]
+
+
+def robust_forms(
+    model: PanelModel, panel: Panel, laws: MaterialLaws, temperature: float, forms: EnergyForms
+) -> EnergyForms:
+    """Energy forms for a design where a thermometer may err.
+
+    The mean over T ± `thermometer_error` in equal steps, both ends included: the filters that follow from it make
+    the mean squared error of the field smallest over these temperatures. An error that is as likely at the ends as
+    in the middle counts them more than a uniform one does, and it is at the ends that lines fail.
+
+    Parameters
+    ----------
+    model : PanelModel
+    panel : Panel
+    laws : MaterialLaws
+    temperature : float
+        T, °C.
+    forms : EnergyForms
+        Those of T alone; returned where the panel declares no error.
+
+    Returns
+    -------
+    EnergyForms
+        Of one temperature.
+    """
+    width = panel.filters.thermometer_error
+    if width == 0.0:
+        return forms
+    steps = 2 * int(np.ceil(width / ROBUST_STEP))
+    around = np.clip(temperature + np.linspace(-width, width, steps + 1), *laws.temperature_range)
+    amplitudes = (amplitude for _, amplitude in responses(model, laws, around, panel.filters.frequency))
+    found = model.space.forms(amplitudes, panel.target.displacement)
+    mean = [part.mean(axis=0, keepdims=True) for part in (found.plate, found.target, found.aim)]
+    return EnergyForms(*mean)
