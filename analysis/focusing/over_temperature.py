@@ -478,13 +478,6 @@ def spaced(low: float, high: float, spacing: float) -> Real:
     -------
     (T,) ndarray, °C
         Ascending.
-
-    Raises
-    ------
-    ValueError
-        For a spacing that is not above 0.
     """
-    if not spacing > 0.0:
-        raise ValueError(f"{spacing:g} K between temperatures: above 0 wanted")
     steps = np.arange(low, high + 1e-9, spacing)
     return steps if high - steps[-1] < 1e-6 * spacing else np.append(steps, high)
