@@ -133,7 +133,7 @@ def identify_campaign(
     output : Output
     """
     from app.files.campaign import load_campaign
-    from app.files.run_folder import run_folder
+    from app.files.run_folder import run_folder, writable_folder
     from app.terminal.modes import campaign_record, show
 
     started = time.perf_counter()
@@ -141,6 +141,8 @@ def identify_campaign(
     from app.stages import identify  # what computes takes a second to import: a wrong folder is told before
 
     run = run_folder(campaign, out)
+    if export is not None:
+        writable_folder(export.parent, "--export")
     with output.progress() as report:
         found = identify.compute(loaded, wanted, report, twin)
     identify.save(run, loaded, found, wanted, export)

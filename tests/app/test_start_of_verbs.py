@@ -46,6 +46,31 @@ def test_a_rig_without_ni_cards_is_run_without_their_package(tmp_path: Path) -> 
     assert "nidaqmx" not in loaded_by(words, tmp_path, 0)
 
 
+@pytest.mark.parametrize(("verb", "option"), [("identify", "--export"), ("view", "--screenshot")])
+def test_what_cannot_be_written_is_told_before_work_begins(verb: str, option: str, tmp_path: Path) -> None:
+    (tmp_path / "notes").write_text("")
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "flexura",
+            verb,
+            ROOT / "examples" / "pp-plate",
+            option,
+            tmp_path / "notes" / "a" / "b",
+        ]
+        + (["--out", tmp_path / "run"] if verb == "identify" else []),
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2, done.stderr
+    assert "cannot be written" in done.stderr
+    assert f"name another with {option}" in done.stderr
+
+
 @pytest.mark.parametrize(
     "words",
     [
