@@ -35,10 +35,16 @@ OURS = {"bin", "include", "lib", "lib64", "share", "Include", "Lib", "Scripts", 
 """What a virtual environment holds at its top, finished or killed half way."""
 
 
-def pins_digest() -> str:
-    """Digest of all that decides what is installed, and where."""
+def declared() -> configparser.ConfigParser:
+    """Return what setup.cfg says."""
     settings = configparser.ConfigParser(interpolation=None)
     settings.read(ROOT / "setup.cfg", encoding="utf-8")
+    return settings
+
+
+def pins_digest() -> str:
+    """Digest of all that decides what is installed, and where."""
+    settings = declared()
     wanted = {name: dict(settings[name]) for name in settings.sections() if name.startswith("options")}
     pins = (ROOT / "constraints.txt").read_text(encoding="utf-8")
     return hashlib.sha256("\n".join([str(ROOT), sys.version, repr(wanted), pins]).encode()).hexdigest()
@@ -80,21 +86,21 @@ def install() -> None:
         shutil.rmtree(ENVIRONMENT)
     python = getattr(sys, "_base_executable", sys.executable)  # where it is .venv's own, that was just deleted
     subprocess.run([python, "-m", "venv", str(ENVIRONMENT)], check=True)
-    add("audio,drawings,meshes,onnx", *torch_index())
+    add(*torch_index(), "-e", f"{ROOT}[audio,drawings,meshes,onnx]")
     STAMP.write_text(pins_digest())  # half a digest is no digest: a torn stamp means another installation
 
 
-def add(extras: str, *options: str) -> None:
-    """Install the project with some of its extras, at the pinned versions."""
+def add(*words: str) -> None:
+    """Install what pip is given, at the pinned versions."""
     pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
-    pins = str(ROOT / "constraints.txt")
-    subprocess.run([*pip, *options, "-c", pins, "-e", f"{ROOT}[{extras}]"], check=True, cwd=ROOT)
+    subprocess.run([*pip, "-c", str(ROOT / "constraints.txt"), *words], check=True, cwd=ROOT)
 
 
 def install_for(word: str) -> None:
     """Add what `word` needs besides, and stamp it."""
     print(f"Flexura: installing what {word} needs besides (once, seconds) ...", file=sys.stderr, flush=True)
-    add(EXTRAS[word])
+    # by name: pip would take the project itself out and install it anew, and a kill in between would lose it
+    add(*declared()["options.extras_require"][EXTRAS[word]].split())
     EXTRA_STAMPS[word].write_text(pins_digest())
 
 

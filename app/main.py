@@ -10,6 +10,8 @@ from importlib import import_module
 import click
 from threadpoolctl import threadpool_limits
 
+from analysis import __version__
+
 VERBS = {
     "acquire": "acquire",
     "safe": "safe",
@@ -60,7 +62,7 @@ class Verbs(click.Group):
 
 
 @click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="flexura")
+@click.version_option(__version__)
 def flexura() -> None:
     """Temperature-aware modal analysis and wave focusing for plate-like structures.
 

@@ -134,6 +134,8 @@ def compensate(
     """
     if method is not None:
         _require_method(method)
+    if not spacing > 0.0:
+        raise ValueError(f"spacing {spacing:g} K: above 0 wanted")
     origin, found_laws = _laws(laws, "compensate")
     declared, file, followed = _followed(panel, method, origin)
     run, inputs = _kept(out, origin, file)

@@ -1,5 +1,6 @@
 """The two commands on a fresh machine: one installation, whatever happens to it, then the words are handed on."""
 
+import configparser
 import importlib.util
 import os
 import shutil
@@ -157,8 +158,27 @@ def test_what_tests_and_documentation_need_is_installed_when_asked_for(
     call(word)
     call(word)
     call("demo")
-    installed = [command[-1] for command in machine.installs]
-    assert installed == [f"{project}[audio,drawings,meshes,onnx]", f"{project}[{extra}]"]
+    first, added = machine.installs
+    assert first[-1] == f"{project}[audio,drawings,meshes,onnx]"
+    settings = configparser.ConfigParser(interpolation=None)
+    settings.read(project / "setup.cfg", encoding="utf-8")
+    assert set(settings["options.extras_require"][extra].split()) < set(added)
+    assert added[added.index("-c") + 1] == str(project / "constraints.txt")
+
+
+def test_killed_while_what_tests_need_is_added_leaves_the_program_as_it_is(
+    call: Call, machine: FakeMachine
+) -> None:
+    """A project is taken out before it is installed anew, so it is not named."""
+    call("demo")
+    machine.dies = "pip"
+    with pytest.raises(Killed):
+        call("tests")
+    machine.dies = None
+    assert call("demo") == 0
+    assert len(machine.installs) == 1
+    call("tests")
+    assert "-e" not in machine.installs[1]
 
 
 def test_documentation_is_made_by_sphinx(call: Call, machine: FakeMachine, project: Path) -> None:

@@ -32,6 +32,21 @@ def test_every_package_is_in_the_wheel() -> None:
     assert set(settings()["options"]["packages"].split()) == there
 
 
+def test_types_and_forms_are_in_the_wheel() -> None:
+    """Beside Python's files: marks by which type checkers read our types in users' scripts, and the C forms."""
+    patterns = settings()["options.package_data"]
+    others = [
+        path.relative_to(ROOT)
+        for name in PACKAGES
+        for path in (ROOT / name).rglob("*")
+        if path.is_file() and path.suffix not in (".py", ".pyc")
+    ]
+    assert {Path(name) / "py.typed" for name in PACKAGES} < set(others)
+    for path in others:
+        wanted = [*patterns["*"].split(), *patterns.get(".".join(path.parent.parts), "").split()]
+        assert any(path.match(pattern) for pattern in wanted), path
+
+
 def test_every_example_a_verb_starts_from_is_in_the_wheel() -> None:
     patterns = [pattern for listed in settings()["options.data_files"].values() for pattern in listed.split()]
     shipped = {path for pattern in patterns for path in ROOT.glob(pattern)}

@@ -138,7 +138,7 @@ def identify_campaign(
         With status 1, where no mode is found.
     """
     from app.files.campaign import load_campaign
-    from app.files.run_folder import run_folder
+    from app.files.run_folder import run_folder, writable_folder
     from app.terminal.modes import campaign_record, show
 
     started = time.perf_counter()
@@ -146,6 +146,8 @@ def identify_campaign(
     from app.stages import identify  # what computes takes a second to import: a wrong folder is told before
 
     run = run_folder(campaign, out)
+    if export is not None:
+        writable_folder(export.parent, "--export")
     with output.progress() as report:
         found = identify.compute(loaded, wanted, report, twin)
     identify.save(run, loaded, found, wanted, export)

@@ -28,18 +28,18 @@ def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None
     RUN is the folder the other verbs wrote into; a stage that has not been run is named with its command.
     """
     from app.files.atomic import atomic_path, write_text
-    from app.files.run_folder import run_file
+    from app.files.run_folder import run_file, run_folder
     from app.modal_test.saved import is_test_run
 
     if not is_test_run(run):
         run_file(run, "frf.h5", "report")  # a wrong folder is told before what draws is imported
+    folder = run_folder(run, out or run)
     from app.report.page import Absent, Picture, page
     from app.report.sections import sections
     from app.report.style import drawing
 
     with output.progress() as report, drawing():
         found = sections(run, report)
-        folder = out or run
         write_text(folder / "report.html", page(f"Flexura: {found.title}", found.subtitle, found.sections))
         drawn = [item for section in found.sections for item in section.items if isinstance(item, Picture)]
         if pictures:

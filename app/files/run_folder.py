@@ -22,7 +22,11 @@ def run_folder(campaign: Path, out: Path | None) -> Path:
 
     Raises ResultFileError where it cannot be made or written.
     """
-    folder = out or _beside(campaign)
+    return writable_folder(out or _beside(campaign), "--out")
+
+
+def writable_folder(folder: Path, option: str) -> Path:
+    """Return a folder, made if need be; ResultFileError, naming the option, where it cannot be made or written."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".write-test.part"
@@ -30,7 +34,7 @@ def run_folder(campaign: Path, out: Path | None) -> Path:
         probe.unlink()
     except OSError as error:
         raise ResultFileError(
-            f"{folder}: cannot be written ({error.strerror}); name another with --out"
+            f"{folder}: cannot be written ({error.strerror}); name another with {option}"
         ) from error
     return folder
 

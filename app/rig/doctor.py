@@ -71,7 +71,9 @@ def sweep_bytes(experiment: AcquiredExperiment) -> float:
 
 def require_room(experiment: AcquiredExperiment, folder: Path) -> None:
     """Raise CampaignFileError where the sweeps that a campaign still lacks cannot all be written."""
-    there = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    there = _nearest(folder)
+    if not there.is_dir():
+        raise CampaignFileError(folder, [Problem("", "", f"{there} is a file", "a folder", "use --out")])
     left = experiment.protocol.count - (len(sweep_paths(folder)) if is_campaign_folder(folder) else 0)
     free, needed = shutil.disk_usage(there).free, left * sweep_bytes(experiment) + (SPARE if left else 0.0)
     if free < needed:
@@ -80,12 +82,19 @@ def require_room(experiment: AcquiredExperiment, folder: Path) -> None:
         raise CampaignFileError(folder, [Problem("", "", seen, allowed, "make room, or use --out")])
 
 
+def _nearest(folder: Path) -> Path:
+    """Return the folder, or the nearest of those it would be made in that is there."""
+    return next(parent for parent in (folder, *folder.parents) if parent.exists())
+
+
 def look_at_disk(experiment: AcquiredExperiment | None, folder: Path) -> Finding:
     """Look whether a folder's disk has room for an experiment's campaign."""
-    there = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    there = _nearest(folder)
     free = shutil.disk_usage(there).free
     needed = PLENTY if experiment is None else 1e8 + campaign_bytes(experiment)
     seen = f"{free / 1e9:.1f} GB free at {there}, {needed / 1e9:.2f} GB wanted"
+    if not there.is_dir():
+        return Finding("disk", FindingState.BAD, f"{there} is a file", "choose another folder with --out")
     if not os.access(there, os.W_OK):
         return Finding("disk", FindingState.BAD, f"{there} cannot be written", "choose another folder with --out")
     if free < needed:
@@ -99,7 +108,7 @@ def _clock(folder: Path) -> Finding:
     local = now.astimezone().isoformat(timespec="seconds")
     if now < EARLIEST:
         return Finding("clock", FindingState.BAD, f"shows {local}", "set it, and let it be kept by a time server")
-    there = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    there = _nearest(folder)
     try:
         with tempfile.NamedTemporaryFile(dir=there) as probe:
             apart = abs(Path(probe.name).stat().st_mtime - time.time())

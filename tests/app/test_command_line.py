@@ -14,6 +14,7 @@ from typing import Any
 import click
 import pytest
 
+import analysis
 from app.main import VERBS, flexura
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -88,6 +89,11 @@ def test_the_examples_of_help_can_be_typed(verb: str) -> None:
         name, *words = shlex.split(re.split(r" [|>]", line)[0])
         assert name == verb
         command.make_context(verb, words)  # raises for a word the verb does not take
+
+
+def test_the_version_is_that_of_the_code_that_runs(run_flexura: Flexura) -> None:
+    """Not that of the installation's metadata, which an editable one keeps from the day it was made."""
+    assert run_flexura("--version") == (0, f"flexura, version {analysis.__version__}\n", "")
 
 
 def test_help_waits_for_no_library() -> None:

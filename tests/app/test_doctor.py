@@ -132,6 +132,15 @@ def test_a_disk_that_cannot_be_written(tmp_path: Path) -> None:
     tmp_path.chmod(0o700)
 
 
+def test_a_file_in_the_place_of_a_folder(tmp_path: Path) -> None:
+    """No campaign can be made below it, nor is a twin reduced for one."""
+    (tmp_path / "notes").write_text("")
+    result = run(EXAMPLE, "--json", "--out", tmp_path / "notes" / "campaign")
+    assert findings(result)["disk"]["seen"] == f"{tmp_path / 'notes'} is a file"
+    words = ["acquire", str(EXAMPLE), "--out", str(tmp_path / "notes" / "campaign")]
+    assert f"{tmp_path / 'notes'} is a file; allowed: a folder" in CliRunner().invoke(flexura, words).output
+
+
 @pytest.mark.parametrize(("description", "seen"), [("n/a", ""), ("USB-RS485", ": USB-RS485")])
 def test_a_port_without_a_description_has_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, description: str, seen: str

@@ -19,7 +19,7 @@ finally:
 """
 
 
-def loaded_by(words: list[str], folder: Path, status: int = 2) -> list[str]:
+def loaded_by(words: list[str], folder: Path, status: int) -> list[str]:
     """Heavy modules that a verb has imported when it ends with an exit status."""
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, *words],
@@ -33,30 +33,56 @@ def loaded_by(words: list[str], folder: Path, status: int = 2) -> list[str]:
     return done.stdout.split()
 
 
-@pytest.mark.parametrize("verb", ["update", "gap", "view", "report"])
-def test_a_verb_starts_light(verb: str, tmp_path: Path) -> None:
-    assert loaded_by([verb, "nowhere"], tmp_path) == []
-
-
-@pytest.mark.parametrize("verb", ["acquire", "doctor", "safe", "simulate-daq"])
-def test_a_verb_of_the_rig_starts_light(verb: str, tmp_path: Path) -> None:
-    assert loaded_by([verb, "nowhere.toml"], tmp_path) == []
-
-
 def test_a_folder_of_other_files_is_refused_before_cards_are_loaded(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("years")
     words = ["acquire", str(ROOT / "examples" / "simulated-rig.toml"), "--out", "mine"]
-    assert {"nidaqmx", "skfem", "scipy.signal"}.isdisjoint(loaded_by(words, tmp_path))
+    assert {"nidaqmx", "skfem", "scipy.signal"}.isdisjoint(loaded_by(words, tmp_path, 2))
 
 
 def test_a_rig_without_ni_cards_is_run_without_their_package(tmp_path: Path) -> None:
     """The simulated sound card is opened, and brought to rest."""
     words = ["safe", str(ROOT / "examples" / "sound-card.toml"), "--quiet"]
-    assert "nidaqmx" not in loaded_by(words, tmp_path, status=0)
+    assert "nidaqmx" not in loaded_by(words, tmp_path, 0)
+
+
+@pytest.mark.parametrize(("verb", "option"), [("identify", "--export"), ("view", "--screenshot")])
+def test_what_cannot_be_written_is_told_before_work_begins(verb: str, option: str, tmp_path: Path) -> None:
+    (tmp_path / "notes").write_text("")
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "flexura",
+            verb,
+            ROOT / "examples" / "pp-plate",
+            option,
+            tmp_path / "notes" / "a" / "b",
+        ]
+        + (["--out", tmp_path / "run"] if verb == "identify" else []),
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2, done.stderr
+    assert "cannot be written" in done.stderr
+    assert f"name another with {option}" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *(f"{verb} nowhere" for verb in ("update", "gap", "view", "report")),
+        *(f"{verb} nowhere.toml" for verb in ("acquire", "doctor", "safe", "simulate-daq")),
+    ],
+)
+def test_a_verb_starts_light(words: str, tmp_path: Path) -> None:
+    assert loaded_by(words.split(), tmp_path, 2) == []
 
 
 @pytest.mark.parametrize("words", ["focus nowhere", "compensate nowhere", "study all nowhere"])
 def test_what_computes_filters_is_imported_after_the_laws_are_read(words: str, tmp_path: Path) -> None:
     """Laws are splines, for which SciPy is needed; torch, finite elements and figures are not."""
-    assert set(loaded_by(words.split(), tmp_path)) <= {"scipy.optimize", "scipy.sparse"}
+    assert set(loaded_by(words.split(), tmp_path, 2)) <= {"scipy.optimize", "scipy.sparse"}

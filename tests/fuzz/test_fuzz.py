@@ -1,4 +1,4 @@
-"""A few hundred damaged files; ``python -m tests.fuzz`` reads twenty thousand, each within 10 s and 1 GB."""
+"""A few hundred damaged files; ``python -m tests.fuzz`` reads twenty thousand, each within 40 s and 1 GB."""
 
 from pathlib import Path
 

@@ -1,6 +1,8 @@
 """The page itself: contents that lead to every figure, text that stays text, nothing to be fetched."""
 
 import re
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -54,3 +56,13 @@ def test_browsers_are_told_that_it_fetches_and_runs_nothing(html: str) -> None:
     assert f'http-equiv="Content-Security-Policy" content="{POLICY}"' in html
     assert "default-src 'none'" in POLICY
     assert set(re.findall(r'(?:src|href)="(data:|#|[^"]*)', html)) == {"data:", "#"}
+
+
+def test_a_file_in_the_place_of_the_folder_is_told_before_anything_is_drawn(
+    tmp_path: Path, run_flexura: Callable[..., tuple[int, str, str]]
+) -> None:
+    for name in ("frf.h5", "notes"):
+        (tmp_path / name).write_text("")
+    status, _, said = run_flexura("report", tmp_path, "--out", tmp_path / "notes")
+    assert status == 2
+    assert f"{tmp_path / 'notes'}: cannot be written" in said
