@@ -8,7 +8,7 @@ import pytest
 
 from app.files.studies_file import load_studies
 from app.report.studies import pictures, rows
-from tests.app.test_focus_compensate import cache, flex, laws, panel, run, write_laws  # noqa: F401
+from tests.app.test_focus_compensate import flex, laws, panel, run, write_laws  # noqa: F401
 
 
 def test_one_figure_is_made_and_its_numbers_stand_beside_the_paper(run, panel):  # noqa: F811
@@ -19,7 +19,8 @@ def test_one_figure_is_made_and_its_numbers_stand_beside_the_paper(run, panel): 
     assert found.compensation is None
     printed = json.loads(result.stdout)
     assert [row["quantity"] for row in printed] == [row.quantity for row in rows(found)]
-    np.testing.assert_allclose(found.played.total, found.played.expected, atol=1e-3)
+    # Played straight between samples, 4000 a second, which takes 2 % off 300 Hz and nothing off 100 Hz.
+    np.testing.assert_allclose(found.played.total, found.played.expected, atol=3e-3)
     with h5py.File(run / "studies.h5") as file:
         assert [name for name in file if name != "provenance"] == ["played"]
 
