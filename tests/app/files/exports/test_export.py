@@ -66,7 +66,8 @@ def test_methods_give_back_the_filters_at_the_training_temperatures(run, tmp_pat
     with np.load(tmp_path / "flexura_filters.npz", allow_pickle=False) as held:
         assert held["temperature"].tolist() == [10.0, 45.0]
         error = np.sum((held["taps"] - exact) ** 2) / np.sum(exact**2)
-    assert error < {"network": 5e-4, "low-rank": 1e-5}.get(method, 1e-8)  # coordinates of ten kelvins: 5e-5 of a tap
+    # coordinates of ten kelvins: 5e-5 of a tap
+    assert error < {"network": 5e-4, "low-rank": 1e-5}.get(method, 1e-8)
 
 
 def test_left_out_the_method_is_the_recommended_one_or_said_to_be_another(run, tmp_path):
