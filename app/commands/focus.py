@@ -136,13 +136,13 @@ def _from_laws(
     declared, panel_path = panel_of(panel, changes)
     laws_path, laws, beside = laws_for(run, twin, "focus")
     low, high = range_of(declared, laws, laws_path)
-    named = within(np.array(sorted(set(temperatures))), laws, laws_path)
+    named = within(np.array(sorted(set(temperatures))), laws, laws_path) if temperatures else None
     notes = [] if twin is None else effects_left_out(twin)
 
     from app.stages import focus
     from app.stages.uncorrected_filters import uncorrected_laws
 
-    wanted = named if temperatures else spaced(low, high, focus.SPACING)
+    wanted = spaced(low, high, focus.SPACING) if named is None else named
     compute = partial(
         focus.compute,
         declared,
