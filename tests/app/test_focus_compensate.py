@@ -542,6 +542,7 @@ def test_transfers_at_four_temperatures_are_too_few_to_train_on_all_but_one(pane
     assert not (tmp_path / "nowhere").exists()
 
 
+@pytest.mark.slow
 def test_a_panel_warmer_on_one_side_is_judged(run, panel):
     result = flex("compensate", run, "--panel", panel, "--across", 20, "--nodes", 8, "--json")
     assert result.exit_code in (0, 1), result.output

@@ -47,6 +47,7 @@ def computed(plain, laws, bank, spread, count, rng):
     return np.array(found)
 
 
+@pytest.mark.slow
 def test_the_band_holds_nine_of_ten_plates_drawn_and_computed(plain, softening, bank, rng):
     laws = certain(softening, *SPREAD)
     found = law_band(plain, plain.panel, laws, bank, rng)
