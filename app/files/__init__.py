@@ -35,7 +35,8 @@ Campaigns:
 ``hidden_effects``        its effects checked against the library
 ``far_limits``            limits of a campaign far beyond the oven's own
 ``settings_toml``         any settings, their faults in the words of the file
-``drawing``               outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``; meshes: ``gmsh``
+``drawing``               outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``
+``gmsh``                  meshes of Gmsh: ``gmsh_reader`` reads them
 ``misplaced``             a geometry that cannot be, and where
 ``campaign_error``        everything that is wrong with one, in ``allowed_values``' words
 ``coverage``              the sweeps there against the sweeps asked for

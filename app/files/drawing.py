@@ -15,7 +15,6 @@ from analysis.geometry.loop import Loop
 from analysis.outline import MOST_POINTS, row_of
 from app.files.allowed_values import allowed_at
 from app.files.gmsh import METRES, MeshFile, mesh_of_file
-from app.files.gmsh import NEEDS as NEEDS_MESHES
 
 LARGEST = {".dxf": 5_000_000, ".svg": 1_000_000}
 """Bytes of a drawing: outlines are a page of numbers, which DXF wraps in much else."""
@@ -114,7 +113,7 @@ def _mesh(folder: Path, declared: Mapping[str, Any], patches: object) -> dict[st
     try:
         return mesh_of_file(folder / named.file, METRES[named.unit], names)
     except ImportError as error:
-        raise DrawingError(key, NEEDS_MESHES) from error
+        raise DrawingError(key, str(error)) from error
     except (ValueError, OSError) as error:
         raise DrawingError(key, f"{named.file}: {error}") from error
 

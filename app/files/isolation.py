@@ -72,6 +72,17 @@ def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
         raise ValueError(told[-1] if told else f"its reader crashed on it ({child.returncode})")
 
 
+def hold_memory(most: int) -> None:
+    """Let this process have no more than `most` bytes of address space, where the system can hold it to that."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such limit
+        return
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    limit = most if hard == resource.RLIM_INFINITY else min(most, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+
+
 def _read_through(path: Path) -> None:
     with h5py.File(path) as file:
         require_plain(file, path.stat().st_size)

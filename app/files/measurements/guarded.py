@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from app.files.bad_file import ResultFileError
-from app.files.isolation import run_isolated
+from app.files.isolation import hold_memory, run_isolated
 from app.files.measurements.columns import Columns
 from app.files.measurements.formats import FORMATS, format_of
 from app.files.parsed_text import parse_json
@@ -80,19 +80,9 @@ def _read_into(kind: str, path: Path, folder: Path) -> None:
     (folder / NAME).write_text(json.dumps(told), encoding="utf-8")
 
 
-def _hold_memory() -> None:
-    try:
-        import resource
-    except ImportError:  # Windows has no such limit
-        return
-    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-    limit = MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
-
-
 if __name__ == "__main__":
     try:
-        _hold_memory()
+        hold_memory(MEMORY)
         _read_into(sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3]))
     except MemoryError:
         sys.exit(f"needs more than {MEMORY // 10**9} GB of memory: damaged, or export a part of it")

@@ -178,6 +178,16 @@ def test_a_mesh_without_points_is_refused(tmp_path, text):
         foreign_mesh(tmp_path / "a.msh", SQUARE)
 
 
+def test_a_mesh_that_asks_for_too_much_memory_is_refused(tmp_path):
+    """The library sets memory aside for the largest number of a point: here 16 GB."""
+    path = written(tmp_path / "a.msh", mesh_plate(SQUARE, 0.003))
+    text = path.read_text()
+    count = text.split("$Nodes\n")[1].split("\n", 1)[0]
+    path.write_text(text.replace(f"\n{count} ", "\n2000000000 ", 1))
+    with pytest.raises(ValueError, match=r"more than 1\.5 GB of memory"):
+        foreign_mesh(path, SQUARE)
+
+
 def declared(folder, **mesh):
     plate = {
         "outline": {"kind": "rectangle", "center": (0.05, 0.05), "size": (0.1, 0.1)},
