@@ -7,8 +7,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FLOORS = ("analysis", "app", "drivers", "flexura", "simulation")
-TO_DO = Path(__file__).with_name("docstrings_to_do.txt")
-"""Functions whose docstrings are still short; whoever mends one takes its line out."""
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -75,9 +73,4 @@ def short() -> set[str]:
 
 
 def test_docstrings_say_what_goes_in_and_comes_out() -> None:
-    assert sorted(short() - set(TO_DO.read_text(encoding="utf-8").split())) == []
-
-
-def test_the_list_only_shrinks() -> None:
-    """A function that is mended or gone leaves the list."""
-    assert sorted(set(TO_DO.read_text(encoding="utf-8").split()) - short()) == []
+    assert sorted(short()) == []
