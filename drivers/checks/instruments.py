@@ -12,6 +12,7 @@ from drivers.clock import Clock, SystemClock, VirtualClock
 from drivers.ovens.error import Fault, OvenError
 from drivers.ovens.line import Transport
 from drivers.ovens.line_settings import LineSettings
+from drivers.ovens.registers import ROUNDED
 from drivers.ovens.serial_port import SerialPort
 from drivers.ovens.settings import OvenSettings
 from drivers.ovens.simulated.controller import Controller
@@ -41,7 +42,8 @@ def check_oven(settings: OvenSettings) -> Iterator[CheckVerdict]:
         If the kind brings none.
     """
     limits = settings.limits()
-    start = limits.clamp_target(22.0)
+    rest_at: float | None = getattr(settings, "rest_at", None)
+    start = limits.clamp_target(22.0 if rest_at is None else rest_at)
     reach = REACH if start + REACH <= limits.maximum else -REACH
     reach = limits.clamp_target(start + reach) - start
     clock = VirtualClock()
@@ -49,7 +51,6 @@ def check_oven(settings: OvenSettings) -> Iterator[CheckVerdict]:
     controller = settings.simulated(body, clock)
     if controller is None:
         raise NoCounterpart
-    rest_at = getattr(settings, "rest_at", None)
 
     def lock(locked: bool) -> None:
         inner = getattr(controller, "server", controller)
@@ -65,7 +66,7 @@ def check_oven(settings: OvenSettings) -> Iterator[CheckVerdict]:
         tolerance=TOLERANCE,
         limits=limits,
         reach=reach,
-        at_rest=lambda: not body.regulating or (rest_at is not None and body.target == rest_at),
+        at_rest=lambda: not body.regulating or (rest_at is not None and abs(body.target - rest_at) < ROUNDED),
         lock=lock,
     )
     return verdicts(oven_checks(trial))

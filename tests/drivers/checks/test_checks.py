@@ -51,6 +51,13 @@ def test_our_own_ovens_pass(kind: str) -> None:
     assert all(one.why for one in found)
 
 
+@pytest.mark.parametrize("rest_at", [-5.0, 20.0, 22.3])
+def test_wherever_it_rests(rest_at: float) -> None:
+    floating = {"set_point": {"at": 2, "type": "float32"}, "rest_at": rest_at}
+    settings = oven_settings({"kind": "modbus-map", **GIVEN, **REGISTERS, **floating})
+    assert failures(check_oven(settings)) == {}
+
+
 @pytest.mark.parametrize("limits", [(30.0, 65.0), (-40.0, 10.0), (21.0, 24.0)])
 def test_whatever_the_limits(limits: tuple[float, float]) -> None:
     settings = oven_settings({"kind": "watlow-f4t", **GIVEN, "minimum": limits[0], "maximum": limits[1]})
