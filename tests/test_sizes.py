@@ -16,7 +16,6 @@ LONG_FILES = {
     "analysis/compensation/training.py",
     "analysis/focusing/methods.py",
     "analysis/identification/order.py",
-    "analysis/plate.py",
     "app/commands/compensate.py",
     "app/commands/demo.py",
     "app/commands/identify.py",
