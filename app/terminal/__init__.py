@@ -8,6 +8,7 @@
 ``update``               estimates of model updating as JSON, as a table and in one line
 ``focusing``             focusing over temperature as JSON, as a table, notes and one line
 ``compensation``         methods of compensation as JSON, as a table and in one line
+``thermometer``          readings of the thermometer as JSON and in one line
 ``gap``                  tables and sentences from gap.json
 ``notebook``             the same as a notebook shows them
 =======================  ===============================================================
