@@ -18,7 +18,6 @@ LONG_FILES = {
     "analysis/identification/order.py",
     "app/commands/compensate.py",
     "app/commands/demo.py",
-    "app/report/sections.py",
     "app/stages/panel_inputs.py",
     "app/view/chart.py",
     "app/view/recorded/frf_page.py",
