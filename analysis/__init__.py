@@ -4,6 +4,7 @@
 ``experiment``        the plate, its patches, the electronics and the protocol, as declared
 ``declared``          what every declared value has in common
 ``plate``, ``patch``  each of these by itself: ``outline``, ``support``, ``curvature``, ``layout``
+``supported_edges``   what supports hold along the edges
 ``plate_parts``       whether parts of a plate fit together
 ``plate_material``    material of a plate, isotropic or orthotropic, and its range
 ``material_kinds``    ranges of E, nu and eta of common materials, by name

@@ -20,7 +20,8 @@ from analysis.material import MaterialBox, MaterialLaws
 from analysis.outline import AnyOutline, AnyZone, RectangleOutline
 from analysis.plate_material import PlateMaterial
 from analysis.plate_parts import check_parts
-from analysis.support import Piece, Support, SupportedEdge, without
+from analysis.support import Piece, Support
+from analysis.supported_edges import SupportedEdge, check_supports, supported_edges
 
 UNSET = float("nan")
 Laws = TypeVar("Laws", LocalLaws, MaterialLaws)
@@ -151,22 +152,8 @@ class Plate(Sparse):
 
     def supported_edges(self) -> list[SupportedEdge]:
         """Return what is held along the edges; where two supports meet, the later one counts."""
-        declared = self.support
-        if self.boundary == "clamped":
-            declared = (Support(kind="clamped", edge="all"),)
-        found: list[SupportedEdge] = []
-        for support in declared:
-            if support.at_point:
-                continue
-            number, pieces = support.hole or 0, self._pieces(support)
-            found = [
-                SupportedEdge(
-                    one.support, one.loop, without(one.pieces, pieces) if one.loop == number else one.pieces
-                )
-                for one in found
-            ]
-            found.append(SupportedEdge(support, number, pieces))
-        return [one for one in found if one.pieces and one.support.kind != "free"]
+        declared = (Support(kind="clamped", edge="all"),) if self.boundary == "clamped" else self.support
+        return supported_edges(declared, self._pieces)
 
     def _pieces(self, support: Support) -> tuple[Piece, ...]:
         outline = self.outline if support.hole is None else self.hole[support.hole - 1]
@@ -246,25 +233,7 @@ class Plate(Sparse):
             raise ValueError(
                 'boundary = "clamped" holds every edge already; remove it, and keep [[plate.support]]'
             )
-        for number, support in enumerate(self.support):
-            if support.hole is not None and support.hole > len(self.hole):
-                raise ValueError(
-                    f"support[{number}]: hole {support.hole} does not exist; the plate has {len(self.hole)}"
-                )
-            if support.point is not None and not self.contains(np.array([support.point]))[0]:
-                raise GeometryError(
-                    f"support[{number}]: point {at(support.point)} is off the plate or in a hole; move it onto "
-                    "the plate",
-                    support.point,
-                )
-            if support.at_point:
-                continue
-            try:
-                self._pieces(support)
-            except GeometryError as error:
-                raise GeometryError(f"support[{number}]: {error}", *error.places) from error
-            except ValueError as error:
-                raise ValueError(f"support[{number}]: {error}") from error
+        check_supports(self.support, len(self.hole), self.contains, self._pieces)
         return self
 
     def _left_out(self) -> set[str]:

@@ -1,6 +1,5 @@
 """What holds a plate: along whole edges, along parts of them, or at points."""
 
-from dataclasses import dataclass
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -123,38 +122,6 @@ class Support(Sparse):
         if self.edge > count:
             raise ValueError(f"edge {self.edge} does not exist; this outline has the edges 1 to {count}")
         return ((count - self.edge if loop.turned else self.edge - 1, 0.0, 1.0),)
-
-
-@dataclass(frozen=True)
-class SupportedEdge:
-    """Where one support holds.
-
-    Attributes
-    ----------
-    support : Support
-    loop : int
-        0 for the outline, n for the n-th hole.
-    pieces : tuple of (int, float, float)
-        Curves of that loop, from 0, with the first and last parameter of the part held.
-    """
-
-    support: Support
-    loop: int
-    pieces: tuple[Piece, ...]
-
-
-def without(pieces: tuple[Piece, ...], taken: tuple[Piece, ...]) -> tuple[Piece, ...]:
-    """Return `pieces` less what `taken` covers of them."""
-    left = list(pieces)
-    for curve, first, last in taken:
-        cut: list[Piece] = []
-        for number, low, high in left:
-            if number != curve or last <= low or first >= high:
-                cut.append((number, low, high))
-                continue
-            cut += [(number, a, b) for a, b in ((low, first), (last, high)) if b > a]
-        left = cut
-    return tuple(left)
 
 
 def _between(loop: Loop, start: Point, end: Point) -> tuple[Piece, ...]:

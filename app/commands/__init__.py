@@ -26,10 +26,5 @@
 ``simulate_daq``      simulated cards on a port
 ``blind_trial``       how often the gap workflow is right
 ``completion``        the Tab key
-``new``               a declaration to start from
-``study``             the paper's figures on a panel
-``export``            filters as other programs take them
-``render``            sound through filters
-``thermometer``       temperature of a panel while it plays
 ====================  ===================================================================
 """

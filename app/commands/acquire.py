@@ -53,10 +53,11 @@ def command(
     Exit status 1 where sweeps are missing at the end, or the rig stopped the campaign; 3 where something could not
     be verified to be at rest (NOT AT REST: go there and switch it off).
     """
-    from app.files.acquired_campaign import campaign_log, require_ours
+    from app.files.acquired_campaign import campaign_log
     from app.files.campaign_error import CampaignFileError
     from app.files.campaign_folder import is_campaign_folder
     from app.files.experiment_toml import read_acquired_experiment
+    from app.files.same_experiment import require_ours
     from app.rig.doctor import require_room
     from app.terminal.campaign_ending import broken_off, completed
     from drivers.rig.end_requests import EndRequests

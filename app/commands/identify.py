@@ -90,7 +90,9 @@ def command(
             told = "a test's FRFs always share poles; they are written as RUN/frfs.uff"
             raise click.BadParameter(told, param_hint="--shared-poles" if shared_poles else "--export")
         identify_structure(campaign, out, wanted, output)
-    elif campaign.suffix.lower() in (".uff", ".unv", ".uf") or (campaign.is_file() and not _is_toml(campaign)):
+    elif campaign.suffix.lower() in (".uff", ".unv", ".uf") or (
+        campaign.is_file() and campaign.suffix.lower() != ".toml"
+    ):
         if export is not None:
             raise click.BadParameter("the FRFs are in a universal file already", param_hint="--export")
         if twin is not None:
@@ -108,10 +110,6 @@ def command(
         if twin is not None and method != "auto":
             raise click.BadParameter("the paper's recipe knows no twin; leave --method out", param_hint="--twin")
         identify_campaign(campaign, out, export, twin, wanted, output)
-
-
-def _is_toml(path: Path) -> bool:
-    return path.suffix.lower() == ".toml"
 
 
 def identify_campaign(
@@ -139,7 +137,7 @@ def identify_campaign(
     """
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder, writable_folder
-    from app.terminal.modes import campaign_record, show
+    from app.terminal.modes import campaign_record, show, summary
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
@@ -156,13 +154,8 @@ def identify_campaign(
     output.result(lambda: campaign_record(tracked, wanted.damping, seconds), lambda: show(tracked, wanted.damping))
     for note in (*found.frf.notes, *tracked.notes):
         output.note(note)
-    counts = [int(modes.real.sum()) for modes in tracked.modes]
-    unsure = sum(modes.confirmation.count("unconfirmed") for modes in tracked.modes)
-    output.summary(
-        f"{len(counts)} sweeps, {min(counts)} to {max(counts)} modes each ({unsure} of {sum(counts)} unconfirmed) "
-        f"in {seconds:.1f} s, misfit at most {100 * tracked.misfit.max():.2f} %; results in {run}"
-    )
-    if max(counts) == 0:
+    output.summary(f"{summary(tracked, seconds)}; results in {run}")
+    if not any(modes.real.any() for modes in tracked.modes):
         raise click.exceptions.Exit(1)
 
 
@@ -185,36 +178,25 @@ def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: O
     ResultFileError
         Where nothing can be identified.
     """
-    from analysis.mains import likely_mains
-    from app.files.modal_test_toml import declares_test
     from app.files.run_folder import run_folder
-    from app.files.uff58 import read_frfs
-    from app.modal_test.declared_test import declared_frfs
-    from app.modal_test.frf_set import cut, of_universal
-    from app.modal_test.modes_of_test import identify_test, save_test
     from app.modal_test.records import record_of, show_shapes
+    from app.stages import identify_structure as stage
     from app.terminal.modes import modes_record, show_modes
 
     started = time.perf_counter()
     typed_mains = click.get_current_context().get_parameter_source("mains") is ParameterSource.COMMANDLINE
     with output.progress() as report:
-        frfs = declared_frfs(path, report) if declares_test(path) else of_universal(path, read_frfs(path))
-        frfs = cut(frfs, wanted.band)
-        if frfs.mains is not None:
-            wanted = wanted.at_mains(frfs.mains)
-        elif not typed_mains and (heard := likely_mains(frfs.frequency, frfs.h)):
-            wanted = wanted.at_mains(heard)
-        found = identify_test(frfs, wanted, report)
+        found, wanted = stage.compute(path, wanted, report, mains_named=typed_mains)
     run = run_folder(path.parent if path.name == "test.toml" else path, out)
-    save_test(run, found, wanted)
-    seconds = time.perf_counter() - started
+    stage.save(run, found, wanted)
+    frfs, seconds = found.frfs, time.perf_counter() - started
 
     def show() -> None:
         show_modes(frfs.title, modes_record(found.modes, wanted.damping)["modes"])
         show_shapes(found, wanted.damping)
 
     output.result(lambda: record_of(found, wanted.damping, seconds), show)
-    for note in found.frfs.notes:
+    for note in frfs.notes:
         output.note(note)
     if wanted.settings.mains not in (None, 50.0) and frfs.mains is None and not typed_mains:
         output.note(f"mains hum at odd multiples of {wanted.settings.mains:g} Hz: taken as the mains frequency")
@@ -256,10 +238,7 @@ def identify_uff(path: Path, wanted: "Wanted", output: Output) -> None:
         for record in records:
             show_modes(str(record["name"]), record["modes"])
 
-    output.result(
-        lambda: {"frfs": records, "seconds": seconds},
-        show_all,
-    )
+    output.result(lambda: {"frfs": records, "seconds": seconds}, show_all)
     for record in records:
         if "note" in record:
             output.note(f"{record['name']}: {record['note']}")

@@ -77,7 +77,8 @@ def command(
     a sensitivity, which is asked for at a terminal. The file is yours to correct; flexura identify reads it.
     """
     from app.files.modal_test_toml import NAME
-    from app.modal_test.new_declaration import NewTest, new_campaign, new_test
+    from app.modal_test.guessed_channels import NewTest
+    from app.modal_test.new_declaration import new_campaign, new_test
 
     if what == "campaign":
         if files:

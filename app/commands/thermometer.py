@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -11,13 +11,11 @@ from app.commands.options import PATH, laws_of_twin, out_folder, picture
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from analysis.progress import Progress
     from analysis.rendering.programme import TemperatureProgramme
     from app.files.exports.shipment import Shipment
-    from app.sound.listening import ListeningPanel, Look, PlayedSignals
+    from app.sound.listening_panel import ListeningPanel
+    from app.sound.played_signals import PlayedSignals
 
 EXAMPLES = """\b
 Examples:
@@ -85,8 +83,11 @@ def command(
     """
     from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
-    from app.sound.listening import ListeningPanel, listened, write_looks
+    from app.sound.listening import listened
+    from app.sound.listening_panel import ListeningPanel
+    from app.sound.look import write_looks
     from app.stages.panel_inputs import laws_for, range_of
+    from app.terminal.thermometer import record, summary
     from app.twins.panel_twin import panel_twin
 
     _asked(drive, response, simulate, temperature)
@@ -108,14 +109,15 @@ def command(
         from app.report.style import saved
 
         saved(target.with_suffix(".png"), lambda: readings(looks, true))
-    output.result(lambda: record(looks, panel, true, target))
-    told = [look for look in looks if not look.reading.refused]
+    told = any(not look.reading.refused for look in looks)
+    by_laws = panel.law_sigma(looks[-1].temperature) if told else math.inf
+    output.result(lambda: record(looks, by_laws, true, target))
     for reason in sorted({look.reading.refused for look in looks} - {""})[:3]:
         output.note(f"refused: {reason}")
     if not told:
         output.failure(f"none of {len(looks)} stretches tells a temperature; {target}")
         raise click.exceptions.Exit(1)
-    output.summary(summary(looks, panel, true, target))
+    output.summary(summary(looks, by_laws, true, target))
 
 
 def _asked(drive: Path | None, response: Path | None, simulate: Path | None, temperature: str | None) -> None:
@@ -154,7 +156,7 @@ def _signals(
 
     from app.commands.render import covered
     from app.files.sound_file import opened_sound
-    from app.sound.listening import recorded, simulated
+    from app.sound.played_signals import recorded, simulated
     from app.sound.temperatures import programme
 
     drive, response, sound = files
@@ -172,84 +174,3 @@ def _signals(
     highest = sent.panel.filters.edges[1]
     with opened_sound(drive) as played, opened_sound(response) as heard:
         return recorded(played, heard, panel, sent.names, highest), None
-
-
-def record(
-    looks: list["Look"], panel: "ListeningPanel", true: "NDArray[np.float64] | None", target: Path
-) -> dict[str, Any]:
-    """Return what ``--json`` prints; null where a stretch was refused.
-
-    Parameters
-    ----------
-    looks : (n,) list of Look
-        At least one.
-    panel : ListeningPanel
-    true : (n,) ndarray or None
-        True temperatures, degrees Celsius; None where they are not known.
-    target : Path
-        File of the readings.
-
-    Returns
-    -------
-    dict
-        Of values that JSON holds.
-    """
-    told = [look for look in looks if not look.reading.refused]
-    last = looks[-1]
-    by_laws = panel.law_sigma(last.temperature) if told else math.inf
-    found: dict[str, Any] = {
-        "file": str(target),
-        "stretches": len(looks),
-        "refused": len(looks) - len(told),
-        "temperature_c": last.temperature if told else None,
-        "sigma_k": last.sigma if told else None,
-        "sigma_by_laws_k": by_laws if math.isfinite(by_laws) else None,
-        "readings": [
-            {
-                "time_s": look.time,
-                "temperature_c": None if look.reading.refused else look.reading.temperature,
-                "sigma_k": None if look.reading.refused else look.reading.sigma,
-                "explained": look.reading.explained,
-                "refused": look.reading.refused,
-            }
-            for look in looks
-        ],
-    }
-    if true is not None and told:
-        found["rms_error_k"] = _rms(looks, true)
-    return found
-
-
-def summary(looks: list["Look"], panel: "ListeningPanel", true: "NDArray[np.float64] | None", target: Path) -> str:
-    """Return one line for people.
-
-    Parameters
-    ----------
-    looks : (n,) list of Look
-        At least one.
-    panel : ListeningPanel
-    true : (n,) ndarray or None
-        True temperatures, degrees Celsius; None where they are not known.
-    target : Path
-        File of the readings.
-
-    Returns
-    -------
-    str
-    """
-    last = looks[-1]
-    refused = sum(bool(look.reading.refused) for look in looks)
-    line = (
-        f"{last.temperature:.2f} ± {last.sigma:.2f} °C at the end by noise, "
-        f"± {panel.law_sigma(last.temperature):.2f} by the law of E; {len(looks)} stretches, {refused} refused"
-    )
-    if true is not None:
-        line += f"; rms error {_rms(looks, true):.3f} K"
-    return f"{line}; {target}"
-
-
-def _rms(looks: list["Look"], true: "NDArray[np.float64]") -> float:
-    import numpy as np
-
-    error = np.array([look.temperature for look in looks]) - true
-    return float(np.sqrt(np.nanmean(error**2)))

@@ -24,6 +24,7 @@ Campaigns:
 ``campaign_folder``       one in Flexura's own form: ``sweep_file``
 ``import_recording``      from the one to the other, surviving a kill
 ``acquired_campaign``     the same folder while a rig writes into it
+``same_experiment``       whether it was begun with the same experiment
 ``readings``              every temperature read meanwhile
 ``latest_repeat``         the repeat recorded last, to be looked at
 ``control``               what a window wishes of the runner

@@ -17,10 +17,8 @@ from app.files import events
 from app.files.atomic import force_folder_to_disk
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_folder import (
-    PROTOCOL,
     SWEEPS,
     is_campaign_folder,
-    read_protocol,
     remove_unfinished,
     sweep_paths,
     write_protocol,
@@ -28,18 +26,13 @@ from app.files.campaign_folder import (
 from app.files.coverage import Place
 from app.files.folder_lock import writable
 from app.files.latest_repeat import LatestRepeat, save_latest
+from app.files.same_experiment import require_ours
 from app.files.sweep_file import Source, file_name, read_sweep_file, write_sweep
 from drivers.ni.cards import Record, go_on
 
 REJECTED = "rejected"
 SPARE = 50_000_000
 """Bytes of disk left free for the log and for whatever else lives there."""
-LATER = {
-    ".acquired.oven.rest_after": 1800.0,
-    ".acquired.simulation.modules.4": "NI-9215",
-    ".acquired.simulation.modules.5": "NI-9263",
-}
-"""Keys that came after the first campaigns, with their defaults: a campaign begun before is still the same one."""
 
 
 class AcquiredCampaign:
@@ -222,21 +215,6 @@ def campaign_log(folder: Path) -> Callable[[Mapping[str, Any]], None]:
     return log
 
 
-def require_ours(folder: Path, protocol: Mapping[str, Any]) -> None:
-    """Raise CampaignFileError if a folder holds something else than the campaign of this protocol."""
-    ours = {PROTOCOL, f"{PROTOCOL}.part", SWEEPS}
-    if is_campaign_folder(folder):
-        there, _ = read_protocol(folder)
-        different = _differences({part: there.get(part) for part in protocol}, dict(protocol))
-        if different:
-            seen = f"holds a campaign begun with another experiment; different: {', '.join(different[:6])}"
-            allowed = "a new folder, or this same experiment"
-            raise CampaignFileError(folder, [Problem("", "", seen, allowed, "undo the change, or use --out")])
-    elif folder.exists() and (not folder.is_dir() or {child.name for child in folder.iterdir()} - ours):
-        allowed = "a new folder, or one this same experiment began"
-        raise CampaignFileError(folder, [Problem("", "", "exists and is no campaign", allowed, "use --out")])
-
-
 def _prepare(folder: Path, protocol: dict[str, Any]) -> None:
     require_ours(folder, protocol)
     if is_campaign_folder(folder):
@@ -246,31 +224,6 @@ def _prepare(folder: Path, protocol: dict[str, Any]) -> None:
         write_protocol(folder, protocol)
     (folder / SWEEPS).mkdir(exist_ok=True)
     force_folder_to_disk(folder)
-
-
-def _differences(there: dict[str, Any], asked: dict[str, Any]) -> list[str]:
-    """Keys in which two protocols differ; the wording of the file, its comments, is nobody's concern.
-
-    Those of the experiment's file as they stand there; what is derived from them, the declaration of the
-    campaign, is named only where they are the same (other cards run at another rate).
-    """
-    one, other = LATER | _flat(there), LATER | _flat(asked)
-    keys = sorted(key[1:] for key in set(one) | set(other) if one.get(key) != other.get(key))
-    of_file = [key for key in keys if key.startswith("acquired.")]
-    derived = ("source", "sha256", "acquired.", *(["experiment."] if of_file else []))
-    rest = [key for key in keys if not key.startswith(tuple(derived))]
-    return [_as_written(key.removeprefix("acquired.")) for key in of_file] + rest
-
-
-def _as_written(key: str) -> str:
-    table, _, name = key.rpartition(".")
-    return f"[{table}] {name}" if table else name
-
-
-def _flat(tree: Any, prefix: str = "") -> dict[str, Any]:
-    if not isinstance(tree, dict):
-        return {prefix: tree}
-    return {key: value for name, part in tree.items() for key, value in _flat(part, f"{prefix}.{name}").items()}
 
 
 def _volts(experiment: Experiment) -> Sensitivities:

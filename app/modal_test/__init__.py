@@ -8,6 +8,7 @@
 ``modes_of_test``       modes and shapes of a test: computed, saved, loaded
 ``saved``               the files of it
 ``new_declaration``     a declaration to start from
+``guessed_channels``    roles, units and sensitivities of its channels
 ``edits``               modes dropped or added by hand, and the record of it
 ``points_table``        places of nodes from a table
 ``records``             for machines and for people

@@ -1,38 +1,20 @@
 """A declaration to start from: of a test, after a look into its files, or of a campaign, after the shipped one."""
 
 import os
-import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from analysis.estimation.quantities import unit
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_toml import NAME as CAMPAIGN_NAME
-from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
-from app.files.modal_test_toml import ENDS, FORMAT, ModalTest
+from app.files.modal_test_toml import FORMAT, ModalTest
 from app.files.settings_toml import checked, read_table
 from app.files.shipped import shipped
 from app.files.toml_text import toml_text
+from app.modal_test.guessed_channels import NewTest, guessed_channels, guessed_rate, lacks_sensitivity
 from app.modal_test.points_table import points_of_table
-
-GUESSES = (
-    ("time", r"time|zeit|temps|^t$|x_value"),
-    ("frequency", r"freq|^f$|^hz$"),
-    ("drive", r"hammer|force|impact|kraft|shaker|drive|exc"),
-    ("real", r"^re(al)?\b|real"),
-    ("imaginary", r"^im(ag.*)?\b|imag"),
-    ("coherence", r"coh"),
-)
-"""Roles by what channels are commonly called; all else is a response."""
-
-RATE_NAMES = r"(?<![a-z])fs(?![a-z])|rate(?![a-z])|sampling|abtast"
-"""What a file may call its sample rate: ``fs``, ``test.Fs``, ``sampleRate``; not ``offset``."""
 
 TEST_HEAD = """What this test is; see the guide, "A modal test". Correct what was guessed:
 role: drive, response, time, frequency, frf, real, imaginary, coherence, unused
@@ -41,40 +23,6 @@ at: node and direction, "5:+z"; [points] gives nodes their places in metres"""
 
 CAMPAIGN_HEAD = """A recorded campaign, after the example that comes with Flexura: replace its numbers by yours
 (guide, "A recorded campaign"), and put one TDMS file for each temperature into sweeps/."""
-
-
-@dataclass(frozen=True)
-class NewTest:
-    """What a user said of a test.
-
-    Attributes
-    ----------
-    kind : str or None
-        None to be guessed.
-    drives, responses : dict of str to str or None
-        Sensitivity or unit by channel, or by a pattern with *; None where the file tells the unit.
-    unused : tuple of str
-    title : str
-    sample_rate : float or None
-        Hz.
-    roving : str or None
-        Channel that is at node 1 in the first file, at 2 in the second; of files with one FRF ``response`` or
-        ``reference``.
-    points : Path or None
-        Table of nodes with their places.
-    frf_units : (str, str) or None
-        Of FRFs, response and reference.
-    """
-
-    kind: str | None
-    drives: dict[str, str | None]
-    responses: dict[str, str | None]
-    unused: Sequence[str] = ()
-    title: str = ""
-    sample_rate: float | None = None
-    roving: str | None = None
-    points: Path | None = None
-    frf_units: tuple[str, str] | None = None
 
 
 def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalTest, list[str]]:
@@ -104,17 +52,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     if not files:
         raise ResultFileError("no file named; type: flexura new test FILE ...")
     columns = read_columns(files[0])
-    named = [
-        *said.drives,
-        *said.responses,
-        *said.unused,
-        *([said.roving] if said.roving and said.roving not in ENDS else []),
-    ]
-    strangers = [name for name in named if not any(_means(name, one) for one in columns.values)]
-    if strangers:
-        there = ", ".join(list(columns.values)[:20])
-        raise ResultFileError(f"{files[0]}: no channel {strangers[0]!r}; it holds: {there}")
-    channels = {name: _channel(name, columns, said) for name in columns.values}
+    channels = guessed_channels(files[0], columns, said)
     roles = [str(channel["role"]) for channel in channels.values()]
     kind = said.kind or ("frf" if "frequency" in roles else "hammer")
     if kind != "frf" and "drive" not in roles:
@@ -130,7 +68,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
         elif channel["role"] == "drive":
             channel["at"] = "1:+z"
     table: dict[str, Any] = {"format": FORMAT, "title": said.title or target.resolve().parent.name, "kind": kind}
-    table |= _rate(columns, said, roles) | {"channels": channels}
+    table |= guessed_rate(columns, said, roles) | {"channels": channels}
     if kind == "hammer":
         table["hammer"] = {"pretrigger": 0.005, "exponential": 1.0}
     elif kind == "continuous":
@@ -147,71 +85,7 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
         table["points"] = points_of_table(said.points)
     declared = checked(target, table, ModalTest)
     _write(target, toml_text(table, TEST_HEAD))
-    return declared, [name for name, one in channels.items() if _lacks_sensitivity(one, columns.units.get(name))]
-
-
-def _rate(columns: Columns, said: NewTest, roles: Sequence[str]) -> dict[str, Any]:
-    """Sample rate as said, or the file's own number that is called so, where nothing else tells it."""
-    if said.sample_rate is not None:
-        return {"sample_rate": said.sample_rate}
-    if "time" in roles or "frequency" in roles or columns.rates:
-        return {}
-    named = [name for name in columns.scalars if re.search(RATE_NAMES, name, re.IGNORECASE)]
-    return {"sample_rate": named[0]} if named else {}
-
-
-def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
-    """Role, unit and sensitivity of one column, said or guessed."""
-    file_unit = columns.units.get(name)
-    for role, named in (("drive", said.drives), ("response", said.responses)):
-        meant = [pattern for pattern in named if _means(pattern, name)]
-        if meant:
-            told = named[name if name in meant else meant[0]]
-            return {"role": role} | _unit_or_sensitivity(told, file_unit)
-    if any(_means(pattern, name) for pattern in said.unused):
-        return {"role": "unused"}
-    if np.iscomplexobj(columns.values[name]):
-        return {"role": "frf"}
-    role = next((role for role, words in GUESSES if re.search(words, name.strip(), re.IGNORECASE)), "response")
-    if file_unit in ("s", "sec"):
-        role = "time"
-    elif file_unit == "Hz":
-        role = "frequency"
-    elif file_unit in ("N", "kN", "lbf"):
-        role = "drive"
-    if role == "drive" and said.drives:
-        role = "unused"
-    channel = {"role": role}
-    if role in ("drive", "response") and not file_unit:
-        channel["unit"] = "V"
-    return channel
-
-
-def _means(pattern: str, name: str) -> bool:
-    """Whether a user's word is that name, or a pattern with * that it fits."""
-    return pattern == name or (
-        "*" in pattern and re.fullmatch(re.escape(pattern).replace(r"\*", ".*"), name) is not None
-    )
-
-
-def _unit_or_sensitivity(told: str | None, file_unit: str | None) -> dict[str, str]:
-    """Keys of a channel for what a user wrote behind its name: ``m/s2``, ``100 mV/g``, or nothing."""
-    if told is None:
-        return {} if file_unit else {"unit": "V"}
-    try:
-        unit(told)
-    except ValueError:
-        return {"sensitivity": told} | ({} if file_unit else {"unit": "V"})
-    return {"unit": told}
-
-
-def _lacks_sensitivity(channel: Mapping[str, Any], file_unit: str | None) -> bool:
-    if channel["role"] not in ("drive", "response") or channel.get("sensitivity"):
-        return False
-    try:
-        return unit(str(channel.get("unit") or file_unit)).quantity == "voltage"
-    except ValueError:  # FS, or a unit that nobody knows
-        return True
+    return declared, [name for name, one in channels.items() if lacks_sensitivity(one, columns.units.get(name))]
 
 
 def new_campaign(target: Path, plate: tuple[float, float, float, float] | None, title: str) -> Path:

@@ -1,25 +1,24 @@
 """Figures and the HTML report.
 
-===============  ======================================================
-``page``         one self-contained HTML page
-``sections``     what stands on it, stage by stage
-``summary``      one line per stage
-``origin``       where results came from, and which are out of date
-``style``        how figures look
-``declared``     a plate as declared
-``refused``      what can be drawn of a refused declaration
-``measured``     FRFs over temperature (paper Fig. 7)
-``identified``   modes (paper Figs. 9 and 10)
-``updated``      twin and measurement (paper Figs. 11 and 12)
-``gap``          figures of the gap
-``gap_section``  the section on the gap
-``focusing``     contrast and spot error (paper Figs. 4, 13, 15 and 17)
-``studies``      figures of the paper's studies, our numbers beside the paper's
-``modal_test``   a test at many places
-``sound``        contrast along a piece of sound, readings of the thermometer
-``paper``        our figures beside the paper's
-``modal_test``   a test at many places
-``sound``        the field along a piece of sound
-``studies``      figures of the paper's studies
-===============  ======================================================
+==================  ======================================================
+``page``            one self-contained HTML page
+``sections``        all of it, stage by stage
+``plate_sections``  measurement, identification and updated twin on it
+``panel_sections``  focusing and compensation on it
+``summary``         one line per stage
+``origin``          where results came from, and which are out of date
+``style``           how figures look
+``declared``        a plate as declared
+``refused``         what can be drawn of a refused declaration
+``measured``        FRFs over temperature (paper Fig. 7)
+``identified``      modes (paper Figs. 9 and 10)
+``updated``         twin and measurement (paper Figs. 11 and 12)
+``gap``             figures of the gap
+``gap_section``     the section on the gap
+``focusing``        contrast and spot error (paper Figs. 4, 13, 15 and 17)
+``paper``           our figures beside the paper's
+``modal_test``      a test at many places
+``sound``           contrast along a piece of sound, readings of the thermometer
+``studies``         figures of the paper's studies, our numbers beside the paper's
+==================  ======================================================
 """

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from app.report.style import BAND, MEASURED, MODEL, panels
-from app.sound.listening import Look
+from app.sound.look import Look
 from app.sound.trace import TraceMoment
 
 

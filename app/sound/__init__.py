@@ -1,9 +1,12 @@
 """Sound through a panel's filters, and the panel as its own thermometer.
 
-=================  ==================================================================
-``temperatures``   ``--temperature``: numbers, a way between some, or a file of readings
-``rendering``      a file of sound to a file of one channel per actuator
-``trace``          contrast of the simulated field along the way
-``listening``      the panel's temperature from what one patch answers
-=================  ==================================================================
+===================  ==================================================================
+``temperatures``     ``--temperature``: numbers, a way between some, or a file of readings
+``rendering``        a file of sound to a file of one channel per actuator
+``trace``            contrast of the simulated field along the way
+``listening``        the panel's temperature from what one patch answers
+``listening_panel``  a panel one of whose patches listens
+``played_signals``   what the others play and it answers
+``look``             what one stretch tells, and the table of all
+===================  ==================================================================
 """

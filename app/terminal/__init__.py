@@ -4,10 +4,11 @@
 ``progress``             one bar per stage on the error stream
 ``campaign_progress``    the bar of a running campaign
 ``campaign_ending``      how an acquired campaign ended: record, line, exit status
-``modes``                modes as JSON and as tables
+``modes``                modes as JSON, as tables and in one line
 ``update``               estimates of model updating as JSON, as a table and in one line
 ``focusing``             focusing over temperature as JSON, as a table, notes and one line
 ``compensation``         methods of compensation as JSON, as a table and in one line
+``thermometer``          readings of the thermometer as JSON and in one line
 ``gap``                  tables and sentences from gap.json
 ``notebook``             the same as a notebook shows them
 =======================  ===============================================================

@@ -102,6 +102,16 @@ def headline(tracked: TrackedModes) -> str:
     )
 
 
+def summary(tracked: TrackedModes, seconds: float) -> str:
+    """Return the line that closes an identification of `seconds` s: sweeps, modes and misfit."""
+    counts = [int(modes.real.sum()) for modes in tracked.modes]
+    unsure = sum(modes.confirmation.count("unconfirmed") for modes in tracked.modes)
+    return (
+        f"{len(counts)} sweeps, {min(counts)} to {max(counts)} modes each ({unsure} of {sum(counts)} unconfirmed) "
+        f"in {seconds:.1f} s, misfit at most {100 * tracked.misfit.max():.2f} %"
+    )
+
+
 def show_modes(title: str, modes: Sequence[dict[str, Any]]) -> None:
     """Print modes as a table for people."""
     Console().print(mode_table(title, modes))

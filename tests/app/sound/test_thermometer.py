@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from app.main import flexura
-from app.sound.listening import ListeningPanel
+from app.sound.listening_panel import ListeningPanel
 
 soundfile = pytest.importorskip("soundfile")
 RATE = 4_000

@@ -1,0 +1,167 @@
+"""Roles, units and sample rate of a measurement's channels: as the user said, or guessed from their names."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from analysis.estimation.quantities import unit
+from app.files.bad_file import ResultFileError
+from app.files.measurements.columns import Columns
+from app.files.modal_test_toml import ENDS
+
+GUESSES = (
+    ("time", r"time|zeit|temps|^t$|x_value"),
+    ("frequency", r"freq|^f$|^hz$"),
+    ("drive", r"hammer|force|impact|kraft|shaker|drive|exc"),
+    ("real", r"^re(al)?\b|real"),
+    ("imaginary", r"^im(ag.*)?\b|imag"),
+    ("coherence", r"coh"),
+)
+"""Roles by what channels are commonly called; all else is a response."""
+
+RATE_NAMES = r"(?<![a-z])fs(?![a-z])|rate(?![a-z])|sampling|abtast"
+"""What a file may call its sample rate: ``fs``, ``test.Fs``, ``sampleRate``; not ``offset``."""
+
+
+@dataclass(frozen=True)
+class NewTest:
+    """What a user said of a test.
+
+    Attributes
+    ----------
+    kind : str or None
+        None to be guessed.
+    drives, responses : dict of str to str or None
+        Sensitivity or unit by channel, or by a pattern with *; None where the file tells the unit.
+    unused : tuple of str
+    title : str
+    sample_rate : float or None
+        Hz.
+    roving : str or None
+        Channel that is at node 1 in the first file, at 2 in the second; of files with one FRF ``response`` or
+        ``reference``.
+    points : Path or None
+        Table of nodes with their places.
+    frf_units : (str, str) or None
+        Of FRFs, response and reference.
+    """
+
+    kind: str | None
+    drives: dict[str, str | None]
+    responses: dict[str, str | None]
+    unused: Sequence[str] = ()
+    title: str = ""
+    sample_rate: float | None = None
+    roving: str | None = None
+    points: Path | None = None
+    frf_units: tuple[str, str] | None = None
+
+
+def guessed_channels(file: Path, columns: Columns, said: NewTest) -> dict[str, dict[str, Any]]:
+    """Return role, unit and sensitivity of every column, by its name, as a declaration holds them.
+
+    Parameters
+    ----------
+    file : Path
+        Measurement the columns were read from, for messages.
+    columns : Columns
+    said : NewTest
+
+    Returns
+    -------
+    dict of str to dict
+
+    Raises
+    ------
+    ResultFileError
+        For a channel named by the user that the file does not hold.
+    """
+    roving = [said.roving] if said.roving and said.roving not in ENDS else []
+    named = [*said.drives, *said.responses, *said.unused, *roving]
+    strangers = [name for name in named if not any(_means(name, one) for one in columns.values)]
+    if strangers:
+        there = ", ".join(list(columns.values)[:20])
+        raise ResultFileError(f"{file}: no channel {strangers[0]!r}; it holds: {there}")
+    return {name: _channel(name, columns, said) for name in columns.values}
+
+
+def guessed_rate(columns: Columns, said: NewTest, roles: Sequence[str]) -> dict[str, Any]:
+    """Return the sample rate as said, or the file's own number that is called so, where nothing else tells it.
+
+    Parameters
+    ----------
+    columns : Columns
+    said : NewTest
+    roles : sequence of str
+        Of all channels.
+
+    Returns
+    -------
+    dict
+        ``sample_rate``, Hz or the name of the file's number; empty where the file tells it or nothing does.
+    """
+    if said.sample_rate is not None:
+        return {"sample_rate": said.sample_rate}
+    if "time" in roles or "frequency" in roles or columns.rates:
+        return {}
+    named = [name for name in columns.scalars if re.search(RATE_NAMES, name, re.IGNORECASE)]
+    return {"sample_rate": named[0]} if named else {}
+
+
+def lacks_sensitivity(channel: Mapping[str, Any], file_unit: str | None) -> bool:
+    """Whether a drive or response is in volts, or a unit that is not known, without a sensitivity."""
+    if channel["role"] not in ("drive", "response") or channel.get("sensitivity"):
+        return False
+    try:
+        return unit(str(channel.get("unit") or file_unit)).quantity == "voltage"
+    except ValueError:  # FS, or a unit that nobody knows
+        return True
+
+
+def _channel(name: str, columns: Columns, said: NewTest) -> dict[str, Any]:
+    """Role, unit and sensitivity of one column, said or guessed."""
+    file_unit = columns.units.get(name)
+    for role, named in (("drive", said.drives), ("response", said.responses)):
+        meant = [pattern for pattern in named if _means(pattern, name)]
+        if meant:
+            told = named[name if name in meant else meant[0]]
+            return {"role": role} | _unit_or_sensitivity(told, file_unit)
+    if any(_means(pattern, name) for pattern in said.unused):
+        return {"role": "unused"}
+    if np.iscomplexobj(columns.values[name]):
+        return {"role": "frf"}
+    role = next((role for role, words in GUESSES if re.search(words, name.strip(), re.IGNORECASE)), "response")
+    if file_unit in ("s", "sec"):
+        role = "time"
+    elif file_unit == "Hz":
+        role = "frequency"
+    elif file_unit in ("N", "kN", "lbf"):
+        role = "drive"
+    if role == "drive" and said.drives:
+        role = "unused"
+    channel = {"role": role}
+    if role in ("drive", "response") and not file_unit:
+        channel["unit"] = "V"
+    return channel
+
+
+def _means(pattern: str, name: str) -> bool:
+    """Whether a user's word is that name, or a pattern with * that it fits."""
+    return pattern == name or (
+        "*" in pattern and re.fullmatch(re.escape(pattern).replace(r"\*", ".*"), name) is not None
+    )
+
+
+def _unit_or_sensitivity(told: str | None, file_unit: str | None) -> dict[str, str]:
+    """Keys of a channel for what a user wrote behind its name: ``m/s2``, ``100 mV/g``, or nothing."""
+    if told is None:
+        return {} if file_unit else {"unit": "V"}
+    try:
+        unit(told)
+    except ValueError:
+        return {"sensitivity": told} | ({} if file_unit else {"unit": "V"})
+    return {"unit": told}

@@ -1,0 +1,85 @@
+"""The report's sections on the panel: focusing, compensation."""
+
+from pathlib import Path
+
+from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_focusing, load_uncorrected
+from app.report import focusing, paper
+from app.report.page import Item, PageTable, Paragraph, Picture
+
+
+def focusing_section(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
+    """Return the filters over temperature; their figures for the paper's table are appended to `rows`."""
+    panel, found, comparison = load_focusing(run / "filters.h5")
+    rows.extend([*paper.method_rows(comparison), *paper.temperature_rows(found)])
+    reference = f"{found.reference_temperature:g} °C"
+    items: list[Item] = [
+        Picture(
+            "panel",
+            "What is to be moved, and by which actuators?",
+            focusing.layout(panel),
+            "The panel: what the paper leaves open is stated in its file.",
+        ),
+        Picture(
+            "methods",
+            "What does STIF gain over other ways to drive the panel?",
+            focusing.methods(comparison),
+            "Four ways to drive it, complex filters (paper Fig. 4).",
+        ),
+        Picture(
+            "before",
+            "What does temperature do to filters that do not follow it?",
+            focusing.before(found),
+            f"The filters of {reference} used at every temperature (paper Fig. 13).",
+        ),
+    ]
+    uncorrected = load_uncorrected(run / "filters.h5")
+    if uncorrected is not None:
+        caption = "Filters designed with and without the effects found, on a plate that obeys the corrected laws."
+        question = "What is the corrected twin worth for the filters?"
+        items.append(Picture("correction", question, focusing.correction(found, uncorrected), caption))
+    return items
+
+
+def compensation_section(run: Path, rows: list[paper.PaperRow]) -> list[Item]:
+    """Return the compensated filters; their figures for the paper's table are appended to `rows`."""
+    _, found = load_compensation(run / "compensation.h5")
+    rows.extend(paper.compensation_rows(found))
+    items: list[Item] = [
+        Picture(
+            "relative-error",
+            "How far are the networks' filters from those computed?",
+            focusing.relative_errors(found),
+            "Relative error of the filters (paper Fig. 15).",
+        ),
+        Picture(
+            "after",
+            "Does compensation bring the aim back?",
+            focusing.after(found),
+            "Contrast and spot error with compensation (paper Fig. 17).",
+        ),
+    ]
+    if (run / "filters.h5").is_file():
+        before = load_focusing(run / "filters.h5")[1]
+        items.append(
+            Picture(
+                "regained",
+                "How much of what temperature costs is regained?",
+                focusing.loss(before, found),
+                "Mean contrast of the band over temperature.",
+            )
+        )
+    worst = found.relative_error.max(axis=(1, 2))
+    cells = [
+        (
+            name,
+            f"{worst[m]:.2g}",
+            f"{found.relative_error[m].mean():.2g}",
+            f"{found.contrast_loss[m].max():.2g}",
+            f"{found.seconds[m]:.2f}",
+        )
+        for m, name in enumerate(found.methods)
+    ]
+    headings = ("method", "max RE [%]", "mean RE [%]", "largest contrast loss", "seconds")
+    said = "RE, relative error, eq. (13), is a ratio of energies: 0.01 % of it is 1 % of a filter's amplitude."
+    return [*items, PageTable(headings, cells, numbers=(1, 2, 3, 4)), Paragraph(said)]

@@ -1,0 +1,180 @@
+"""The report's sections on the measured plate: measurement, identification, updated twin."""
+
+from pathlib import Path
+
+import numpy as np
+
+from analysis.experiment import Experiment
+from analysis.frf import Frf
+from analysis.material import MaterialLaws
+from analysis.updated import GOOD_MISFIT
+from app.files.bad_file import ResultFileError
+from app.files.laws_file import load_laws, load_updated
+from app.files.modes_file import load_modes
+from app.report import identified, measured, paper, updated
+from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
+from app.report.page import Item, Listing, PageTable, Paragraph, Picture
+from app.terminal.gap import with_sigma
+
+
+def measurement_section(experiment: Experiment, frf: Frf) -> list[Item]:
+    """Return what was declared and measured."""
+    plate, protocol, inputs = experiment.plate, experiment.protocol, experiment.acquisition
+    facts = [
+        ("plate", plate_words(plate)),
+        ("mass, density", f"{1e3 * plate.mass:g} g, {plate.density:.0f} kg/m³"),
+        *(
+            (p.role, f"{p.id}: {p.material} at {p.center[0]:g}, {p.center[1]:g} m, {p.side}")
+            for p in experiment.patch
+        ),
+        *transducer_rows(experiment),
+        ("transfers", ", ".join(frf.label(k) for k in range(min(len(frf.channels), 8)))),
+        (
+            "sweeps",
+            f"{protocol.sweep}, {protocol.band[0]:g} to {protocol.band[1]:g} Hz, {protocol.sweep_duration:g} s "
+            f"and {protocol.tail:g} s of silence, {protocol.repeats} repeats",
+        ),
+        (
+            "input",
+            f"{inputs.module} at {inputs.sample_rate:.2f} Hz, {inputs.input_resistance:g} Ω across each sensor",
+        ),
+    ]
+    items: list[Item] = [
+        PageTable(("", ""), facts),
+        Picture(
+            "declared",
+            "What was declared?",
+            picture(pieces_of(plate, experiment.patch, experiment_points(experiment))),
+            "Outline, patches and what holds the plate.",
+        ),
+        Picture(
+            "waterfall",
+            "How does the plate's response change with temperature?",
+            measured.waterfall(frf),
+            "Measured H1 over temperature (paper Fig. 7).",
+        ),
+        Picture(
+            "noise",
+            "How good is the measurement?",
+            measured.noise(frf),
+            "H1, its standard deviation from the repeats, and the coherence.",
+        ),
+    ]
+    if frf.notes:
+        items.append(Listing("\n".join(frf.notes)))
+    return items
+
+
+def identification_section(run: Path, frf: Frf, rows: list[paper.PaperRow]) -> list[Item]:
+    """Return the modes, and put them beside the paper's.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder.
+    frf : Frf
+    rows : list of PaperRow
+        To which those of this stage are appended.
+
+    Returns
+    -------
+    list of Item
+
+    Raises
+    ------
+    ResultFileError
+        Where modes.h5 cannot be read.
+    """
+    tracked = load_modes(run / "modes.h5")
+    rows.extend(paper.mode_rows(tracked))
+    items: list[Item] = [
+        Picture(
+            "identified",
+            "Do the modes found explain the response?",
+            identified.overlay(frf, tracked),
+            "Poles and residues of a sweep, and what they add up to (paper Fig. 9).",
+        ),
+        Picture(
+            "tracked",
+            "Where do the modes go with temperature?",
+            identified.over_temperature(tracked),
+            "Modes over temperature (paper Fig. 10).",
+        ),
+    ]
+    if tracked.notes:
+        items.append(Listing("\n".join(tracked.notes)))
+    return items
+
+
+def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[paper.PaperRow]) -> list[Item]:
+    """Return twin and laws, and put them beside the paper's.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder.
+    experiment : Experiment
+    frf : Frf
+    rows : list of PaperRow
+        To which those of this stage are appended.
+
+    Returns
+    -------
+    list of Item
+
+    Raises
+    ------
+    ResultFileError
+        Where laws.h5 cannot be read.
+    """
+    estimates, twin = load_updated(run / "laws.h5")
+    try:
+        laws = load_laws(run / "laws.h5")
+        rows.extend(paper.material_rows(laws))
+    except ResultFileError:
+        laws = None
+    worst = float((estimates.misfit / estimates.noise_floor).max())
+    unit = experiment.inputs[0].gain_unit
+    text = (
+        f"One gain for all sweeps: {estimates.gain:.4f} ± {estimates.sigma_gain:.4f} {unit}. The twin misses at "
+        f"most {worst:.2f} times the noise of the measurement. Its reduced model is certified to "
+        f"{twin.basis_error:.1g} of a transfer's rms."
+    )
+    if worst > GOOD_MISFIT and not (run / "gap.h5").is_file():
+        text += " It lacks something the plate has; what, may be found with: flexura gap CAMPAIGN."
+    return [
+        Paragraph(text),
+        *([] if laws is None else [_constants(laws)]),
+        Picture(
+            "overlays",
+            "Does the twin answer as the plate does?",
+            updated.overlays(frf, twin, estimates),
+            "Measured and updated FRFs (paper Fig. 11).",
+        ),
+        Picture(
+            "laws",
+            "What is the plate made of, at each temperature?",
+            updated.laws(estimates, laws),
+            "E, η and ν over temperature, two-sigma bands (paper Fig. 12).",
+        ),
+        Picture(
+            "misfit",
+            "Does the twin miss more than noise?",
+            updated.misfit(estimates),
+            "What the twin misses, against the noise of the measurement.",
+        ),
+    ]
+
+
+def _constants(laws: MaterialLaws) -> PageTable:
+    """E, ν and η with their standard deviations at round temperatures."""
+    low, high = laws.temperature_range
+    temperature = np.arange(10.0 * np.ceil(low / 10.0 - 0.05), high + 0.5, 10.0).clip(low, high)
+    value, sigma = laws.at(temperature), laws.sigma(temperature)
+    columns = (("youngs_modulus", 1e9), ("poisson_ratio", 1.0), ("loss_factor", 0.01))
+    cells = [
+        [with_sigma(v / unit, s / unit) for v, s in zip(getattr(value, name), getattr(sigma, name), strict=True)]
+        for name, unit in columns
+    ]
+    rows = [(f"{t:z.0f}", *row) for t, row in zip(temperature, zip(*cells, strict=True), strict=True)]
+    return PageTable(("T [°C]", "E [GPa]", "ν", "η [%]"), rows, numbers=(0, 1, 2, 3))
