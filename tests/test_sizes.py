@@ -14,7 +14,6 @@ LONG_FILES = {
     "analysis/compensation/bayesian.py",
     "analysis/compensation/schur_complement.py",
     "analysis/compensation/training.py",
-    "analysis/focusing/methods.py",
     "analysis/identification/order.py",
     "app/commands/compensate.py",
     "app/commands/demo.py",

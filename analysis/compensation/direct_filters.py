@@ -1,6 +1,7 @@
 """Filters computed at every temperature, by which those that follow the temperature are judged."""
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 
@@ -8,9 +9,10 @@ from analysis.arrays import Real
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
 from analysis.focusing.local_models import local_models
-from analysis.focusing.methods import Constants, Method, PanelModel, designer
+from analysis.focusing.methods import Method, designer
 from analysis.focusing.panel import Panel
-from analysis.focusing.responses import constants_at, responses, robust_forms
+from analysis.focusing.panel_model import Constants, PanelModel
+from analysis.focusing.responses import constants_at, robust_forms
 from analysis.focusing.tap_delay import tap_design
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
@@ -64,12 +66,14 @@ def direct_filters(
 
     def at(t: int) -> tuple[Real, EnergyForms]:
         local = local_to[t]
-        (constants, amplitude), *_ = responses(local, laws, temperature[t : t + 1], lines)
-        form = local.space.forms([amplitude], panel.target.displacement)
+        (constants,) = constants_at(laws, temperature[t : t + 1])
+        form = local.forms(*constants, lines, panel.target.displacement)
         wanted = robust_forms(local, panel, laws, float(temperature[t]), form)
         # Its lowest modes may lie below all lines, where the coordinates of a local model are not tried.
         own = model if method == "modal-control" else local
-        filters = designer(method, own, panel, lines)(constants, amplitude, wanted)
+        filters = designer(method, own, panel, lines)(
+            constants, partial(local.amplitudes, *constants, lines), wanted
+        )
         return design.taps(wanted, filters), form.at(slice(None), band)
 
     taps, forms = [], []
@@ -79,8 +83,4 @@ def direct_filters(
             taps.append(tap)
             forms.append(form)
             report(stage, done / len(temperature))
-    return design.bank(np.array(taps), temperature), EnergyForms(
-        np.concatenate([part.plate for part in forms]),
-        np.concatenate([part.target for part in forms]),
-        np.concatenate([part.aim for part in forms]),
-    )
+    return design.bank(np.array(taps), temperature), EnergyForms.joined(forms)

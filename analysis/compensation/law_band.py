@@ -8,8 +8,8 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.fir import FirBank
-from analysis.focusing.methods import PanelModel
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import PanelModel
 from analysis.focusing.performance import contrast
 from analysis.material import MaterialLaws
 
@@ -122,7 +122,7 @@ def _stepped(constants: tuple[float, ...], step: Real) -> tuple[float, float, fl
 
 def _odds(model: PanelModel, lines: Real, heard: Complex, constants: tuple[float, float, float]) -> Real:
     """Log of C/(1 - C) of every line (F,), with filters `heard` (1, F, N) on a plate of these constants."""
-    found = contrast(model.space.forms([model.amplitudes(*constants, lines)]), heard)[0]
+    found = contrast(model.forms(*constants, lines), heard)[0]
     found = np.clip(found, 1e-9, 1.0 - 1e-9)
     return np.asarray(np.log(found / (1.0 - found)))
 

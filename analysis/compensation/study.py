@@ -21,8 +21,9 @@ from analysis.focusing.aim import Aim, Aimed, aim, joined
 from analysis.focusing.design import peak_drive
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
-from analysis.focusing.methods import Method, PanelModel
+from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import PanelModel
 from analysis.focusing.performance import contrast, mean_response
 from analysis.focusing.responses import responses
 from analysis.focusing.temperatures import covered, spaced
@@ -193,12 +194,11 @@ class _Truth:
         """Judge the taps (T, N, M) of several banks at a few of the T temperatures, those of the rows `places`."""
         temperature, lines = self.bank.temperature[places], self.lines
         whole = np.ones(len(lines), dtype=bool)
-        displacement = self.panel.target.displacement
-        asked = self.model.space.asked(displacement)
+        asked = self.model.space.asked(self.panel.target.displacement)
         heard = [replace(self.bank, taps=taps[places], temperature=temperature).response(lines) for taps in banks]
         found: list[list[Aimed]] = [[] for _ in banks]
         for t, (_, amplitude) in enumerate(responses(self.model, self.laws, temperature, lines)):
-            forms = self.model.space.forms([amplitude], displacement)
+            forms = self.forms.at(places[t : t + 1])
             for rows, one in zip(found, heard, strict=True):
                 rows.append(aim(self.model.space, forms, amplitude, whole, one[t], asked))
         return [joined(rows) for rows in found]

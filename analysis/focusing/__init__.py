@@ -8,6 +8,7 @@
 ``energy``             what filters and contrast need of the fields, as N by N forms
 ``inversion``          STIF: Tikhonov or truncated inverse per temperature and frequency
 ``rivals``             time reversal, modal control and no control
+``panel_model``        what is asked of a panel that can be computed
 ``methods``            the four ways to drive a panel, by name
 ``design``             from filters wanted to taps played, within what the patches bear
 ``field_fir``          taps by least squares of the field

@@ -5,7 +5,7 @@ asked of U but its peak is quadratic, so K drops out: energies are Rᴴ P R, and
 H = Φ A follows from P = Hᴴ W H and Hᴴ W φ.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -41,6 +41,12 @@ class EnergyForms:
                 f"plate {self.plate.shape}, target {self.target.shape} and aim {self.aim.shape} must be "
                 "(T, F, N, N), (T, F, N, N) and (T, F, N)"
             )
+
+    @classmethod
+    def joined(cls, forms: Sequence["EnergyForms"]) -> Self:
+        """Forms of several sets of temperatures, one after the other."""
+        parts = zip(*((one.plate, one.target, one.aim) for one in forms), strict=True)
+        return cls(*(np.concatenate(part) for part in parts))
 
     def weighted(self, kappa: float) -> Self:
         """Forms whose `plate` counts what moves outside the target `kappa` times: Hᴴ W H of the design."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.focusing.methods import Constants, PanelModel
+from analysis.focusing.panel_model import Constants, PanelModel
 
 WINDOW, STEP = 10.0, 5.0
 """Kelvins that one local model covers, and between the temperatures it is made from."""

@@ -8,8 +8,9 @@ from analysis.focusing.aim import aim
 from analysis.focusing.design import TapDesign
 from analysis.focusing.fir import suited_delay
 from analysis.focusing.measured import MeasuredPanel
-from analysis.focusing.methods import Method, MethodComparison, NoModes, designer
+from analysis.focusing.methods import Method, MethodComparison, designer
 from analysis.focusing.over_temperature import Answer, Focusing, tried
+from analysis.focusing.panel_model import NoModes
 from analysis.progress import Progress
 
 
@@ -49,7 +50,7 @@ def focus_measured(
     def answer(t: int) -> Answer:
         amplitude = measured.amplitudes(t)
         forms, judged = measured.forms(t, displacement)
-        return Answer(amplitude, forms, judged, rule((0.0, 0.0, 0.0), amplitude, forms))
+        return Answer(amplitude, forms, judged, rule((0.0, 0.0, 0.0), lambda: amplitude, forms))
 
     near = measured.reference
     late = method != "stif" and settings.delay is None
@@ -71,7 +72,7 @@ def compare_measured(measured: MeasuredPanel) -> MethodComparison:
     methods: tuple[Method, ...] = ("stif", "time-reversal", "none")
     found = []
     for method in methods:
-        filters = designer(method, NoModes(space), panel, lines)((0.0, 0.0, 0.0), amplitude, forms)
+        filters = designer(method, NoModes(space), panel, lines)((0.0, 0.0, 0.0), lambda: amplitude, forms)
         found.append(aim(space, judged, amplitude, band, filters[band], 1.0))
     contrasts, spots = np.array([one[0] for one in found]), np.array([one[1] for one in found])
     return MethodComparison(methods, (0.0, 0.0, 0.0), lines[band], contrasts, spots)

@@ -2,152 +2,25 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
-from analysis.focusing.energy import EnergyForms, FieldSpace
+from analysis.focusing.energy import EnergyForms
 from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import Constants, PanelModel
 from analysis.focusing.performance import contrast, mean_response, spot_error
 from analysis.focusing.rivals import modal_control, nearest_actuator, time_reversal
 
-Constants = tuple[float, float, float]
 Method = Literal["stif", "time-reversal", "modal-control", "none"]
 METHODS: tuple[Method, ...] = ("stif", "time-reversal", "modal-control", "none")
 
-
-@dataclass(frozen=True)
-class PanelModes:
-    """Natural modes of a panel, mass-normalised, in the twin's generalised coordinates.
-
-    Attributes
-    ----------
-    eigenvalues : (m,) ndarray
-        Complex ω²(1 + jη), ascending, rad2/s2.
-    shapes : (r, m) ndarray
-    coupling : (m, N) ndarray
-        Modal force of every actuator, N/V or N/N.
-    """
-
-    eigenvalues: Complex
-    shapes: Real
-    coupling: Real
-
-
-class PanelModel(Protocol):
-    """A panel that can be computed: what `analysis` sees of the twin."""
-
-    @property
-    def space(self) -> FieldSpace:
-        """The deflection shapes, measured over the panel's grid."""
-
-    def amplitudes(
-        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
-    ) -> Complex:
-        """Generalised coordinates of the field of every actuator.
-
-        Parameters
-        ----------
-        youngs_modulus : float
-            Pa.
-        poisson_ratio : float
-        loss_factor : float
-        frequency : (F,) ndarray, Hz
-
-        Returns
-        -------
-        (N, F, r) complex ndarray
-            Per volt or newton.
-
-        Raises
-        ------
-        ValueError
-            For a material outside the box of the model.
-        """
-
-    def restricted(self, basis: Real) -> "PanelModel":
-        """Return the same panel on the columns of `basis` (r, s), orthonormal."""
-
-    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
-        """Return the lowest `count` modes.
-
-        Parameters
-        ----------
-        youngs_modulus : float
-            Pa.
-        poisson_ratio : float
-        loss_factor : float
-        count : int
-
-        Returns
-        -------
-        PanelModes
-        """
-
-
-@dataclass(frozen=True)
-class NoModes:
-    """A panel known by its fields alone: enough for STIF, time reversal and no control."""
-
-    space: FieldSpace
-
-    def amplitudes(
-        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
-    ) -> Complex:
-        """Refuse: nothing is known of another material.
-
-        Parameters
-        ----------
-        youngs_modulus : float
-            Pa.
-        poisson_ratio : float
-        loss_factor : float
-        frequency : (F,) ndarray, Hz
-
-        Returns
-        -------
-        (N, F, r) complex ndarray
-            Never reached.
-
-        Raises
-        ------
-        ValueError
-            Always.
-        """
-        raise ValueError("measured transfers hold for the plate that was measured only")
-
-    def restricted(self, basis: Real) -> PanelModel:
-        """Refuse: there are no coordinates to restrict to `basis` (r, s); ValueError always."""
-        raise ValueError("measured transfers have no coordinates")
-
-    def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
-        """Refuse: there is no model.
-
-        Parameters
-        ----------
-        youngs_modulus : float
-            Pa.
-        poisson_ratio : float
-        loss_factor : float
-        count : int
-
-        Returns
-        -------
-        PanelModes
-            Never reached.
-
-        Raises
-        ------
-        ValueError
-            Always.
-        """
-        raise ValueError("measured transfers have no modes")
-
-
-Designer = Callable[[Constants, Complex, EnergyForms], Complex]
+Fields = Callable[[], Complex]
+"""Gives amplitudes (N, F, r) to methods that ask for them."""
+Designer = Callable[[Constants, Fields, EnergyForms], Complex]
 
 
 def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> Designer:
@@ -164,8 +37,9 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
     Returns
     -------
     callable
-        From (E, nu, eta), amplitudes (N, F, r) and forms of one temperature to filters (F, N), V per unit of audio
-        signal. Where the panel declares a level, the filters are scaled to it at every line.
+        From (E, nu, eta), a callable that gives the amplitudes (N, F, r), and the forms of one temperature to
+        filters (F, N), V per unit of audio signal. Where the panel declares a level, they are scaled to it at
+        every line.
 
     Raises
     ------
@@ -175,31 +49,32 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
     settings, displacement = panel.filters, panel.target.displacement
     band = settings.in_band(lines)
 
-    def stif(_constants: Constants, _amplitude: Complex, forms: EnergyForms) -> Complex:
+    def stif(_constants: Constants, _fields: Fields, forms: EnergyForms) -> Complex:
         weighed = forms.weighted(settings.kappa)
         filters: Complex = invert(weighed, settings.tolerance, settings.regularisation).filters[0]
         return filters
 
-    def reversal(_constants: Constants, amplitude: Complex, _forms: EnergyForms) -> Complex:
+    def reversal(_constants: Constants, fields: Fields, _forms: EnergyForms) -> Complex:
+        amplitude = fields()
         return _loud(model, panel, amplitude, band, time_reversal(_at_center(model, panel, amplitude)))
 
-    def modal(constants: Constants, _amplitude: Complex, _forms: EnergyForms) -> Complex:
+    def modal(constants: Constants, _fields: Fields, _forms: EnergyForms) -> Complex:
         modes = model.modes(*constants, count=len(panel.centers))
         image = model.space.plate @ modes.shapes
         aim = modes.shapes.T @ model.space.aim * displacement
         return modal_control(image.T @ image, modes.eigenvalues, modes.coupling, aim, lines)
 
-    def none(_constants: Constants, amplitude: Complex, _forms: EnergyForms) -> Complex:
+    def none(_constants: Constants, fields: Fields, _forms: EnergyForms) -> Complex:
         centers = np.array(panel.centers)
-        return _loud(model, panel, amplitude, band, nearest_actuator(centers, panel.target_center, len(lines)))
+        return _loud(model, panel, fields(), band, nearest_actuator(centers, panel.target_center, len(lines)))
 
     rule = {"stif": stif, "time-reversal": reversal, "modal-control": modal, "none": none}[method]
     if settings.level is None:
         return rule
     wanted, asked = 10.0 ** (settings.level / 20.0), model.space.asked(displacement)
 
-    def levelled(constants: Constants, amplitude: Complex, forms: EnergyForms) -> Complex:
-        filters = rule(constants, amplitude, forms)
+    def levelled(constants: Constants, fields: Fields, forms: EnergyForms) -> Complex:
+        filters = rule(constants, fields, forms)
         reached = mean_response(forms, filters, asked)[0]
         scaled: Complex = filters * (wanted / np.maximum(np.abs(reached), 1e-6))[:, None]
         return scaled
@@ -269,7 +144,7 @@ def compare(model: PanelModel, panel: Panel, constants: Constants) -> MethodComp
     forms = model.space.forms([amplitude], panel.target.displacement)
     contrasts, spots = [], []
     for method in METHODS:
-        filters = designer(method, model, panel, lines)(constants, amplitude, forms)
+        filters = designer(method, model, panel, lines)(constants, lambda: amplitude, forms)
         contrasts.append(contrast(forms, filters)[0, band])
         spots.append(spot_error(model.space, amplitude[:, band], filters[band]))
     return MethodComparison(METHODS, constants, lines[band], np.array(contrasts), np.array(spots))

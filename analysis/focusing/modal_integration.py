@@ -4,7 +4,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from analysis.arrays import Complex, Real
-from analysis.focusing.methods import PanelModes
+from analysis.focusing.panel_model import PanelModes
 
 RIGID = (2.0 * np.pi) ** 2 * (1.0 + 1.0j)
 """Least eigenvalue, rad2/s2: a free plate as a whole is taken to swing at 1 Hz, far below what is played."""

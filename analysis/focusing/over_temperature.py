@@ -14,8 +14,9 @@ from analysis.focusing.design import TapDesign
 from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.fir import FirBank, FirEnergy, energy
 from analysis.focusing.inversion import InverseFilters, invert
-from analysis.focusing.methods import Method, PanelModel, designer
+from analysis.focusing.methods import Method, designer
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import PanelModel
 from analysis.focusing.responses import responses, robust_forms
 from analysis.focusing.tap_delay import tap_design
 from analysis.focusing.temperatures import reference_temperature
@@ -143,7 +144,7 @@ def focus(
         ((constants, amplitude),) = responses(model, laws, np.array([here]), lines)
         judged = model.space.forms([amplitude], panel.target.displacement)
         forms = robust_forms(model, panel, laws, here, judged)
-        return Answer(amplitude, forms, judged, rule(constants, amplitude, forms))
+        return Answer(amplitude, forms, judged, rule(constants, lambda: amplitude, forms))
 
     places = [partial(answer, float(here)) for here in temperature]
     kept = partial(answer, reference)

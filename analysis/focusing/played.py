@@ -9,9 +9,10 @@ from analysis.arrays import Complex, Real
 from analysis.focusing.design import TapDesign
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.fir import FirBank, suited_delay
-from analysis.focusing.methods import METHODS, Constants, PanelModel, PanelModes, designer
+from analysis.focusing.methods import METHODS, designer
 from analysis.focusing.modal_integration import modal_motion
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import Constants, PanelModel, PanelModes
 from analysis.focusing.performance import contrast
 
 TAIL = 0.5
@@ -109,7 +110,7 @@ def play_methods(model: PanelModel, panel: Panel, constants: Constants, seconds:
     plate = _Plate.of(model, panel, constants, len(signal) + settings.taps)
     found, delays = [], []
     for method in METHODS:
-        wanted = designer(method, model, panel, lines)(constants, amplitude, forms)
+        wanted = designer(method, model, panel, lines)(constants, lambda: amplitude, forms)
         free = method != "stif" and settings.delay is None
         delay = suited_delay(wanted[None], settings) if free else settings.middle
         design = TapDesign.of(panel, delay)

@@ -6,8 +6,8 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms
-from analysis.focusing.methods import Constants, PanelModel
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import Constants, PanelModel
 from analysis.material import MaterialLaws
 
 ROBUST_STEP = 5.0
@@ -79,7 +79,7 @@ def robust_forms(
         return forms
     steps = 2 * int(np.ceil(width / ROBUST_STEP))
     around = np.clip(temperature + np.linspace(-width, width, steps + 1), *laws.temperature_range)
-    amplitudes = (amplitude for _, amplitude in responses(model, laws, around, panel.filters.frequency))
-    found = model.space.forms(amplitudes, panel.target.displacement)
+    lines, displacement = panel.filters.frequency, panel.target.displacement
+    found = EnergyForms.joined([model.forms(*here, lines, displacement) for here in constants_at(laws, around)])
     mean = [part.mean(axis=0, keepdims=True) for part in (found.plate, found.target, found.aim)]
     return EnergyForms(*mean)

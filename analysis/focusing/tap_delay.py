@@ -4,8 +4,9 @@ import numpy as np
 
 from analysis.focusing.design import TapDesign
 from analysis.focusing.fir import suited_delay
-from analysis.focusing.methods import Method, PanelModel, designer
+from analysis.focusing.methods import Method, designer
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import PanelModel
 from analysis.focusing.responses import constants_at
 from analysis.focusing.temperatures import reference_temperature
 from analysis.material import MaterialLaws
@@ -35,5 +36,5 @@ def tap_design(method: Method, model: PanelModel, panel: Panel, laws: MaterialLa
     (constants,) = constants_at(laws, np.array([reference_temperature(panel, laws)]))
     amplitude = model.amplitudes(*constants, settings.frequency)
     forms = model.space.forms([amplitude], panel.target.displacement)
-    wanted = designer(method, model, panel, settings.frequency)(constants, amplitude, forms)
+    wanted = designer(method, model, panel, settings.frequency)(constants, lambda: amplitude, forms)
     return TapDesign.of(panel, suited_delay(wanted[None], settings))

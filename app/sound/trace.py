@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.arrays import Real
 from analysis.focusing.panel import Panel
-from analysis.focusing.responses import responses
+from analysis.focusing.responses import constants_at
 from analysis.material import MaterialLaws
 from analysis.rendering.field import FieldContrast, field_contrast, power_spectrum
 from analysis.rendering.following import FollowingBank
@@ -89,8 +89,8 @@ class Trace:
         """
         lines = self.panel.filters.frequency
         lines = lines[self.panel.filters.in_band(lines)]
-        (_, amplitude), *_ = responses(self.twin, self.laws, np.array([temperature]), lines)
-        forms = self.twin.space.forms([amplitude], self.panel.target.displacement)
+        (constants,) = constants_at(self.laws, np.array([temperature]))
+        forms = self.twin.forms(*constants, lines, self.panel.target.displacement)
         spectrum = power_spectrum(samples, self.filters.sample_rate, lines)
         first = self.moments[0].filters if self.moments else held
         used, kept = (

@@ -1,5 +1,6 @@
 """What filters lose that were designed with the laws of a twin that lacks an effect."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -56,7 +57,7 @@ def uncorrected_aim(
     for here, (constants, guess), (_, amplitude) in zip(temperature, believed, real, strict=True):
         guessed = model.space.forms([guess], panel.target.displacement)
         guessed = robust_forms(model, panel, uncorrected, float(here), guessed)
-        taps = design.taps(guessed, rule(constants, guess, guessed))
+        taps = design.taps(guessed, rule(constants, partial(model.amplitudes, *constants, lines), guessed))
         filters = design.bank(taps[None], np.zeros(1)).response(lines[band])[0]
         forms = model.space.forms([amplitude], panel.target.displacement)
         reached.append(aim(model.space, forms, amplitude, band, filters, asked))

@@ -8,14 +8,15 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
-from analysis.focusing.energy import FieldSpace
+from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.grid import Grid
-from analysis.focusing.methods import Constants, PanelModes
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import Constants, PanelModes
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
+from simulation.reduction.energy_sums import EnergySums
 from simulation.reduction.reduce import BasisTraining
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.fineness import Fineness
@@ -23,7 +24,7 @@ from simulation.shell.fineness import Fineness
 
 @dataclass(frozen=True)
 class PanelTwin:
-    """What `analysis.focusing.methods.PanelModel` asks for, answered by a reduced twin.
+    """What `analysis.focusing.panel_model.PanelModel` asks for, answered by a reduced twin.
 
     Attributes
     ----------
@@ -73,6 +74,40 @@ class PanelTwin:
         """
         found = self.reduced.amplitudes(youngs_modulus, poisson_ratio, loss_factor, frequency)
         return self.signs[:, None, None] * found
+
+    def forms(
+        self,
+        youngs_modulus: float,
+        poisson_ratio: float,
+        loss_factor: float,
+        frequency: Real,
+        displacement: float = 1.0,
+    ) -> EnergyForms:
+        """Energy forms of these fields, as sums over the poles; with dashpots, of the fields themselves.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+        frequency : (F,) ndarray
+            Hz.
+        displacement : float
+            What the target is asked for, m per unit of audio signal.
+
+        Returns
+        -------
+        EnergyForms
+            Of one material.
+        """
+        reduced, space, constants = self.reduced, self.space, (youngs_modulus, poisson_ratio, loss_factor)
+        if reduced.dashpots.shape[1]:
+            return space.forms([self.amplitudes(*constants, frequency)], displacement)
+        reduced.require(*constants, frequency)
+        sums = EnergySums.of(reduced.modal_form(*constants), -reduced.ports * self.signs, frequency)
+        plate, target = sums.energy(space.plate), sums.energy(space.target)
+        return EnergyForms(plate[None], target[None], displacement * sums.along(space.aim)[None])
 
     def restricted(self, basis: Real) -> Self:
         """Return the twin on the columns of `basis` (r, s), orthonormal."""

@@ -15,6 +15,7 @@ A plate over a range of materials:
 ``dashpots``               viscous supports, connected to a plate without them
 ``modal_form``             poles, and transfers as sums over them
 ``pole_sums``              these sums, at all lines of a band
+``energy_sums``            energies of the answers, likewise
 ``modal_slopes``           their derivatives by changes of the stiffness
 ``basis_key``              a reduced model's name by all that decides it
 ``plate_basis``            functions and vectors behind a reduced model

@@ -9,8 +9,8 @@ from scipy.interpolate import make_interp_spline
 from analysis.experiment import Patch, Plate
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
-from analysis.focusing.methods import PanelModes
 from analysis.focusing.panel import Filters, Panel, Target
+from analysis.focusing.panel_model import PanelModes
 from analysis.material import MaterialLaws
 
 
@@ -47,6 +47,10 @@ class SupportedPlate:
         eigenvalues = self.eigenvalues(youngs_modulus, poisson_ratio, loss_factor)
         dynamic = eigenvalues[None] - (2.0 * np.pi * np.asarray(frequency)[:, None]) ** 2
         return self.forces.T[:, None, :] / dynamic[None]
+
+    def forms(self, youngs_modulus, poisson_ratio, loss_factor, frequency, displacement=1.0):
+        fields = self.amplitudes(youngs_modulus, poisson_ratio, loss_factor, frequency)
+        return self.space.forms([fields], displacement)
 
     def modes(self, youngs_modulus, poisson_ratio, loss_factor, count):
         eigenvalues = self.eigenvalues(youngs_modulus, poisson_ratio, loss_factor)
@@ -85,6 +89,10 @@ class RestrictedPlate:
         stiffness = (self.basis.T * eigenvalues) @ self.basis
         dynamic = stiffness - (2.0 * np.pi * np.asarray(frequency)[:, None, None]) ** 2 * np.eye(len(stiffness))
         return np.linalg.solve(dynamic, self.basis.T @ self.whole.forces).transpose(2, 0, 1)
+
+    def forms(self, youngs_modulus, poisson_ratio, loss_factor, frequency, displacement=1.0):
+        fields = self.amplitudes(youngs_modulus, poisson_ratio, loss_factor, frequency)
+        return self.space.forms([fields], displacement)
 
 
 def panel_of(centers, **filters):

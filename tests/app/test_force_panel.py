@@ -92,6 +92,16 @@ def test_a_push_moves_the_plate_its_way(panel: Path) -> None:
     assert np.prod(np.sign(modes.coupling[0])) < 0.0  # the first mode has one sign all over
 
 
+def test_energies_without_the_fields_are_those_of_the_fields(panel: Path) -> None:
+    declared = read_panel(panel)
+    twin = panel_twin(declared, laws(), lambda stage, share: None)
+    lines = declared.filters.frequency
+    found = twin.forms(2e9, 0.38, 0.07, lines, 1e-6)
+    expected = twin.space.forms([twin.amplitudes(2e9, 0.38, 0.07, lines)], 1e-6)
+    for one, other in ((found.plate, expected.plate), (found.target, expected.target), (found.aim, expected.aim)):
+        assert np.abs(one - other).max() < 1e-11 * np.abs(other).max()
+
+
 def test_filters_for_shakers(panel: Path, tmp_path: Path, run_flexura: Run) -> None:
     run = tmp_path / "run"
     run.mkdir()

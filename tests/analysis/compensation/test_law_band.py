@@ -99,9 +99,9 @@ def test_a_law_at_the_edge_of_the_twin_s_box_is_judged_from_inside(plain, soften
     class Watched:
         space = plain.space
 
-        def amplitudes(self, *constants):
+        def forms(self, *constants):
             asked.append(constants[0])
-            return plain.amplitudes(*constants)
+            return plain.forms(*constants)
 
     found = law_band(
         Watched(), panel, laws, replace(bank, taps=bank.taps[:1], temperature=bank.temperature[:1]), rng

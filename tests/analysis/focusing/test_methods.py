@@ -22,14 +22,14 @@ def at(plate):
 
 def test_stif_is_the_inverse_with_the_panel_s_settings(plain):
     lines, amplitude, forms = at(plain)
-    found = designer("stif", plain, plain.panel, lines)(CONSTANTS, amplitude, forms)
+    found = designer("stif", plain, plain.panel, lines)(CONSTANTS, lambda: amplitude, forms)
     np.testing.assert_array_equal(found, invert(forms.weighted(3.0), 0.01).filters[0])
 
 
 @pytest.mark.parametrize("method", ["time-reversal", "none"])
 def test_rivals_without_a_gain_of_their_own_move_the_centre_as_asked(plain, method):
     lines, amplitude, forms = at(plain)
-    filters = designer(method, plain, plain.panel, lines)(CONSTANTS, amplitude, forms)
+    filters = designer(method, plain, plain.panel, lines)(CONSTANTS, lambda: amplitude, forms)
     centre = plain.space.at_point(amplitude, plain.panel.target_center).T
     band = plain.panel.filters.in_band(lines)
     moved = np.abs(np.sum(centre * filters, axis=1))[band].mean()
@@ -38,7 +38,7 @@ def test_rivals_without_a_gain_of_their_own_move_the_centre_as_asked(plain, meth
 
 def test_modal_control_takes_the_lowest_modes_of_the_model(plain):
     lines, amplitude, forms = at(plain)
-    found = designer("modal-control", plain, plain.panel, lines)(CONSTANTS, amplitude, forms)
+    found = designer("modal-control", plain, plain.panel, lines)(CONSTANTS, lambda: amplitude, forms)
     lowest = np.argsort(plain.eigenvalues(*CONSTANTS).real)[:6]
     overlap = (plain.space.plate.T @ plain.space.plate)[np.ix_(lowest, lowest)]
     exact = modal_control(
@@ -61,7 +61,7 @@ def test_the_comparison_holds_every_method_in_the_band_and_stif_wins(plain):
 def test_a_level_asked_for_is_reached_at_every_line_and_in_phase(plain):
     lines, amplitude, forms = at(plain)
     panel = plain.panel.model_copy(update={"filters": plain.panel.filters.model_copy(update={"level": -6.0})})
-    filters = designer("stif", plain, panel, lines)(CONSTANTS, amplitude, forms)
+    filters = designer("stif", plain, panel, lines)(CONSTANTS, lambda: amplitude, forms)
     grid = plain.grid
     field = plain.space.deflection @ np.einsum("nfr,fn->rf", amplitude, filters)
     mean = (grid.area * grid.target**1) @ field / (grid.area @ grid.target**2)

@@ -39,6 +39,9 @@ class WrongModes:
     def amplitudes(self, *asked):
         return self.plate.amplitudes(*asked)
 
+    def forms(self, *asked):
+        return self.plate.forms(*asked)
+
     def modes(self, youngs_modulus, *others, count):
         return self.plate.modes(0.9 * youngs_modulus, *others, count=count)
 

@@ -18,9 +18,10 @@ from analysis.estimates import FittedLaws
 from analysis.experiment import Plate
 from analysis.focusing.energy import FieldSpace
 from analysis.focusing.grid import Grid
-from analysis.focusing.methods import PanelModes, compare
+from analysis.focusing.methods import compare
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.panel import Panel
+from analysis.focusing.panel_model import PanelModes
 from analysis.gap.search.signatures import Signature
 from app.files.filter_files import save_focusing
 from app.files.gap_file import GapFigures, GapMap, save_gap
