@@ -112,6 +112,11 @@ class Experiment(Sparse):
         return tuple(p for p in self.patch if p.role == "sensor")
 
     @property
+    def attachments(self) -> tuple[Attachment, ...]:
+        """Points at which an effect's springs, dashpots and masses can act: the reduced plate keeps these."""
+        return (*self.string, *self.cable)
+
+    @property
     def inputs(self) -> tuple[Channel, ...]:
         """What drives the plate: patches, then forces, in the order declared."""
         patches = (Channel(p.id, "voltage", patch=k) for k, p in enumerate(self.patch) if p.role == "actuator")

@@ -103,9 +103,7 @@ def operators_key(experiment: Experiment, box: MaterialBox, fineness: "Fineness 
     """
     from simulation.reduction.basis_key import basis_key
 
-    attached = [
-        (*a.point, -1.0 if a.radius is None else a.radius) for a in (*experiment.string, *experiment.cable)
-    ]
+    attached = [(*a.point, -1.0 if a.radius is None else a.radius) for a in experiment.attachments]
     points = np.array(attached).reshape(-1, 3)
     plain = basis_key(experiment.plate, experiment.patch, box, experiment.protocol.band, points, fineness)
     first = next((k for k, patch in enumerate(experiment.patch) if patch.role == "sensor"), None)

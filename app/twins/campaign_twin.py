@@ -89,7 +89,7 @@ def _asked(experiment: Experiment) -> dict[str, Any]:
         "band": experiment.protocol.band,
         "footprints": experiment.footprints,
         "driven": experiment.driven,
-        "attached": [attached_disc(plate, one) for one in (*experiment.string, *experiment.cable)],
+        "attached": [attached_disc(plate, one) for one in experiment.attachments],
         "points": shape_points(plate),
         "field_certified": False,
     }

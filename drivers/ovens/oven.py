@@ -86,8 +86,9 @@ class Bounded(Protocol):
 class Oven(Protocol):
     """An oven on a line: five verbs, each of which may raise `OvenError`.
 
-    The controller runs its ramps itself; the computer sets one up, watches the temperature and
-    writes nothing in between. Every write is read back.
+    The controller runs its ramps itself: the computer sets one up, watches the temperature and writes nothing in
+    between. Where it has no ramps (`MappedOven`), a thread of the driver moves its set-point in steps. Every
+    write is read back.
     """
 
     @property

@@ -83,7 +83,7 @@ def reduce_with_effects(
     """
     report = progress or (lambda stage, share: None)
     band = experiment.protocol.band
-    attached = [attached_disc(experiment.plate, a) for a in (*experiment.string, *experiment.cable)]
+    attached = [attached_disc(experiment.plate, a) for a in experiment.attachments]
     acting, felt = [*attached, *experiment.footprints], experiment.footprints[:FEW]
     model = None
     if basis is not None:

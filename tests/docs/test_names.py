@@ -45,3 +45,5 @@ def test_a_packages_docstring_is_its_table_of_contents(folder: Path) -> None:
     text = importlib.import_module(".".join(folder.relative_to(ROOT).parts)).__doc__ or ""
     named = set(re.findall(r"`(\w+)`", text))
     assert sorted(module for module in inside - named if not module.startswith("_")) == []
+    rows = re.findall(r"^``(\w+)``  ", text, re.MULTILINE)
+    assert sorted({row for row in rows if rows.count(row) > 1}) == []

@@ -29,7 +29,7 @@ def twin(declare, three_patches, coarse_model) -> Twin[EffectPlate]:
     """Modes of one material and the static answers to patches and points; two sensors, every effect available."""
     experiment = declare(three_patches, BAND)
     full = FullPlate.of(coarse_model)
-    places = np.array([attached.point for attached in (*experiment.string, *experiment.cable)])
+    places = np.array([attached.point for attached in experiment.attachments])
     probe = np.asarray(coarse_model.deflection(places).todense())
     energy = coarse_model.stiffness(2e9, 0.38) + (2 * np.pi * 300.0) ** 2 * coarse_model.mass
     start = np.random.default_rng(0).standard_normal(coarse_model.size)

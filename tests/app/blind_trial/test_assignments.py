@@ -32,13 +32,14 @@ def test_random_numbers_follow_from_seed_stream_and_number():
     assert draws["trial", 1, 0] == Assignment(0, "single", 5).rng("trial", 1).random()
 
 
-def test_eighteen_campaigns_hide_every_effect_once():
+def test_as_many_campaigns_as_effects_hide_every_effect_once():
     names = tuple(LIBRARY)
+    count = len(names)
     for turn in (0, 1):
-        dealt = [shuffled(names, "trial", 3, 18 * turn + k, 1) for k in range(18)]
+        dealt = [shuffled(names, "trial", 3, count * turn + k, 1) for k in range(count)]
         assert sorted(dealt) == sorted(names)
-    assert [shuffled(names, "trial", 3, k, 1) for k in range(18)] != [
-        shuffled(names, "trial", 4, k, 1) for k in range(18)
+    assert [shuffled(names, "trial", 3, k, 1) for k in range(count)] != [
+        shuffled(names, "trial", 4, k, 1) for k in range(count)
     ]
 
 

@@ -34,6 +34,13 @@ DECLARED: dict[str, dict[str, Any]] = {
         "rate": {"at": 104, "type": "uint16", "scale": 0.001, "unit": "degF/min"},
         "run": {"at": 0, "table": "coil"},
     },
+    "modbus-map in steps": {
+        "kind": "modbus-map",
+        "word_order": "low word first",
+        "temperature": {"at": 0x1004, "type": "float32"},
+        "set_point": {"at": 0x1114, "type": "float32"},
+        "rest_at": 20.0,
+    },
     "scpi": {
         "kind": "scpi",
         "temperature": {"query": "MEAS:TEMP?", "answer": "TEMP {value} C", "field": 2},
@@ -44,7 +51,7 @@ DECLARED: dict[str, dict[str, Any]] = {
         "status": {"query": "STAT?", "good": ["GOOD"]},
     },
 }
-"""Controllers of the two kinds that are declared altogether."""
+"""Controllers of the two kinds that are declared altogether; one has neither ramps nor a switch."""
 KINDS = ("eurotherm-2400", "eurotherm-3500", "votsch-ascii2", "espec-p300", "watlow-f4t", *DECLARED)
 PROGRAMMED = ("eurotherm-2400", "watlow-f4t")
 """Kinds whose ramps can be programs that end by themselves."""
@@ -110,6 +117,16 @@ class Rig:
     def open(self) -> "Rig":
         self.oven = open_oven(self.settings, self.clock, self.transport)
         return self
+
+    @property
+    def rest_at(self) -> float | None:
+        """Set-point that takes the place of switching off; None where the oven is switched off."""
+        return getattr(self.settings, "rest_at", None)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether it neither heats nor cools, or is where it rests instead."""
+        return not self.body.regulating or self.body.target == self.rest_at
 
     def wait(self, seconds: float) -> None:
         """Let time pass, asking for the temperature often enough for every kind, and renewing what expires."""

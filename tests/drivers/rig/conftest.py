@@ -191,6 +191,7 @@ class World:
                 **self.oven,
             }
         )
+        self.rest_at: float | None = getattr(settings, "rest_at", None)
         parts = simulated_parts(
             self.wiring,
             settings,
@@ -235,7 +236,9 @@ class World:
 
     def at_rest(self) -> bool:
         """Whether output and oven are in their safe state."""
-        return self.parts.server.output_voltage() == 0.0 and not self.parts.body.regulating
+        body = self.parts.body
+        resting = not body.regulating or body.target == self.rest_at
+        return self.parts.server.output_voltage() == 0.0 and resting
 
     def worst_error(self) -> float:
         """Largest deviation of a kept sweep's H1 from the plate at its temperature, share of the peak."""

@@ -44,7 +44,7 @@ def test_every_state_against_the_full_plate(experiment, reduced):
     ops, full, _ = reduced
     basis, rng = field_basis(BENDING_DEGREE), np.random.default_rng(3)
     laws = LocalLaws.of_material(2.2e9, 0.37, 0.05, slope=STEEPEST)
-    attached = [attached_disc(experiment.plate, one) for one in (*experiment.string, *experiment.cable)]
+    attached = [attached_disc(experiment.plate, one) for one in experiment.attachments]
     acting = [*attached, *experiment.footprints]
     for size in (1.0, -1.0):
         small = extreme_states(basis.xi, basis.zeta, laws, 0.0, size)
