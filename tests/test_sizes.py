@@ -18,7 +18,6 @@ LONG_FILES = {
     "analysis/identification/order.py",
     "app/commands/compensate.py",
     "app/commands/demo.py",
-    "app/stages/panel_inputs.py",
     "app/view/chart.py",
     "app/view/recorded/frf_page.py",
     "drivers/ovens/modbus.py",
