@@ -20,7 +20,6 @@ LONG_FILES = {
     "app/commands/demo.py",
     "app/view/chart.py",
     "app/view/recorded/frf_page.py",
-    "simulation/meshing/sides.py",
     "simulation/reduction/effect_projection.py",
     "simulation/reduction/reduced_model.py",
     "simulation/shell/shell_plate.py",
