@@ -14,7 +14,8 @@ from app.files.provenance import sha256
 from app.files.run_folder import run_folder
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
-from app.stages.panel_inputs import checked_device, laws_of, method_for, panel_for, range_of, within
+from app.stages.panel_inputs import checked_device, method_for, panel_for
+from app.stages.panel_laws import laws_of, range_of, within
 from app.stages.update import Updating
 from flexura.campaigns import File, computing
 

@@ -11,21 +11,13 @@ FLOORS = ("analysis", "app", "drivers", "flexura", "simulation")
 FILES = sorted(path for floor in FLOORS for path in (ROOT / floor).rglob("*.py"))
 LINES, FUNCTION_LINES = 250, 60
 LONG_FILES = {
-    "analysis/compensation/bayesian.py",
-    "analysis/compensation/schur_complement.py",
-    "analysis/compensation/training.py",
     "analysis/identification/order.py",
     "app/commands/compensate.py",
     "app/commands/demo.py",
-    "app/stages/panel_inputs.py",
     "app/view/chart.py",
     "app/view/recorded/frf_page.py",
-    "drivers/ovens/modbus.py",
-    "simulation/meshing/sides.py",
     "simulation/reduction/effect_projection.py",
     "simulation/reduction/reduced_model.py",
-    "simulation/shell/shell_plate.py",
-    "simulation/shell/space.py",
     "simulation/twin/twin.py",
 }
 """Still too long; whoever splits one takes its line out."""

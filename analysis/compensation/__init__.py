@@ -13,9 +13,12 @@
 ``outcome``             what came of it
 ``parameter_studies``   networks over nodes and spacing
 ``network``             trained networks: temperature in, taps out, clamped to their range
-``training``            scale, rotate, train, choose, refuse
+``training``            train, choose, refuse
+``batch``               training data scaled and rotated, first weights
 ``evidence_collapse``   the refusal
 ``bayesian``            Levenberg–Marquardt with MacKay's evidence
+``evidence``            weights of parameters and errors that the data ask for
+``linearised``          parameters and outputs of the networks, linearised
 ``schur_complement``    its normal matrix, a block arrow that is never formed
 ``interpolation``       the rivals: linear, cubic spline, equal reduced frequency
 ``low_rank``            a mean and a few principal filters

@@ -236,7 +236,8 @@ def _from_laws(
     """Prepare the compensation of a panel whose plate obeys laws."""
     from analysis.compensation.knots import check_places
     from analysis.focusing.temperatures import spaced
-    from app.stages.panel_inputs import effects_left_out, laws_for, method_for, panel_for, range_of
+    from app.stages.panel_inputs import method_for, panel_for
+    from app.stages.panel_laws import effects_left_out, laws_for, range_of
 
     spacing, place, across = wanted
     if place is not None and _typed("spacing"):

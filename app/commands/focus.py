@@ -131,7 +131,8 @@ def _from_laws(
     import numpy as np
 
     from analysis.focusing.temperatures import spaced
-    from app.stages.panel_inputs import effects_left_out, laws_for, panel_of, range_of, within
+    from app.stages.panel_inputs import panel_of
+    from app.stages.panel_laws import effects_left_out, laws_for, range_of, within
 
     declared, panel_path = panel_of(panel, changes)
     laws_path, laws, beside = laws_for(run, twin, "focus")

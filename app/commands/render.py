@@ -70,7 +70,7 @@ def command(
     from app.sound.rendering import render
     from app.sound.temperatures import programme
     from app.sound.trace import Trace
-    from app.stages.panel_inputs import laws_for
+    from app.stages.panel_laws import laws_for
     from app.twins.panel_twin import panel_twin
 
     given = run or Path()

@@ -58,7 +58,8 @@ def command(
     from app.files.bad_file import ResultFileError
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
-    from app.stages.panel_inputs import laws_for, panel_for, range_of
+    from app.stages.panel_inputs import panel_for
+    from app.stages.panel_laws import laws_for, range_of
 
     if as_paper and filters["design"] is not None:
         raise click.UsageError("--as-paper sets --design itself: leave one of them out")

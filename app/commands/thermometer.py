@@ -86,7 +86,7 @@ def command(
     from app.sound.listening import listened
     from app.sound.listening_panel import ListeningPanel
     from app.sound.look import write_looks
-    from app.stages.panel_inputs import laws_for, range_of
+    from app.stages.panel_laws import laws_for, range_of
     from app.terminal.thermometer import record, summary
     from app.twins.panel_twin import panel_twin
 

@@ -12,7 +12,8 @@
 ``issued_twin``            twin file that the gap stage writes
 ``focus``                  filters of a panel over temperature
 ``compensate``             networks and their rivals, trained on these filters and judged
-``panel_inputs``           laws and panel for `focus` and `compensate`
+``panel_inputs``           panel, method and processor for `focus` and `compensate`
+``panel_laws``             laws that a panel's plate obeys, and their range
 ``study``                  the paper's figures on focusing for a panel
 ``uncorrected_filters``    loss of filters that were designed without a named effect
 =========================  ================================================================

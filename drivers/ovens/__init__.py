@@ -9,7 +9,8 @@
 ``expiry``             commands that end by themselves where nobody renews them
 ``line``               lock, gaps between commands, time-outs, bounded retries
 ``serial_port``        serial ports, pseudo-terminals, TCP sockets
-``modbus``             Modbus RTU registers, read back after each write
+``modbus``             Modbus registers, read back after each write
+``modbus_frames``      their frames, of Modbus RTU and TCP
 ``units``              units of controllers, to degrees Celsius and K/min
 ``points``             what a declared controller is made of
 ``mapped_oven``        an oven of which only its points are known

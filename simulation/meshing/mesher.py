@@ -22,7 +22,8 @@ from simulation.meshing.numbering import numbered
 from simulation.meshing.plate_mesh import PlateMesh
 from simulation.meshing.quality import jacobian_ratio
 from simulation.meshing.recipe import MeshRecipe
-from simulation.meshing.sides import Cap, Cutter, Repairs, Sizes, Stretch
+from simulation.meshing.repairs import Cap, Repairs, Stretch
+from simulation.meshing.sides import Cutter, Sizes
 from simulation.meshing.strips import Cells, strips
 
 ROUNDS = 24

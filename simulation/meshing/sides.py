@@ -10,20 +10,18 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from analysis.arrays import Real
 from analysis.geometry.curves import Curve, turning
 from simulation.meshing.arrangement import Arrangement, Face, HalfEdge, direction
+from simulation.meshing.clearance import Clearance, length_of
+from simulation.meshing.corners import CONVEX, REENTRANT, Corner, corners_of
+from simulation.meshing.repairs import Repairs, Stretch
 
-CONVEX, REENTRANT = np.deg2rad(140.0), np.deg2rad(220.0)
-"""Angles inside a face below and above which a corner gets cells of its own."""
 SHARE = 0.3
 """Of the free distance to the next border, or of an edge's length, that a strip may take."""
 LONGEST = 2.5
 """Pieces are at most so many times as long as the face is wide there."""
-APERTURE = 1.14
-"""Half of the angle in which the next border is looked for, rad."""
 
 
 @dataclass(frozen=True)
@@ -47,68 +45,6 @@ class Sizes:
     longest: float
     turn: float
     pieces: int
-
-
-@dataclass(frozen=True)
-class Corner:
-    """The angle of a face at a node, from one half-edge to the next, rad."""
-
-    node: int
-    before: HalfEdge
-    after: HalfEdge
-    angle: float
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """A part of one side of an edge, between two ascending parameters of the edge's curve."""
-
-    half: HalfEdge
-    first: float
-    last: float
-
-
-@dataclass(frozen=True)
-class Cap:
-    """A place, (x, y) m, near which strips were found too wide, and the width allowed there, m."""
-
-    place: tuple[float, float]
-    width: float
-
-
-@dataclass(frozen=True)
-class Repairs:
-    """What earlier rounds of meshing have taught.
-
-    Attributes
-    ----------
-    splits : mapping
-        Further parameters at which edges are cut, by edge.
-    caps : tuple of Cap
-    bare : frozenset of Stretch
-        Parts of borders without a strip.
-    """
-
-    splits: Mapping[int, frozenset[float]]
-    caps: tuple[Cap, ...]
-    bare: frozenset[Stretch]
-
-    def without_strip(self, half: HalfEdge, place: float) -> bool:
-        """Whether the strip to the left of a half-edge is left out at a parameter of its edge's curve."""
-        return any(s.half == half and s.first - 1e-9 <= place <= s.last + 1e-9 for s in self.bare)
-
-    def closed(self, corner: Corner) -> bool:
-        """Whether strips end at a corner, for one of them is left out there."""
-        ends = ((corner.before, not corner.before.backward), (corner.after, corner.after.backward))
-        return any(self.without_strip(half, float(at_end)) for half, at_end in ends)
-
-    def widest(self, places: Real) -> Real:
-        """Largest width of strips allowed at places (..., 2), (...), m."""
-        found = np.full(np.shape(places)[:-1], np.inf)
-        for cap in self.caps:
-            away = np.asarray(places) - np.asarray(cap.place)
-            found = np.minimum(found, cap.width + 0.4 * np.hypot(away[..., 0], away[..., 1]))
-        return found
 
 
 @dataclass(frozen=True)
@@ -146,48 +82,6 @@ class Side:
     def inwards(self, k: int) -> Real:
         """Return the unit normal to the left at the end of piece k, (2,)."""
         return _left(self.curve, self.place[k])
-
-
-def corners_of(plan: Arrangement, face: Face) -> list[list[Corner]]:
-    """Angles of a face, cycle by cycle, each between a half-edge and the next."""
-    found = []
-    for cycle in face.cycles:
-        row = []
-        for before, after in zip(cycle, (*cycle[1:], cycle[0]), strict=True):
-            back = direction(plan.curve(before).part(1.0, 0.0))
-            ahead = direction(plan.curve(after))
-            turn = np.arctan2(back[1], back[0]) - np.arctan2(ahead[1], ahead[0])
-            row.append(Corner(plan.start(after), before, after, float(turn % (2 * np.pi)) or 2 * np.pi))
-        found.append(row)
-    return found
-
-
-class Clearance:
-    """Free distance to the next border, seen from a point into some direction."""
-
-    def __init__(self, plan: Arrangement, edges: set[int]) -> None:
-        samples = []
-        for edge in edges:
-            curve = plan.edges[edge].curve
-            count = int(np.clip(length_of(curve) / 1e-3, 24, 400))
-            samples.append(curve.at(np.linspace(0.0, 1.0, count)))
-        self.points = np.vstack(samples)
-        self.tree = cKDTree(self.points)
-        self.largest = float(np.ptp(self.points, axis=0).max())
-
-    def __call__(self, point: Real, normal: Real, aperture: float = APERTURE, reach: float = np.inf) -> float:
-        """Distance from `point` to the next border within `aperture` rad of `normal`, at most `reach`, m."""
-        least = np.cos(aperture)
-        radius = min(0.02 * self.largest, reach)
-        while True:
-            near = self.points[self.tree.query_ball_point(point, radius)] - point
-            away = np.sqrt((near**2).sum(axis=1))
-            seen = away[(near @ normal > least * away) & (away > 1e-6)]
-            if seen.size:
-                return float(seen.min())
-            if radius >= min(reach, self.largest):
-                return float(min(reach, self.largest))
-            radius = min(3.0 * radius, reach)
 
 
 @dataclass(frozen=True)
@@ -326,12 +220,6 @@ class Cutter:
                 self.known[key] = self.clear(points[k], _left(curve, cut[k]), reach=wanted / SHARE)
             width[k] = min(width[k], SHARE * self.known[key])
         return Side(half, curve, cut, list(number), width, bare)
-
-
-def length_of(curve: Curve) -> float:
-    """Length of a curve, m, to about 1e-4 of it."""
-    along = curve.derivative(np.linspace(0.0, 1.0, 33))
-    return float(np.sqrt((along**2).sum(axis=1)).mean())
 
 
 def _left(curve: Curve, place: float) -> Real:

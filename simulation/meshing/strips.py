@@ -14,7 +14,9 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.geometry.curves import turning
 from simulation.meshing.arrangement import HalfEdge
-from simulation.meshing.sides import CONVEX, REENTRANT, Corner, Cutter, Repairs, Side, Stretch
+from simulation.meshing.corners import CONVEX, REENTRANT, Corner
+from simulation.meshing.repairs import Repairs, Stretch
+from simulation.meshing.sides import Cutter, Side
 
 Path = Callable[[Real], Real]
 """Points (..., 2) over a parameter in [0, 1]."""

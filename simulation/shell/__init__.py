@@ -4,6 +4,7 @@
 ``lobatto``         hierarchical functions of one variable
 ``cells``           functions of the reference quadrilateral and triangle
 ``mapping``         places in curved cells, and back
+``cell_group``      functions and points of quadrature on all cells of a kind
 ``space``           functions over a mesh, and their integrals
 ``rigidity``        strains of a shell, and cells' matrices from section rigidities
 ``edges``           supports along edges
@@ -18,6 +19,8 @@
 ``shell_model``     the assembled plate, answers by direct solution
 ``moving``          a mesh whose cells stretch so that a patch sits elsewhere
 ``piezo_material``  ceramic constants, and what a thin poled patch makes of them
+``in_plane``        stiffness of a layer along the plate's axes
+``coupling``        force of one volt on each patch
 ``electric_load``   sensors on real inputs, all connected at once
 ==================  ================================================================
 """

@@ -13,7 +13,9 @@ from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.choice import ResponseProblem, chosen, diagonal
+from simulation.shell.coupling import couplings
 from simulation.shell.fineness import Fineness
+from simulation.shell.in_plane import moduli
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import Block, W
@@ -110,7 +112,7 @@ def assemble_for(
     if not fine.tolerance:
         return assembled(shell, ~shell.held, parts)
     loads = np.zeros((5, shell.space.size, len(patches)))
-    for k, coupling in enumerate(shell.couplings(shell.thickness)):
+    for k, coupling in enumerate(couplings(shell, shell.thickness)):
         for field, values in coupling.items():
             loads[field, :, k] = values
     acting = [*footprints, *_dashpots(plate)]
@@ -195,7 +197,7 @@ def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0)
     unknowns = Unknowns.of(shell.space, kept)
     first, second, patches, mass = (unknowns.matrix(blocks) for blocks in parts)
     patches = csr_matrix(patches + unknowns.springs(shell))
-    columns = [unknowns.vector(coupling) for coupling in shell.couplings(shell.thickness)]
+    columns = [unknowns.vector(coupling) for coupling in couplings(shell, shell.thickness)]
     return ShellModel(
         shell=shell,
         unknowns=unknowns,
@@ -219,8 +221,8 @@ def _dashpots(plate: Plate) -> list[Footprint]:
 def _parts(shell: ShellPlate) -> Parts:
     thickness = shell.thickness
     return (
-        list(shell.cells.of(shell.plate_stiffness(shell.moduli(1.0, 0.0), 0.5, thickness))),
-        list(shell.cells.of(shell.plate_stiffness(shell.moduli(0.0, 1.0), -0.5, thickness))),
+        list(shell.cells.of(shell.plate_stiffness(moduli(shell.sheet, 1.0, 0.0), 0.5, thickness))),
+        list(shell.cells.of(shell.plate_stiffness(moduli(shell.sheet, 0.0, 1.0), -0.5, thickness))),
         list(shell.cells.of(shell.patch_stiffness(thickness))),
         list(shell.inertia(thickness)),
     )

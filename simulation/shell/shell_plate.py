@@ -13,23 +13,17 @@ from simulation.meshing.foreign import foreign_mesh
 from simulation.meshing.mesher import Border, mesh_plate
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.edges import LineBlock, held_functions, spring_blocks
+from simulation.shell.in_plane import InPlane, matrix
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
 from simulation.shell.rigidity import (
     SHEAR_FACTOR,
-    THX,
-    THY,
     Block,
     CellMatrices,
     Rigidity,
-    U,
-    V,
     Weight,
     laminate,
 )
 from simulation.shell.space import ShapeSpace
-
-InPlane = tuple[Weight, Weight, Weight, Weight, Weight, Weight]
-"""Q11, Q22, Q12, Q66, Q16, Q26 of a layer, Pa."""
 
 
 @dataclass(frozen=True)
@@ -144,27 +138,6 @@ class ShellPlate:
         """Stiffness of elastic supports along edges; damping, N s/m2 and the like, instead."""
         return spring_blocks(self.space, self.plate, damping=damping)
 
-    def moduli(self, c1: Weight, c2: Weight, x: Weight = 1.0, y: Weight = 1.0, shear: Weight = 1.0) -> InPlane:
-        """Stiffness Q of the sheet along the plate's axes.
-
-        Parameters
-        ----------
-        c1, c2 : float or ndarray
-            E/(1 - nu**2) and nu times that, Pa: numbers, or one for every cell or point of quadrature.
-        x, y, shear : float or ndarray
-            Factors on E_x, E_y and the in-plane shear modulus in the sheet's own axes, besides what is declared of
-            its orthotropy.
-
-        Returns
-        -------
-        tuple of six
-            Q11, Q22, Q12, Q66, Q16 and Q26, Pa.
-        """
-        sheet = self.sheet
-        x, y, shear = (1.0 - sheet.delta_e) * x, (1.0 + sheet.delta_e) * y, (1.0 + sheet.delta_g) * shear
-        own = (c1 * x, c1 * y, c2 * (x * y) ** 0.5, 0.5 * (c1 - c2) * shear)
-        return (*own, 0.0, 0.0) if sheet.angle == 0.0 else _turned(own, sheet.angle)
-
     @cached_property
     def sheet(self) -> Orthotropy:
         """Declared orthotropy of the material; none unless declared."""
@@ -187,12 +160,12 @@ class ShellPlate:
         -------
         Rigidity
         """
-        plane = _matrix(q)
+        plane = matrix(q)
         return self._rigidity(
-            [[_times(m, thickness) for m in row] for row in plane],
+            [[m * thickness for m in row] for row in plane],
             None,
-            [[_times(m, _times(1.0 / 12.0, _power(thickness, 3))) for m in row] for row in plane],
-            _times(SHEAR_FACTOR, _times(shear_modulus, thickness)),
+            [[m * (1.0 / 12.0 * thickness**3) for m in row] for row in plane],
+            SHEAR_FACTOR * (shear_modulus * thickness),
         )
 
     def patch_stiffness(self, thickness: Real, bond: float = 1.0) -> Rigidity:
@@ -207,7 +180,7 @@ class ShellPlate:
         for patch, place, height in self._layers(thickness):
             q11, q12 = self.materials[patch.material].stiffness
             t = patch.thickness
-            plane = _matrix((q11, q11, q12, 0.5 * (q11 - q12), 0.0, 0.0))
+            plane = matrix((q11, q11, q12, 0.5 * (q11 - q12), 0.0, 0.0))
             for i in range(3):
                 for j in range(3):
                     value = plane[i][j]
@@ -242,45 +215,6 @@ class ShellPlate:
             turning = turning + area * (height**2 + patch.thickness**2 / 12.0)
         return self.cells.inertia(straight, first if first.any() else None, turning)
 
-    def couplings(self, thickness: Real, bond: float = 1.0) -> list[dict[int, Real]]:
-        """Force per volt b of every patch, N/V: field -> values over the functions (N,)."""
-        found = []
-        for k, patch in enumerate(self.patches):
-            h = thickness if len(thickness) == len(self.space.dx) else self.space.spread(thickness)
-            sign = 1.0 if patch.side == "top" else -1.0
-            height = 0.5 * sign * (h + patch.thickness)
-            factor = bond * self.materials[patch.material].e31
-            found.append(self.dilatation(k, factor * np.ones_like(h), factor * height))
-        return found
-
-    def dilatation(self, patch: int, flat: Real, height: Real) -> dict[int, Real]:
-        """Integral under a patch of flat (u,x + v,y) + height (thx,x + thy,y).
-
-        Parameters
-        ----------
-        patch : int
-            Place among the plate's patches.
-        flat, height : (Q,) ndarray
-            At the points of quadrature.
-
-        Returns
-        -------
-        dict of int to (N,) ndarray
-            By field.
-        """
-        cells = self.under[patch]
-        moments = self.space.moments
-        found = {
-            U: moments("x", flat, cells),
-            V: moments("y", flat, cells),
-            THX: moments("x", height, cells),
-            THY: moments("y", height, cells),
-        }
-        if self.tilt is not None:
-            tilted = [moments(d, flat * slope, cells) for d, slope in zip("xy", self.tilt, strict=True)]
-            found[2] = tilted[0] + tilted[1]
-        return found
-
     def on(self, space: ShapeSpace) -> "ShellPlate":
         """Return the same plate on another space."""
         return replace(self, space=space)
@@ -310,31 +244,3 @@ class ShellPlate:
             for place, v in used
         )
         return Rigidity(spread, self.tilt)
-
-
-def _turned(own: tuple[Weight, Weight, Weight, Weight], angle: float) -> InPlane:
-    """Q of a layer whose own axes are turned by `angle` (Jones, Mechanics of Composite Materials, eq. 2.80)."""
-    q11, q22, q12, q66 = own
-    c, s = float(np.cos(angle)), float(np.sin(angle))
-    mixed = q12 + 2.0 * q66
-    return (
-        c**4 * q11 + 2.0 * c * c * s * s * mixed + s**4 * q22,
-        s**4 * q11 + 2.0 * c * c * s * s * mixed + c**4 * q22,
-        c * c * s * s * (q11 + q22 - 4.0 * q66) + (c**4 + s**4) * q12,
-        c * c * s * s * (q11 + q22 - 2.0 * q12 - 2.0 * q66) + (c**4 + s**4) * q66,
-        c**3 * s * (q11 - mixed) - c * s**3 * (q22 - mixed),
-        c * s**3 * (q11 - mixed) - c**3 * s * (q22 - mixed),
-    )
-
-
-def _matrix(q: InPlane) -> list[list[Weight]]:
-    q11, q22, q12, q66, q16, q26 = q
-    return [[q11, q12, q16], [q12, q22, q26], [q16, q26, q66]]
-
-
-def _times(one: Weight, other: Weight) -> Weight:
-    return one * other
-
-
-def _power(value: Weight, exponent: int) -> Weight:
-    return value**exponent

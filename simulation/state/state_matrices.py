@@ -8,6 +8,8 @@ from scipy.sparse import csr_matrix
 
 from analysis.arrays import Real
 from analysis.channel import Footprint
+from simulation.shell.coupling import couplings
+from simulation.shell.in_plane import moduli
 from simulation.shell.moving import moved_space
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
@@ -109,7 +111,7 @@ class FullPlate:
         thickness = shell.space.spread(shell.thickness) * state.thickness
         lossy = state.laws.loss_factor(state.temperature)
         plate = here._plate(state, np.ones_like(lossy), thickness)
-        columns = [over.vector(coupling) for coupling in shell.couplings(thickness, state.bond)]
+        columns = [over.vector(coupling) for coupling in couplings(shell, thickness, state.bond)]
         columns += list(over.rows(footprint_rows(self.shell.space, footprints), W).toarray()) if footprints else []
         return StateMatrices(
             plate=plate,
@@ -127,5 +129,6 @@ class FullPlate:
         nu = state.laws.poisson_ratio(state.temperature)
         c1 = factor * state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
         shear = 0.5 * c1 * (1.0 - nu)
-        q = self.shell.moduli(c1, nu * c1, state.modulus_x, state.modulus_y, state.in_plane_shear)
+        factors = (state.modulus_x, state.modulus_y, state.in_plane_shear)
+        q = moduli(self.shell.sheet, c1, nu * c1, *factors)
         return self.unknowns.matrix(self.shell.cells.of(self.shell.plate_stiffness(q, shear, thickness)))

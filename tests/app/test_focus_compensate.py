@@ -34,7 +34,7 @@ from app.main import flexura
 from app.report.focusing import loss, relative_errors
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
-from app.stages import panel_inputs as panel_run
+from app.stages import panel_inputs, panel_laws
 from app.stages.uncorrected_filters import uncorrected_aim
 from app.twins import tilted_twin as tilted_module
 from app.twins.panel_twin import panel_twin
@@ -332,8 +332,8 @@ def test_compensate_names_what_is_wrong(run, panel):
     ("effects", "said"), [((), ""), (("one",), "one stays with"), (("one", "two"), "one, two stay with")]
 )
 def test_effects_that_a_panel_does_not_take_along_are_named(monkeypatch, effects, said):
-    monkeypatch.setattr(panel_run, "read_twin", lambda _: SimpleNamespace(effects=dict.fromkeys(effects)))
-    notes = panel_run.effects_left_out(Path("twin.toml"))
+    monkeypatch.setattr(panel_laws, "read_twin", lambda _: SimpleNamespace(effects=dict.fromkeys(effects)))
+    notes = panel_laws.effects_left_out(Path("twin.toml"))
     assert len(notes) == bool(effects)
     assert said in "".join(notes)
 
@@ -372,7 +372,7 @@ def test_a_panel_file_s_faults_are_told_in_its_own_words(run, panel, old, new, s
 
 def test_filters_of_laws_that_lack_nothing_lose_nothing(panel):
     """Robust ones, too: filters from the uncorrected laws are designed as those from the corrected ones are."""
-    declared = panel_run.changed(read_panel(panel), {"thermometer_error": 8.0})
+    declared = panel_inputs.changed(read_panel(panel), {"thermometer_error": 8.0})
     model, t = panel_twin(declared, laws(), lambda _stage, _share: None), np.array([20.0, 35.0])
     found = focus(model, declared, laws(), t)
     same = uncorrected_aim(model, declared, laws(), laws(), t, "stif")

@@ -1,0 +1,168 @@
+"""MacKay's evidence of networks: which weights of parameters and errors the data ask for.
+
+Foresee and Hagan (1997): γ = P - α tr(β JᵀJ + α I)⁻¹ (the parameters the data determine), α = γ/(2 E_W),
+β = (n M - γ)/(2 E_D).
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from analysis.compensation.linearised import Linearised, Weights
+from analysis.compensation.schur_complement import inverse_trace, log_determinant
+
+
+@dataclass(frozen=True)
+class TrainingProblem:
+    """What B networks have to learn, outputs rotated.
+
+    Attributes
+    ----------
+    inputs : (n,) Tensor
+    targets : (B, n, k) Tensor
+    used : (B, n) Tensor
+        1 for samples trained on, 0 for samples left out.
+    outputs : int
+        Outputs before the rotation, M; the M - k left away have zero targets and zero weights.
+    """
+
+    inputs: Tensor
+    targets: Tensor
+    used: Tensor
+    outputs: int
+
+    @property
+    def error_count(self) -> Tensor:
+        """Number (B,) of errors n M."""
+        return self.used.sum(1) * self.outputs
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """State of the regularisation of B networks; every field is (B,).
+
+    Attributes
+    ----------
+    alpha, beta : Tensor
+        Weight of the squared parameters and of the squared errors.
+    gamma : Tensor
+        Parameters the data determine.
+    log_evidence : Tensor
+        ln p(targets | network), up to a constant of the data.
+    """
+
+    alpha: Tensor
+    beta: Tensor
+    gamma: Tensor
+    log_evidence: Tensor
+
+
+def first_estimate(problem: TrainingProblem, weights: Weights, at: Linearised) -> tuple[Tensor, Tensor]:
+    """Estimate α, β as though the data determined every parameter; β = 1 where they are too few for that.
+
+    Parameters
+    ----------
+    problem : TrainingProblem
+    weights : Weights
+        First weights.
+    at : Linearised
+        The networks at `weights`.
+
+    Returns
+    -------
+    alpha, beta : (B,) Tensor
+        Weights of the squared parameters and of the squared scaled errors.
+    """
+    count = float(parameter_count(weights, problem.outputs))
+    spare = problem.error_count - count
+    beta = torch.where(spare > 0, spare / (2.0 * squared_error(at.error)), torch.ones_like(spare))
+    return count / (2.0 * weights.squares()), beta
+
+
+def reestimate(
+    problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor
+) -> tuple[Tensor, Tensor]:
+    """One round of MacKay's α = γ/(2 E_W) and β = (n M - γ)/(2 E_D).
+
+    Parameters
+    ----------
+    problem : TrainingProblem
+    weights : Weights
+    at : Linearised
+        The networks at `weights`.
+    alpha, beta : (B,) Tensor
+        The estimates before.
+
+    Returns
+    -------
+    alpha, beta : (B,) Tensor
+        The estimates after.
+    """
+    gamma = determined(problem, weights, at, alpha, beta)
+    # An exact fit would send beta to infinity; the floor is far below any rounding of the errors.
+    squares = squared_error(at.error).clamp(min=1e-30 * float(problem.outputs))
+    return gamma / (2.0 * weights.squares()), (problem.error_count - gamma).clamp(min=1e-3) / (2.0 * squares)
+
+
+def determined(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor) -> Tensor:
+    """Count the parameters the data determine: γ = P - α tr(β JᵀJ + α I)⁻¹.
+
+    Parameters
+    ----------
+    problem : TrainingProblem
+    weights : Weights
+    at : Linearised
+        The networks at `weights`.
+    alpha, beta : (B,) Tensor
+        Weights of the squared parameters and of the squared scaled errors.
+
+    Returns
+    -------
+    (B,) Tensor
+        γ, of the P = 2H + M(H+1) parameters of each network.
+
+    Raises
+    ------
+    torch.linalg.LinAlgError
+        Where the border matrix is not positive definite to the digits at hand.
+    """
+    count = parameter_count(weights, problem.outputs)
+    return count - alpha * inverse_trace(weights, at, alpha, beta, problem.outputs)
+
+
+def judge(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor) -> Evidence:
+    """Evidence of networks at their weights, by Laplace's approximation about them.
+
+    ln p(D) = -β E_D - α E_W - ½ ln|β JᵀJ + α I| + P/2 ln α + nM/2 ln(β/π).
+
+    Parameters
+    ----------
+    problem : TrainingProblem
+    weights : Weights
+    at : Linearised
+        The networks at `weights`.
+    alpha, beta : (B,) Tensor
+        Weights of the squared parameters and of the squared scaled errors.
+
+    Returns
+    -------
+    Evidence
+        α, β, γ and the logarithm of the evidence of each of the B networks.
+    """
+    count = parameter_count(weights, problem.outputs)
+    fit = -beta * squared_error(at.error) - alpha * weights.squares()
+    occam = -0.5 * log_determinant(weights, at, alpha, beta, problem.outputs) + 0.5 * count * torch.log(alpha)
+    noise = 0.5 * problem.error_count * torch.log(beta / torch.pi)
+    return Evidence(alpha, beta, determined(problem, weights, at, alpha, beta), fit + occam + noise)
+
+
+def parameter_count(weights: Weights, outputs: int) -> int:
+    """Parameters of one network with `outputs` outputs."""
+    nodes = weights.slope.shape[1]
+    return 2 * nodes + outputs * (nodes + 1)
+
+
+def squared_error(error: Tensor) -> Tensor:
+    """Sum (B,) of the squared errors (B, n, k): E_D."""
+    return (error**2).sum((1, 2))

@@ -1,0 +1,127 @@
+"""Networks of one hidden layer with linear outputs: their parameters, their outputs, and both linearised.
+
+All tensors carry a leading axis B: independent networks (actuators, restarts, left-out folds) advance
+together.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Parameters of B networks.
+
+    Attributes
+    ----------
+    slope, bias : (B, H) Tensor
+        Of the hidden nodes tanh(slope · x + bias).
+    output : (B, H+1, k) Tensor
+        Weights from the hidden nodes, and last the output biases, in k rotated outputs.
+    """
+
+    slope: Tensor
+    bias: Tensor
+    output: Tensor
+
+    def squares(self) -> Tensor:
+        """Sum (B,) of all squared parameters: E_W."""
+        return (self.slope**2).sum(1) + (self.bias**2).sum(1) + (self.output**2).sum((1, 2))
+
+    def moved(self, step: "Weights") -> "Weights":
+        """Weights plus a step."""
+        return Weights(self.slope + step.slope, self.bias + step.bias, self.output + step.output)
+
+    def chosen(self, which: Tensor, other: "Weights") -> "Weights":
+        """Self where `which` (B,) is true, else `other`."""
+        one, two = which[:, None], which[:, None, None]
+        return Weights(
+            torch.where(one, self.slope, other.slope),
+            torch.where(one, self.bias, other.bias),
+            torch.where(two, self.output, other.output),
+        )
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """Networks at their present weights.
+
+    Attributes
+    ----------
+    features : (B, n, H+1) Tensor
+        Z: hidden outputs and a column of ones; rows of samples left out are zero.
+    slopes : (B, n, 2H) Tensor
+        Derivative of the hidden outputs by slope, then by bias.
+    error : (B, n, k) Tensor
+        Network minus target.
+    left : (B, n, n) Tensor
+        Left singular vectors of Z, all n.
+    right : (B, H+1, H+1) Tensor
+        Right singular vectors, in rows.
+    power : (B, max(n, H+1)) Tensor
+        Squared singular values, filled with zeros.
+    """
+
+    features: Tensor
+    slopes: Tensor
+    error: Tensor
+    left: Tensor
+    right: Tensor
+    power: Tensor
+
+
+def predict(weights: Weights, inputs: Tensor) -> Tensor:
+    """Return the outputs (B, n, k) of the networks at `inputs` (n,)."""
+    hidden = torch.tanh(weights.slope[:, None, :] * inputs[:, None] + weights.bias[:, None, :])
+    return hidden @ weights.output[:, :-1] + weights.output[:, -1:]
+
+
+def errors(weights: Weights, inputs: Tensor, targets: Tensor, used: Tensor) -> Tensor:
+    """Network minus target, zero for samples that are not used.
+
+    Parameters
+    ----------
+    weights : Weights
+    inputs : (n,) Tensor
+    targets : (B, n, k) Tensor
+    used : (B, n) Tensor
+        1, or 0 for samples left out.
+
+    Returns
+    -------
+    (B, n, k) Tensor
+    """
+    return (predict(weights, inputs) - targets) * used[:, :, None]
+
+
+def linearise(weights: Weights, inputs: Tensor, targets: Tensor, used: Tensor) -> Linearised:
+    """Linearise networks about their weights.
+
+    Parameters
+    ----------
+    weights : Weights
+    inputs : (n,) Tensor
+    targets : (B, n, k) Tensor
+    used : (B, n) Tensor
+        1, or 0 for samples left out.
+
+    Returns
+    -------
+    Linearised
+    """
+    hidden = torch.tanh(weights.slope[:, None, :] * inputs[:, None] + weights.bias[:, None, :])
+    features = torch.cat([hidden, torch.ones_like(hidden[..., :1])], dim=2) * used[:, :, None]
+    derivative = (1.0 - hidden**2) * used[:, :, None]
+    left, values, right = torch.linalg.svd(features, full_matrices=True)
+    size = max(features.shape[1:])
+    power = torch.nn.functional.pad(values**2, (0, size - values.shape[1]))
+    return Linearised(
+        features,
+        torch.cat([derivative * inputs[:, None], derivative], dim=2),
+        errors(weights, inputs, targets, used),
+        left,
+        right,
+        power,
+    )

@@ -1,0 +1,127 @@
+"""Laws that a panel's plate obeys, and the temperatures they share with the panel."""
+
+from pathlib import Path
+
+import numpy as np
+
+from analysis.arrays import Real
+from analysis.focusing.panel import Panel
+from analysis.focusing.temperatures import covered
+from analysis.material import Material, MaterialLaws
+from analysis.updating.laws import fit_laws
+from app.files.bad_file import ResultFileError
+from app.files.laws_file import load_laws
+from app.files.run_folder import run_file
+from app.files.twin_file import TwinFile, read_twin
+
+
+def laws_of(run: Path, verb: str) -> tuple[Path, MaterialLaws]:
+    """Return the laws of a run folder, or of a laws file named itself, and where they stand."""
+    path = run if run.is_file() else run_file(run, "laws.h5", verb)
+    return path.resolve(), load_laws(path)
+
+
+def laws_for(run: Path | None, twin: Path | None, verb: str) -> tuple[Path, MaterialLaws, Path]:
+    """Return the laws of a run, or of a twin file if one is named.
+
+    Parameters
+    ----------
+    run : Path or None
+        Run folder; None for the current folder.
+    twin : Path or None
+        Twin file.
+    verb : str
+        Of the command that asks, for messages.
+
+    Returns
+    -------
+    path : Path
+        File the laws stand in.
+    laws : MaterialLaws
+    folder : Path
+        Of the results: beside the laws, or with a twin file `run` where that is a folder.
+    """
+    if twin is None:
+        path, laws = laws_of(run or Path(), verb)
+        return path, laws, path.parent
+    path = twin.resolve()
+    return path, laws_of_twin(read_twin(twin), path), run if run is not None and run.is_dir() else path.parent
+
+
+def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
+    """Smooth laws through the nodes of a twin file; ResultFileError for fewer than three."""
+    nodes = twin.laws
+    material = Material(*(np.array(x) for x in (nodes.youngs_modulus, nodes.poisson_ratio, nodes.loss_factor)))
+    spread = (nodes.sigma_youngs_modulus, nodes.sigma_poisson_ratio, nodes.sigma_loss_factor)
+    sigma = Material(*(np.array(x) for x in spread))
+    try:
+        return fit_laws(np.array(nodes.temperature), material, sigma, temperature_range=nodes.temperature_range)
+    except ValueError as error:
+        raise ResultFileError(f"{origin}: laws: {error}") from error
+
+
+def effects_left_out(twin: Path) -> list[str]:
+    """Say which effects of a twin file a panel does not take along; nothing for none."""
+    effects = list(read_twin(twin).effects)
+    if not effects:
+        return []
+    stay = f"{', '.join(effects)} {'stays' if len(effects) == 1 else 'stay'}"
+    return [f"{twin}: the panel's plate obeys the corrected laws; {stay} with the plate that was measured"]
+
+
+def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, float]:
+    """Return the temperatures that panel and laws share.
+
+    Parameters
+    ----------
+    panel : Panel
+    laws : MaterialLaws
+    origin : Path
+        File of the laws, for messages.
+
+    Returns
+    -------
+    low, high : float
+        Degrees Celsius.
+
+    Raises
+    ------
+    ResultFileError
+        If they share none.
+    """
+    try:
+        return covered(laws, panel.filters.operating_range)
+    except ValueError as error:
+        raise ResultFileError(f"{origin}: {error}; update a campaign that covers them") from error
+
+
+def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
+    """Return temperatures, all of which the laws cover.
+
+    Parameters
+    ----------
+    temperature : (T,) ndarray
+        Degrees Celsius.
+    laws : MaterialLaws
+    origin : Path
+        File of the laws, for messages.
+
+    Returns
+    -------
+    (T,) ndarray
+        `temperature` itself.
+
+    Raises
+    ------
+    ResultFileError
+        Naming the first that the laws do not cover; or where there is none.
+    """
+    if not temperature.size:
+        raise ResultFileError(f"{origin}: no temperature is named; at least one is needed")
+    low, high = laws.temperature_range
+    outside = temperature[~np.isfinite(temperature) | (temperature < low - 1e-9) | (temperature > high + 1e-9)]
+    if outside.size:
+        raise ResultFileError(
+            f"{origin}: --temperature {outside[0]:g} °C is outside the laws' range, {low:g} to {high:g} °C"
+        )
+    return temperature
