@@ -34,7 +34,11 @@ def run(campaign: Path, folder: Path, cache: Path) -> tuple[dict[str, float], li
         started = time.perf_counter()
         environment = {**os.environ, "FLEXURA_CACHE": str(cache)}
         done = subprocess.run(
-            [sys.executable, "-m", "app", *words], env=environment, stdout=subprocess.PIPE, text=True, check=True
+            [sys.executable, "-m", "flexura", *words],
+            env=environment,
+            stdout=subprocess.PIPE,
+            text=True,
+            check=True,
         )
         seconds[words[0]] = time.perf_counter() - started
         if "--json" in words:

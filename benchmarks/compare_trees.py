@@ -1,26 +1,30 @@
 """Whether two checkouts of Flexura find the same in the same campaigns.
 
-    python benchmarks/compare_trees.py ../before . --campaigns examples/pp-plate ../recordings/other
+    python benchmarks/compare_trees.py ../before . --campaigns examples/pp-plate ../other --keep compared
 
-Each checkout runs `identify`, `update` and `gap` on every campaign, in processes of its own, one after the other,
-with a cache folder of its own. Verdicts, names, counts and notes have to be equal, numbers within 1e-6 relative of
-each other; times, hashes and versions are not compared. What differs is listed with its place in the JSON; exit
-status 1 where anything does.
+Each checkout runs `identify`, `update`, `gap` and `report` on every campaign, in processes of its own, one after
+the other, with a cache folder of its own. Verdicts, names, counts, notes and the list of the report's figures have
+to be equal, numbers within 1e-6 relative of each other; times, places of files, hashes and versions are not
+compared. What differs is gathered by its place in the JSON, all entries of a list together, with the first of
+them; exit status 1 where anything does. What a checkout printed stays in the folder of `--keep` and is not
+computed again when the command is typed again: name another folder where a checkout has changed.
 """
 
 import argparse
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-VERBS = ("identify", "update", "gap")
-OWN = {"seconds", "provenance", "inputs", "flexura", "python", "packages"}
+VERBS = ("identify", "update", "gap", "report")
+OWN = {"seconds", "provenance", "inputs", "flexura", "python", "packages", "report", "bytes", "gap_json", "twin"}
 """Keys that differ from run to run, or from version to version."""
 GOOD = (0, 1)
 """Exit statuses that come with a result."""
@@ -29,7 +33,7 @@ ZERO = 1e-12
 
 
 def found(tree: Path, verb: str, campaign: Path, scratch: Path) -> Any:
-    """Return what a verb of one checkout prints as JSON.
+    """Return what a verb of one checkout prints as JSON, or printed before.
 
     Parameters
     ----------
@@ -43,21 +47,22 @@ def found(tree: Path, verb: str, campaign: Path, scratch: Path) -> Any:
     Returns
     -------
     object
-        As read from JSON.
-
-    Raises
-    ------
-    SystemExit
-        Where the verb refuses the campaign.
+        As read from JSON; of a verb that refuses, its sentence in its place.
     """
     run = scratch / f"{campaign.name}-run"
-    package = "flexura" if (tree / "flexura").is_dir() else "app"
-    words = [sys.executable, "-P", "-m", package, verb, str(campaign), "--out", str(run), "--json", "--quiet"]
-    environment = os.environ | {"PYTHONPATH": str(tree), "FLEXURA_CACHE": str(scratch / "cache")}
-    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
-    if done.returncode not in GOOD:
-        sys.exit(f"{tree}: flexura {verb} {campaign}: exit status {done.returncode}\n{done.stderr}")
-    return json.loads(done.stdout)
+    printed = scratch / f"{campaign.name}-{verb}.json"
+    if not printed.is_file():
+        package = "flexura" if (tree / "flexura").is_dir() else "app"
+        asked = [str(run)] if verb == "report" else [str(campaign), "--out", str(run)]
+        words = [sys.executable, "-P", "-m", package, verb, *asked, "--json", "--quiet"]
+        environment = os.environ | {"PYTHONPATH": str(tree), "FLEXURA_CACHE": str(scratch / "cache")}
+        done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+        if done.returncode not in GOOD:
+            return {"refused": {"status": done.returncode, "told": done.stderr.replace(str(scratch), "")}}
+        half = printed.with_suffix(".part")
+        half.write_text(done.stdout, encoding="utf-8")
+        half.replace(printed)
+    return json.loads(printed.read_text(encoding="utf-8"))
 
 
 def differences(before: Any, after: Any, tolerance: float, place: str = "") -> Iterator[str]:
@@ -96,6 +101,14 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
+def gathered(told: Iterable[str]) -> list[str]:
+    """One line for each place in the JSON, whatever the number in a list: how many differ there, and the first."""
+    places: dict[str, list[str]] = {}
+    for line in told:
+        places.setdefault(re.sub(r"\[\d+\]", "[*]", line.split(": ")[0]), []).append(line)
+    return [f"{len(lines)} of {place}, the first {lines[0]}" for place, lines in places.items()]
+
+
 def main() -> int:
     """Compare, and print what differs."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -104,19 +117,22 @@ def main() -> int:
     parser.add_argument("--campaigns", type=Path, nargs="+", default=[Path("examples/pp-plate")])
     parser.add_argument("--verbs", nargs="+", choices=VERBS, default=VERBS)
     parser.add_argument("--tolerance", type=float, default=1e-6)
+    parser.add_argument("--keep", type=Path, help="folder for results and caches (default: a temporary one)")
     asked = parser.parse_args()
     count = 0
-    with tempfile.TemporaryDirectory() as folder:
+    with nullcontext(asked.keep) if asked.keep else tempfile.TemporaryDirectory() as folder:
         for campaign in asked.campaigns:
             for verb in asked.verbs:
-                results = [
-                    found(tree.resolve(), verb, campaign.resolve(), Path(folder) / name)
-                    for name, tree in (("before", asked.before), ("after", asked.after))
-                ]
+                results = []
+                for name, tree in (("before", asked.before), ("after", asked.after)):
+                    scratch = Path(folder).resolve() / name
+                    scratch.mkdir(parents=True, exist_ok=True)
+                    results.append(found(tree.resolve(), verb, campaign.resolve(), scratch))
                 told = list(differences(*results, asked.tolerance))
                 count += len(told)
-                print(f"{campaign} {verb}: {'equal' if not told else f'{len(told)} differences'}", flush=True)
-                for line in told:
+                refused = "refused by both, " if all("refused" in result for result in results) else ""
+                print(f"{campaign} {verb}: {refused}{f'{len(told)} differences' if told else 'equal'}", flush=True)
+                for line in gathered(told):
                     print(f"    {line}")
     return 1 if count else 0
 

@@ -137,7 +137,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             for verb in ("focus", "compensate"):
                 started = time.perf_counter()
-                command = [sys.executable, "-m", "app", verb, str(laws_file), "--out", folder, "--quiet"]
+                command = [sys.executable, "-m", "flexura", verb, str(laws_file), "--out", folder, "--quiet"]
                 subprocess.run(command, check=False, env=dict(os.environ))
                 result[f"{verb}_seconds"] = time.perf_counter() - started
     for name, value in result.items():

@@ -19,7 +19,7 @@ from scipy.io import wavfile
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
-FLEXURA = (sys.executable, "-m", "app")
+FLEXURA = (sys.executable, "-m", "flexura")
 RECORDED = ROOT / "examples" / "pp-plate"
 RIG = ROOT / "examples" / "simulated-rig.toml"
 

@@ -6,6 +6,7 @@ when it is first asked for, so that ``import flexura`` costs little. See ``docs/
 ================  ==================================================================
 ``campaigns``     `load`, `frf`, `identify`, `update`, `gap`: a plate over temperature
 ``panels``        `focus`, `compensate`: filters that follow the temperature
+``panel_files``   laws, twin files, panels and run folders that these two take
 ``figures``       `plot`: figures of all these results
 ``own_packages``  Flexura's own packages are imported, not others of the same name
 ================  ==================================================================

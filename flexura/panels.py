@@ -1,6 +1,6 @@
 """Filters of a panel that follow the temperature: designed over temperature, and by networks."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,25 +8,23 @@ import numpy as np
 from analysis.compensation.settings import Training
 from analysis.focusing.methods import METHODS, Method
 from analysis.focusing.panel import Panel
-from analysis.material import MaterialLaws
+from analysis.focusing.temperatures import spaced
 from app.files.panel_file import SECTION_2, read_panel
-from app.files.provenance import sha256
-from app.files.run_folder import run_folder
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
-from app.stages.panel_inputs import checked_device, method_for, panel_for
-from app.stages.panel_laws import laws_of, range_of, within
-from app.stages.update import Updating
+from app.stages.panel_inputs import checked_device, measured_panel
+from app.stages.panel_laws import range_of, within
+from app.stages.uncorrected_filters import uncorrected_laws
 from flexura.campaigns import File, computing
-
-Laws = File | MaterialLaws | Updating
-"""A run folder of ``flexura update`` (or its laws.h5), laws, or what `flexura.update` returned."""
+from flexura.panel_files import Laws, folder_of, kept, laws_read, panel_followed, scanned_followed
 
 
 def focus(
-    laws: Laws,
+    laws: Laws | None = None,
     panel: File | Panel = SECTION_2,
     *,
+    transfers: File | None = None,
+    twin: File | None = None,
     temperature: Sequence[float] | None = None,
     method: Method = "stif",
     out: File | None = None,
@@ -37,15 +35,21 @@ def focus(
     Parameters
     ----------
     laws : path, MaterialLaws or Updating
-        Which the panel's plate obeys.
+        Which the panel's plate obeys. Beside `twin` a run folder, or left out.
     panel : path or Panel
         The paper's section 2 where it is left out.
+    transfers : path, optional
+        Measured transfers (UFF58 with nodes, or HDF5) in place of laws and the panel's twin.
+    twin : path, optional
+        Twin file whose laws the panel's plate obeys; laws.h5 of the run folder then says what filters without the
+        twin's effects reach.
     temperature : sequence of float, optional
-        Degrees Celsius; every 5 K of what laws and panel share where it is left out.
+        Degrees Celsius; every 5 K of what laws and panel share where it is left out. Of `transfers` in a universal
+        file, the one at which they were measured.
     method : str
         How filters are designed: ``stif``, ``time-reversal``, ``modal-control`` or ``none``.
     out : path, optional
-        Run folder for filters.h5; wants `laws` and `panel` as paths, whose SHA-256 the file keeps.
+        Run folder for filters.h5; wants laws and panel as paths, whose SHA-256 the file keeps.
     progress : bool
         Draw progress bars on the error stream, where that is a terminal.
 
@@ -56,33 +60,49 @@ def focus(
     Raises
     ------
     ValueError
-        For an unknown method, and for `out` with laws or a panel that are in no file.
+        For an unknown method, a method that `transfers` do not serve, laws beside `transfers` or in memory beside
+        `twin`, and for `out` with laws or a panel that are in no file.
     app.files.bad_file.ResultFileError
         For a file that cannot be used, a temperature outside the laws' range, and laws that share no temperatures
         with the panel.
+    app.files.campaign_error.CampaignFileError
+        For a twin file that cannot be used.
     """
     _require_method(method)
-    origin, found_laws = _laws(laws, "focus")
     file = None if isinstance(panel, Panel) else Path(panel)
     declared = panel if isinstance(panel, Panel) else read_panel(Path(panel))
-    run, inputs = _kept(out, origin, file)
-    range_of(declared, found_laws, origin or Path("laws"))
-    wanted = None
-    if temperature is not None:
-        wanted = within(np.unique(np.asarray(temperature, float)), found_laws, origin or Path("laws"))
-    with computing(shown=progress) as report:
-        found = focus_stage.compute(declared, found_laws, report, temperature=wanted, method=method)
+    if transfers is not None:
+        _require_none(laws=laws, twin=twin)
+        run, inputs = kept(out, Path(transfers), file)
+        named = () if temperature is None else tuple(float(here) for here in temperature)
+        measured = measured_panel(declared, Path(transfers), named)
+        with computing(shown=progress) as report:
+            found = focus_stage.compute_measured(measured, report, method=method)
+    else:
+        origin, found_laws, beside = laws_read(laws, twin, "focus")
+        run, inputs = kept(out, origin, file)
+        low, high = range_of(declared, found_laws, origin or Path("laws"))
+        wanted = spaced(low, high, focus_stage.SPACING)
+        if temperature is not None:
+            wanted = within(np.unique(np.asarray(temperature, float)), found_laws, origin or Path("laws"))
+        without = None if twin is None or beside is None else uncorrected_laws(beside, wanted)
+        with computing(shown=progress) as report:
+            found = focus_stage.compute(
+                declared, found_laws, report, temperature=wanted, method=method, uncorrected=without
+            )
     if run is not None:
         focus_stage.save(run, found, inputs)
     return found
 
 
 def compensate(
-    laws: Laws,
+    laws: Laws | None = None,
     panel: File | Panel | None = None,
     *,
+    transfers: File | None = None,
+    twin: File | None = None,
     training: Training | None = None,
-    spacing: float = 5.0,
+    spacing: float | None = None,
     place: int | None = None,
     across: Sequence[float] = (),
     method: Method | None = None,
@@ -97,13 +117,18 @@ def compensate(
     Parameters
     ----------
     laws : path, MaterialLaws or Updating
-        Which the panel's plate obeys.
+        Which the panel's plate obeys. Beside `twin` a run folder, or left out; beside `transfers` the run folder
+        of their filters, or left out.
     panel : path or Panel, optional
-        That of filters.h5 beside the laws where it is left out, else the paper's section 2.
+        That of filters.h5 beside the laws or the transfers where it is left out, else the paper's section 2.
+    transfers : path, optional
+        Measured transfers at five temperatures or more (HDF5), in place of laws and the panel's twin.
+    twin : path, optional
+        Twin file whose laws the panel's plate obeys.
     training : Training, optional
-        Standard settings where it is left out, with fewer hidden nodes for few temperatures placed.
-    spacing : float
-        Between training temperatures, K.
+        Standard settings where it is left out, with fewer hidden nodes for few temperatures placed or measured.
+    spacing : float, optional
+        Between training temperatures, K; 5 where it is left out.
     place : int, optional
         How many training temperatures are placed where the filters need them, instead of every `spacing`.
     across : sequence of float
@@ -114,7 +139,7 @@ def compensate(
     device : str
         Where torch trains: ``cpu``, ``cuda``, ``cuda:1``.
     out : path, optional
-        Run folder for compensation.h5; wants `laws` and `panel` as paths, whose SHA-256 the file keeps.
+        Run folder for compensation.h5; wants laws and panel as paths, whose SHA-256 the file keeps.
     progress : bool
         Draw progress bars on the error stream, where that is a terminal.
 
@@ -127,74 +152,58 @@ def compensate(
     analysis.compensation.evidence_collapse.EvidenceCollapseError
         Where a network is refused.
     ValueError
-        For an unknown method, temperatures that cannot be chosen so, and for `out` with laws or a panel that are
-        in no file.
+        For an unknown method, temperatures that cannot be chosen so, fewer than five measured, laws in memory
+        beside `twin` or `transfers`, and for `out` with laws or a panel that are in no file.
     app.files.bad_file.ResultFileError
         For a file that cannot be used, a device that torch cannot use, and laws that share no temperatures with
         the panel.
+    app.files.campaign_error.CampaignFileError
+        For a twin file that cannot be used.
     """
     if method is not None:
         _require_method(method)
-    if not spacing > 0.0:
+    if spacing is not None and not spacing > 0.0:
         raise ValueError(f"spacing {spacing:g} K: above 0 wanted")
-    origin, found_laws = _laws(laws, "compensate")
-    declared, file, followed = _followed(panel, method, origin)
-    run, inputs = _kept(out, origin, file)
-    range_of(declared, found_laws, origin or Path("laws"))
-    checked_device(device)
-    with computing(shown=progress) as report:
-        found = compensate_stage.compute(
-            declared,
-            found_laws,
-            report,
-            training=training,
-            spacing=spacing,
-            place=place,
-            across=across,
-            method=followed,
-            device=device,
-        )
+    if transfers is not None:
+        _require_none(twin=twin, spacing=spacing, place=place, across=across or None)
+        scan, beside = Path(transfers), folder_of(laws, Path(transfers))
+        declared, file, followed = scanned_followed(panel, method, beside)
+        run, inputs = kept(out, scan, file)
+        measured = measured_panel(declared, scan, ())
+        checked_device(device)
+        with computing(shown=progress) as report:
+            found = compensate_stage.compute_measured(
+                measured, report, training=training, method=followed, device=device
+            )
+    else:
+        origin, found_laws, folder = laws_read(laws, twin, "compensate")
+        declared, file, followed = panel_followed(panel, method, folder)
+        run, inputs = kept(out, origin, file)
+        range_of(declared, found_laws, origin or Path("laws"))
+        checked_device(device)
+        with computing(shown=progress) as report:
+            found = compensate_stage.compute(
+                declared,
+                found_laws,
+                report,
+                training=training,
+                spacing=spacing or 5.0,
+                place=place,
+                across=across,
+                method=followed,
+                device=device,
+            )
     if run is not None:
         compensate_stage.save(run, found, inputs)
     return found
 
 
-def _laws(laws: Laws, verb: str) -> tuple[Path | None, MaterialLaws]:
-    """File of the laws, None for laws in memory, and the laws."""
-    if isinstance(laws, MaterialLaws):
-        return None, laws
-    if isinstance(laws, Updating):
-        if laws.laws is None:
-            raise ValueError("no laws over temperature: at least 3 temperatures with settled estimates are needed")
-        return None, laws.laws
-    return laws_of(Path(laws), verb)
-
-
-def _followed(
-    panel: File | Panel | None, method: Method | None, laws: Path | None
-) -> tuple[Panel, Path | None, Method]:
-    """Return panel, its file, and the method of the filters that networks follow, as the verb takes them."""
-    if isinstance(panel, Panel):
-        return panel, None, method or "stif"
-    named = None if panel is None else Path(panel)
-    if laws is None:
-        file = named or SECTION_2
-        return read_panel(file), file, method or "stif"
-    return *panel_for(named, laws.parent, {}), method_for(method, named, laws.parent)
+def _require_none(**options: object) -> None:
+    for name, value in options.items():
+        if value is not None:
+            raise ValueError(f"transfers take the place of {name}: leave one of them out")
 
 
 def _require_method(method: str) -> None:
     if method not in METHODS:
         raise ValueError(f"method {method!r}: {' or '.join(METHODS)}")
-
-
-def _kept(out: File | None, laws: Path | None, panel: Path | None) -> tuple[Path | None, Mapping[str, str]]:
-    """Run folder for the results, and SHA-256 of the files they follow from."""
-    if out is None:
-        return None, {}
-    if laws is None or panel is None:
-        raise ValueError(
-            "out keeps the SHA-256 of the files that filters follow from: name the run folder that holds laws.h5 "
-            "in place of laws, and the panel's file in place of a panel"
-        )
-    return run_folder(Path(out), Path(out)), {path.name: sha256(path) for path in (laws, panel)}

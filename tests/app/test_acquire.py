@@ -173,7 +173,7 @@ def test_a_signal_brings_everything_to_rest_and_the_command_goes_on(
     acquired: tuple[Path, Path, Result], tmp_path: Path, number: signal.Signals
 ) -> None:
     file, out = acquired[0], tmp_path / "broken-off"
-    command = [sys.executable, "-m", "app", "acquire", str(file), "--out", str(out)]
+    command = [sys.executable, "-m", "flexura", "acquire", str(file), "--out", str(out)]
     with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as child:
         _wait_for(lambda: len(list(out.glob("sweeps/*.h5"))) >= 1, child)
         child.send_signal(number)

@@ -112,7 +112,7 @@ def test_no_verb_but_view_needs_a_screen() -> None:
         "from importlib import import_module\n"
         "for package in (analysis, app, drivers, simulation):\n"
         "    for module in pkgutil.walk_packages(package.__path__, package.__name__ + '.'):\n"
-        "        if not module.name.startswith('app.view') and module.name != 'app.__main__':\n"
+        "        if not module.name.startswith('app.view'):\n"
         "            import_module(module.name)"
     )
     loaded = loaded_by(code)  # the packages of app.view among them, which have to be looked into
@@ -148,7 +148,7 @@ def test_colour_is_for_terminals_and_can_be_refused(no_color: str, coloured: boo
 
     main, terminal = pty.openpty()
     environment = os.environ | {"NO_COLOR": no_color, "TERM": "xterm"}
-    command = [sys.executable, "-m", "app", "doctor"]
+    command = [sys.executable, "-m", "flexura", "doctor"]
     with subprocess.Popen(command, cwd=ROOT, env=environment, stdout=terminal, stderr=subprocess.DEVNULL) as child:
         os.close(terminal)
         said = b""
@@ -182,7 +182,7 @@ def test_what_is_piped_has_no_colour(run_flexura: Flexura) -> None:
 )
 def test_tab_completes_verbs_options_and_choices(typed: tuple[str, ...], offered: set[str]) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "app"],
+        [sys.executable, "-m", "flexura"],
         cwd=ROOT,
         env=os.environ
         | {
@@ -211,7 +211,7 @@ def test_what_the_output_s_encoding_lacks_is_replaced(tmp_path: Path) -> None:
     """As where Windows redirects to a file: in cp1252, which has no sigma."""
     (tmp_path / "\u03c3").mkdir()
     done = subprocess.run(
-        [sys.executable, "-m", "app", "doctor", "--out", tmp_path / "\u03c3"],
+        [sys.executable, "-m", "flexura", "doctor", "--out", tmp_path / "\u03c3"],
         cwd=ROOT,
         env=os.environ | {"PYTHONIOENCODING": "cp1252"},
         capture_output=True,

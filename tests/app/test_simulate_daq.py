@@ -24,7 +24,7 @@ def test_serves_until_ctrl_c(tmp_path: Path) -> None:
     text = EXAMPLE.read_text(encoding="utf-8").replace("[100.0, 1500.0]", "[100.0, 600.0]")  # as in test_acquire
     file = tmp_path / "mine.toml"
     file.write_text(text.replace("duration = 2.0", "duration = 1.0"), encoding="utf-8")
-    command = [sys.executable, "-m", "app", "simulate-daq", str(file), "--port", "0", "--json"]
+    command = [sys.executable, "-m", "flexura", "simulate-daq", str(file), "--port", "0", "--json"]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
         try:
             assert child.stdout is not None

@@ -55,7 +55,7 @@ def site(tmp_path: Path) -> Path:
 def flexura(site: Path, *words: str) -> subprocess.CompletedProcess[str]:
     path = os.pathsep.join([str(ROOT), str(site)])
     return subprocess.run(
-        [sys.executable, "-m", "app", *words],
+        [sys.executable, "-m", "flexura", *words],
         env={**os.environ, "PYTHONPATH": path},
         capture_output=True,
         text=True,

@@ -184,7 +184,7 @@ def laboratory(tmp_path: Path) -> dict[str, str]:
     """Make a folder as a reader has it, with the examples in it and flexura on the path; the environment."""
     scripts = tmp_path / "scripts"
     scripts.mkdir()
-    for program, options in (("flexura", "-P -m app"), ("python", "")):
+    for program, options in (("flexura", "-P -m flexura"), ("python", "")):
         script = scripts / program
         script.write_text(f'#!/bin/sh\nexec "{sys.executable}" {options} "$@"\n', encoding="utf-8")
         script.chmod(script.stat().st_mode | stat.S_IXUSR)

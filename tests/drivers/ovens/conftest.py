@@ -36,9 +36,8 @@ DECLARED: dict[str, dict[str, Any]] = {
     },
     "modbus-map in steps": {
         "kind": "modbus-map",
-        "word_order": "low word first",
-        "temperature": {"at": 0x1004, "type": "float32"},
-        "set_point": {"at": 0x1114, "type": "float32"},
+        "temperature": {"at": 0x1004, "scale": 0.1},
+        "set_point": {"at": 0x1114, "scale": 0.1},
         "rest_at": 20.0,
     },
     "scpi": {

@@ -1,5 +1,0 @@
-"""``python -m app`` is ``flexura``."""
-
-from app.main import main
-
-main()

@@ -1,0 +1,165 @@
+"""What `flexura.focus` and `flexura.compensate` take: laws, a twin file, a panel, measured transfers."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from analysis.focusing.methods import Method
+from analysis.focusing.panel import Panel
+from analysis.material import MaterialLaws
+from app.files.panel_file import SECTION_2, read_panel
+from app.files.provenance import sha256
+from app.files.run_folder import run_folder
+from app.stages.panel_inputs import method_for, panel_for, scanned_panel
+from app.stages.panel_laws import laws_for
+from app.stages.update import Updating
+from flexura.campaigns import File
+
+Laws = File | MaterialLaws | Updating
+"""A run folder of ``flexura update`` (or its laws.h5), laws, or what `flexura.update` returned."""
+
+
+def laws_read(laws: Laws | None, twin: File | None, verb: str) -> tuple[Path | None, MaterialLaws, Path | None]:
+    """Read the laws that a panel's plate obeys.
+
+    Parameters
+    ----------
+    laws : path, MaterialLaws or Updating, optional
+    twin : path, optional
+        Twin file, whose laws take the place of those.
+    verb : str
+        Of the command that does the same, for messages.
+
+    Returns
+    -------
+    path : Path or None
+        File the laws stand in; None for laws in memory.
+    laws : MaterialLaws
+    folder : Path or None
+        Where their filters may lie.
+
+    Raises
+    ------
+    ValueError
+        For neither laws nor twin, laws in memory beside a twin, and an updating without laws.
+    """
+    if twin is None and laws is None:
+        raise ValueError("laws, twin or transfers: one of them is needed")
+    if isinstance(laws, MaterialLaws | Updating):
+        if twin is not None:
+            raise ValueError(
+                "twin takes the place of laws in memory: leave laws out, or name the run folder there"
+            )
+        if isinstance(laws, MaterialLaws):
+            return None, laws, None
+        if laws.laws is None:
+            raise ValueError("no laws over temperature: at least 3 temperatures with settled estimates are needed")
+        return None, laws.laws, None
+    return laws_for(path_of(laws), path_of(twin), verb)
+
+
+def panel_followed(
+    panel: File | Panel | None, method: Method | None, folder: Path | None
+) -> tuple[Panel, Path | None, Method]:
+    """Choose panel and method of the filters that networks follow, as the verb does.
+
+    Parameters
+    ----------
+    panel : path or Panel, optional
+    method : str, optional
+    folder : Path or None
+        Run folder whose filters say what is left out.
+
+    Returns
+    -------
+    panel : Panel
+    path : Path or None
+        Its file; None for a panel in memory.
+    method : str
+
+    Raises
+    ------
+    ResultFileError
+        For filters in `folder` that were designed from measured transfers, and a panel that cannot be read.
+    """
+    if isinstance(panel, Panel):
+        return panel, None, method or "stif"
+    named = path_of(panel)
+    if folder is None:
+        file = named or SECTION_2
+        return read_panel(file), file, method or "stif"
+    return *panel_for(named, folder, {}), method_for(method, named, folder)
+
+
+def scanned_followed(
+    panel: File | Panel | None, method: Method | None, folder: Path
+) -> tuple[Panel, Path | None, Method]:
+    """Choose the same for a panel whose transfers were measured.
+
+    Parameters
+    ----------
+    panel : path or Panel, optional
+    method : str, optional
+    folder : Path
+        Run folder whose filters, from transfers or from laws, say what is left out.
+
+    Returns
+    -------
+    panel : Panel
+    path : Path or None
+        Its file; None for a panel in memory.
+    method : str
+
+    Raises
+    ------
+    ResultFileError
+        For a panel that cannot be read.
+    """
+    if isinstance(panel, Panel):
+        return panel, None, method or "stif"
+    named = path_of(panel)
+    return *scanned_panel(named, folder, {}), method_for(method, named, folder)
+
+
+def folder_of(run: Laws | None, transfers: Path) -> Path:
+    """Run folder of the filters that were designed from transfers; that of the transfers where none is named."""
+    if run is None:
+        return transfers.parent
+    if isinstance(run, MaterialLaws | Updating) or not Path(run).is_dir():
+        raise ValueError("laws beside transfers: the run folder of flexura focus --transfers, or leave it out")
+    return Path(run)
+
+
+def kept(out: File | None, laws: Path | None, panel: Path | None) -> tuple[Path | None, Mapping[str, str]]:
+    """Make the run folder for results that are to be written.
+
+    Parameters
+    ----------
+    out : path, optional
+    laws, panel : Path or None
+        Files the results follow from; measured transfers count as laws.
+
+    Returns
+    -------
+    folder : Path or None
+        None where nothing is to be written.
+    inputs : mapping
+        SHA-256 of both files, by name.
+
+    Raises
+    ------
+    ValueError
+        For laws or a panel that are in no file.
+    """
+    if out is None:
+        return None, {}
+    if laws is None or panel is None:
+        raise ValueError(
+            "out keeps the SHA-256 of the files that filters follow from: name the run folder that holds laws.h5 "
+            "in place of laws, and the panel's file in place of a panel"
+        )
+    return run_folder(Path(out), Path(out)), {path.name: sha256(path) for path in (laws, panel)}
+
+
+def path_of(file: File | None) -> Path | None:
+    """Path of a file, if one is named."""
+    return None if file is None else Path(file)

@@ -1,0 +1,184 @@
+"""Filters in a script: from measured transfers and from a twin file, as the verbs make them."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import flexura
+from analysis.focusing.measured import MeasuredTransfers
+from app.files.bad_file import ResultFileError
+from app.files.campaign_error import CampaignFileError
+from app.files.campaign_toml import read_experiment
+from app.files.compensation_file import load_compensation
+from app.files.filter_files import load_focusing
+from app.files.panel_file import read_panel
+from app.files.transfers_file import write_transfers
+from app.files.twin_file import Basis, Estimated, TwinFile, TwinLaws, TwinOrigin, read_twin, write_twin
+from app.main import flexura as program
+from app.stages import focus as focus_stage
+from app.stages.panel_inputs import laws_of_twin
+from flexura import panels
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
+PANEL = """\
+format = "panel/1"
+title = "two patches"
+grid = [10, 8]
+
+[plate]
+length_x = 0.24
+length_y = 0.19
+thickness = 0.003
+mass = 0.12996
+boundary = "clamped"
+
+[[patch]]
+id = "A1"
+role = "actuator"
+center = [0.07, 0.1]
+size = [0.02, 0.02]
+thickness = 0.0005
+
+[[patch]]
+id = "A2"
+role = "actuator"
+center = [0.15, 0.1]
+size = [0.02, 0.02]
+thickness = 0.0005
+
+[target]
+center = [0.3, 0.55]
+size = [0.25, 0.3]
+
+[filters]
+taps = 32
+sample_rate = 4000.0
+band = [100.0, 300.0]
+edges = [60.0, 360.0]
+transform_length = 512
+"""
+
+
+@pytest.fixture
+def panel(tmp_path: Path) -> Path:
+    (tmp_path / "panel.toml").write_text(PANEL, encoding="utf-8")
+    return tmp_path / "panel.toml"
+
+
+@pytest.fixture
+def scan(tmp_path: Path) -> Path:
+    """Six modes of a plate that softens with temperature, read at an even grid of points."""
+    length_x, length_y = 0.24, 0.19
+    x, y = np.meshgrid(length_x * (np.arange(10) + 0.5) / 10, length_y * (np.arange(8) + 0.5) / 8, indexing="ij")
+    points = np.column_stack([x.ravel(), y.ravel()])
+    orders = [(m, n) for m in (1, 2, 3) for n in (1, 2)]
+
+    def shapes(at: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.float64]]:
+        return np.array(
+            [np.sin(np.pi * m * at[:, 0] / length_x) * np.sin(np.pi * n * at[:, 1] / length_y) for m, n in orders]
+        )
+
+    natural = np.array([80.0 * ((m / 1.2) ** 2 + n**2) for m, n in orders])
+    temperature = np.arange(0.0, 61.0, 10.0)
+    frequency = np.arange(4.0, 52.0) * 4000.0 / 512.0
+    driven = shapes(np.array([[0.07, 0.1], [0.15, 0.1]]))
+    fields = []
+    for stiffness in 1.0 - 0.005 * temperature:
+        modal = 1e-2 / (stiffness * natural[:, None] ** 2 * (1.0 + 0.06j) - frequency**2)
+        fields.append(np.einsum("ra,rf,rp->afp", driven, modal, shapes(points)))
+    h = np.array(fields)
+    write_transfers(tmp_path / "scan.h5", MeasuredTransfers(temperature, points, frequency, h, np.zeros(h.shape)))
+    return tmp_path / "scan.h5"
+
+
+@pytest.fixture
+def twin(tmp_path: Path) -> Path:
+    declared = read_experiment(EXAMPLE)
+    few = (1e-5,) * 4
+    laws = {"youngs_modulus": (3.2e9, 2.8e9, 2.3e9, 1.9e9), "poisson_ratio": (0.34, 0.35, 0.37, 0.38)}
+    laws |= {"loss_factor": (0.05, 0.07, 0.08, 0.08), "temperature": (0.0, 10.0, 20.0, 30.0)}
+    sigmas = {f"sigma_{name}": few for name in ("youngs_modulus", "poisson_ratio", "loss_factor")}
+    file = TwinFile(
+        **{name: getattr(declared, name) for name in type(declared).model_fields if name != "format"},
+        gain=Estimated(value=16.5, sigma=0.001, unit="V/V"),
+        laws=TwinLaws.model_validate(laws | sigmas | {"temperature_range": (0.0, 30.0)}),
+        effect=(),
+        basis=Basis(operators="ab" * 32, error=1e-4),
+        origin=TwinOrigin(flexura="0.2.0", campaign="pp", inputs="cd" * 32, verdict="explained"),
+    )
+    write_twin(tmp_path / "twin.toml", file)
+    return tmp_path / "twin.toml"
+
+
+def test_filters_of_measured_transfers_are_those_of_the_verb(panel: Path, scan: Path, tmp_path: Path) -> None:
+    found = flexura.focus(panel=panel, transfers=scan, out=tmp_path / "script")
+    words = ["focus", "--panel", panel, "--transfers", scan, "--out", tmp_path / "verb", "--quiet"]
+    done = CliRunner().invoke(program, [str(word) for word in words])
+    assert done.exit_code == 0, done.output
+    _, typed, _ = load_focusing(tmp_path / "verb" / "filters.h5")
+    _, saved, _ = load_focusing(tmp_path / "script" / "filters.h5")
+    assert found.measured
+    for taps in (found.focusing.bank.taps, saved.bank.taps):
+        np.testing.assert_array_equal(taps, typed.bank.taps)
+
+    followed = flexura.compensate(tmp_path / "script", transfers=scan, out=tmp_path / "script")
+    words = ["compensate", tmp_path / "verb", "--transfers", scan, "--quiet"]
+    done = CliRunner().invoke(program, [str(word) for word in words])
+    assert done.exit_code in (0, 1), done.output
+    _, typed_networks = load_compensation(tmp_path / "verb" / "compensation.h5")
+    assert followed.measured
+    assert followed.panel == read_panel(panel)
+    here = np.linspace(0.0, 60.0, 13)
+    ours, theirs = (one.trained.networks.taps(here) for one in (followed.compensation, typed_networks))
+    np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9 * np.abs(theirs).max())
+
+
+def test_the_laws_of_a_twin_file_and_those_without_its_effects_reach_the_stage(
+    panel: Path, twin: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Handed over as `flexura focus RUN --twin` hands them; the panel's own twin is not made for that."""
+    asked: dict[str, Any] = {}
+
+    def compute(declared: Any, laws: Any, report: Any, **options: Any) -> str:
+        asked.update(options, panel=declared, laws=laws)
+        return "filters"
+
+    monkeypatch.setattr(focus_stage, "compute", compute)
+    monkeypatch.setattr(panels, "uncorrected_laws", lambda run, temperature: (run, temperature.tolist()))
+    (tmp_path / "run").mkdir()
+    assert flexura.focus(tmp_path / "run", panel, twin=twin) == "filters"
+    wanted = [0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0]
+    at = np.array(wanted)
+    np.testing.assert_array_equal(
+        asked["laws"].at(at).youngs_modulus, laws_of_twin(read_twin(twin), twin).at(at).youngs_modulus
+    )
+    assert asked["temperature"].tolist() == wanted
+    assert asked["uncorrected"] == (tmp_path / "run", wanted)
+    flexura.focus(None, panel, twin=twin, temperature=[20.0])
+    assert asked["uncorrected"] == (tmp_path, [20.0])
+
+
+def test_what_does_not_go_together_is_refused(panel: Path, scan: Path, twin: Path, tmp_path: Path) -> None:
+    laws = laws_of_twin(read_twin(twin), twin)
+    for stage in (flexura.focus, flexura.compensate):
+        with pytest.raises(ValueError, match="laws, twin or transfers: one of them is needed"):
+            stage()
+        with pytest.raises(ValueError, match="twin takes the place of laws in memory"):
+            stage(laws, panel, twin=twin)
+        with pytest.raises(ValueError, match="transfers take the place of twin"):
+            stage(panel=panel, transfers=scan, twin=twin)
+    with pytest.raises(ValueError, match="transfers take the place of laws"):
+        flexura.focus(laws, panel, transfers=scan)
+    with pytest.raises(ValueError, match="modal-control needs the modes of a model"):
+        flexura.focus(panel=panel, transfers=scan, method="modal-control")
+    with pytest.raises(ValueError, match="transfers take the place of spacing"):
+        flexura.compensate(panel=panel, transfers=scan, spacing=5.0)
+    with pytest.raises(ValueError, match="laws beside transfers: the run folder"):
+        flexura.compensate(laws, panel, transfers=scan)
+    with pytest.raises(ResultFileError, match="was measured at 0, 10, 20, 30, 40, 50, 60 °C"):
+        flexura.focus(panel=panel, transfers=scan, temperature=[21.0])
+    with pytest.raises(CampaignFileError, match="no-twin"):
+        flexura.focus(twin=tmp_path / "no-twin.toml", panel=panel)
