@@ -11,6 +11,7 @@
 ``naming``                 names for the modes of sweeps that were identified one by one
 ``smooth_tracks``          what poles of all sweeps have in common: the prior of a fit together
 ``joint_fit``              poles and tracks of all sweeps found together, with their deviations
+``sweeps_search``          sweeps at one place of their poles, and the step from there
 ``sweep_fits``             modes of every sweep from that fit, judged
 ``modes``                  what was identified; rebuilds its FRFs
 ``common_factor``          how far a change of temperature moves all frequencies

@@ -12,13 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
-from analysis.identification.parameters import LARGEST_DAMPING, to_poles
+from analysis.identification.parameters import LARGEST_DAMPING
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.smooth_tracks import SmoothTracks
-from analysis.identification.variable_projection import Projection, project
+from analysis.identification.sweeps_search import SweepsAt, SweepsSearch
+from analysis.identification.variable_projection import Projection
 
-SETTLED = 0.5
-"""Fall of the misfit, in units of one line's, at which a fit of all sweeps stops."""
+SETTLED = 0.1
+"""Fall of a sweep's sum of squares, in units of one number's variance, that is not worth another look at it."""
+
+LEAST_DAMPING = 1e-5
+"""Share of every second derivative added to it at least: what the lines hardly tell would go far in a step."""
+
+MOST_DAMPING = 1e3
+"""The same, at which a search is given up."""
 
 MOST_STEPS = 25
 
@@ -56,63 +63,6 @@ class JointFit:
         return loss
 
 
-@dataclass
-class _Search:
-    """Sweeps at one point: misfit, gradient and Hessian of each by its poles, in units of one number's error."""
-
-    lines: Sequence[Lines]
-    terms: Sequence[ResidualTerms]
-    active: NDArray[np.bool_]
-    tracks: SmoothTracks
-    error: NDArray[np.float64]
-
-    def look(
-        self, x: NDArray[np.float64]
-    ) -> tuple[list[Projection], float, NDArray[np.float64], NDArray[np.float64]]:
-        """Project every sweep at its poles (J, 2); also the sum of misfits, gradients and Hessians."""
-        sweeps, modes = self.active.shape
-        gradient, hessian = np.zeros((sweeps, 2 * modes)), np.zeros((sweeps, 2 * modes, 2 * modes))
-        looks, total = [], 0.0
-        for t, lines in enumerate(self.lines):
-            now = project(lines, to_poles(x[t, self.active[t]]), self.terms[t])
-            own = np.flatnonzero(np.repeat(self.active[t], 2))
-            gradient[t, own] = now.gradient / self.error[t]
-            hessian[t][np.ix_(own, own)] = now.hessian / self.error[t]
-            total += now.misfit / self.error[t]
-            looks.append(now)
-        return looks, total, gradient, hessian
-
-    def prior(self, x: NDArray[np.float64], numbers: NDArray[np.float64]) -> float:
-        """Departure from the tracks, and of the tracks from what is known of them, in squared deviations."""
-        away = (x - self.tracks.place(numbers)) / self.tracks.scatter
-        return float((away**2).sum() + (self.tracks.certainty * numbers**2).sum())
-
-    def solve(
-        self,
-        x: NDArray[np.float64],
-        numbers: NDArray[np.float64],
-        gradient: NDArray[np.float64],
-        hessian: NDArray[np.float64],
-        damping: float,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Gauss-Newton steps of poles and numbers; also the inverse matrices behind them."""
-        design = self.tracks.design
-        held = np.tile(self.tracks.scatter**-2.0, x.shape[1])
-        inner = hessian + np.eye(len(held)) * (held + damping * np.einsum("tii->ti", hessian))[:, None, :]
-        inverse = np.linalg.inv(inner)
-        seen = np.eye(len(held)) * held - held[:, None] * inverse * held
-        away = (self.tracks.place(numbers) - x).reshape(len(x), -1)
-        pull = np.einsum("tij,tj->ti", seen, away) + held * np.einsum("tij,tj->ti", inverse, gradient)
-        outer = np.diag(self.tracks.certainty)
-        for t in range(len(x)):
-            outer += design[t].T @ (seen[t] @ design[t])
-        slope = np.einsum("tik,ti->k", design, pull) + self.tracks.certainty * numbers
-        outer[np.diag_indices_from(outer)] *= 1.0 + damping
-        step = -np.linalg.solve(outer, slope)
-        moved = held * (away + design @ step) - gradient
-        return np.einsum("tij,tj->ti", inverse, moved).reshape(x.shape), step, inverse, outer
-
-
 def fit_together(
     lines: Sequence[Lines],
     terms: Sequence[ResidualTerms],
@@ -145,64 +95,65 @@ def fit_together(
     -------
     JointFit
     """
-    error = np.array([one.correlation * 0.5 for one in lines])
-    search = _Search(lines, terms, active, tracks, error)
-    x, numbers = _onto_tracks(start, active, tracks)
-    looks, misfit, gradient, hessian = search.look(x)
-    total, damping = misfit + search.prior(x, numbers), 1e-3
+    search = SweepsSearch(lines, terms, active, tracks)
+    wide = np.maximum(tracks.scatter, 1e-3)
+    numbers = search.nearest(np.where(active[:, :, None], start, tracks.base), np.zeros(tracks.count), wide)
+    every = np.ones(len(lines), dtype=bool)
+    now = search.at(np.where(active[:, :, None], start, tracks.place(numbers)), every)
+    numbers = search.nearest(now.x, numbers, tracks.scatter)
+    total, damping = search.total(now, numbers), np.full(len(lines), 1e-3)
+    resting = ~every
     for _ in range(most):
-        dx, step, *_ = search.solve(x, numbers, gradient, hessian, damping)
-        limit = np.stack([np.maximum(FARTHEST * np.exp(x[:, :, 1]), 1e-5), np.ones(active.shape)], axis=2)
-        share = min(1.0, 1.0 / max(float(np.abs(dx / limit)[active].max(initial=0.0)), 1e-9))
-        ahead, further = x + share * dx, numbers + share * step
+        step = search.step(now, numbers, damping)
+        share = 1.0 / (np.abs(step) / _farthest(now.x) * active[:, :, None]).max(axis=(1, 2), initial=1.0)
+        moving = ~resting & (_worth(step, now, search.held) > settled)
+        if not moving.any():
+            break
+        ahead = now.x + np.where(moving, share, 0.0)[:, None, None] * step
         ahead[:, :, 1] = np.minimum(ahead[:, :, 1], np.log(LARGEST_DAMPING))
-        ahead = np.where(active[:, :, None], ahead, tracks.place(further))
-        trial = search.look(ahead)
-        fall = total - (trial[1] + search.prior(ahead, further))
-        if fall > 0.0:
-            x, numbers, total = ahead, further, total - fall
-            looks, misfit, gradient, hessian = trial
-            damping = max(damping / 10.0, 1e-9)
-            if fall < settled and share == 1.0:
-                break
-        else:
-            damping = max(10.0 * damping, 1e-3)
-            if damping > 1e3:
-                break
-    return JointFit(x, _covariance(search, x, numbers, gradient, hessian), tuple(looks), active)
+        trial = search.at(ahead, moving, now)
+        further = search.nearest(ahead, numbers, tracks.scatter)
+        rise = trial.misfit + search.departure(ahead, further) - now.misfit - search.departure(now.x, further)
+        better = moving & (rise <= 0.0)
+        mixed = now.moved(trial, better)
+        further = search.nearest(mixed.x, numbers, tracks.scatter)
+        mixed.x = np.where(active[:, :, None], mixed.x, tracks.place(further))
+        fall = total - search.total(mixed, further)
+        better &= fall > 0.0
+        damping = np.where(better, damping / 10.0, np.where(moving, np.maximum(10.0 * damping, 1e-3), damping))
+        damping = np.maximum(damping, LEAST_DAMPING)
+        if better.any():
+            now, numbers, total = mixed, further, total - fall
+        if damping[moving].min() > MOST_DAMPING:
+            break
+        # while a sweep that was sent back still tries, those that have arrived rest
+        arrived = fall < settled * len(lines) and (share[moving] == 1.0).all()
+        resting = resting | better if arrived else ~every
+    return JointFit(now.x, _covariance(search, now), tuple(now.looks), active)
 
 
-def _onto_tracks(
-    start: NDArray[np.float64], active: NDArray[np.bool_], tracks: SmoothTracks
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Numbers of the tracks nearest to where the active poles are, and all poles on these tracks."""
-    weight = np.repeat(active, 2, axis=1).astype(float) / np.tile(
-        np.maximum(tracks.scatter, 1e-3) ** 2, active.shape[1]
+def _farthest(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Farthest that poles (T, J, 2) may move in one step."""
+    return np.stack([np.maximum(FARTHEST * np.exp(x[:, :, 1]), 1e-5), np.ones(x.shape[:2])], axis=2)
+
+
+def _worth(step: NDArray[np.float64], point: SweepsAt, held: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Square of every sweep's step in the deviations of its poles, (T,)."""
+    flat = step.reshape(len(step), -1)
+    worth: NDArray[np.float64] = np.einsum("ti,tij,tj->t", flat, point.hessian, flat) + (held * flat**2).sum(
+        axis=1
     )
-    wanted = (start - tracks.base).reshape(len(start), -1)
-    outer, slope = np.diag(tracks.certainty), np.zeros(tracks.count)
-    for design, w, y in zip(tracks.design, weight, wanted, strict=True):
-        outer += (design.T * w) @ design
-        slope += design.T @ (w * y)
-    numbers = np.asarray(np.linalg.solve(outer, slope), dtype=np.float64)
-    return tracks.place(numbers), numbers
+    return worth
 
 
-def _covariance(
-    search: _Search,
-    x: NDArray[np.float64],
-    numbers: NDArray[np.float64],
-    gradient: NDArray[np.float64],
-    hessian: NDArray[np.float64],
-) -> NDArray[np.float64]:
+def _covariance(search: SweepsSearch, point: SweepsAt) -> NDArray[np.float64]:
     """Posterior covariance of every pole, (T, J, 2, 2)."""
-    *_, inverse, outer = search.solve(x, numbers, gradient, hessian, 0.0)
+    inverse, _, outer = search.curvature(point, np.zeros(len(point.x)))
+    follow = search.tracks.moves(inverse * search.held)
+    # own 2 x 2 blocks alone: the rows of each pole, and what the numbers' covariance makes of them
+    rows = follow.reshape(*point.x.shape, search.tracks.count)
     known = np.linalg.inv(outer)
-    held = np.tile(search.tracks.scatter**-2.0, x.shape[1])
-    found = np.empty((*x.shape, 2))
-    modes = np.arange(x.shape[1])
-    for t, design in enumerate(search.tracks.design):
-        follow = (inverse[t] * held) @ design
-        spread = inverse[t] + follow @ known @ follow.T
-        found[t] = spread.reshape(len(modes), 2, len(modes), 2)[modes, :, modes, :]
-    return found
+    modes = np.arange(point.x.shape[1])
+    own = inverse.reshape(*point.x.shape, *point.x.shape[1:])[:, modes, :, modes, :].transpose(1, 0, 2, 3)
+    spread: NDArray[np.float64] = own + (rows @ known) @ rows.swapaxes(-1, -2)
+    return spread

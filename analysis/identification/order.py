@@ -108,6 +108,13 @@ def drop_unsupported(lines: Lines, fitted: PoleFit, share: float = 0.0) -> PoleF
     return fitted
 
 
+def _without_unsupported(lines: Lines, fitted: PoleFit) -> PoleFit:
+    """Drop what does not pay, and refit the others."""
+    left = drop_unsupported(lines, fitted)
+    start = fitted.projection if left is fitted else None
+    return fit(lines, left.poles, left.terms, tolerance=ROUGH, max_iterations=8, start=start)
+
+
 def _at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> PoleFit:
     return fit(lines, poles, terms, max_iterations=0)
 
@@ -131,7 +138,7 @@ def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
     free = _at(lines, fitted.poles[~fitted.stuck | _outstanding(lines, fitted)], fitted.terms)
     lesser = unresolved(free.poles, free.projection.residues, lines.spacing)
     best = fit(lines, free.poles[~lesser], fitted.terms, tolerance=ROUGH, max_iterations=8)
-    best = fit(lines, drop_unsupported(lines, best).poles, best.terms, tolerance=ROUGH, max_iterations=8)
+    best = _without_unsupported(lines, best)
     while True:
         best = drop_unresolved(lines, best)
         smaller = _smaller(lines, best, candidates)
@@ -194,7 +201,7 @@ def _smaller(lines: Lines, best: PoleFit, candidates: int) -> PoleFit | None:
     for suspect in suspects(lines, best, candidates):
         trial = attempt(lines, np.delete(best.poles, suspect), best.terms, level)
         if trial is not None:
-            return fit(lines, drop_unsupported(lines, trial).poles, trial.terms, tolerance=ROUGH, max_iterations=8)
+            return _without_unsupported(lines, trial)
     for first, second in duplicates(best.poles):
         merged = np.append(np.delete(best.poles, [first, second]), best.poles[[first, second]].mean())
         trial = attempt(lines, merged, best.terms, level)

@@ -60,11 +60,12 @@ def fit(
     tolerance : float
         Stop once an accepted step promises and brings a relative fall of the misfit below this.
     max_iterations : int
-        Projections evaluated at most.
+        Projections evaluated at most; where it is none, that at the start has no derivatives.
     start : Projection, optional
         The projection at `poles`, if it is known already.
     target : float, optional
-        Stop once the Gauss-Newton model promises no misfit as low as this, or once one is reached.
+        Stop once the Gauss-Newton model promises no misfit as low as this, before the first step if it does not
+        there, or once one is reached.
 
     Returns
     -------
@@ -72,9 +73,9 @@ def fit(
     """
     bounds = Bounds.of(lines)
     x = bounds.clip(to_parameters(poles))
-    now = start if start is not None else project(lines, to_poles(x), terms)
-    damping, grow, done = 1e-3, 2.0, len(poles) == 0
-    iterations = 0
+    now = start if start is not None else project(lines, to_poles(x), terms, derivatives=max_iterations > 0)
+    damping, grow, iterations = 1e-3, 2.0, 0
+    done = len(poles) == 0 or (target is not None and now.misfit - PATIENCE * _promise(now) > target)
     while not done and iterations < max_iterations:
         trial = bounds.clip(x + _step(now, damping, np.exp(x[:, 1])))
         if np.abs(trial - x).max() < 1e-12:

@@ -45,6 +45,8 @@ class SmoothTracks:
         Variances of each mode's coefficients; those of damping beyond the second are not used.
     scatter : (2,) ndarray
         Standard deviations of the scatter.
+
+    The numbers that make up the tracks are the common parts, sweep by sweep, then every mode's coefficients.
     """
 
     basis: NDArray[np.float64]
@@ -101,20 +103,49 @@ class SmoothTracks:
         common = np.full(2 * len(self.basis), 1.0 / FREE)
         return np.concatenate([common, 1.0 / self.own.ravel()])
 
-    @cached_property
-    def design(self) -> NDArray[np.float64]:
-        """Derivative (T, 2J, count) of every pole's parameters by these numbers."""
-        sweeps, degree = self.basis.shape
-        modes = len(self.own)
-        design = np.zeros((sweeps, modes, 2, self.count))
-        for t in range(sweeps):
-            for p in (0, 1):
-                design[t, :, p, 2 * t + p] = 1.0
-                for j in range(modes):
-                    first = 2 * sweeps + 2 * degree * j + p
-                    design[t, j, p, first : first + 2 * degree : 2] = self.basis[t]
-        return design.reshape(sweeps, 2 * modes, self.count)
-
     def place(self, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
         """Poles on the curves, (T, J, 2)."""
-        return self.base + (self.design @ numbers).reshape(self.base.shape)
+        common, own = self._parts(numbers)
+        place: NDArray[np.float64] = self.base + common[:, None, :] + np.einsum("tq,jqp->tjp", self.basis, own)
+        return place
+
+    def moves(self, matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Multiply matrices (T, N, 2J) with the derivatives of all poles by the numbers: (T, N, count)."""
+        sweeps, rows = matrices.shape[:2]
+        apart = matrices.reshape(sweeps, rows, len(self.own), 2)
+        moves = np.zeros((sweeps, rows, self.count))
+        common = moves[:, :, : 2 * sweeps].reshape(sweeps, rows, sweeps, 2)
+        each = np.arange(sweeps)
+        common[each, :, each] = apart.sum(axis=2)
+        curves = apart[:, :, :, None, :] * self.basis[:, None, None, :, None]
+        moves[:, :, 2 * sweeps :] = curves.reshape(sweeps, rows, self.own.size)
+        return moves
+
+    def gathered(self, pull: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Slope (count,) of a sum by the numbers, from its slopes (T, J, 2) by the poles' parameters."""
+        return np.concatenate([pull.sum(axis=1).ravel(), np.einsum("tq,tjp->jqp", self.basis, pull).ravel()])
+
+    def information(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Second derivatives (count, count) by the numbers, from those (T, 2J, 2J) by the poles' parameters.
+
+        Every pole depends on its sweep's common part and its mode's own curve alone, so that a few sums do.
+        """
+        sweeps, degree = self.basis.shape
+        modes, first = len(self.own), 2 * sweeps
+        seen = seen.reshape(sweeps, modes, 2, modes, 2)
+        found = np.zeros((self.count, self.count))
+        common = found[:first, :first].reshape(sweeps, 2, sweeps, 2)
+        each = np.arange(sweeps)
+        common[each, :, each] = seen.sum(axis=(1, 3))
+        cross = seen.sum(axis=1)[:, :, :, None, :] * self.basis[:, None, None, :, None]
+        found[:first, first:] = cross.reshape(first, self.own.size)
+        found[first:, :first] = found[:first, first:].T
+        pairs = (self.basis[:, :, None] * self.basis[:, None, :]).reshape(sweeps, degree**2)
+        curves = (pairs.T @ seen.reshape(sweeps, 4 * modes**2)).reshape(degree, degree, modes, 2, modes, 2)
+        found[first:, first:] = curves.transpose(2, 0, 3, 4, 1, 5).reshape(self.own.size, self.own.size)
+        return found
+
+    def _parts(self, numbers: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return common parts (T, 2) and coefficients (J, P, 2)."""
+        first = 2 * len(self.basis)
+        return numbers[:first].reshape(-1, 2), numbers[first:].reshape(self.own.shape)

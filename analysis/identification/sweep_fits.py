@@ -19,7 +19,7 @@ from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.variable_projection import Projection
 
-ROUGHLY = 50.0
+ROUGHLY = 20.0
 """Fall of the sum of squares at which the first of two fits stops: it tells errors, how large and how alike."""
 
 

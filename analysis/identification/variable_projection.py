@@ -45,6 +45,8 @@ class Projection:
         Jacobian transposed times Jacobian of the projected residual by the same parameters.
     loss : (J,) ndarray
         Rise of `misfit` were a pole dropped, the other poles held and all residues refitted.
+
+    Gradient and Hessian are empty, (0,) and (0, 0), where they were not asked for.
     """
 
     poles: NDArray[np.complex128]
@@ -56,7 +58,9 @@ class Projection:
     loss: NDArray[np.float64]
 
 
-def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> Projection:
+def project(
+    lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms, *, derivatives: bool = True
+) -> Projection:
     """Eliminate residues and residual terms at given poles.
 
     Parameters
@@ -65,19 +69,24 @@ def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -
     poles : (J,) complex ndarray
         Upper half plane, rad/s.
     terms : ResidualTerms
+    derivatives : bool
+        Whether gradient and Hessian are wanted: they take three quarters of the time.
 
     Returns
     -------
     Projection
     """
     count, fixed = len(poles), lines.term_columns(terms)
-    linear = 2 * count + len(fixed)
-    columns, weighted = lines.room(linear + 2 * count + len(lines.h))
-    moved = slice(linear, linear + 2 * count)
-    real_columns_with_derivatives(lines.s, poles, lines.spread, columns[: 2 * count], columns[moved])
+    linear, moving = 2 * count + len(fixed), 2 * count * derivatives
+    columns, weighted = lines.room(linear + moving + len(lines.h))
+    moved = slice(linear, linear + moving)
+    if derivatives:
+        real_columns_with_derivatives(lines.s, poles, lines.spread, columns[: 2 * count], columns[moved])
+    else:
+        columns[: 2 * count] = _real(pole_columns(lines.s, poles, lines.spread))
     columns[2 * count : linear] = fixed
     solved = np.zeros((lines.h.shape[0], linear))
-    misfit, gradient, hessian = 0.0, np.zeros(2 * count), np.zeros((2 * count, 2 * count))
+    misfit, gradient, hessian = 0.0, np.zeros(moving), np.zeros((moving, moving))
     loss = np.zeros(count)
     chain = _chain(poles)
     for weight, rows, scales in lines.weight_groups:
@@ -94,6 +103,8 @@ def project(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -
         for k, row in enumerate(rows):
             loss += _losses(spread, scaled[:, k], count)
             solved[row] = scaled[:, k] / norms[:linear] / scales[k]
+            if not derivatives:
+                continue
             steps = _moves(residues[k], chain) * norms[moved, None]
             bend = _bend(rest[:, k] * norms[moved], chain) / norms[: 2 * count, None]
             hessian += steps.T @ seen @ steps + bend.T @ spread @ bend

@@ -39,8 +39,10 @@ Campaigns:
 ``drawing``               outlines in DXF and SVG files: ``dxf_curves``, ``svg_curves``
 ``gmsh``                  meshes of Gmsh: ``gmsh_reader`` reads them
 ``misplaced``             a geometry that cannot be, and where
+``campaign_channels``     what is what in TDMS files of a recorder's own layout
 ``campaign_error``        everything that is wrong with one, in ``allowed_values``' words
 ``coverage``              the sweeps there against the sweeps asked for
+``tdms_recorder``         samples of a sweep from such a file
 ``tdms_layout``           groups, channels and lengths there against those declared
 ``signal_checks``         samples that can be a measurement
 ``one_actuator``          a recording of several actuators taken apart

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from analysis.experiment import Experiment
+from app.files.campaign_channels import KEYS, RecorderLayout
 from app.files.one_actuator import driven_by
 from app.files.settings_toml import checked, read_table
 
@@ -18,5 +19,13 @@ def read_experiment(folder: Path, actuator: str | None = None) -> Experiment:
     CampaignFileError
         With every missing, unknown, mistyped or implausible key.
     """
+    return read_declaration(folder, actuator)[0]
+
+
+def read_declaration(folder: Path, actuator: str | None = None) -> tuple[Experiment, RecorderLayout]:
+    """Read the same, and what it says of files that a recorder wrote in a layout of its own."""
     path = folder / NAME
-    return checked(path, driven_by(path, read_table(path), actuator), Experiment)
+    table = read_table(path)
+    recorder = checked(path, {key: table[key] for key in KEYS if key in table}, RecorderLayout)
+    rest = {key: value for key, value in table.items() if key not in KEYS}
+    return checked(path, driven_by(path, rest, actuator), Experiment), recorder

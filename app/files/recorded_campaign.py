@@ -77,9 +77,12 @@ def read_recording(
     CampaignFileError
         With every problem of every file.
     """
-    experiment = campaign_toml.read_experiment(folder, actuator)
-    problems = [*_experiment_problems(experiment)]
+    experiment, recorder = campaign_toml.read_declaration(folder, actuator)
     files = _tdms_files(folder)
+    problems = [
+        *_experiment_problems(experiment),
+        *recorder.problems(campaign_toml.NAME, experiment, [path.name for path in files]),
+    ]
     names = actuators(read_table(folder / campaign_toml.NAME))
     if actuator is not None and len(names) > 1:
         files, unnamed = sweeps_of(files, actuator, names)
@@ -91,7 +94,7 @@ def read_recording(
     for done, path in enumerate(files):
         report("reading", done / len(files))
         name = f"{SWEEPS}/{path.name}"
-        sweep, wrong = read_sweep(path, name, experiment)
+        sweep, wrong = read_sweep(path, name, experiment, recorder)
         faults = [problem for problem in wrong if isinstance(problem, SignalProblem)]
         if allow_missing and wrong and len(faults) == len(wrong):
             left_out += faults

@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
 from analysis.experiment import Experiment
+from app.files.campaign_channels import RecorderLayout
 from app.files.campaign_error import Problem, SignalProblem
 from app.files.signal_checks import faults
 from app.files.tdms_layout import DRIVE, TdmsLayout, layout_problems
+from app.files.tdms_recorder import at_the_card, recorder_samples
 from drivers.ni.modules import find_module
 
 DRIVE_TOLERANCE = 0.1
@@ -28,7 +30,9 @@ COPY_AGAIN = "copy it again from the recorder"
 LEAVE_OUT = "record it again, or import with --allow-missing to leave the sweep out"
 
 
-def read_sweep(path: Path, name: str, experiment: Experiment) -> tuple[Sweep | None, list[Problem]]:
+def read_sweep(
+    path: Path, name: str, experiment: Experiment, recorder: RecorderLayout | None = None
+) -> tuple[Sweep | None, list[Problem]]:
     """Read one file.
 
     Parameters
@@ -37,6 +41,8 @@ def read_sweep(path: Path, name: str, experiment: Experiment) -> tuple[Sweep | N
     name : str
         What the problems call the file.
     experiment : Experiment
+    recorder : RecorderLayout, optional
+        What is declared of a file that has a layout of its own.
 
     Returns
     -------
@@ -45,19 +51,19 @@ def read_sweep(path: Path, name: str, experiment: Experiment) -> tuple[Sweep | N
     problems : list of Problem
     """
     log_manager.set_level(logging.CRITICAL)  # npTDMS prints what is said better here
-    layout = TdmsLayout.of(experiment)
+    largest = TdmsLayout.of(experiment).largest_file
     try:
         size = path.stat().st_size
-        if size > layout.largest_file:
-            return None, [Problem(name, "", f"{size} bytes", f"at most {layout.largest_file} by the protocol")]
+        if size > largest:
+            return None, [Problem(name, "", f"{size} bytes", f"at most {largest} by the protocol")]
         with path.open("rb") as file:  # a handle: npTDMS would otherwise believe a .tdms_index beside it
-            return _read(file, size, name, experiment, layout)
+            return _read(file, size, name, experiment, recorder or RecorderLayout(channels={}, sweeps={}))
     except OSError as error:
         return None, [Problem(name, "", f"cannot be read: {error.strerror}", "a readable file")]
 
 
 def _read(
-    file: BinaryIO, size: int, name: str, experiment: Experiment, layout: TdmsLayout
+    file: BinaryIO, size: int, name: str, experiment: Experiment, recorder: RecorderLayout
 ) -> tuple[Sweep | None, list[Problem]]:
     if file.read(4) != b"TDSm":
         seen = "an empty file" if size == 0 else "not a TDMS file"
@@ -68,19 +74,33 @@ def _read(
         headless = not tdms.properties and not tdms.groups()  # npTDMS passes over a header cut short
         if headless or tdms.file_status.incomplete_final_segment:
             return None, [_truncated(name, size)]
-        problems = [*_property_problems(name, tdms.properties), *layout_problems(name, tdms, layout)]
-        if problems:  # the samples are read only where their number is known to be sane
+        properties = recorder.properties(Path(name).name, tdms.properties)
+        samples, problems = _samples(name, tdms, experiment, recorder)
+        problems = [*_property_problems(name, properties), *problems]
+        if problems:
             return None, problems
-        volts = {
-            channel: np.stack([tdms[group][channel][:] for group in layout.groups]) for channel in layout.channels
-        }
     except EOFError:
         return None, [_truncated(name, size)]
     except Exception as error:  # noqa: BLE001 (on damaged bytes npTDMS raises what it runs into, bare Exception too)
         seen = f"damaged ({type(error).__name__}: {error})"
         return None, [Problem(name, "", seen, WHOLE, COPY_AGAIN)]
-    problems = list(_sample_problems(name, volts, tdms.properties, experiment, layout))
-    return (None, problems) if problems else (_sweep(volts, tdms.properties, experiment), [])
+    problems = list(_sample_problems(name, samples, properties, experiment, recorder))
+    return (None, problems) if problems else (_sweep(samples, properties, experiment), [])
+
+
+def _samples(
+    name: str, tdms: TdmsFile, experiment: Experiment, recorder: RecorderLayout
+) -> tuple[dict[str, NDArray[Any]], list[Problem]]:
+    """Read the samples in SI units; only where their number is known to be sane."""
+    layout = TdmsLayout.of(experiment)
+    if recorder.channels:
+        return recorder_samples(name, tdms, layout, recorder, experiment)
+    problems = list(layout_problems(name, tdms, layout))
+    if problems:
+        return {}, problems
+    return {
+        channel: np.stack([tdms[group][channel][:] for group in layout.groups]) for channel in layout.channels
+    }, []
 
 
 def _truncated(name: str, size: int) -> Problem:
@@ -132,13 +152,14 @@ def _sample_problems(
     volts: dict[str, NDArray[Any]],
     properties: dict[str, Any],
     experiment: Experiment,
-    layout: TdmsLayout,
+    recorder: RecorderLayout,
 ) -> Iterator[Problem]:
-    module = find_module(experiment.acquisition.module)
+    module, layout = find_module(experiment.acquisition.module), TdmsLayout.of(experiment)
     for (channel, repeats), unit in zip(volts.items(), layout.units, strict=True):
+        # only volts can be held against the converter's range: what a unit is in volts is not declared
+        converted = unit == "V" and at_the_card(channel, recorder, experiment)
         for group, samples in zip(layout.groups, repeats, strict=True):
-            # only volts can be held against the converter's range: what a unit is in volts is not declared
-            for seen, allowed in faults(samples, module if unit == "V" else None, unit):
+            for seen, allowed in faults(samples, module if converted else None, unit):
                 yield SignalProblem(name, f"{group}/{channel}", seen, allowed, LEAVE_OUT)
     unit = layout.units[0]
     level, peak = float(properties["level"]), float(np.abs(volts[DRIVE]).max())

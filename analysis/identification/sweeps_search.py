@@ -1,0 +1,110 @@
+"""Sweeps at one place of their poles, and the Gauss-Newton step from there with their tracks going along."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.lines import Lines
+from analysis.identification.parameters import to_poles
+from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.smooth_tracks import SmoothTracks
+from analysis.identification.variable_projection import Projection, project
+
+
+@dataclass
+class SweepsAt:
+    """Sweeps with their poles at x (T, J, 2): misfit, gradient and Hessian of each, in one number's error."""
+
+    x: NDArray[np.float64]
+    looks: list[Projection]
+    misfit: NDArray[np.float64]
+    gradient: NDArray[np.float64]
+    hessian: NDArray[np.float64]
+
+    def moved(self, other: "SweepsAt", sweeps: NDArray[np.bool_]) -> "SweepsAt":
+        """Take some sweeps from another point."""
+        one, two = sweeps[:, None], sweeps[:, None, None]
+        return SweepsAt(
+            np.where(two, other.x, self.x),
+            [new if yes else old for old, new, yes in zip(self.looks, other.looks, sweeps, strict=True)],
+            np.where(sweeps, other.misfit, self.misfit),
+            np.where(one, other.gradient, self.gradient),
+            np.where(two, other.hessian, self.hessian),
+        )
+
+
+@dataclass
+class SweepsSearch:
+    """Sweeps, and what is known of their tracks."""
+
+    lines: Sequence[Lines]
+    terms: Sequence[ResidualTerms]
+    active: NDArray[np.bool_]
+    tracks: SmoothTracks
+
+    def at(self, x: NDArray[np.float64], sweeps: NDArray[np.bool_], before: SweepsAt | None = None) -> SweepsAt:
+        """Project some sweeps at their poles (J, 2); the others are as before."""
+        count, modes = self.active.shape
+        misfit, gradient = np.zeros(count), np.zeros((count, 2 * modes))
+        hessian, looks = np.zeros((count, 2 * modes, 2 * modes)), list(before.looks) if before else []
+        for t in np.flatnonzero(sweeps).tolist():
+            now = project(self.lines[t], to_poles(x[t, self.active[t]]), self.terms[t])
+            own, error = np.flatnonzero(np.repeat(self.active[t], 2)), 0.5 * self.lines[t].correlation
+            gradient[t, own] = now.gradient / error
+            hessian[t][np.ix_(own, own)] = now.hessian / error
+            misfit[t] = now.misfit / error
+            looks[t : t + 1] = [now]
+        here = SweepsAt(x, looks, misfit, gradient, hessian)
+        return here if before is None else before.moved(here, sweeps)
+
+    @property
+    def held(self) -> NDArray[np.float64]:
+        """How firmly each of a sweep's numbers (2J,) is held to its track."""
+        return np.tile(self.tracks.scatter**-2.0, self.active.shape[1])
+
+    def departure(self, x: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Squared departure of every sweep from the tracks, (T,), in deviations."""
+        away = (x - self.tracks.place(numbers)) / self.tracks.scatter
+        squared: NDArray[np.float64] = ((away * self.active[:, :, None]) ** 2).sum(axis=(1, 2))
+        return squared
+
+    def total(self, point: SweepsAt, numbers: NDArray[np.float64]) -> float:
+        """Misfits, departures from the tracks, and of the tracks from what is known of them."""
+        known = self.tracks.certainty * numbers**2
+        return float(point.misfit.sum() + self.departure(point.x, numbers).sum() + known.sum())
+
+    def nearest(
+        self, x: NDArray[np.float64], numbers: NDArray[np.float64], scatter: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Numbers of the tracks nearest to the active poles, from numbers known already."""
+        weight = self.active[:, :, None] / scatter**2
+        seen = weight.reshape(len(x), -1, 1) * np.eye(x.shape[1] * 2)
+        outer = self.tracks.information(seen) + np.diag(self.tracks.certainty)
+        slope = self.tracks.gathered(weight * (x - self.tracks.place(numbers))) - self.tracks.certainty * numbers
+        return numbers + np.asarray(np.linalg.solve(outer, slope), dtype=np.float64)
+
+    def curvature(
+        self, point: SweepsAt, damping: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return inverse Hessians (T, 2J, 2J) by the poles, what tracks feel of them, and that by the numbers."""
+        held, unit = self.held, np.eye(len(self.held))
+        damped = held + damping[:, None] * np.einsum("tii->ti", point.hessian)
+        inverse = np.linalg.inv(point.hessian + unit * damped[:, None, :])
+        seen = unit * held - held[:, None] * inverse * held
+        return inverse, seen, self.tracks.information(seen) + np.diag(self.tracks.certainty)
+
+    def step(
+        self, point: SweepsAt, numbers: NDArray[np.float64], damping: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Gauss-Newton step (T, J, 2) of the poles, the tracks going along."""
+        inverse, seen, outer = self.curvature(point, damping)
+        held, shape = self.held, point.x.shape
+        away = (self.tracks.place(numbers) - point.x).reshape(len(seen), -1)
+        pull = np.einsum("tij,tj->ti", seen, away) + held * np.einsum("tij,tj->ti", inverse, point.gradient)
+        slope = self.tracks.gathered(pull.reshape(shape)) + self.tracks.certainty * numbers
+        further = numbers - np.linalg.solve(outer, slope)
+        moved = held * (self.tracks.place(further) - point.x).reshape(len(seen), -1) - point.gradient
+        step: NDArray[np.float64] = np.einsum("tij,tj->ti", inverse, moved).reshape(shape)
+        return step

@@ -1,0 +1,109 @@
+"""Samples of one sweep from a TDMS file of the recorder's own layout, by the campaign's ``[channels]``."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from nptdms import TdmsChannel, TdmsFile
+from numpy.typing import NDArray
+
+from analysis.experiment import Experiment
+from app.files.campaign_channels import RecordedChannel, RecorderLayout
+from app.files.campaign_error import Problem
+from app.files.measurements.tdms import UNITS
+from app.files.tdms_layout import DRIVE, RATE_TOLERANCE, TdmsLayout
+
+Samples = dict[str, NDArray[np.float32]]
+
+
+def recorder_samples(
+    name: str, tdms: TdmsFile, layout: TdmsLayout, recorder: RecorderLayout, experiment: Experiment
+) -> tuple[Samples, list[Problem]]:
+    """Read the declared channels in SI units.
+
+    A group for each repeat, in the order of the file, or one group with all repeats one after the other.
+
+    Parameters
+    ----------
+    name : str
+        Of the file, for messages.
+    tdms : TdmsFile
+    layout : TdmsLayout
+        Repeats, samples and rate that the experiment declares.
+    recorder : RecorderLayout
+        Fits the experiment.
+    experiment : Experiment
+
+    Returns
+    -------
+    samples : dict
+        (repeats, samples) by the names of `layout`; empty where anything is wrong.
+    problems : list of Problem
+    """
+    wired = recorder.wired(experiment)
+    measured = [experiment.inputs[0], *experiment.outputs]
+    there = {group.name: {channel.name: channel for channel in group.channels()} for group in tdms.groups()}
+    groups = [group for group, held in there.items() if any(theirs in held for theirs, _ in wired.values())]
+    if len(groups) not in (1, len(layout.groups)):
+        seen = f"{len(groups)} with a declared channel"
+        allowed = (
+            f"{len(layout.groups)}, one for each of protocol.repeats, or one with all repeats one after the other"
+        )
+        return {}, [Problem(name, "groups", seen, allowed, f"the file holds {_listed(there)}")]
+    length = layout.samples * len(layout.groups) // len(groups)
+    problems: list[Problem] = []
+    samples: Samples = {}
+    for ours, one in zip(layout.channels, measured, strict=True):
+        theirs, declared = wired[one.id]
+        parts = []
+        for group in groups:
+            if theirs not in there[group]:
+                allowed = f"a channel {theirs!r}, {'drive' if ours == DRIVE else one.id} by [channels]"
+                problems.append(
+                    Problem(name, group, f"holds {_listed(there[group])}", allowed, "correct its name")
+                )
+                continue
+            channel, place = there[group][theirs], f"{group}/{theirs}"
+            problems += _channel_problems(name, place, channel, length, layout.rate)
+            try:
+                scale = declared.calibration(_unit(channel), one).scale
+            except ValueError as error:
+                problems.append(Problem(name, place, str(error), "", f'correct channels."{theirs}"'))
+                continue
+            if not problems:
+                parts.append(np.asarray(channel[:], dtype=float).reshape(-1, layout.samples) * scale)
+        if parts:
+            samples[ours] = np.concatenate(parts).astype(np.float32)
+    return ({}, problems) if problems else (samples, [])
+
+
+def _channel_problems(name: str, place: str, channel: TdmsChannel, length: int, rate: float) -> Iterator[Problem]:
+    if channel.dtype.kind not in "iuf":
+        yield Problem(name, f"{place} data type", str(channel.dtype), "numbers")
+    if len(channel) != length:
+        allowed = (
+            f"{length}, of (protocol.sweep_duration + protocol.tail) x acquisition.sample_rate and the repeats"
+        )
+        yield Problem(name, f"{place} samples", str(len(channel)), allowed)
+    step = channel.properties.get("wf_increment", 1.0 / rate)
+    if not isinstance(step, float) or not math.isclose(step * rate, 1.0, rel_tol=RATE_TOLERANCE):
+        allowed = f"{1.0 / rate:.10g} s, one over acquisition.sample_rate"
+        yield Problem(name, f"{place} wf_increment", repr(step), allowed)
+
+
+def _unit(channel: TdmsChannel) -> str | None:
+    return next((str(channel.properties[key]) for key in UNITS if channel.properties.get(key)), None)
+
+
+def _listed(names: dict[str, TdmsChannel] | dict[str, dict[str, TdmsChannel]]) -> str:
+    shown = ", ".join(names)
+    return (shown if len(shown) <= 120 else shown[:117] + "...") or "nothing"
+
+
+def at_the_card(channel: str, recorder: RecorderLayout, experiment: Experiment) -> bool:
+    """Whether a channel's numbers are the volts that the input module converted, before any sensitivity."""
+    if not recorder.channels:
+        return True
+    measured = experiment.inputs[0].id if channel == DRIVE else channel
+    declared: RecordedChannel = recorder.wired(experiment)[measured][1]
+    return declared.sensitivity is None

@@ -1,0 +1,106 @@
+"""A campaign in a recorder's own layout, its channels declared: the same campaign as in Flexura's."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from nptdms import ChannelObject, RootObject, TdmsFile, TdmsWriter
+
+from app.files.campaign_error import CampaignFileError
+from app.files.recorded_campaign import read_recorded_campaign
+
+NAMES = {"drive": "cDAQ1Mod1/ai0", "S1": "Voltage_1", "S2": "Voltage_2"}
+CHANNELS = """
+[channels]
+"cDAQ1Mod1/ai0" = { role = "drive", sensitivity = "50 mV/V" }
+"Voltage_1" = { role = "response", at = "S1" }
+"Voltage_2" = { role = "response", at = "S2", unit = "mV" }
+"Room" = { role = "unused" }
+
+[sweeps]
+"""
+Rewrite = Callable[..., Path]
+
+
+@pytest.fixture
+def rewritten(tiny: Any, tmp_path: Path) -> Rewrite:
+    """Write the tiny campaign as FlexLogger would: one group, all repeats after each other, names of its own."""
+
+    def write(channels: str = CHANNELS, groups: tuple[str, ...] = ("Log",)) -> Path:
+        own = tiny.write(tmp_path / "own" / "plate")
+        folder = tmp_path / "plate"
+        shutil.copytree(own, folder)
+        text = channels
+        for path in sorted((own / "sweeps").iterdir()):
+            file = TdmsFile.read(path)
+            said = file.properties
+            ends = [said["oven_temperature_start"], said["oven_temperature_end"]]
+            text += (
+                f'"{path.name}" = {{ temperature = {ends}, level = {said["level"]}, '
+                f'direction = "{said["direction"]}", start_time = "{said["start_time"]}" }}\n'
+            )
+            _as_recorder(file, folder / "sweeps" / path.name, groups)
+        toml = folder / "campaign.toml"
+        toml.write_text(toml.read_text(encoding="utf-8") + text, encoding="utf-8")
+        return folder
+
+    return write
+
+
+def _as_recorder(file: TdmsFile, path: Path, groups: tuple[str, ...]) -> None:
+    objects: list[Any] = [RootObject({"Operator": "somebody"})]
+    repeats = [group for group in file.groups() if group.name.startswith("repeat")]
+    for number, group in enumerate(groups):
+        mine = repeats if len(groups) == 1 else [repeats[number % 2]]
+        for ours, theirs in NAMES.items():
+            scale = {"drive": 0.05, "S1": 1.0, "S2": 1e3}[ours]
+            samples = scale * np.concatenate([one[ours][:].astype(float) for one in mine])
+            wave = {"wf_increment": mine[0][ours].properties["wf_increment"]}
+            if ours != "S2":  # of which the recorder tells no unit
+                wave["unit_string"] = "V"
+            objects.append(ChannelObject(group, theirs, samples, wave))
+        objects.append(ChannelObject(group, "Room", np.zeros(7), {}))
+    with TdmsWriter(path) as writer:
+        writer.write_segment(objects)
+
+
+@pytest.mark.parametrize("groups", [("Log",), ("first", "second")])
+def test_a_recorders_own_layout_is_the_same_campaign(
+    rewritten: Rewrite, tmp_path: Path, groups: tuple[str, ...]
+) -> None:
+    found = read_recorded_campaign(rewritten(groups=groups))
+    wanted = read_recorded_campaign(tmp_path / "own" / "plate")
+    assert found.experiment == wanted.experiment
+    for ours, theirs in zip(wanted.sweeps, found.sweeps, strict=True):
+        np.testing.assert_allclose(theirs.drive, ours.drive, rtol=1e-6, atol=1e-9)
+        np.testing.assert_allclose(theirs.responses, ours.responses, rtol=1e-6, atol=1e-12)
+        assert (theirs.step, theirs.direction, theirs.level) == (ours.step, ours.direction, ours.level)
+        assert theirs.oven_temperature_start == ours.oven_temperature_start
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('at = "S2"', 'at = "S1"', 'both have at = "S1"'),
+        ('at = "S2"', 'at = "S9"', "at has to be one of S1, S2"),
+        ('"Voltage_2" = { role = "response", at = "S2", unit = "mV" }\n', "", "no channel for S2"),
+        (', unit = "mV"', "", 'the file tells no unit; give unit, for example unit = "V"'),
+        ('"50 mV/V"', '"50 mV/N"', "is of force, not of voltage"),
+        ('"Voltage_1"', '"Voltage_7"', "correct its name"),
+        ("[sweeps]\n", '[sweeps]\n"099.tdms" = { temperature = 5.0, level = 1.0 }\n', "no such file"),
+        ('role = "unused"', 'role = "nothing"', "'nothing'"),
+    ],
+)
+def test_what_is_wrong_with_the_declaration_is_said(rewritten: Rewrite, old: str, new: str, said: str) -> None:
+    assert old in CHANNELS
+    with pytest.raises(CampaignFileError) as refused:
+        read_recorded_campaign(rewritten(CHANNELS.replace(old, new)))
+    assert said in str(refused.value)
+
+
+def test_repeats_that_do_not_fill_the_file_are_told(rewritten: Rewrite) -> None:
+    with pytest.raises(CampaignFileError, match=r"3 with a declared channel; .*one for each of protocol\.repeats"):
+        read_recorded_campaign(rewritten(groups=("a", "b", "c")))
