@@ -84,7 +84,7 @@ def start_material(
         misfits = np.empty((moduli.size, ratios.size))
         places = [(float(e), float(nu)) for e, nu in product(moduli, ratios)]
         with ThreadPoolExecutor(WORKERS) as pool:
-            for done, found in enumerate(pool.map(lambda place: misfit(*place, eta_high), places)):
+            for done, found in enumerate(pool.map(lambda place: misfit(place[0], place[1], eta_high), places)):
                 misfits.flat[done] = found
                 progress(begun + (1.0 - begun) * (done + 1) / misfits.size)
         for i, j in _minima(misfits)[:STARTS]:
