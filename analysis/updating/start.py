@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from itertools import chain, product
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,10 @@ MODULUS_STEP, RESONANCE_STEP = 1.07, 1.7
 which the grid is walked stay within each other's half-power bandwidth."""
 ROUGH, NOISY = 0.1, 2.0
 """Misfit of a fit, and ratio of it to the noise, below both of which its minimum is taken for the right one."""
+RATIOS = ((0.5,), (0.2, 0.85))
+"""Places of Poisson's ratio in the box: those of the second grid are asked where the first one's fits fail."""
 STARTS = 6
-"""Minima of the grid from which a fit is tried."""
+"""Minima of a grid from which a fit is tried."""
 SHARP = 0.05
 """Largest loss factor of a box below which data are broadened for a start; beyond, resonances overlap anyway."""
 LEAST_LOSS = 0.005
@@ -47,9 +49,9 @@ def start_material(
 ) -> Real:
     """Return the best point of a grid over the model's box, the gain eliminated.
 
-    The grid of E and nu is walked at a loss factor near the top of the box, where the minima are widest; eta
-    follows on its own. Where a fit from the best point ends far from the data, the grid's other minima are tried.
-    Unless `signed`, every channel may have either sign.
+    A grid of E, at the middle nu, is walked at a loss factor near the top of the box, where the minima are widest;
+    eta follows on its own. Where a fit from the best point ends far from the data, the grid's other minima are
+    tried, then those of a grid at other nu. Unless `signed`, every channel may have either sign.
 
     Parameters
     ----------
@@ -74,22 +76,29 @@ def start_material(
         return best_gain(turned(transfer) * transfer, data)[1]
 
     eta_low, eta_high = max(model.box.loss_factor[0], LEAST_LOSS), 0.8 * model.box.loss_factor[1]
-    moduli, ratios = _grid(model, eta_high)
-    misfits = np.empty((moduli.size, ratios.size))
-    with ThreadPoolExecutor(WORKERS) as pool:
-        places = [(float(e), float(nu)) for e, nu in product(moduli, ratios)]
-        for done, found in enumerate(pool.map(lambda place: misfit(place[0], place[1], eta_high), places)):
-            misfits.flat[done] = found
-            progress((done + 1) / misfits.size)
+    moduli = _moduli(model, eta_high)
+    nu_low, nu_high = model.box.poisson_ratio
     etas = np.geomspace(min(eta_low, eta_high), eta_high, 5)
 
-    def from_grid() -> Iterator[Real]:
+    def from_grid(ratios: Real, begun: float) -> Iterator[Real]:
+        misfits = np.empty((moduli.size, ratios.size))
+        places = [(float(e), float(nu)) for e, nu in product(moduli, ratios)]
+        with ThreadPoolExecutor(WORKERS) as pool:
+            for done, found in enumerate(pool.map(lambda place: misfit(place[0], place[1], eta_high), places)):
+                misfits.flat[done] = found
+                progress(begun + (1.0 - begun) * (done + 1) / misfits.size)
         for i, j in _minima(misfits)[:STARTS]:
             e, nu = float(moduli[i]), float(ratios[j])
             yield np.array([e, nu, etas[int(np.argmin([misfit(e, nu, float(eta)) for eta in etas]))]])
 
+    def starts() -> Iterator[Real]:
+        for begun, places in zip((0.0, 0.5), RATIOS, strict=True):
+            yield from from_grid(nu_low + (nu_high - nu_low) * np.array(places), begun)
+        if signed and model.box.loss_factor[1] < SHARP:
+            yield from narrowed(model, data, moduli)
+
     best, least = np.zeros(3), np.inf
-    for start in chain(from_grid(), _narrowed(model, data, moduli) if signed else ()):
+    for start in starts():
         sign = turned(model.frf(data.laws(start), data.frequency))
         found = fit_sweep(model, replace(data, h=sign * data.h), start).point.misfit
         if found < least:
@@ -99,19 +108,11 @@ def start_material(
     return best
 
 
-def _narrowed(model: TwinModel, data: SweepData, moduli: Real) -> Iterator[Real]:
-    """Yield starts by way of broadened data, where resonances are sharp; each computed when asked for."""
-    if model.box.loss_factor[1] < SHARP:
-        yield from narrowed(model, data, moduli)
-
-
-def _grid(model: TwinModel, loss_factor: float) -> tuple[Real, Real]:
-    """Moduli and Poisson's ratios over the box, as close as resonances of a loss factor need them."""
+def _moduli(model: TwinModel, loss_factor: float) -> Real:
+    """Moduli over the box, as close as resonances of a loss factor need them."""
     low, high = model.box.youngs_modulus
     step = np.log(min(MODULUS_STEP, 1.0 + RESONANCE_STEP * loss_factor))
-    moduli = np.geomspace(low, high, int(np.ceil(np.log(high / low) / step)) + 1)
-    nu_low, nu_high = model.box.poisson_ratio
-    return np.asarray(moduli), nu_low + (nu_high - nu_low) * np.array([0.2, 0.5, 0.85])
+    return np.asarray(np.geomspace(low, high, int(np.ceil(np.log(high / low) / step)) + 1))
 
 
 def _minima(misfits: Real) -> list[tuple[int, int]]:

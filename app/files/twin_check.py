@@ -12,6 +12,8 @@ from app.files.twin_file import TwinFile
 
 RECORDER = ("acquisition.module", "acquisition.sample_rate")
 """May differ between campaigns on one plate: they change nothing a twin answers."""
+DRIVEN_OR_HELD = {repr("actuator"), repr("shorted")}
+"""Roles of one patch in campaigns that several actuators drove one after the other; short-circuited in either."""
 
 
 def require_same_plate(path: Path, twin: TwinFile, experiment: Experiment) -> None:
@@ -28,14 +30,14 @@ def require_same_plate(path: Path, twin: TwinFile, experiment: Experiment) -> No
     Raises
     ------
     CampaignFileError
-        With all that is declared otherwise, but for `RECORDER`.
+        With all that is declared otherwise, but for `RECORDER` and which of several patches drove the plate.
     """
     remedy = "as the campaign declares; a twin belongs to one plate with its patches"
     problems = [
         Problem(path.name, place, seen, wanted, remedy)
         for key in ("plate", "patch", "drive", "sensor", "string", "cable", "acquisition", "oven")
         for place, seen, wanted in _differences(key, getattr(twin, key), getattr(experiment, key))
-        if place not in RECORDER
+        if place not in RECORDER and not (place.endswith(".role") and {seen, wanted} == DRIVEN_OR_HELD)
     ]
     if problems:
         raise CampaignFileError(path.parent, problems)

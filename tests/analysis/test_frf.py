@@ -4,12 +4,12 @@ import re
 
 import numpy as np
 import pytest
-from scipy.signal import chirp, fftconvolve, lfilter
+from scipy.signal import chirp, fftconvolve, lfilter, savgol_filter
 
 from analysis.campaign import Campaign, Sweep
 from analysis.experiment import Experiment
 from analysis.frf import campaign_frf
-from analysis.h1 import bad_repeats, h1
+from analysis.h1 import bad_repeats, h1, single_repeat_power
 
 RATE, SAMPLES = 8533.0, 12000
 B, A = [0.2, 0.1], [1.0, -1.6, 0.9]
@@ -99,6 +99,14 @@ def test_a_steady_drift_over_the_repeats_is_no_noise() -> None:
     moved = campaign_frf(campaign(drive, drifting))
     np.testing.assert_allclose(moved.h, still.h, rtol=0.02, atol=2e-3)
     assert (moved.variance / still.variance).mean() == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("lines", "width"), [(7, 7), (8, 7), (400, 11)])
+def test_roughness_is_what_a_savitzky_golay_filter_leaves(lines: int, width: int) -> None:
+    h = np.random.default_rng(lines).standard_normal((lines, 2)) @ [1.0, 1.0j]
+    rough = h - savgol_filter(h.real, width, 4) - 1j * savgol_filter(h.imag, width, 4)
+    kept = 1.0 - savgol_filter(np.eye(width)[width // 2], width, 4)[width // 2]
+    np.testing.assert_allclose(single_repeat_power(h), np.abs(rough) ** 2 / kept, rtol=1e-9)
 
 
 def test_variance_of_a_single_repeat_comes_from_its_roughness() -> None:

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from analysis.material import MaterialBox
+from analysis.updating import start
+from analysis.updating.normal_equations import SweepData
 from analysis.updating.update import update
 
 
@@ -18,3 +20,19 @@ def test_sharp_resonances_are_met_from_afar(affine_modes, loss: float) -> None:
         assert result.settled.all()
         assert result.material.youngs_modulus[0] == pytest.approx(truth[0], rel=1e-3)
         assert result.material.loss_factor[0] == pytest.approx(loss, rel=0.1)
+
+
+@pytest.mark.parametrize(("believed", "ratios"), [(0.1, 1), (0.0, 3)])
+def test_other_ratios_are_asked_only_where_the_middle_one_leads_nowhere(
+    affine_modes, monkeypatch: pytest.MonkeyPatch, believed: float, ratios: int
+) -> None:
+    monkeypatch.setattr(start, "ROUGH", believed)
+    monkeypatch.setattr(start, "NOISY", 0.0)
+    rng = np.random.default_rng(1)
+    twin = affine_modes(np.random.default_rng(8))
+    data = SweepData.of(twin.measured(np.array([20.0]), [(2e9, 0.45, 0.03)], 12.0, rng, noise=1e-3), 0, 4)
+    asked, frf = set(), twin.frf
+    monkeypatch.setattr(twin, "frf", lambda laws, *rest: asked.add(round(laws.value[1], 6)) or frf(laws, *rest))
+    found = start.start_material(twin, data)
+    assert found[0] == pytest.approx(2e9, rel=0.1)
+    assert len(asked) == ratios

@@ -69,6 +69,16 @@ def test_round_trip(file: Path, twin: TwinFile, experiment: Experiment) -> None:
     require_known_effects(file, again, CARDS)
 
 
+def test_a_twin_found_with_one_actuator_holds_for_the_next(
+    file: Path, twin: TwinFile, experiment: Experiment
+) -> None:
+    held = twin.patch[0].model_copy(update={"role": "shorted"})
+    require_same_plate(file, twin.model_copy(update={"patch": (held, *twin.patch[1:])}), experiment)
+    read = twin.patch[0].model_copy(update={"role": "sensor"})
+    with pytest.raises(CampaignFileError, match=r"patch\[0\]\.role"):
+        require_same_plate(file, twin.model_copy(update={"patch": (read, *twin.patch[1:])}), experiment)
+
+
 def test_the_file_is_for_people(file: Path) -> None:
     text = file.read_text(encoding="utf-8")
     assert text.startswith("# A twin of Flexura. SI units")
