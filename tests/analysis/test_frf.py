@@ -84,12 +84,12 @@ def test_a_tail_too_short_is_told_as_such_and_not_as_a_hum() -> None:
 
 def test_stated_variance_is_that_of_repeated_estimates() -> None:
     rng = np.random.default_rng(1)
-    frfs = [campaign_frf(campaign(*recorded(rng, noise=0.02))) for _ in range(150)]
+    frfs = [campaign_frf(campaign(*recorded(rng, noise=0.02))) for _ in range(75)]
     used = ~frfs[0].excluded
     real = np.var([f.h[0, 0] for f in frfs], axis=0)[used]
     stated = np.mean([f.variance[0, 0] for f in frfs], axis=0)[used]
     ratio = np.array([part.mean() for part in np.array_split(real / stated, 10)])
-    np.testing.assert_allclose(ratio, 1.0, atol=0.08)
+    np.testing.assert_allclose(ratio, 1.0, atol=0.1)
 
 
 def test_a_steady_drift_over_the_repeats_is_no_noise() -> None:

@@ -165,6 +165,7 @@ def test_a_browser_shows_the_report_and_has_nothing_to_complain_of(run: Path, tm
     assert "Content Security Policy" in opened(tmp_path / "fetching.html", tmp_path / "fetching.png")
 
 
+@pytest.mark.slow
 def test_the_same_page_comes_out_again(run: Path) -> None:
     first = (run / "report.html").read_bytes()
     assert typed("report", str(run)).exit_code == 0

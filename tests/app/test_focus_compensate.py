@@ -193,6 +193,7 @@ def test_compensate_prints_every_method_and_keeps_the_networks(run, panel):
     )
 
 
+@pytest.mark.slow
 def test_the_verbs_write_what_the_stages_compute_and_save(run, panel, tmp_path):
     """Byte for byte; on a plate that grows with temperature, so that growth counts once."""
     panel.write_text(PANEL.replace("mass =", "expansion = 1e-3\ndimensions_at = 20.0\nmass ="), encoding="utf-8")

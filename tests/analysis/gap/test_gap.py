@@ -77,7 +77,9 @@ def test_a_small_effect_is_seen_below_the_excess_of_chi2(solve):
     "effects",
     [
         {"lag": {"tau": 270.0}, "mass": {"grams": 1.0}},
-        {"stretch": {"delta_e": 0.03, "delta_g": -0.02}, "feedthrough": {"gain": 1e-3}},
+        pytest.param(
+            {"stretch": {"delta_e": 0.03, "delta_g": -0.02}, "feedthrough": {"gain": 1e-3}}, marks=pytest.mark.slow
+        ),
     ],
     ids=lambda e: "+".join(e),
 )

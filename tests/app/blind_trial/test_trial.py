@@ -17,6 +17,8 @@ from app.files.provenance import sha256
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.reduced_model import ReducedModel
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module", autouse=True)
 def small(kind: PlateKind, operators: EffectOperators, plain: ReducedModel) -> Iterator[None]:

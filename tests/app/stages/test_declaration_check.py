@@ -92,7 +92,14 @@ def test_a_basis_that_does_not_converge_is_a_sentence(tmp_path: Path, measured, 
 
 @pytest.mark.shared
 @pytest.mark.skipif(not RECORDED.is_dir(), reason="the recorded campaigns are not beside the checkout")
-@pytest.mark.parametrize("name", ["pp-plate-nominal", "pp-plate-orthotropic", "pp-plate-two-effects"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "pp-plate-orthotropic",
+        pytest.param("pp-plate-nominal", marks=pytest.mark.slow),
+        pytest.param("pp-plate-two-effects", marks=pytest.mark.slow),
+    ],
+)
 def test_recordings_with_and_without_effects_go_on(name: str) -> None:
     campaign = load_campaign(RECORDED / name)
     some = replace(campaign, sweeps=campaign.sweeps[:: max(1, len(campaign.sweeps) // 3)])

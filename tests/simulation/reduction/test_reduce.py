@@ -171,6 +171,7 @@ def test_a_plate_without_patches_is_refused(plate, coarse_mesh):
         reduce(bare, MaterialBox((1e9, 2e9), (0.3, 0.4), (0.02, 0.1)), (100.0, 300.0))
 
 
+@pytest.mark.slow
 def test_a_tolerance_out_of_reach_is_said(coarse_model):
     box = MaterialBox((2e9, 2.1e9), (0.37, 0.38), (0.05, 0.06))
     with pytest.raises(RuntimeError, match="converge"):
