@@ -15,8 +15,6 @@ LONG_FILES = {
     "analysis/identification/order.py",
     "app/commands/compensate.py",
     "app/commands/demo.py",
-    "app/view/chart.py",
-    "app/view/recorded/frf_page.py",
     "simulation/reduction/effect_projection.py",
     "simulation/reduction/reduced_model.py",
     "simulation/twin/twin.py",
