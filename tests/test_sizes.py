@@ -15,7 +15,6 @@ LONG_FILES = {
     "analysis/identification/order.py",
     "app/commands/compensate.py",
     "app/commands/demo.py",
-    "simulation/twin/twin.py",
 }
 """Still too long; whoever splits one takes its line out."""
 LONG_FUNCTIONS = {
