@@ -44,6 +44,33 @@ class MaterialBox:
         within: NDArray[np.bool_] = ((material > low) & (material < high)).all(-1)
         return within
 
+    def require(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> None:
+        """Refuse a material that lies outside.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+        loss_factor : float
+
+        Raises
+        ------
+        ValueError
+            With the value seen and the range allowed.
+        """
+        asked = (
+            ("youngs_modulus", youngs_modulus, self.youngs_modulus, "Pa"),
+            ("poisson_ratio", poisson_ratio, self.poisson_ratio, ""),
+            ("loss_factor", loss_factor, self.loss_factor, ""),
+        )
+        for name, value, (low, high), unit in asked:
+            slack = 1e-9 * high
+            if not low - slack <= value <= high + slack:
+                raise ValueError(
+                    f"{name} {value:.6g} {unit} is outside the twin's box, {low:.6g} to {high:.6g} {unit}"
+                )
+
     @property
     def _bounds(self) -> NDArray[np.float64]:
         return np.array([self.youngs_modulus, self.poisson_ratio, self.loss_factor])

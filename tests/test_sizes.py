@@ -11,14 +11,8 @@ FLOORS = ("analysis", "app", "drivers", "flexura", "simulation")
 FILES = sorted(path for floor in FLOORS for path in (ROOT / floor).rglob("*.py"))
 LINES, FUNCTION_LINES = 250, 60
 LONG_FILES = {
-    "analysis/identification/order.py",
     "app/commands/compensate.py",
     "app/commands/demo.py",
-    "app/view/chart.py",
-    "app/view/recorded/frf_page.py",
-    "simulation/reduction/effect_projection.py",
-    "simulation/reduction/reduced_model.py",
-    "simulation/twin/twin.py",
 }
 """Still too long; whoever splits one takes its line out."""
 LONG_FUNCTIONS = {

@@ -31,6 +31,7 @@
 ``pole_search``            least squares over the poles
 ``vector_fitting``         start poles from nothing
 ``order``                  backward elimination and residual terms by BIC
+``bic``                    the criterion, and what it asks for a pole
 ``resolution``             what a record is too short to tell apart
 ``missing``                poles the residual asks for
 ``harmonics``              lines the mains have spoilt

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
+from analysis.identification.bic import pole_price, support
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
-from analysis.identification.order import eliminate, pole_price, support
+from analysis.identification.order import eliminate
 from analysis.identification.pole_search import fit
 from analysis.identification.tracked_modes import TrackedModes
 

@@ -13,13 +13,13 @@ from scipy.optimize import linear_sum_assignment
 
 from analysis.identification.automatic import identify
 from analysis.identification.averaging import averaged
+from analysis.identification.bic import pole_price
 from analysis.identification.common_factor import common_factor
 from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import gains, matched, residual
 from analysis.identification.modes import Modes
-from analysis.identification.order import pole_price
 from analysis.identification.parameters import to_parameters, to_poles
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.residual_terms import ResidualTerms

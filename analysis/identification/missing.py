@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.bic import bic
 from analysis.identification.lines import Lines
-from analysis.identification.order import attempt, bic
+from analysis.identification.order import attempt
 from analysis.identification.pole_residue import pole_columns, synthesis
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.resolution import unresolved

@@ -1,12 +1,9 @@
-"""How many poles: backward elimination and one look back, both judged by BIC.
-
-The scale of the noise is taken as unknown (n log misfit), so that a model that cannot follow the plate to the
-last decimal does not ask for a pole in every ripple.
-"""
+"""How many poles: backward elimination and one look back, both judged by BIC."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.bic import bic, misfit_worth, pole_price, support
 from analysis.identification.lines import Lines
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
@@ -19,32 +16,6 @@ ROUGH = 3e-4
 
 UNSEEN = 1e-13
 """Information about a direction, relative to that about a single parameter, which is rounding."""
-
-
-def bic(fitted: PoleFit, lines: Lines) -> float:
-    """Bayesian information criterion, n log(misfit) + parameters log(n); smaller is better."""
-    n, misfit = lines.independent, fitted.projection.misfit + lines.hidden
-    return float(n * np.log(misfit / lines.values) + fitted.parameters * np.log(n))
-
-
-def misfit_worth(lines: Lines, level: float, parameters: int) -> float:
-    """Return the misfit at which a model reaches a BIC of `level`.
-
-    Parameters
-    ----------
-    lines : Lines
-    level : float
-        BIC.
-    parameters : int
-        Real parameters of the model.
-
-    Returns
-    -------
-    float
-        Sum of squared errors in units of the deviations; negative where no misfit is low enough.
-    """
-    n = lines.independent
-    return float(lines.values * np.exp((level - parameters * np.log(n)) / n) - lines.hidden)
 
 
 def covariance(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
@@ -66,21 +37,6 @@ def relative_deviations(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
     """Return the standard deviations of log |pole| and log damping ratio, (J, 2)."""
     spread: NDArray[np.float64] = np.sqrt(np.diag(covariance(fitted, lines))).reshape(-1, 2)
     return spread
-
-
-def pole_price(lines: Lines) -> float:
-    """Return what BIC asks for a pole: two parameters and a complex residue for every response."""
-    return float((2 + 2 * len(lines.h)) * np.log(lines.independent))
-
-
-def support(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
-    """How much BIC would rise, at most, were each pole dropped: (J,) ndarray.
-
-    An upper bound, for the other poles stay where they are; below zero the pole has to go.
-    """
-    n, now = lines.independent, fitted.projection
-    rise: NDArray[np.float64] = n * np.log1p(now.loss / (now.misfit + lines.hidden)) - pole_price(lines)
-    return rise
 
 
 def drop_unsupported(lines: Lines, fitted: PoleFit, share: float = 0.0) -> PoleFit:

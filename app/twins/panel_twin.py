@@ -17,6 +17,7 @@ from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
 from simulation.reduction.energy_sums import EnergySums
+from simulation.reduction.lowest_modes import lowest_modes
 from simulation.reduction.reduce import BasisTraining
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.fineness import Fineness
@@ -128,7 +129,7 @@ class PanelTwin:
         -------
         PanelModes
         """
-        values, shapes = self.reduced.modes(youngs_modulus, poisson_ratio, loss_factor, count)
+        values, shapes = lowest_modes(self.reduced, youngs_modulus, poisson_ratio, loss_factor, count)
         return PanelModes(values, shapes, -shapes.T @ (self.reduced.ports * self.signs))
 
 

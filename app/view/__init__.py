@@ -6,6 +6,7 @@
 ``folder``          which campaign and which results a folder stands for
 ``theme``           dark and light
 ``chart``           a plot that can be read, followed and exported
+``map_chart``       a plot of a map, with its colour bar
 ``export``          a plot as PNG, SVG and CSV
 ``cursors``         the frequency and the temperature that all plots share
 ``window``          keys, help, themes and export: what both windows have in common

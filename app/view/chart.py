@@ -1,12 +1,12 @@
 """A plot that can be read, followed with a cursor, and exported."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 import pyqtgraph
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from PySide6.QtCore import Qt, SignalInstance
 from PySide6.QtWidgets import QSizePolicy
 
@@ -14,16 +14,12 @@ from analysis.arrays import Real
 from app.view.theme import Color, Theme
 
 Style = Literal["line", "dash", "dot"]
-FINEST = 1024
-"""Rows or columns at most of a map whose cells differ in size."""
-BAR = 78
-"""Dots that the colour bar of a map takes."""
 STYLES = {"line": Qt.PenStyle.SolidLine, "dash": Qt.PenStyle.DashLine, "dot": Qt.PenStyle.DotLine}
 
 
 @dataclass(frozen=True)
 class Map:
-    """What an image shows.
+    """Values over a grid.
 
     Attributes
     ----------
@@ -180,67 +176,8 @@ class Chart(pyqtgraph.PlotWidget):
         self.addItem(item)
         return item
 
-    def image(
-        self,
-        shown: Map,
-        colors: pyqtgraph.ColorMap,
-        levels: tuple[float, float],
-        label: str,
-        ticks: Sequence[tuple[float, str]] | None = None,
-    ) -> Any:
-        """Draw a map with its colour bar; call `show_map` to change what it shows.
-
-        Parameters
-        ----------
-        shown : Map
-        colors : pyqtgraph.ColorMap
-        levels : (float, float)
-            Values at the ends of the colours.
-        label : str
-            Of the colour bar, with its unit.
-        ticks : sequence of (float, str), optional
-            Of the colour bar: values and their words.
-
-        Returns
-        -------
-        pyqtgraph.ImageItem
-        """
-        item = pyqtgraph.ImageItem()
-        item.setZValue(-10)
-        self.addItem(item)
-        bar = pyqtgraph.ColorBarItem(
-            values=levels, colorMap=colors, interactive=False, width=12, pen=self.theme.muted
-        )
-        bar.setImageItem(item, insert_in=self.plotItem)
-        bar.axis.setTextPen(self.theme.text)
-        bar.axis.setPen(self.theme.muted)
-        bar.axis.setLabel(label, color=self.theme.text)
-        bar.axis.enableAutoSIPrefix(False)
-        bar.axis.setWidth(BAR - 30)
-        bar.setFixedWidth(BAR)
-        if ticks is not None:
-            bar.axis.setTicks([list(ticks)])
-        self.showGrid(x=False, y=False)
-        self._image, self._levels = item, levels
-        self.show_map(shown)
-        self.fit()
-        return item
-
-    def stand_under_map(self, link: "Chart") -> None:
-        """Keep the frequencies of a map above exactly above one's own: leave out what its colour bar takes."""
-        self.showAxis("right")
-        axis = self.getAxis("right")
-        axis.setWidth(BAR)
-        axis.setStyle(showValues=False, tickLength=0)
-        axis.setPen(None)
-        self.setXLink(link)
-
     def fit(self) -> None:
         """Show all of it; an axis that follows another plot's is left to that."""
-        if self.map is not None:
-            self.setXRange(*self._span(self.map.x), padding=0.0)
-            self.setYRange(*self._span(self.map.y), padding=0.0)
-            return
         curves = self.curves
         for axis, set_range in ((1, self.setXRange), (2, self.setYRange)):
             if self.plotItem.vb.linkedView(axis - 1) is not None:
@@ -249,14 +186,6 @@ class Chart(pyqtgraph.PlotWidget):
             values = values[np.isfinite(values)]
             if values.size:
                 set_range(float(values.min()), float(values.max()), padding=0.04)
-
-    def show_map(self, shown: Map) -> None:
-        """Show other values; each cell reaches half way to its neighbours, wherever they stand."""
-        self.map = shown
-        (left, right), (low, high) = self._span(shown.x), self._span(shown.y)
-        pixels = shown.value[_evenly(shown.y, low, high)][:, _evenly(shown.x, left, right)]
-        self._image.setImage(pixels, levels=self._levels, autoLevels=False)
-        self._image.setRect(left, low, right - left, high - low)
 
     def follow(
         self, direction: Literal["x", "y"], value: float, moved: SignalInstance, move: Callable[[float], None]
@@ -311,22 +240,3 @@ class Chart(pyqtgraph.PlotWidget):
             if x is not None:
                 found.append((str(item.opts["label"]), np.asarray(x, float), np.asarray(y, float)))
         return found
-
-    @staticmethod
-    def _span(centres: Real) -> tuple[float, float]:
-        """Outer edges of cells around `centres`."""
-        if len(centres) < 2:
-            return float(centres[0]) - 0.5, float(centres[0]) + 0.5
-        first, last = 0.5 * (centres[1] - centres[0]), 0.5 * (centres[-1] - centres[-2])
-        return float(centres[0] - first), float(centres[-1] + last)
-
-
-def _evenly(centres: Real, low: float, high: float) -> slice | NDArray[np.int_]:
-    """Return which cell each of equal pixels from `low` to `high` shows; all of them where cells are equal."""
-    apart = np.diff(centres)
-    if len(apart) == 0 or np.allclose(apart, apart[0], rtol=1e-3):
-        return slice(None)
-    pixels = min(FINEST, max(len(centres), round((high - low) / float(apart.min()))))
-    middle = low + (np.arange(pixels) + 0.5) * (high - low) / pixels
-    nearest: NDArray[np.int_] = np.abs(middle[:, None] - centres).argmin(axis=1)
-    return nearest

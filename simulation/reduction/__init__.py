@@ -12,6 +12,8 @@ A plate over a range of materials:
 ``reduce``                 all of it
 ``footprint_reduction``    the same, with forces and motions besides patches
 ``reduced_model``          small matrices that answer for the whole range
+``lowest_modes``           its natural modes
+``certified_lines``        frequencies at which it may be asked
 ``dashpots``               viscous supports, connected to a plate without them
 ``modal_form``             poles, and transfers as sums over them
 ``pole_sums``              these sums, at all lines of a band
@@ -25,6 +27,7 @@ A plate over a range of materials:
 The same plate with physical effects on it:
 
 =========================  ================================================================
+``projector``              strains and displacements of given vectors
 ``patch_projection``       every energy of the patches on given vectors
 ``effect_projection``      every field-weighted energy on given vectors
 ``missing_answers``        what the plain vectors miss in other states

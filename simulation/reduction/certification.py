@@ -6,6 +6,7 @@ import numpy as np
 
 from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
+from simulation.reduction.lowest_modes import lowest_modes
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.resonance_lines import resonance_lines, root_mean_square
 from simulation.shell.shell_model import ShellModel
@@ -111,5 +112,5 @@ def _field_error(
 
 def _lines(small: ReducedModel, material: Constants, grid: Real) -> Real:
     """Even lines, and those on the narrow resonances at one material."""
-    squares, _ = small.modes(*material, small.size)
+    squares, _ = lowest_modes(small, *material, small.size)
     return resonance_lines(np.sqrt(np.abs(squares.real)) / (2 * np.pi), material[2], grid)

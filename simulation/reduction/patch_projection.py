@@ -6,7 +6,8 @@ import numpy as np
 
 from analysis.arrays import Real
 from simulation.reduction.effect_operators import BENDING_DEGREE
-from simulation.reduction.effect_projection import Projector, Rows, weight_table
+from simulation.reduction.effect_projection import weight_table
+from simulation.reduction.projector import Projector, Rows
 from simulation.shell.rigidity import SHEAR_FACTOR, THX, THY, U, V, W
 from simulation.state.field_basis import polynomials
 

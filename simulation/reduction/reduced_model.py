@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
+from simulation.reduction.certified_lines import certified_lines
 from simulation.reduction.modal_form import ModalForm
 from simulation.shell.shell_model import plane_stress_moduli
 
@@ -93,38 +94,6 @@ class ReducedModel:
         root = scipy.linalg.cholesky(mass, lower=True)
         return self.restricted(scipy.linalg.solve_triangular(root, np.eye(self.size), lower=True).T)
 
-    def modes(
-        self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int
-    ) -> tuple[Complex, Real]:
-        """Lowest undamped modes, each with the damping that plate and dashpots give it (patches add none).
-
-        Parameters
-        ----------
-        youngs_modulus : float
-            Pa.
-        poisson_ratio : float
-        loss_factor : float
-        count : int
-            r at most.
-
-        Returns
-        -------
-        squares : (count,) complex ndarray, rad2/s2
-            Squares of the angular frequency, the damping as their imaginary part.
-        shapes : (r, count) ndarray
-
-        Raises
-        ------
-        ValueError
-            Outside the trained box.
-        """
-        self.require(youngs_modulus, poisson_ratio, loss_factor)
-        stiffness = self.stiffness(youngs_modulus, poisson_ratio, loss_factor)
-        values, shapes = scipy.linalg.eigh(stiffness.real, subset_by_index=(0, min(count, self.size) - 1))
-        lost = np.einsum("rm,rs,sm->m", shapes, stiffness.imag, shapes)
-        viscous = np.sqrt(np.abs(values)) * ((self.dashpots.T @ shapes) ** 2).sum(axis=0)
-        return values + 1j * (lost + viscous), shapes
-
     def require(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike = ()
     ) -> None:
@@ -144,24 +113,8 @@ class ReducedModel:
         ValueError
             With the value seen and the range allowed.
         """
-        asked = (
-            ("youngs_modulus", youngs_modulus, self.box.youngs_modulus, "Pa"),
-            ("poisson_ratio", poisson_ratio, self.box.poisson_ratio, ""),
-            ("loss_factor", loss_factor, self.box.loss_factor, ""),
-        )
-        for name, value, (low, high), unit in asked:
-            slack = 1e-9 * high
-            if not low - slack <= value <= high + slack:
-                raise ValueError(
-                    f"{name} {value:.6g} {unit} is outside the twin's box, {low:.6g} to {high:.6g} {unit}"
-                )
-        lines = np.asarray(frequency, float)
-        low, high = self.band
-        outside = lines[~((lines >= low * (1 - 1e-9)) & (lines <= high * (1 + 1e-9)))]
-        if outside.size:
-            raise ValueError(
-                f"frequency {outside.flat[0]:.6g} Hz is outside the twin's band, {low:g} to {high:g} Hz"
-            )
+        self.box.require(youngs_modulus, poisson_ratio, loss_factor)
+        certified_lines(frequency, self.band)
 
     def stiffness(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float) -> Complex:
         """Complex stiffness K at one material.

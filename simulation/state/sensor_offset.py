@@ -11,7 +11,8 @@ import numpy as np
 
 from analysis.arrays import Mask, Real
 from simulation.reduction.effect_operators import BENDING_DEGREE, OFFSET_DEGREE, ZONE_DEGREES, monomials
-from simulation.reduction.effect_projection import Projector, weighed_energies
+from simulation.reduction.effect_projection import weighed_energies
+from simulation.reduction.projector import Projector
 from simulation.state.field_basis import polynomial, polynomials
 from simulation.state.state_matrices import FullPlate
 

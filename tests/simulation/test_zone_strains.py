@@ -6,7 +6,8 @@ import pytest
 from analysis.experiment import Patch, Plate
 from analysis.outline import CircleOutline, CircleZone
 from simulation.meshing.recipe import MeshRecipe
-from simulation.reduction.effect_projection import Projector, strains
+from simulation.reduction.effect_projection import strains
+from simulation.reduction.projector import Projector
 from simulation.shell.assembly import assemble
 from simulation.shell.factors import factorize
 from simulation.shell.rigidity import SHEAR_FACTOR

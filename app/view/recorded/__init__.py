@@ -4,6 +4,7 @@
 ``results``        what a run holds, each file read when it is first looked at
 ``overlays``       FRFs that can be laid over those measured
 ``frf_page``       waterfall, cut along frequency, cut along temperature
+``readout``        what its cursors stand on, in words
 ``modes_page``     poles followed over temperature
 ``laws_page``      E, ν and η, and what the twin misses
 ``focusing_page``  contrast and spot error

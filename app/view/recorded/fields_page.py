@@ -14,6 +14,7 @@ from analysis.material import MaterialLaws
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
 from app.view.lattice import FromAbove, edges_of
+from app.view.map_chart import MapChart
 from app.view.recorded.fields import MODES, Fields
 from app.view.recorded.maker import Maker
 from app.view.surface import FRAME, TURN, SurfaceChart
@@ -64,7 +65,7 @@ class FieldsPage(QWidget):
         self.shape = SurfaceChart("mode-shape", "mode", fields.plate.x, fields.plate.y, outlines, theme, edges)
         self.field = SurfaceChart("focused-field", "field", fields.plate.x, fields.plate.y, outlines, theme, edges)
         self._from_above = FromAbove(fields.plate.x, fields.plate.y, self._panel.plate)
-        self.amplitude = Chart("field-amplitude", "its amplitude", "x [m]", "y [m]", theme)
+        self.amplitude = MapChart("field-amplitude", "its amplitude", "x [m]", "y [m]", theme)
         quiet = Map(fields.plate.x, fields.plate.y, np.full((len(fields.plate.y), len(fields.plate.x)), QUIET_DB))
         self.amplitude.image(quiet, one_sided(), (QUIET_DB, 0.0), "dB re largest")
         self.amplitude.setAspectLocked(lock=True)

@@ -9,6 +9,7 @@ from analysis.focusing.aim import Aim
 from analysis.focusing.over_temperature import Focusing
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
+from app.view.map_chart import MapChart
 from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE
 from app.view.theme import Theme, one_sided
 
@@ -36,8 +37,8 @@ class FocusingPage(QWidget):
         self._choice.addItems(list(self._found))
         self._choice.setCurrentIndex(1)
         self._maps = (
-            Chart("contrast-map", "contrast", FREQUENCY, TEMPERATURE, theme),
-            Chart("spot-error-map", "spot error", FREQUENCY, TEMPERATURE, theme),
+            MapChart("contrast-map", "contrast", FREQUENCY, TEMPERATURE, theme),
+            MapChart("spot-error-map", "spot error", FREQUENCY, TEMPERATURE, theme),
         )
         self._cuts = (
             Chart("contrast-at-temperature", "", FREQUENCY, CONTRAST, theme),
@@ -87,7 +88,7 @@ class FocusingPage(QWidget):
             direction = "x" if chart is self._mean else "y"
             chart.follow(direction, cursors.temperature, cursors.temperature_moved, to_temperature)  # type: ignore[arg-type]
         for chart, above in zip(self._cuts, self._maps, strict=True):
-            chart.stand_under_map(above)
+            above.stand_over(chart)
         for chart in (*self._maps, *self._cuts):
             chart.follow("x", cursors.frequency, cursors.frequency_moved, to_frequency)
             chart.getAxis("left").setWidth(58)

@@ -1,7 +1,5 @@
 """Measured FRFs over temperature, cut along both, with what was identified and updated laid over."""
 
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
@@ -10,7 +8,9 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QL
 from analysis.frf import Frf
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
-from app.view.recorded.overlays import Computed, Identified, decibels
+from app.view.map_chart import MapChart
+from app.view.recorded.overlays import Answer, Computed, answers, decibels
+from app.view.recorded.readout import readout
 from app.view.recorded.results import Results
 from app.view.theme import Theme, one_sided
 
@@ -40,11 +40,12 @@ class FrfPage(QWidget):
         runs = [f"{way}, {level:g} V" for way, level in zip(frf.direction, frf.level, strict=True)]
         self._sweeps = _choice(list(dict.fromkeys(runs)))
         self._of_run = np.array(runs)
-        self._waterfall = Chart("waterfall", "FRF over temperature", FREQUENCY, TEMPERATURE, theme)
+        self._waterfall = MapChart("waterfall", "FRF over temperature", FREQUENCY, TEMPERATURE, theme)
         self._along_t = Chart("frf-at-frequency", "", self._level, TEMPERATURE, theme)
         self._along_f = Chart("frf-at-temperature", "", FREQUENCY, self._level, theme)
         self._phase = Chart("phase-at-temperature", "", FREQUENCY, "phase [°]", theme)
         self._coherence = Chart("coherence", "coherence of one repeat", FREQUENCY, "", theme)
+        self._answers = answers(frf, results)
         self._overlays = {name: self._switch(name, color) for name, color in self._offered().items()}
         self._tracks = self._switch("tracked modes", theme.plot)
         self._tracks.setVisible(results.modes is not None)
@@ -81,17 +82,6 @@ class FrfPage(QWidget):
             rows = self.rows
             place = np.clip(int(np.flatnonzero(rows == self.row)[0]) + sweeps, 0, len(rows) - 1)
             self._cursors.temperature = float(self._frf.temperature[rows[place]])
-
-    @cached_property
-    def _answers(self) -> dict[str, Identified | Computed]:
-        """All that may be laid over, by name."""
-        found: dict[str, Identified | Computed] = {}
-        if self._results.modes is not None:
-            found["from poles and residues"] = Identified(self._frf.frequency, self._results.modes)
-        for name, held in (("updated twin", self._results.updated), ("corrected twin", self._results.corrected)):
-            if held is not None:
-                found[name] = Computed(held[1].frequency, held[1].h)
-        return {name: answer for name, answer in found.items() if len(answer) == len(self._frf.h)}
 
     def _offered(self) -> dict[str, str]:
         theme = self._theme
@@ -148,7 +138,7 @@ class FrfPage(QWidget):
         for chart in (self._waterfall, self._along_t):
             chart.follow("y", cursors.temperature, cursors.temperature_moved, to_temperature)
         for chart in (self._along_f, self._phase):
-            chart.stand_under_map(self._waterfall)
+            self._waterfall.stand_over(chart)
         self._along_t.setYLink(self._waterfall)
         self._draw_map()
         for chart in (self._along_f, self._phase, self._along_t):
@@ -208,7 +198,7 @@ class FrfPage(QWidget):
         self._cut_frequency()
         self._cut_temperature()
 
-    def _shown(self) -> dict[str, Identified | Computed]:
+    def _shown(self) -> dict[str, Answer]:
         """All that is switched on."""
         on = {name: answer for name, answer in self._answers.items() if self._overlays[name].isChecked()}
         return {"measured": Computed(self._frf.frequency, self._frf.h), **on}
@@ -246,22 +236,7 @@ class FrfPage(QWidget):
         self._read_out()
 
     def _read_out(self) -> None:
-        frf, row, line, channel = self._frf, self.row, self.line, self._channel.currentIndex()
-        value = frf.h[row, channel, line]
-        told = [
-            ("frequency", f"{frf.frequency[line]:.2f} Hz"),
-            ("temperature", f"{frf.temperature[row]:.3f} °C"),
-            ("|H1|", f"{abs(value):.4g} {frf.unit(channel)} = {decibels(value):.2f} dB"),
-            ("phase", f"{np.degrees(np.angle(value)):.1f}°"),
-            ("σ of H1", f"{np.sqrt(frf.variance[row, channel, line]):.2g} {frf.unit(channel)}"),
-            ("coherence", f"{frf.coherence[row, channel, line]:.6f}"),
-        ]
-        if frf.excluded[line]:
-            told.append(("mains line", "never fitted"))
-        rows = "".join(
-            f"<tr><td style='padding-right:12px'>{what}</td><td>{seen}</td></tr>" for what, seen in told
-        )
-        self._readout.setText(f"<table>{rows}</table>")
+        self._readout.setText(readout(self._frf, self.row, self._channel.currentIndex(), self.line))
 
 
 def _choice(names: list[str]) -> QComboBox:

@@ -10,8 +10,9 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QListWidget, QList
 from analysis.arrays import Real
 from app.files.gap_file import GapFigures, Signatures
 from app.terminal.gap import estimate, named, verdict_words
-from app.view.chart import Chart, Map
+from app.view.chart import Map
 from app.view.cursors import Cursors
+from app.view.map_chart import MapChart
 from app.view.recorded.frf_page import FREQUENCY, TEMPERATURE
 from app.view.theme import Theme, beyond_noise
 
@@ -47,9 +48,9 @@ class GapPage(QWidget):
         self._figures, self._signatures, self._cursors, self._theme = figures, signatures, cursors, theme
         self._channel = QComboBox()
         self._channel.addItems(list(figures.before.channels))
-        self._before = Chart("gap-before", "", FREQUENCY, TEMPERATURE, theme)
-        self._after = Chart("gap-after", "", FREQUENCY, TEMPERATURE, theme)
-        self._signature = Chart("gap-signatures", "", FREQUENCY, TEMPERATURE, theme)
+        self._before = MapChart("gap-before", "", FREQUENCY, TEMPERATURE, theme)
+        self._after = MapChart("gap-after", "", FREQUENCY, TEMPERATURE, theme)
+        self._signature = MapChart("gap-signatures", "", FREQUENCY, TEMPERATURE, theme)
         self.candidates = QListWidget()
         self._lay_out(record)
         self._draw()

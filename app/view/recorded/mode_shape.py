@@ -1,5 +1,7 @@
 """The shape of a measured mode, from the updated twin, moving."""
 
+from functools import partial
+
 import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
@@ -13,6 +15,7 @@ from app.view.recorded.maker import Maker
 from app.view.recorded.shapes import Shapes
 from app.view.surface import FRAME, TURN, SurfaceChart
 from app.view.theme import Theme
+from simulation.reduction.lowest_modes import lowest_modes
 
 MODES = 80
 """Of the twin, among which the nearest is looked for; the rigid ones are among them."""
@@ -46,7 +49,9 @@ class ModeShape(QWidget):
         def fetched(report: Progress) -> Shapes:
             masses = np.array([footprint.mass for footprint in experiment.footprints])
             reduced = campaign_reduction(experiment, report).loaded(masses)
-            return Shapes(reduced.modes, reduced.deflection, reduced.points, experiment.plate.grown(laws))
+            return Shapes(
+                partial(lowest_modes, reduced), reduced.deflection, reduced.points, experiment.plate.grown(laws)
+            )
 
         self._maker = Maker(fetched, self._told, self)
         self._maker.hand_to(self.show_shapes)

@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
+from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
+from app.view.recorded.results import Results
 
 
 def decibels(h: Complex) -> Real:
@@ -52,3 +54,17 @@ class Identified:
     def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
         """Several sweeps at one frequency, (R, K)."""
         return np.array([self.modes.modes[row].synthesis(np.array([frequency]))[:, 0] for row in rows])
+
+
+Answer = Identified | Computed
+
+
+def answers(frf: Frf, results: Results) -> dict[str, Answer]:
+    """All that may be laid over the FRFs measured, by name."""
+    found: dict[str, Answer] = {}
+    if results.modes is not None:
+        found["from poles and residues"] = Identified(frf.frequency, results.modes)
+    for name, held in (("updated twin", results.updated), ("corrected twin", results.corrected)):
+        if held is not None:
+            found[name] = Computed(held[1].frequency, held[1].h)
+    return {name: answer for name, answer in found.items() if len(answer) == len(frf.h)}

@@ -23,6 +23,7 @@ from analysis.shapes.indicator import cmif
 from app.modal_test.records import MODE_HEADINGS, mode_rows
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
+from app.view.map_chart import MapChart
 from app.view.recorded.frf_page import FREQUENCY
 from app.view.test_run.held import HeldTest
 from app.view.test_run.shape_chart import ShapeChart
@@ -70,7 +71,7 @@ class TestModesPage(QWidget):
             "pole pairs",
             theme,
         )
-        self.alike = Chart("test-auto-mac", "how alike the shapes are: AutoMAC", "mode", "mode", theme)
+        self.alike = MapChart("test-auto-mac", "how alike the shapes are: AutoMAC", "mode", "mode", theme)
         self.shape = ShapeChart(held, theme)
         self._fill_table()
         self._lay_out()

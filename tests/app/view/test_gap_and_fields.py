@@ -29,9 +29,10 @@ from app.files.laws_file import load_laws
 from app.files.provenance import provenance
 from app.twins.campaign_twin import shape_points
 from app.view.application import application
-from app.view.chart import Chart, Map
+from app.view.chart import Map
 from app.view.folder import viewed
 from app.view.lattice import FromAbove, edges_of, filled
+from app.view.map_chart import MapChart
 from app.view.recorded import fields
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.focusing_page import FocusingPage
@@ -211,7 +212,7 @@ def test_a_surface_shows_the_real_part_of_a_turning_field(qtbot: Any) -> None:
 
 
 def test_cells_of_a_map_stand_where_their_frequencies_are(qtbot: Any) -> None:
-    chart = Chart("map", "", "x", "y", LIGHT)
+    chart = MapChart("map", "", "x", "y", LIGHT)
     qtbot.addWidget(chart)
     x, y = np.array([100.0, 120.0, 200.0, 400.0, 1000.0]), np.array([0.0, 10.0, 40.0])
     value = np.arange(15.0).reshape(3, 5)

@@ -1,0 +1,34 @@
+"""What the cursors of the FRFs stand on, in words."""
+
+import numpy as np
+
+from analysis.frf import Frf
+from app.view.recorded.overlays import decibels
+
+
+def readout(frf: Frf, row: int, channel: int, line: int) -> str:
+    """Return one measured value with its uncertainty as a table in HTML.
+
+    Parameters
+    ----------
+    frf : Frf
+    row, channel, line : int
+        Sweep, output and frequency line.
+
+    Returns
+    -------
+    str
+    """
+    value = frf.h[row, channel, line]
+    told = [
+        ("frequency", f"{frf.frequency[line]:.2f} Hz"),
+        ("temperature", f"{frf.temperature[row]:.3f} °C"),
+        ("|H1|", f"{abs(value):.4g} {frf.unit(channel)} = {decibels(value):.2f} dB"),
+        ("phase", f"{np.degrees(np.angle(value)):.1f}°"),
+        ("σ of H1", f"{np.sqrt(frf.variance[row, channel, line]):.2g} {frf.unit(channel)}"),
+        ("coherence", f"{frf.coherence[row, channel, line]:.6f}"),
+    ]
+    if frf.excluded[line]:
+        told.append(("mains line", "never fitted"))
+    rows = "".join(f"<tr><td style='padding-right:12px'>{what}</td><td>{seen}</td></tr>" for what, seen in told)
+    return f"<table>{rows}</table>"

@@ -1,0 +1,67 @@
+"""Strains and displacements of given vectors of a plate at its points of quadrature, some cells at a time."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from analysis.arrays import Mask, Real, Whole
+from simulation.shell.rigidity import FIELDS, STRAINS, TILTED, W
+from simulation.shell.space import ShapeSpace
+from simulation.state.state_matrices import FullPlate
+
+CHUNK = 12
+"""Cells whose strains are held at a time."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Strains (8, Q, r) and displacements (5, Q, r) of vectors at points; areas and numbers (Q,) of these."""
+
+    strain: Real
+    motion: Real
+    dx: Real
+    points: Whole
+
+
+@dataclass(frozen=True)
+class Projector:
+    """Vectors (n, r) of a plate."""
+
+    full: FullPlate
+    vectors: Real
+
+    @cached_property
+    def _padded(self) -> Real:
+        """Vectors with a row of zeros at the end, (n + 1, r): functions that are no unknowns have number -1."""
+        return np.vstack([self.vectors, np.zeros((1, self.vectors.shape[1]))])
+
+    def rows(self, space: ShapeSpace, cells: Mask | None = None) -> Iterator[Rows]:
+        """Strains and displacements over all or some cells of a space, `CHUNK` cells at a time."""
+        first, offset = 0, 0
+        tilt = self.full.shell.tilt
+        for group in space.groups:
+            count, each = group.dx.shape
+            chosen = np.arange(count) if cells is None else np.flatnonzero(cells[first : first + count])
+            for start in range(0, chosen.size, CHUNK):
+                mine = chosen[start : start + CHUNK]
+                points = (offset + mine[:, None] * each + np.arange(each)).ravel()
+                here = {letter: group.factor(letter, mine).transpose(0, 2, 1) for letter in ("0", "x", "y")}
+                coordinates = [self._padded[number[group.functions[mine]]] for number in self.full.unknowns.number]
+                cache: dict[tuple[int, str], Real] = {}
+
+                def value(field: int, letter: str) -> Real:
+                    if (field, letter) not in cache:  # noqa: B023
+                        found = here[letter] @ coordinates[field]  # noqa: B023 (called within this round)
+                        cache[field, letter] = found.reshape(-1, found.shape[-1])  # noqa: B023
+                    return cache[field, letter]  # noqa: B023
+
+                strain = [sum((value(f, d) for f, d in parts[1:]), value(*parts[0])) for parts in STRAINS]
+                if tilt is not None:
+                    for k, parts in enumerate(TILTED):
+                        for letter, axis in parts:
+                            strain[k] = strain[k] + tilt[axis][points, None] * value(W, letter)
+                motion = [value(field, "0") for field in range(len(FIELDS))]
+                yield Rows(np.array(strain), np.array(motion), group.dx[mine].ravel(), points)
+            first, offset = first + count, offset + count * each

@@ -1,0 +1,243 @@
+"""A reduced plate with an experiment's instruments, in any state that effects make of it."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Generic, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.arrays import Real
+from analysis.channel import Channel
+from analysis.effect_card import EffectCard
+from analysis.experiment import Experiment
+from analysis.local_laws import LocalLaws
+from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import NO_EFFECTS
+from simulation.effects.effect import Effect
+from simulation.reduction.composition import Composite
+from simulation.state.plate_state import PlateState
+from simulation.twin.instruments import Instruments
+from simulation.twin.local_basis import REACH
+from simulation.twin.local_solution import LocalPlate, LocalSolution
+from simulation.twin.reduced_plate import ReducedPlate
+from simulation.twin.states import StateEffects, States
+from simulation.twin.strain_energy import StateOf, StrainEnergy
+
+Plate = TypeVar("Plate", bound=ReducedPlate, covariant=True)
+
+REFERENCE = 25.0
+"""Temperature of the plate whose largest strain energy is one, degrees Celsius."""
+
+
+@dataclass(frozen=True)
+class InstrumentedPlate(Generic[Plate]):
+    """A plate, what drives it and what reads it out.
+
+    Attributes
+    ----------
+    plate : ReducedPlate
+        As declared, or in any state that effects make of it.
+    instruments : Instruments
+        Its ports are the patches, then the footprints of `plate`.
+    experiment : Experiment or None
+        Gives the masses of transducers, and effects their circumstances.
+    library : mapping
+        Effects by name, in the order in which they are applied; none for the plate as declared.
+    peak_energy : float or None
+        Largest strain energy over 100 to 1500 Hz at 25 degrees Celsius and 1 V on the drive, J per V2: what
+        `Circumstances.strain_energy` is counted in.
+    reach : float
+        Of `LocalSolution`; infinite where derivatives are wanted to rounding.
+    """
+
+    plate: Plate
+    instruments: Instruments
+    experiment: Experiment | None = None
+    library: Mapping[str, Effect] = field(default_factory=dict)
+    peak_energy: float | None = None
+    reach: float = REACH
+
+    def __post_init__(self) -> None:
+        declared = len(self.experiment.footprints) if self.experiment else len(self.plate.footprints)
+        if len(self.plate.footprints) != declared:
+            raise ValueError(
+                f"twin: {declared} footprints are declared, the reduced plate holds {len(self.plate.footprints)}"
+            )
+        count = self.plate.capacitance.size + len(self.plate.footprints)
+        for port in (*self.instruments.driving, *self.instruments.seen):
+            if not 0 <= port < count:
+                raise ValueError(f"twin: port {port} is outside 0 to {count - 1}")
+
+    @classmethod
+    def of(
+        cls,
+        experiment: Experiment,
+        plate: Plate,  # type: ignore[misc]
+        library: Mapping[str, Effect] | None = None,
+        source: Channel | None = None,
+    ) -> Self:
+        """Join an experiment's instruments to its reduced plate.
+
+        Parameters
+        ----------
+        experiment : Experiment
+        plate : ReducedPlate
+        library : mapping of str to Effect, optional
+            In the order in which they are applied; none for the plate as declared.
+        source : Channel, optional
+            The input; the first unless given.
+
+        Returns
+        -------
+        Twin
+        """
+        return cls(plate, Instruments.of(experiment, source), experiment, library or {})
+
+    @property
+    def box(self) -> MaterialBox:
+        """Materials within which the twin may be asked, at any temperature."""
+        return self.plate.box if self.experiment is None else self.experiment.plate.ungrown(self.plate.box)
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Frequencies at which the twin may be asked, Hz."""
+        return self.plate.band
+
+    @property
+    def error(self) -> float:
+        """Certified error of the reduced plate."""
+        return self.plate.error
+
+    @property
+    def outputs(self) -> int:
+        """Number of outputs K."""
+        return len(self.instruments.pickups)
+
+    @property
+    def cards(self) -> Mapping[str, EffectCard]:
+        """The effects that this experiment can hold."""
+        return self.states.cards
+
+    @cached_property
+    def states(self) -> States:
+        """What effects make of the plate."""
+        return States(self.experiment, self.library)
+
+    def state(
+        self, laws: LocalLaws, frequency: Real, effects: StateEffects = NO_EFFECTS, point: SweepPoint | None = None
+    ) -> PlateState:
+        """Return the plate with some effects on, fields at the points of `field_basis`.
+
+        Parameters
+        ----------
+        laws : LocalLaws
+        frequency : (F,) ndarray, Hz
+        effects : mapping
+            Values of those that are on; they may be complex unless an effect among them follows the strain energy.
+        point : SweepPoint, optional
+            Circumstances of the sweep; unless given, a steady temperature, the laws' reference, at 1 V.
+
+        Returns
+        -------
+        PlateState
+
+        Raises
+        ------
+        ValueError
+            For an effect that is not in the library, and for one that follows the strain energy before `referred`
+            was called.
+        """
+        here = point or steady(laws)
+        return self.states.at(
+            here, laws, effects, frequency, self.settled_energy(here, laws, effects, effects, frequency)
+        )
+
+    def solved(self, state: PlateState, frequency: Real) -> LocalSolution:
+        """Solve the plate in a state over frequencies (F,), Hz."""
+        return LocalSolution.of(self.plate, self._whole(state), state, frequency, self.reach)
+
+    def referred(self, laws: LocalLaws) -> Self:
+        """Return the twin with strain energies counted from those at 25 degrees Celsius of these laws."""
+        low, high = max(100.0, self.band[0]), min(1500.0, self.band[1])
+        point = SweepPoint(REFERENCE, 0.0, 1.0)
+
+        def energies(lines: Real) -> Real:
+            state = self.states.at(point, laws, {}, lines, np.ones(lines.size))
+            return self._strain_energy(state, lambda _: state, lines, 1.0).at(np.zeros(lines.size))
+
+        lines = np.linspace(low, high, 701)
+        first = int(energies(lines).argmax())
+        # a resonance of a sheet metal is narrower than the distance of these lines
+        near = np.linspace(lines[max(first - 1, 0)], lines[min(first + 1, 700)], 401)
+        return replace(self, peak_energy=float(energies(near).max()))
+
+    def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> Self:
+        """Return the twin referred to the laws nearest to 25 degrees Celsius, where an effect needs energies."""
+        if not self.states.follow_energy(effects):
+            return self
+        return self.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE)))
+
+    def settled_energy(
+        self, point: SweepPoint, laws: LocalLaws, effects: StateEffects, asked: Iterable[str], frequency: Real
+    ) -> Real:
+        """Self-consistent strain energy as `Circumstances` want it.
+
+        Parameters
+        ----------
+        point : SweepPoint
+        laws : LocalLaws
+        effects : mapping
+            Values of those that are on.
+        asked : iterable of str
+            Effects that are asked about; if none of them wants the energy, ones are returned.
+        frequency : (F,) ndarray, Hz
+
+        Returns
+        -------
+        (F,) ndarray
+
+        Raises
+        ------
+        ValueError
+            Where the plate is not certified in that state, and before `referred` was called.
+        """
+        if not self.states.follow_energy(asked):
+            return np.ones(frequency.size)
+
+        def state_of(energy: NDArray[Any]) -> PlateState:
+            return self.states.at(point, laws, effects, frequency, energy)
+
+        linear = state_of(np.zeros(frequency.size))
+        self.plate.require(linear)
+        return self._strain_energy(linear, state_of, frequency, self.energy_scale(point)).settled()
+
+    def energy_scale(self, point: SweepPoint) -> float:
+        """Relative strain energy per J/V2; ValueError before `referred` was called."""
+        if self.peak_energy is None:
+            raise ValueError("strain energies have no reference yet: call `referred` first")
+        return point.level**2 / self.peak_energy
+
+    def _whole(self, state: PlateState) -> Composite:
+        """Compose a state, with the footprints of transducers as further ports, and their masses."""
+        whole, rows = self.plate.composed(state), self.plate.footprints
+        if not len(rows):
+            return whole
+        whole = replace(whole, coupling=np.hstack([whole.coupling, rows.T]))
+        masses = np.array([one.mass for one in self.experiment.footprints] if self.experiment else [])
+        return replace(whole, mass=whole.mass + (rows.T * masses) @ rows) if masses.any() else whole
+
+    def _strain_energy(self, linear: PlateState, state_of: StateOf, frequency: Real, scale: float) -> StrainEnergy:
+        if self.experiment is None:
+            raise ValueError("this twin has no experiment that gives the plate its mass")
+        local = LocalPlate.of(self.plate, self._whole(linear), linear, self.reach)
+        plate = self.experiment.plate
+        density = plate.mass / plate.area
+        return StrainEnergy.of(local, self.instruments.source, state_of, frequency, scale=scale, density=density)
+
+
+def steady(laws: LocalLaws) -> SweepPoint:
+    """Oven at rest at the laws' reference, 1 V."""
+    return SweepPoint(laws.reference, 0.0, 1.0)
