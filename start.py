@@ -27,10 +27,18 @@ PYTHON = ENVIRONMENT / ("Scripts/python.exe" if os.name == "nt" else "bin/python
 STAMP = ENVIRONMENT / "installed-pins.sha256"
 EXTRAS = {"tests": "dev", "docs": "docs"}
 """What else is installed for a word, when it is first asked for."""
+EVERYBODY = ("audio", "drawings", "meshes", "onnx")
+"""Extras that are installed for every word."""
 EXTRA_STAMPS = {word: ENVIRONMENT / f"installed-{word}.sha256" for word in EXTRAS}
 TORCH_CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 SIDE_BY_SIDE = ["-n", "auto", "--maxprocesses", "4", "--dist", "loadfile"]
 """Tests of one file share a set-up, so a file stays with one process; some need 2 GB, hence four at most."""
+NEVER_READ = (
+    *("torch/bin/[!t]*", "torch/bin/test_*", "torch/include", "torch/test"),
+    *("PySide6/Qt/qml", "PySide6/Qt/metatypes", "PySide6/Qt/lib/libQt6Quick*", "PySide6/Qt/lib/libQt6Designer*"),
+    *("scipy/*/tests", "sympy/*/tests", "sympy/*/*/tests"),
+)
+"""Parts of packages, 0.27 GB, that nothing here reads: their own tests, torch's C++ headers, Qt's QML."""
 OURS = {"bin", "include", "lib", "lib64", "share", "Include", "Lib", "Scripts", "etc", "pyvenv.cfg", ".gitignore"}
 """What a virtual environment holds at its top, finished or killed half way."""
 
@@ -42,12 +50,16 @@ def declared() -> configparser.ConfigParser:
     return settings
 
 
-def pins_digest() -> str:
-    """Digest of all that decides what is installed, and where."""
+def pins_digest(*extras: str) -> str:
+    """Digest of all that decides what is installed for everybody and for `extras` besides, and where.
+
+    The project itself is installed as a link to this folder: its packages and data may change.
+    """
     settings = declared()
-    wanted = {name: dict(settings[name]) for name in settings.sections() if name.startswith("options")}
+    asked = [settings["options.extras_require"][extra] for extra in (*EVERYBODY, *extras)]
+    wanted = [settings["options"]["install_requires"], settings["options.entry_points"]["console_scripts"], *asked]
     pins = (ROOT / "constraints.txt").read_text(encoding="utf-8")
-    return hashlib.sha256("\n".join([str(ROOT), sys.version, repr(wanted), pins]).encode()).hexdigest()
+    return hashlib.sha256("\n".join([str(ROOT), sys.version, *wanted, pins]).encode()).hexdigest()
 
 
 def torch_index() -> list[str]:
@@ -86,14 +98,25 @@ def install() -> None:
         shutil.rmtree(ENVIRONMENT)
     python = getattr(sys, "_base_executable", sys.executable)  # where it is .venv's own, that was just deleted
     subprocess.run([python, "-m", "venv", str(ENVIRONMENT)], check=True)
-    add(*torch_index(), "-e", f"{ROOT}[audio,drawings,meshes,onnx]")
+    add(*torch_index(), "-e", f"{ROOT}[{','.join(EVERYBODY)}]")
+    lighten()
     STAMP.write_text(pins_digest())  # half a digest is no digest: a torn stamp means another installation
 
 
 def add(*words: str) -> None:
-    """Install what pip is given, at the pinned versions."""
-    pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    """Install what pip is given, at the pinned versions; Python compiles what is imported, when it first is."""
+    pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--no-compile"]
     subprocess.run([*pip, "-c", str(ROOT / "constraints.txt"), *words], check=True, cwd=ROOT)
+
+
+def lighten() -> None:
+    """Delete what installed packages bring along and nothing here reads."""
+    for packages in (*ENVIRONMENT.glob("lib/python3*/site-packages"), *ENVIRONMENT.glob("Lib/site-packages")):
+        for path in [found for pattern in NEVER_READ for found in packages.glob(pattern)]:
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink()
 
 
 def install_for(word: str) -> None:
@@ -101,12 +124,12 @@ def install_for(word: str) -> None:
     print(f"Flexura: installing what {word} needs besides (once, seconds) ...", file=sys.stderr, flush=True)
     # by name: pip would take the project itself out and install it anew, and a kill in between would lose it
     add(*declared()["options.extras_require"][EXTRAS[word]].split())
-    EXTRA_STAMPS[word].write_text(pins_digest())
+    EXTRA_STAMPS[word].write_text(pins_digest(EXTRAS[word]))
 
 
-def ready(stamp: Path = STAMP) -> bool:
+def ready(stamp: Path = STAMP, *extras: str) -> bool:
     """Whether the installation that writes this stamp is finished and belongs to today's pins."""
-    return PYTHON.exists() and stamp.exists() and stamp.read_text() == pins_digest()
+    return PYTHON.exists() and stamp.exists() and stamp.read_text() == pins_digest(*extras)
 
 
 def main() -> int:
@@ -115,7 +138,7 @@ def main() -> int:
         sys.exit(f"Flexura needs Python 3.11 or newer; this is {sys.version.split()[0]}")
     words = sys.argv[1:]
     asked = words[0] if words and words[0] in EXTRAS else None
-    if not ready() or (asked and not ready(EXTRA_STAMPS[asked])):
+    if not ready() or (asked and not ready(EXTRA_STAMPS[asked], EXTRAS[asked])):
         try:
             if not ready():
                 install()

@@ -32,6 +32,7 @@ class FakeMachine:
         self.started: list[tuple[list[str], str | None]] = []
         self.dies: str | None = None
         self.fails = False
+        self.brings: list[Path] = []
         self.status = 0
 
     def run(self, command: list[str], **_: Any) -> SimpleNamespace:
@@ -45,6 +46,9 @@ class FakeMachine:
             site = self.python.parents[1] / "lib"
             site.mkdir(exist_ok=True)
             (site / "half").write_text("x")
+            for path in self.brings:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text("x")
             self._may_die("pip")
             if self.fails:
                 raise subprocess.CalledProcessError(1, command)
@@ -206,14 +210,15 @@ def test_status_of_the_verb_is_passed_on(call: Call, machine: FakeMachine) -> No
     assert call("import", "nowhere") == 2
 
 
-@pytest.mark.parametrize("change", ["pin", "requirement", "extra"])
+@pytest.mark.parametrize("change", ["pin", "requirement", "extra", "entry"])
 def test_changed_pins_install_anew(call: Call, machine: FakeMachine, project: Path, change: str) -> None:
     call("demo")
     name = "constraints.txt" if change == "pin" else "setup.cfg"
     old, new = {
         "pin": ("numpy==", "numpy==9."),
         "requirement": ("    pyuff\n", "    pyuff\n    another\n"),
-        "extra": ("    mypy\n", "    mypy\n    another\n"),
+        "extra": ("    ezdxf\n", "    ezdxf\n    another\n"),
+        "entry": ("flexura.__main__:main", "flexura.__main__:another"),
     }[change]
     text = (project / name).read_text()
     assert old in text
@@ -222,13 +227,50 @@ def test_changed_pins_install_anew(call: Call, machine: FakeMachine, project: Pa
     assert len(machine.installs) == 2
 
 
-def test_settings_of_the_linters_do_not_install_anew(call: Call, machine: FakeMachine, project: Path) -> None:
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("[mypy]\n", "[mypy]\npretty = true\n"),
+        ("    app.view\n", "    app.view\n    app.more\n"),
+        ("*.tdms", "*.wav"),
+    ],
+)
+def test_linters_packages_and_data_do_not_install_anew(
+    call: Call, machine: FakeMachine, project: Path, old: str, new: str
+) -> None:
+    """Packages and data are read where they stand."""
     call("demo")
     text = (project / "setup.cfg").read_text()
-    assert "[mypy]\n" in text
-    (project / "setup.cfg").write_text(text.replace("[mypy]\n", "[mypy]\npretty = true\n"))
+    assert old in text
+    (project / "setup.cfg").write_text(text.replace(old, new, 1))
     call("demo")
     assert len(machine.installs) == 1
+
+
+def test_what_the_checks_need_more_is_added_to_the_environment_that_is_there(
+    call: Call, machine: FakeMachine, project: Path
+) -> None:
+    call("tests")
+    text = (project / "setup.cfg").read_text()
+    (project / "setup.cfg").write_text(text.replace("    mypy\n", "    mypy\n    another\n", 1))
+    call("demo")
+    call("tests")
+    first, _, added = machine.installs
+    assert "-e" in first
+    assert "another" in added
+    assert "-e" not in added
+
+
+def test_parts_of_packages_that_nothing_reads_are_deleted(call: Call, machine: FakeMachine, project: Path) -> None:
+    packages = project / ".venv" / ("Lib/site-packages" if os.name == "nt" else "lib/python3.11/site-packages")
+    kept = [
+        packages / name for name in ("torch/bin/torch_shm_manager", "torch/lib/libtorch.so", "mine/test/one.py")
+    ]
+    gone = [packages / name for name in ("torch/bin/protoc", "torch/bin/test_jit", "torch/include/a/b.h")]
+    machine.brings = [*kept, *gone]
+    call("demo")
+    assert [path for path in (*kept, *gone) if path.exists()] == kept
+    assert not (packages / "torch" / "include").exists()
 
 
 @pytest.mark.parametrize("moment", ["venv", "pip"])
