@@ -22,6 +22,7 @@ IMAGES = ROOT / "docs" / "images"
 FLEXURA = (sys.executable, "-m", "flexura")
 RECORDED = ROOT / "examples" / "pp-plate"
 RIG = ROOT / "examples" / "simulated-rig.toml"
+TESTS = ROOT / "examples" / "modal-tests"
 
 CHAIN = {name: name for name in ("waterfall", "identified", "laws", "overlays", "before", "after")}
 """Figures of the report on the shipped recording, and what they are called here."""
@@ -33,6 +34,8 @@ PAGES = ("frfs", "modes", "gap", "fields")
 """Pages of the window on the latter."""
 LIVE = ("live",)
 """The page of the window on a campaign under way."""
+TEST = ("test-frfs", "test-modes")
+"""Pages of the window on a modal test, that of the laser in docs/guide/modal-test.md."""
 SOUND = {"music-rendered": "rendered", "thermometer": "thermometer"}
 """Pictures of notes through the filters of that run, and of its panel as its own thermometer."""
 MADE = {
@@ -40,7 +43,7 @@ MADE = {
     *CHAIN.values(),
     *GAP.values(),
     *TWO_EFFECTS.values(),
-    *(f"view-{page}-dark" for page in PAGES + LIVE),
+    *(f"view-{page}-dark" for page in PAGES + LIVE + TEST),
 }
 SWEEPS_WATCHED = 4
 """Sweeps after which a campaign under way is looked at."""
@@ -70,10 +73,10 @@ def take(run: Path, figures: Mapping[str, str]) -> None:
             shutil.copyfile(Path(folder) / f"{figure}.png", IMAGES / f"{image}.png")
 
 
-def look(folder: Path, window: str, pages: tuple[str, ...]) -> None:
+def look(folder: Path, pages: tuple[str, ...], *window: str) -> None:
     """Copy pages of the window on a folder."""
     with TemporaryDirectory() as shots:
-        flexura("view", folder, "--window", window, "--theme", "dark", "--screenshot", shots)
+        flexura("view", folder, *window, "--theme", "dark", "--screenshot", shots)
         for page in pages:
             shutil.copyfile(Path(shots) / f"view-{page}-dark.png", IMAGES / f"view-{page}-dark.png")
 
@@ -118,10 +121,19 @@ def watch(campaign: Path) -> None:
         time.sleep(0.05)
     running.send_signal(signal.SIGSTOP)
     try:
-        look(campaign, "live", LIVE)
+        look(campaign, LIVE, "--window", "live")
     finally:
         running.send_signal(signal.SIGCONT)
         running.wait()
+
+
+def modal_test(folder: Path) -> None:
+    """Take a modal test from its files to the window."""
+    shutil.copytree(TESTS / "laser", folder)
+    words = ("--frf-units", "mm/s", "N", "--points", folder / "points.csv", "--quiet")
+    flexura("new", "test", folder / "laser.npz", *words)
+    flexura("identify", folder / "test.toml", "--out", folder / "run", "--quiet")
+    look(folder / "run", TEST)
 
 
 def main() -> None:
@@ -131,6 +143,7 @@ def main() -> None:
     independent = parser.parse_args().independent
     with TemporaryDirectory() as desk:
         folder = Path(desk)
+        modal_test(folder / "laser")
         watch(folder / "rig")
         analyse(RECORDED, folder / "run", gap=False)
         take(folder / "run", CHAIN)
@@ -138,7 +151,7 @@ def main() -> None:
         moved = sensor_declared_elsewhere(folder / "moved")
         analyse(moved, folder / "moved-run", gap=True)
         take(folder / "moved-run", GAP)
-        look(folder / "moved-run", "recorded", PAGES)
+        look(folder / "moved-run", PAGES, "--window", "recorded")
         if independent is not None:
             flexura("update", independent, "--out", folder / "two-run", "--quiet")
             flexura("gap", independent, "--out", folder / "two-run", "--quiet")

@@ -60,7 +60,9 @@ def draw_modes(
         scaled = mode / np.abs(mode).max()
         axes.tricontourf(mesh, scaled, levels=np.linspace(-1.0, 1.0, 21), cmap="RdBu_r", extend="both")
         axes.tricontour(mesh, scaled, levels=[0.0], colors="black", linewidths=0.6)
-        axes.add_collection(LineCollection(border, colors="black", linewidths=0.6, capstyle="round"))
+        # over the axes' own edge, where half of it would be cut off, and over nodal lines that follow a support
+        outline = LineCollection(border, colors="black", linewidths=0.9, capstyle="round", zorder=3, clip_on=False)
+        axes.add_collection(outline)
         axes.set_aspect("equal")
         axes.set_axis_off()
         axes.set_title(title, fontsize=8, color=INK)

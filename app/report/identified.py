@@ -37,7 +37,7 @@ def overlay(frf: Frf, tracked: TrackedModes, channel: int = 0) -> Figure:
     for f, real, sure in zip(reading.frequency_hz, modes.real, modes.sure, strict=True):
         if real:
             axes[0].axvline(f, color="0.6", lw=0.8, ls="-" if sure else ":", zorder=0)
-    axes[0].legend(title="modes: solid kept, dotted weak or unconfirmed")
+    axes[0].legend(title="modes: solid kept, dotted weak or unconfirmed", frameon=True, edgecolor="none")
     axes[1].plot(frf.frequency, np.degrees(np.angle(frf.h[row, channel])), color=MEASURED, lw=1.8)
     axes[1].plot(frf.frequency, np.degrees(np.angle(rebuilt)), color=MODEL, lw=1.0)
     count = int(modes.real.sum())

@@ -13,6 +13,7 @@
 ``shell_plate``     a declared plate on a mesh: what every cell is made of
 ``unknowns``        which functions are unknowns, in which order
 ``factors``         sparse factors
+``condensation``    insides of cells eliminated before the sparse solver
 ``choice``          functions that a plate's answers need
 ``fineness``        mesh, degree and tolerance of that choice
 ``assembly``        from the declaration to matrices

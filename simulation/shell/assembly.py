@@ -12,7 +12,8 @@ from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
-from simulation.shell.choice import ResponseProblem, chosen, diagonal
+from simulation.shell.choice import chosen, diagonal
+from simulation.shell.condensation import ResponseProblem
 from simulation.shell.coupling import couplings
 from simulation.shell.fineness import Fineness
 from simulation.shell.in_plane import moduli

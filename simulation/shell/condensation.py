@@ -1,0 +1,139 @@
+"""Insides of cells eliminated, so that only functions of edges and points enter the sparse solver."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix
+
+from analysis.arrays import Real, Whole
+from simulation.shell.edges import LineBlock
+from simulation.shell.rigidity import Block
+from simulation.shell.space import ShapeSpace
+from simulation.shell.unknowns import Unknowns
+
+CHUNK = 16
+"""Cells eliminated at a time."""
+
+
+@dataclass(frozen=True)
+class ResponseProblem:
+    """One dynamic stiffness Z = K - w**2 M for which answers are wanted.
+
+    Attributes
+    ----------
+    terms : sequence of (float, list of Block)
+        Matrices, and their factors in Z.
+    lines : list of LineBlock
+        Springs along edges.
+    loads : (5, N, L) ndarray
+    energy : (5, N) ndarray
+        Diagonal of K + w**2 M.
+    """
+
+    terms: Sequence[tuple[float, Sequence[Block]]]
+    lines: list[LineBlock]
+    loads: Real
+    energy: Real
+
+
+@dataclass(frozen=True)
+class Condensed:
+    """Insides of some cells of one group, eliminated.
+
+    Attributes
+    ----------
+    inner : (C, i) ndarray of int
+        Field and function, as in `Unknowns.chosen`, of what was eliminated.
+    outer : (C, e) ndarray of int
+        Unknowns that remain, -1 where they are held at zero.
+    schur : (C, e, e) ndarray
+        Stiffness of these.
+    followed : (C, i, e) ndarray
+        Inner answer per outer one, with the sign turned.
+    alone : (C, i, L) ndarray
+        Inner answer to the loads with the outer ones held.
+    lost : (C, e, L) ndarray
+        What the inner loads take off the outer ones.
+    """
+
+    inner: Whole
+    outer: Whole
+    schur: Real
+    followed: Real
+    alone: Real
+    lost: Real
+
+
+def without_insides(
+    space: ShapeSpace, problem: ResponseProblem, outer: Unknowns
+) -> tuple[csr_matrix, Real, list[Condensed]]:
+    """Z and loads over the outer unknowns, (m, m) and (m, L), and what brings back the insides of cells.
+
+    A function of its own, so that the triplets of Z, the largest arrays of all, are gone when it is factorized.
+    """
+    load = problem.loads.reshape(5 * space.size, -1)[outer.chosen].copy()
+    rows, columns, values, parts = [], [], [], []
+    for part in _condensed(space, problem, outer.number):
+        used = part.outer >= 0
+        np.subtract.at(load, part.outer[used], part.lost[used])
+        cell, r, c = np.nonzero(used[:, :, None] & used[:, None, :])
+        rows.append(part.outer[cell, r].astype(np.int32))
+        columns.append(part.outer[cell, c].astype(np.int32))
+        values.append(part.schur[cell, r, c])
+        parts.append(replace(part, schur=np.zeros(0), lost=np.zeros(0)))
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    del values, rows, columns
+    matrix = csr_matrix(coo_matrix(entries, shape=(outer.size, outer.size)))
+    if problem.lines:
+        matrix = csr_matrix(matrix + outer.lines(problem.lines))
+    return matrix, load, parts
+
+
+def _condensed(space: ShapeSpace, problem: ResponseProblem, number: Whole) -> Iterator[Condensed]:
+    """Eliminate the insides of all cells, `CHUNK` cells at a time; `number` (5, N) is that of `Unknowns`."""
+    size, first = space.size, first_inside(space)
+    loads = problem.loads.reshape(5 * size, -1)
+    for group in (0, 1):
+        functions = space.groups[group].functions
+        count = functions.shape[1]
+        for start in range(0, len(functions), CHUNK):
+            mine = slice(start, start + CHUNK)
+            here = functions[mine]
+            inside = np.flatnonzero(here[0] >= first)
+            i = (np.arange(5)[:, None] * count + inside).ravel()
+            e = np.setdiff1d(np.arange(5 * count), i)
+            place = (np.arange(5)[:, None] * size + here[:, None, :]).reshape(len(here), -1)
+            z = _dense(problem, group, mine, len(here), count)
+            between = z[:, i[:, None], e]
+            followed = np.linalg.solve(z[:, i[:, None], i], np.concatenate([between, loads[place[:, i]]], axis=2))
+            followed, alone = followed[:, :, : e.size], followed[:, :, e.size :]
+            across = between.transpose(0, 2, 1)
+            yield Condensed(
+                inner=place[:, i],
+                outer=number.ravel()[place[:, e]],
+                schur=z[:, e[:, None], e] - across @ followed,
+                followed=followed,
+                alone=alone,
+                lost=across @ alone,
+            )
+
+
+def first_inside(space: ShapeSpace) -> int:
+    """Return the number of the first function inside a cell."""
+    return len(space.mesh.points) + len(space.mesh.edges) * (space.degree - 1)
+
+
+def _dense(problem: ResponseProblem, group: int, cells: slice, size: int, count: int) -> Real:
+    """Z of some cells of a group as whole matrices, (C, 5 N, 5 N)."""
+    z = np.zeros((size, 5 * count, 5 * count))
+    for factor, blocks in problem.terms:
+        for f, g, which, block in blocks:
+            if which != group:
+                continue
+            rows, columns = slice(f * count, (f + 1) * count), slice(g * count, (g + 1) * count)
+            part = factor * block[cells]
+            z[:, rows, columns] += part
+            if f != g:
+                z[:, columns, rows] += part.transpose(0, 2, 1)
+    return z
