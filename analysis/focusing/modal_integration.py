@@ -40,7 +40,7 @@ def modal_motion(modes: PanelModes, drive: Complex, rate: float, every: int = 1)
     its past, y' = s y + f; the second, whose pole lies in the right half plane, its future: hysteretic damping is
     not causal. It is integrated backward. On a step of length h both are y(t + h) = exp(sh) y(t) and four
     coefficients of the spline, weighed. That is exact for the spline, which misses a tone by about (2πf h)⁴/720:
-    7e-5 at 300 Hz and 4 kHz. The loss factor has one sign at positive frequencies, all that an analytic signal has.
+    7e-5 at 300 Hz and 4 kHz. The loss factor has one sign at positive frequencies, which are all of the signal.
     """
     poles = 1j * np.sqrt(np.where(np.abs(modes.eigenvalues) < np.abs(RIGID), RIGID, modes.eigenvalues))
     spline = _spline(drive)
