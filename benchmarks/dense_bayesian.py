@@ -51,10 +51,8 @@ def train_dense(inputs: Real, targets: Real, slope: Real, bias: Real, output: Re
     reached, jacobian = network(w, inputs, nodes, outputs)
     error = (reached - targets).ravel()
     normal = jacobian.T @ jacobian
-    spare = error_count - count
-    alpha = count / (2.0 * w @ w)
-    beta = spare / (2.0 * error @ error) if spare > 0 else 1.0
-    gamma, damping = float(count), 5e-3
+    gamma, damping = 0.5 * min(count, error_count), 5e-3
+    alpha, beta = gamma / (2.0 * w @ w), (error_count - gamma) / (2.0 * error @ error)
     identity = np.eye(count)
     for _ in range(epochs):
         objective = beta * error @ error + alpha * w @ w

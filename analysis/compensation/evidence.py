@@ -59,7 +59,10 @@ class Evidence:
 
 
 def first_estimate(problem: TrainingProblem, weights: Weights, at: Linearised) -> tuple[Tensor, Tensor]:
-    """Estimate α, β as though the data determined every parameter; β = 1 where they are too few for that.
+    """Estimate α, β as though the data determined half of what they can: of all parameters, or of all errors.
+
+    Foresee and Hagan begin with γ = P. Where there are more parameters than errors that leaves no β, and a β of 1
+    in its place flattens what the output layer knows already: the evidence then settles on constant outputs.
 
     Parameters
     ----------
@@ -74,10 +77,8 @@ def first_estimate(problem: TrainingProblem, weights: Weights, at: Linearised) -
     alpha, beta : (B,) Tensor
         Weights of the squared parameters and of the squared scaled errors.
     """
-    count = float(parameter_count(weights, problem.outputs))
-    spare = problem.error_count - count
-    beta = torch.where(spare > 0, spare / (2.0 * squared_error(at.error)), torch.ones_like(spare))
-    return count / (2.0 * weights.squares()), beta
+    gamma = 0.5 * problem.error_count.clamp(max=float(parameter_count(weights, problem.outputs)))
+    return _maximised(problem, weights, at, gamma)
 
 
 def reestimate(
@@ -99,7 +100,11 @@ def reestimate(
     alpha, beta : (B,) Tensor
         The estimates after.
     """
-    gamma = determined(problem, weights, at, alpha, beta)
+    return _maximised(problem, weights, at, determined(problem, weights, at, alpha, beta))
+
+
+def _maximised(problem: TrainingProblem, weights: Weights, at: Linearised, gamma: Tensor) -> tuple[Tensor, Tensor]:
+    """Return α and β (B,) of highest evidence where the data determine `gamma` (B,) parameters."""
     # An exact fit would send beta to infinity; the floor is far below any rounding of the errors.
     squares = squared_error(at.error).clamp(min=1e-30 * float(problem.outputs))
     return gamma / (2.0 * weights.squares()), (problem.error_count - gamma).clamp(min=1e-3) / (2.0 * squares)

@@ -16,6 +16,8 @@ from analysis.material import MaterialLaws
 SHARE = 0.9
 """Of the draws that a band holds."""
 DRAWS = 2000
+ROUNDING = 1e-9
+"""By which a constant may pass the wall of a box."""
 REACH = np.sqrt(3.0)
 """Standard deviations to the points of a parabola: as far as the nodes of a Gauss-Hermite rule of three."""
 
@@ -35,6 +37,9 @@ class ContrastBand:
         of the worst line.
     share : float
     draws : int
+    outside : (A,) ndarray, optional
+        Share of the draws that lie outside the model's box, where the parabolas are extrapolated; None in files
+        written before it was looked at.
     """
 
     temperature: Real
@@ -43,6 +48,7 @@ class ContrastBand:
     worst: Real
     share: float
     draws: int
+    outside: Real | None = None
 
 
 def law_band(
@@ -80,15 +86,15 @@ def law_band(
     -----
     At one temperature the laws are three numbers, log E, nu and log eta, each with its standard deviation. Over
     them the log of C/(1 - C) of every line is taken for a sum of three parabolas, through the plate's answers at
-    the laws and `REACH` standard deviations to both sides (as far as the model's box goes). All draws then cost
-    what six plates do. The same draws serve all temperatures.
+    the laws and `REACH` standard deviations to both sides (as far as the model's box goes; draws beyond it are
+    extrapolated and counted). All draws then cost what six plates do. The same draws serve all temperatures.
     """
     lines = panel.filters.frequency
     lines = lines[panel.filters.in_band(lines)]
     heard = bank.response(lines)
     draws = rng.standard_normal((DRAWS, 3))
 
-    def at(t: int) -> tuple[list[float], Real, Real]:
+    def at(t: int) -> tuple[list[float], Real, Real, float]:
         here = bank.temperature[t : t + 1]
         value, sigma = laws.at(here), laws.sigma(here)
         constants = tuple(float(x[0]) for x in (value.youngs_modulus, value.poisson_ratio, value.loss_factor))
@@ -98,20 +104,22 @@ def law_band(
         def odds(step: Real) -> Real:
             return _odds(model, lines, heard[t : t + 1], _stepped(constants, step))
 
-        middle = odds(np.zeros(3))
-        drawn = _drawn(odds, middle, spread, draws, _room(panel, constants))
+        middle, room = odds(np.zeros(3)), _room(panel, constants)
+        drawn = _drawn(odds, middle, spread, draws, room)
+        beyond = (spread * draws < room[0] - ROUNDING) | (spread * draws > room[1] + ROUNDING)
         found, exact = _share_of(drawn), _share_of(middle)
         ends = [0.5 - 0.5 * SHARE, 0.5 + 0.5 * SHARE]
         return (
             [float(exact.mean()), float(exact.min())],
             np.quantile(found.mean(axis=1), ends),
             np.quantile(found.min(axis=1), ends),
+            float(beyond.any(axis=1).mean()),
         )
 
     with ThreadPoolExecutor(workers) as pool:
         rows = list(pool.map(at, range(len(bank.temperature))))
-    nominal, mean, worst = (np.array(part) for part in zip(*rows, strict=True))
-    return ContrastBand(bank.temperature, nominal, mean, worst, SHARE, DRAWS)
+    nominal, mean, worst, outside = (np.array(part) for part in zip(*rows, strict=True))
+    return ContrastBand(bank.temperature, nominal, mean, worst, SHARE, DRAWS, outside)
 
 
 def _stepped(constants: tuple[float, ...], step: Real) -> tuple[float, float, float]:

@@ -6,12 +6,16 @@ from scipy.signal import lfilter
 from analysis.arrays import Complex, Real
 from analysis.focusing.panel_model import PanelModes
 
+POLE = np.sqrt(3.0) - 2.0
+"""Of the recursion that gives the coefficients of a cubic spline through samples (Unser 1999)."""
+NODES = 32
+"""Gauss points in a step: exact to rounding for modes up to twice the rate."""
 RIGID = (2.0 * np.pi) ** 2 * (1.0 + 1.0j)
 """Least eigenvalue, rad2/s2: a free plate as a whole is taken to swing at 1 Hz, far below what is played."""
 
 
 def modal_motion(modes: PanelModes, drive: Complex, rate: float, every: int = 1) -> Real:
-    """Integrate q'' + ω²(1 + jη) q = f(t) of every mode, the drive straight between its samples.
+    """Integrate q'' + ω²(1 + jη) q = f(t) of every mode, the drive a cubic spline through its samples.
 
     Parameters
     ----------
@@ -19,7 +23,7 @@ def modal_motion(modes: PanelModes, drive: Complex, rate: float, every: int = 1)
         m of them, of r coordinates.
     drive : (N, S) complex ndarray
         Of every actuator, V or N: its real part is what is played, its imaginary part the same a quarter of a
-        period later (the analytic signal).
+        period later (the analytic signal). Silent at both ends.
     rate : float
         Samples per second, Hz.
     every : int
@@ -34,23 +38,30 @@ def modal_motion(modes: PanelModes, drive: Complex, rate: float, every: int = 1)
     -----
     With s² = -ω²(1 + jη), Re s < 0, 1/(ω²(1 + jη) + p²) = (1/(p - s) - 1/(p + s)) / 2s. The first part follows
     its past, y' = s y + f; the second, whose pole lies in the right half plane, its future: hysteretic damping is
-    not causal. It is integrated backward. On a step of length h both are y(t + h) = exp(sh) y(t) + h (a f(t) +
-    b f(t + h)), exact for a drive that is straight in between. The loss factor has one sign at positive
-    frequencies, which are all that an analytic signal holds.
+    not causal. It is integrated backward. On a step of length h both are y(t + h) = exp(sh) y(t) and four
+    coefficients of the spline, weighed. That is exact for the spline, which misses a tone by about (2πf h)⁴/720:
+    7e-5 at 300 Hz and 4 kHz. The loss factor has one sign at positive frequencies, which are all of the signal.
     """
     poles = 1j * np.sqrt(np.where(np.abs(modes.eigenvalues) < np.abs(RIGID), RIGID, modes.eigenvalues))
+    spline = _spline(drive)
     coordinates = np.empty((len(poles), len(range(0, drive.shape[1], every))), dtype=complex)
     for place, (pole, coupling) in enumerate(zip(poles, modes.coupling.astype(complex), strict=True)):
-        force = coupling @ drive
+        force = coupling @ spline
         both = _relaxed(force, pole, rate) + _relaxed(force[::-1], pole, rate)[::-1]
         coordinates[place] = both[::every] / (2.0 * pole)
     return np.asarray((modes.shapes @ coordinates).real.T)
 
 
+def _spline(samples: Complex) -> Complex:
+    """Coefficients (N, S) of the cubic B-splines whose sum passes through `samples` (N, S), zero beyond."""
+    forward = lfilter([1.0], [1.0, -POLE], samples)
+    return np.asarray(-6.0 * POLE * lfilter([1.0], [1.0, -POLE], forward[:, ::-1])[:, ::-1])
+
+
 def _relaxed(force: Complex, pole: complex, rate: float) -> Complex:
-    """Solve y' = pole · y + force from rest, at the samples of `force` (S,)."""
-    x = pole / rate
-    growth = np.exp(x)
-    late = (growth - 1.0 - x) / x**2
-    early = (growth - 1.0) / x - late
-    return np.asarray(lfilter([late / rate, early / rate], [1.0, -growth], force))
+    """Solve y' = pole · y + force from rest, at the samples; `force` (S,) in coefficients of a cubic spline."""
+    place, weight = np.polynomial.legendre.leggauss(NODES)
+    u, x = 0.5 * (place + 1.0), pole / rate
+    pieces = np.array([u**3, 1.0 + 3.0 * u * (1.0 + u * (1.0 - u)), 4.0 - 3.0 * u**2 * (2.0 - u), (1.0 - u) ** 3])
+    shares = pieces @ (0.5 * weight * np.exp(x * (1.0 - u))) / (6.0 * rate)
+    return np.asarray(lfilter(shares, [1.0, -np.exp(x)], np.append(force[1:], 0.0)))

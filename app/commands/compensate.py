@@ -63,7 +63,7 @@ Examples:
 @click.option(
     "--transfers",
     type=PATH,
-    help="Measured transfers at five temperatures or more (HDF5), in place of laws and the panel's twin.",
+    help="Measured transfers at five temperatures or more (HDF5, a folder of UFF58), in place of laws and twin.",
 )
 @click.option(
     "--nodes",
@@ -277,6 +277,7 @@ def _from_transfers(
     """Prepare the compensation of a panel of which transfers were measured at several temperatures."""
     from analysis.compensation.settings import FEWEST
     from app.files.bad_file import ResultFileError
+    from app.files.transfers_file import transfer_files
     from app.stages.panel_inputs import measured_panel, method_for, scanned_panel
 
     if run is not None and not run.is_dir():
@@ -291,7 +292,7 @@ def _from_transfers(
     if count <= FEWEST:
         raise ResultFileError(
             f"{transfers}: transfers at {count} temperatures; at least {FEWEST + 1} are needed, to train on "
-            "all but one: measure more"
+            "all but one: measure more, in one HDF5 file or a folder of universal files, one a temperature"
         )
 
     from analysis.compensation.measured import suited_nodes
@@ -300,4 +301,4 @@ def _from_transfers(
     def compute(report: "Progress", **choices: Any) -> "CompensatedPanel":
         return compensate.compute_measured(measured, report, method=followed, **choices)
 
-    return _Task(compute, (transfers, panel_path), beside, [], suited_nodes(count))
+    return _Task(compute, (*transfer_files(transfers), panel_path), beside, [], suited_nodes(count))

@@ -52,7 +52,7 @@ Examples:
 @click.option(
     "--transfers",
     type=PATH,
-    help="Measured transfers (UFF58 with nodes, or HDF5) in place of RUN's laws and the panel's twin.",
+    help="Measured transfers (UFF58 with nodes, a folder of such, or HDF5) in place of RUN's laws and a twin.",
 )
 @laws_of_twin
 @out_folder("Folder for filters.h5 (default: beside the laws).")
@@ -159,6 +159,7 @@ def _from_transfers(
     transfers: Path, panel: Path | None, changes: dict[str, Any], method: str, temperatures: tuple[float, ...]
 ) -> _Task:
     """Prepare filters from measured transfers alone."""
+    from app.files.transfers_file import transfer_files
     from app.stages.panel_inputs import measured_panel, panel_of
 
     declared, panel_path = panel_of(panel, changes)
@@ -169,7 +170,7 @@ def _from_transfers(
     from app.stages import focus
 
     compute = partial(focus.compute_measured, measured, method=method)  # type: ignore[arg-type]
-    return _Task(compute, (transfers, panel_path), transfers.parent, [])
+    return _Task(compute, (*transfer_files(transfers), panel_path), transfers.parent, [])
 
 
 def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:

@@ -1,5 +1,6 @@
 """Measured transfers of a panel: universal files (data sets 58, nodes from 15 or 2411) and HDF5."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,8 @@ from app.files.uff58 import read_frfs
 
 INTEGRATED = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """Times a quantity has to be integrated to be a displacement."""
+NAMED = re.compile(r"(?:.*[_ ])?([-+]?\d+(?:\.\d+)?) ?°?C")
+"""Name, without its ending, of a universal file measured at one of several temperatures: scan_21.5C."""
 NAMES = ("temperature", "points", "frequency", "transfer", "variance")
 UNITS = {"displacement": ("m",), "velocity": ("m/s",), "acceleration": ("m/s^2", "m/s2", "m/s²")}
 
@@ -28,11 +31,11 @@ def read_transfers(path: Path, band: tuple[float, float], temperature: float) ->
     Parameters
     ----------
     path : Path
-        HDF5, by its ending, or a universal file.
+        HDF5, by its ending, a universal file, or a folder of universal files, one a temperature.
     band : (float, float)
         Which they have to cover to within a line, Hz.
     temperature : float
-        At which a universal file was measured, degrees Celsius.
+        At which a universal file was measured, degrees Celsius; files of a folder say it in their names.
 
     Returns
     -------
@@ -44,7 +47,10 @@ def read_transfers(path: Path, band: tuple[float, float], temperature: float) ->
         Naming the file and what is missing: transfers, positions of nodes, lines of the band.
     """
     try:
-        found = _hdf5(path) if path.suffix.lower() in (".h5", ".hdf5") else _uff(path, temperature)
+        if path.is_dir():
+            found = _folder(path)
+        else:
+            found = _hdf5(path) if path.suffix.lower() in (".h5", ".hdf5") else _uff(path, temperature)
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}") from error
     low, high = found.frequency[0], found.frequency[-1]
@@ -55,6 +61,13 @@ def read_transfers(path: Path, band: tuple[float, float], temperature: float) ->
             "measure wider, or narrow band and edges"
         )
     return found
+
+
+def transfer_files(path: Path) -> tuple[Path, ...]:
+    """Return the files that transfers are read from: `path`, or the universal files of this folder."""
+    if not path.is_dir():
+        return (path,)
+    return tuple(sorted(one for one in path.iterdir() if one.suffix.lower() in (".uff", ".unv")))
 
 
 def write_transfers(path: Path, transfers: MeasuredTransfers) -> None:
@@ -115,6 +128,36 @@ def _uff(path: Path, temperature: float) -> MeasuredTransfers:
         transfer[place], variance[place] = _displacement(frf)
     points = np.array([places[node] for node in responses])
     return MeasuredTransfers(np.array([temperature]), points, frequency, transfer, variance)
+
+
+def _folder(path: Path) -> MeasuredTransfers:
+    """Read one universal file per temperature and join them; all have the same nodes, actuators and lines."""
+    files = transfer_files(path)
+    if not files:
+        raise ValueError("a folder without universal files (.uff, .unv); one for each temperature is needed")
+    read: dict[float, tuple[Path, MeasuredTransfers]] = {}
+    for one in files:
+        named = NAMED.fullmatch(one.stem)
+        if named is None:
+            raise ValueError(f"{one.name} does not say its temperature; name it as scan_21.5C{one.suffix}")
+        temperature = float(named[1])
+        if temperature in read:
+            raise ValueError(
+                f"{read[temperature][0].name} and {one.name} are both of {temperature:g} °C; keep one of them"
+            )
+        read[temperature] = one, _uff(one, temperature)
+    (first, like), *others = (read[temperature] for temperature in sorted(read))
+    for one, found in others:
+        for name in ("points", "frequency", "transfer"):
+            mine, theirs = getattr(like, name), getattr(found, name)
+            if mine.shape != theirs.shape or (name != "transfer" and not np.allclose(mine, theirs, rtol=1e-6)):
+                raise ValueError(
+                    f"{one.name} and {first.name} differ in their {'actuators' if name == 'transfer' else name}; "
+                    "export all temperatures with the same nodes, actuators and lines"
+                )
+    every = [like, *(found for _, found in others)]
+    transfer, variance = (np.concatenate([getattr(one, name) for one in every]) for name in NAMES[3:])
+    return MeasuredTransfers(np.array(sorted(read)), like.points, like.frequency, transfer, variance)
 
 
 def _displacement(frf: MeasuredTransfer) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:

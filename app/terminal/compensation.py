@@ -31,20 +31,27 @@ def notes(found: Compensation, training: Training) -> list[str]:
             f"the worst line, through {len(placed.equidistant)} equidistant ones {placed.equidistant_loss:.2g}"
         )
     if found.law_band is not None:
-        said.append(_band_note(found.law_band))
+        said.append(band_note(found.law_band))
     return said
 
 
-def _band_note(band: ContrastBand) -> str:
+def band_note(band: ContrastBand) -> str:
     """Say where the band of contrast that the laws' uncertainty leaves is widest."""
     widths = (band.mean[:, 1] - band.mean[:, 0], band.worst[:, 1] - band.worst[:, 0])
     if widths[1].max() == 0.0:
         return "the laws state no uncertainty (sigma 0): what it leaves of the contrast is not known"
     widest = int(np.argmax(widths[1]))
-    return (
+    said = (
         f"uncertainty of the laws: the {band.share:.0%} band of the mean contrast is at most "
         f"{widths[0].max():.2g} wide, that of the worst line {widths[1].max():.2g} "
         f"({band.worst[widest, 0]:.4f} to {band.worst[widest, 1]:.4f} at {band.temperature[widest]:g} °C)"
+    )
+    if band.outside is None or not band.outside.any():
+        return said
+    most = int(np.argmax(band.outside))
+    return (
+        f"{said}; {band.outside[most]:.0%} of the plates drawn at {band.temperature[most]:g} °C lie outside the "
+        "box of the panel's twin and are extrapolated: widen [twin] in the panel's file to compute them"
     )
 
 
@@ -115,6 +122,7 @@ def _band_record(band: ContrastBand) -> dict[str, Any]:
         "contrast_band": band.mean.tolist(),
         "contrast_worst_line": band.nominal[:, 1].tolist(),
         "contrast_worst_line_band": band.worst.tolist(),
+        "share_outside_twin": None if band.outside is None else band.outside.tolist(),
     }
 
 

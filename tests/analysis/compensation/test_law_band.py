@@ -107,4 +107,5 @@ def test_a_law_at_the_edge_of_the_twin_s_box_is_judged_from_inside(plain, soften
         Watched(), panel, laws, replace(bank, taps=bank.taps[:1], temperature=bank.temperature[:1]), rng
     )
     assert max(asked) <= e * (1.0 + 1e-9)
+    assert found.outside == pytest.approx([0.5], abs=0.05)  # the stiffer half of the draws
     assert found.mean[0, 0] < found.nominal[0, 0] < found.mean[0, 1]

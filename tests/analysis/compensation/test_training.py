@@ -131,3 +131,23 @@ def test_leave_one_out_of_networks_bounds_what_they_miss_in_between(thirteen, to
     between = relative_error(trained.networks.taps(WANTED), tones(WANTED))
     assert left_out.shape == (11, 2)
     assert between.max() < left_out.max() < 1.0
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_more_parameters_than_errors_do_not_settle_on_constant_outputs(seed):
+    """Ten nodes, eight temperatures, tones whose phase turns twice on the way: 1428 parameters, 1024 errors."""
+
+    def turning(temperature):
+        n, t = np.arange(2)[:, None], np.arange(128)
+        pitch = (0.6 + 0.03 * n) * np.exp(-0.35 * temperature[:, None, None] / 60.0)
+        return np.exp(-0.03 * t) * np.cos(pitch * t + 0.5 * n)
+
+    eight = np.linspace(0.0, 60.0, 8)
+    bank = FirBank(turning(eight), eight, 8_000.0, 64)
+    trained = train_networks(bank, Training(seed=seed, epochs=200, largest_error=100.0))
+    assert trained.training_error.max() < 0.05
+    missed, straight = (
+        relative_error(taps, turning(WANTED)).max()
+        for taps in (trained.networks.taps(WANTED), linear(bank, WANTED))
+    )
+    assert missed < straight

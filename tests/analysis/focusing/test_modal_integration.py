@@ -29,20 +29,47 @@ def resonances(*pairs):
 @pytest.mark.parametrize("frequency", [60.0, 200.0, 310.0])
 def test_a_long_tone_ends_in_the_steady_state_of_hysteretic_damping(frequency):
     found, steady = moved(frequency, resonances((200.0, 0.06), (9_000.0, 0.1)))
-    np.testing.assert_allclose(found, steady, atol=0.005 * np.abs(steady).max())
+    np.testing.assert_allclose(found, steady, atol=1e-4 * np.abs(steady).max())
 
 
-def test_the_error_falls_with_the_square_of_the_step():
+def burst(time, frequency, length, pole):
+    """Motion by y' = pole · y + sin²(πt/length) exp(jwt), 0 < t < length, from rest: three exponentials."""
+    total = np.zeros(len(time), dtype=complex)
+    for share, turn in ((0.5, 0.0), (-0.25, 1.0), (-0.25, -1.0)):
+        rate = 2j * np.pi * (frequency + turn / length)
+        within = np.clip(time, 0.0, length)
+        driven = (np.exp(rate * within) - np.exp(pole * within)) / (rate - pole)
+        total += share * driven * np.exp(pole * np.maximum(time - length, 0.0))
+    return total
+
+
+def test_a_burst_moves_one_mode_as_in_closed_form():
+    """300 Hz at 4 kHz, half an amplitude's rise in ten samples: a drive straight between them misses by 2 %."""
+    eigenvalue, rate, length, late = resonances((200.0, 0.06))[0], 4_000.0, 0.02, 0.05
+    time = np.arange(int(0.3 * rate)) / rate
+    pole = 1j * np.sqrt(eigenvalue)
+    within = (time >= late) & (time <= late + length)
+    envelope = np.where(within, np.sin(np.pi * (time - late) / length) ** 2, 0.0)
+    drive = envelope * np.exp(2j * np.pi * 300.0 * (time - late))
+    found = modal_motion(PanelModes(np.array([eigenvalue]), np.ones((1, 1)), np.ones((1, 1))), drive[None], rate)
+    past = burst(time - late, 300.0, length, pole)
+    # the other half follows its future: the burst, and time, turned about
+    future = burst(late + length - time, -300.0, length, pole) * np.exp(2j * np.pi * 300.0 * length)
+    exact = ((past + future) / (2.0 * pole)).real
+    np.testing.assert_allclose(found[:, 0], exact, atol=3e-4 * np.abs(exact).max())
+
+
+def test_the_error_falls_with_the_fourth_power_of_the_step():
     errors = []
     for rate in (4_000.0, 8_000.0):
-        found, steady = moved(150.0, resonances((200.0, 0.06), (430.0, 0.1)), rate)
+        found, steady = moved(400.0, resonances((200.0, 0.06), (430.0, 0.1)), rate)
         errors.append(np.abs(found - steady).max())
-    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+    assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.1)
 
 
 def test_a_free_plate_as_a_whole_moves_by_its_inertia():
     found, steady = moved(150.0, np.array([0.0, (2.0 * np.pi * 200.0) ** 2 * (1.0 + 0.06j)]))
-    np.testing.assert_allclose(found, steady, atol=0.005 * np.abs(steady).max())
+    np.testing.assert_allclose(found, steady, atol=2e-3 * np.abs(steady).max())
 
 
 def test_only_the_samples_asked_for_are_returned():

@@ -11,7 +11,7 @@ from pyuff.datasets.dataset_58 import prepare_58
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.measured import MeasuredTransfers
 from app.files.bad_file import ResultFileError
-from app.files.transfers_file import read_transfers, write_transfers
+from app.files.transfers_file import read_transfers, transfer_files, write_transfers
 from app.files.uff58 import write_frfs
 
 FREQUENCY = np.arange(40.0, 400.0, 5.0)
@@ -130,3 +130,50 @@ def test_a_damaged_file_of_others_is_refused_in_a_sentence(tmp_path):
     (tmp_path / "scan.h5").write_bytes(whole.replace(b"HEAP", b"heap"))
     with pytest.raises(ResultFileError, match=r"scan\.h5: not a readable HDF5 file \(damaged: "):
         read_transfers(tmp_path / "scan.h5", BAND, 20.0)
+
+
+def at(factor):
+    return [replace(one, h=factor * one.h) for one in every()]
+
+
+@pytest.fixture
+def scans(tmp_path):
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    for name, factor in (("scan_20C", 1.0), ("scan_-5.5C", 2.0), ("warm 40 °C", 3.0)):
+        scan(folder / f"{name}.uff", at(factor))
+    return folder
+
+
+def test_a_folder_holds_one_universal_file_a_temperature(scans):
+    read, one = read_transfers(scans, BAND, 99.0), read_transfers(scans / "scan_20C.uff", BAND, 20.0)
+    assert read.temperature.tolist() == [-5.5, 20.0, 40.0]
+    np.testing.assert_allclose(read.transfer, one.transfer * np.array([2.0, 1.0, 3.0])[:, None, None, None])
+    np.testing.assert_array_equal(read.points, POINTS)
+    assert [path.name for path in transfer_files(scans)] == ["scan_-5.5C.uff", "scan_20C.uff", "warm 40 °C.uff"]
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("scan-30C", r"scan-30C.uff does not say its temperature; name it as scan_21.5C.uff"),
+        ("again_20C", r"again_20C.uff and scan_20C.uff are both of 20 °C; keep one of them"),
+    ],
+)
+def test_files_of_a_folder_that_are_of_no_one_temperature(scans, name, message):
+    scan(scans / f"{name}.uff", every())
+    with pytest.raises(ResultFileError, match=message):
+        read_transfers(scans, BAND, 20.0)
+
+
+def test_files_of_a_folder_that_measured_different_things(scans):
+    scan(scans / "x_50C.uff", [one for one in every() if one.reference == "8:+3"])
+    with pytest.raises(
+        ResultFileError, match=r"x_50C.uff and scan_-5.5C.uff differ in their actuators; export all"
+    ):
+        read_transfers(scans, BAND, 20.0)
+
+
+def test_a_folder_without_universal_files(tmp_path):
+    with pytest.raises(ResultFileError, match="a folder without universal files"):
+        read_transfers(tmp_path, BAND, 20.0)
