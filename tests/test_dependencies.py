@@ -23,6 +23,7 @@ def asked_for() -> dict[str, set[str]]:
     settings.read(ROOT / "setup.cfg", encoding="utf-8")
     lists = {
         "run": settings["options"]["install_requires"],
+        "bench": settings["options.extras_require"]["bench"],
         "audio": settings["options.extras_require"]["audio"],
         "drawings": settings["options.extras_require"]["drawings"],
         "meshes": settings["options.extras_require"]["meshes"],

@@ -13,7 +13,7 @@ from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import residual
 from analysis.identification.modes import Modes, Rejected
-from analysis.identification.order import drop_unsupported, eliminate
+from analysis.identification.order import ROUGH, drop_unsupported, eliminate
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.settings import Settings
 from analysis.identification.vector_fitting import start_poles
@@ -21,18 +21,37 @@ from analysis.identification.vector_fitting import start_poles
 CLEARLY = 10.0
 """Prices of a pole by which a wider search must be better for the narrower one to be left unfinished."""
 
+MOVING_STEPS = 20
+"""Projections at most that bring poles of another condition to where they are."""
+
 FULL = 0.6
 """Share of the start poles that stay from which there may have been too few."""
 
 
-def identify(measured: Measured, settings: Settings | None = None) -> Modes:
+def identify(
+    measured: Measured, settings: Settings | None = None, near: NDArray[np.complex128] | None = None
+) -> Modes:
     """Identify FRFs that share their poles.
 
     Over-specified vector fitting finds the poles roughly, variable projection moves them to the least-squares
     optimum, elimination by BIC takes away what the data do not pay for, a look at the residual brings back
     what was lost, BIC chooses the residual terms. The search runs on averaged lines, the last fit on all.
 
-    Raises ValueError for FRFs that are silent, not finite, or shorter than 8 lines.
+    Parameters
+    ----------
+    measured : Measured
+    settings : Settings, optional
+    near : (J,) complex ndarray, optional
+        Poles, rad/s, that another condition shows: the order is settled from these, with no search from nothing.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    ValueError
+        For FRFs that are silent, not finite, or shorter than 8 lines.
     """
     settings = settings or Settings()
     lines = measured.lines()
@@ -43,7 +62,12 @@ def identify(measured: Measured, settings: Settings | None = None) -> Modes:
     if alone.any():
         measured = measured.without(alone)
         lines = measured.lines()
-    found, started = _widest_search(measured, lines, settings)
+    if near is None:
+        found, started = _widest_search(measured, lines, settings)
+    else:
+        richest = max(settings.terms, key=lambda terms: terms.parameters)
+        moved = fit(averaged(lines), near, richest, tolerance=ROUGH, max_iterations=MOVING_STEPS)
+        found, started = settle(measured, lines, moved, settings), near[:0]
     rejected = [_left_out(f, "a tone on this line alone: no resonance") for f in left_out]
     if settings.mains is not None:
         clean = fit(lines, found.poles[~_hums(lines, found, settings.mains)], found.terms, max_iterations=0)

@@ -1,7 +1,8 @@
 """Modes of a campaign over temperature.
 
-One sweep is identified from nothing, its poles are followed to the other sweeps, outwards in temperature, and all
-sweeps are fitted together on tracks that are smooth in temperature. A method that takes every sweep alone has its
+The coldest sweep is identified from nothing and its poles are followed to the other sweeps. Where the hottest, its
+order settled from there, shows more modes, they are followed again from it. Then all sweeps are fitted together on
+tracks that are smooth in temperature. A method that takes every sweep alone has its
 modes named afterwards: by their distance from where the common step and their own trend say, and by their shapes.
 """
 
@@ -20,6 +21,7 @@ from analysis.identification.following import Followed, active_in, follow
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.naming import NamedModes, enter, tabulated
+from analysis.identification.parameters import to_poles
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
@@ -52,6 +54,7 @@ def track(
     progress: Callable[[str, float], None] | None = None,
     method: Method | None = None,
     expected: ExpectedModes | None = None,
+    start: int | None = None,
 ) -> TrackedModes:
     """Identify every sweep of a campaign and follow its modes.
 
@@ -67,6 +70,8 @@ def track(
         Identifies every sweep alone, with no warm start; modes are followed all the same.
     expected : ExpectedModes, optional
         What a twin expects in every sweep. Its modes are fitted in place of a search, and are the tracks.
+    start : int, optional
+        Sweep that is searched from nothing; the coldest unless given.
 
     Returns
     -------
@@ -81,9 +86,11 @@ def track(
     measured = [sweep_measured(frf, t) for t in range(len(frf.temperature))]
     if expected is not None:
         return _as_expected(frf, *fit_expected(frf.temperature, measured, expected, settings, progress))
-    start, first = _start(frf.temperature, measured, settings, method or identify)
+    order = np.argsort(frf.temperature, kind="stable")
     if method is None:
-        return _fitted_together(frf, measured, start, first, settings, progress)
+        return _fitted_together(frf, measured, int(order[0]) if start is None else start, settings, progress)
+    ends = {int(order[0]), int(order[-1])} if start is None else {start}
+    start, first = _start(measured, ends, settings, method)
     done = NamedModes()
     enter(done, start, frf.temperature[start], first, 1.0)
     for count, t in enumerate(_outwards(frf.temperature, start), start=1):
@@ -101,20 +108,15 @@ def _fitted_together(
     frf: Frf,
     measured: Sequence[Measured],
     start: int,
-    first: Modes,
     settings: Settings,
     progress: Callable[[str, float], None] | None,
 ) -> TrackedModes:
     """Follow the poles of one sweep to all others, and fit all sweeps together."""
     told = progress or (lambda stage, share: None)
+    start, first, known = _followed_from_the_better_end(frf, measured, start, settings, told)
     measured = list(measured)
     measured[start] = measured[start].without(first.left_out(measured[start].frequency))
-    terms = max(settings.terms, key=lambda one: one.parameters)
-    known = Followed.started(frf.temperature, start, first, terms)
-    usual = [_expected(one, first) for one in measured]
-    for count, t in enumerate(_outwards(frf.temperature, start), start=1):
-        follow(known, t, measured[t], usual[t], settings)
-        told("identify", 0.5 * (count + 1) / len(measured))
+    terms, usual = known.terms, [_expected(one, first) for one in measured]
     place = np.stack([known.filled(t) for t in range(len(measured))])
     active = np.stack([active_in(row, one.lines()) for row, one in zip(place, measured, strict=True)])
     tracks = SmoothTracks.polynomials(frf.temperature, np.zeros_like(place))
@@ -150,6 +152,48 @@ def _fitted_together(
     )
 
 
+def _followed_from_the_better_end(
+    frf: Frf, measured: Sequence[Measured], start: int, settings: Settings, told: Callable[[str, float], None]
+) -> tuple[int, Modes, Followed]:
+    """Search one sweep from nothing, follow its poles, and begin again where the far end shows more modes.
+
+    Not all poles that were added on the way are modes of their own; an order that is settled anew, where the
+    most modes are in band, keeps no two tracks for one peak.
+    """
+    first = identify(measured[start], settings)
+    told("identify", 0.1)
+    known = _followed(frf, measured, start, first, settings, lambda share: told("identify", 0.1 + 0.2 * share))
+    far = _outwards(frf.temperature, start)[-1:]
+    for end in far:
+        place = known.filled(end)
+        near = to_poles(place[active_in(place, measured[end].lines())])
+        again = identify(measured[end], settings, near)
+        if again.status.count("kept") > first.status.count("kept"):
+            told("identify", 0.35)
+            known = _followed(
+                frf, measured, end, again, settings, lambda share: told("identify", 0.35 + 0.15 * share)
+            )
+            start, first = end, again
+    return start, first, known
+
+
+def _followed(
+    frf: Frf,
+    measured: Sequence[Measured],
+    start: int,
+    first: Modes,
+    settings: Settings,
+    told: Callable[[float], None],
+) -> Followed:
+    """Follow the poles of one sweep to all others."""
+    terms = max(settings.terms, key=lambda one: one.parameters)
+    known = Followed.started(frf.temperature, start, first, terms)
+    for count, t in enumerate(_outwards(frf.temperature, start), start=1):
+        follow(known, t, measured[t], _expected(measured[t], first), settings)
+        told(count / len(measured))
+    return known
+
+
 def _poor(temperature: float, sweep: int, modes: Modes, usual: float) -> str | None:
     """Say what is wrong with a sweep that its model does not explain."""
     if modes.misfit <= POOR * usual:
@@ -173,12 +217,8 @@ def _as_expected(frf: Frf, modes: tuple[Modes, ...], table: NDArray[np.int64]) -
     )
 
 
-def _start(
-    temperature: NDArray[np.float64], measured: Sequence[Measured], settings: Settings, method: Method
-) -> tuple[int, Modes]:
-    """Of the coldest and the hottest sweep the one that shows more modes: damping is least at the ends."""
-    order = np.argsort(temperature, kind="stable")
-    tried = {int(order[n]) for n in (0, -1)}
+def _start(measured: Sequence[Measured], tried: set[int], settings: Settings, method: Method) -> tuple[int, Modes]:
+    """Of some sweeps the one that shows most modes: damping is least at the ends."""
     found = {t: method(measured[t], settings) for t in sorted(tried)}
     best = max(found, key=lambda t: (found[t].status.count("kept"), -found[t].misfit))
     return best, found[best]
