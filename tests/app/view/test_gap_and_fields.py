@@ -16,7 +16,7 @@ from PySide6.QtCore import QPointF, Qt
 
 from analysis.estimates import FittedLaws
 from analysis.experiment import Plate
-from analysis.focusing.energy import FieldSpace
+from analysis.focusing.energy import EnergyForms, FieldSpace
 from analysis.focusing.grid import Grid
 from analysis.focusing.methods import compare
 from analysis.focusing.over_temperature import focus
@@ -91,6 +91,9 @@ class SinePanel:
     def amplitudes(self, e: float, nu: float, eta: float, frequency: Real) -> Complex:
         w = 2.0 * np.pi * frequency
         return np.asarray(self._driven[:, None, :] / (self.squared(e, nu, eta) - w[None, :, None] ** 2))
+
+    def forms(self, e: float, nu: float, eta: float, frequency: Real, displacement: float = 1.0) -> EnergyForms:
+        return self.space.forms([self.amplitudes(e, nu, eta, frequency)], displacement)
 
     def modes(self, e: float, nu: float, eta: float, count: int) -> PanelModes:
         values = self.squared(e, nu, eta)
