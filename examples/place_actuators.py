@@ -7,8 +7,9 @@
 Exchanges positions on a lattice until no single move raises the mean STIF contrast, then moves patches in ever
 smaller steps. The mean is over lines of the panel's band, every 20 Hz below 540 Hz and every 40 Hz above, at
 the panel's illustration material (the paper's section 2), or at several temperatures at once of a run's laws. No
-patch is put into a zone to keep out of. What is printed is judged on lines half-way between those that took part;
-the bound beside it is what any filters reach on these patches at the price of level.
+patch is put into a zone to keep out of; turned patches keep their angle, round ones stay round. What is printed is
+judged on lines half-way between those that took part; the bound beside it is what any filters reach on these
+patches at the price of level.
 The plate is a thin one (Kirchhoff), clamped, in products of polynomials (Ritz), with the bending stiffness and the
 mass of every glued patch: light enough for thousands of layouts, and independent of the finite-element twin, with
 which the result is then to be judged (``flexura focus RUN --panel placed.toml``).
@@ -31,13 +32,14 @@ from analysis.focusing.inversion import invert
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import best_contrast, contrast
 from analysis.focusing.placement import clearance, exchange, refined
+from analysis.patch import Patch
 from app.files.bad_file import ResultFileError
 from app.files.laws_file import load_laws
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.toml_text import toml_text
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 
-ORDERS, MODES = 14, 80
+ORDERS, MODES, NODES = 14, 80, 12
 GAP, MARGIN = 0.0049, 0.005  # between patches, and from the edge, m
 STEPS = (0.01, 0.005, 0.0025)  # of the search off the lattice, m
 COARSE = 540.0  # from here on the lines of the search are twice as far apart, Hz
@@ -93,6 +95,25 @@ def integrals(plate_lengths: tuple[float, float], spans: list[tuple[float, float
     )
 
 
+def footprint(patch: Patch) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points (Q, 2) of a patch about its centre, m, and their weights (Q,), m2."""
+    nodes, weights = legendre.leggauss(NODES)
+    if patch.diameter is not None:
+        radius, turn = 0.25 * patch.diameter * (nodes + 1.0), np.pi * np.arange(2 * NODES) / NODES
+        points = radius[:, None, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+        shares = 0.25 * patch.diameter * weights * radius * np.pi / NODES
+        return points.reshape(-1, 2), np.repeat(shares, 2 * NODES)
+    (c, s), half = (f(np.deg2rad(patch.angle)) for f in (np.cos, np.sin)), 0.5 * np.array(patch.size)
+    along = np.stack(np.meshgrid(*np.outer(half, nodes), indexing="ij"), axis=-1).reshape(-1, 2)
+    return along @ np.array([[c, s], [-s, c]]), half.prod() * np.outer(weights, weights).ravel()
+
+
+def extent(patch: Patch) -> tuple[float, float]:
+    """Lengths along x and y of the box around a patch, m."""
+    (x0, x1), (y0, y1) = (patch.span(axis) for axis in (0, 1))
+    return x1 - x0, y1 - y0
+
+
 class Layouts:
     """Scores layouts of a panel's patches, centres (N, 2) in m, at T materials.
 
@@ -101,7 +122,8 @@ class Layouts:
 
     def __init__(self, panel: Panel, constants: list[Constants], lines: np.ndarray) -> None:
         plate, patch = panel.plate, panel.patch[0]
-        self.lengths, self.size = (plate.length_x, plate.length_y), patch.size
+        self.lengths, self.size = (plate.length_x, plate.length_y), extent(patch)
+        self.points, self.areas = footprint(patch)
         h, hp, ceramic = plate.thickness, patch.thickness, PIEZO_MATERIALS[patch.material]
         e, nu, self.loss = np.array(constants).T
         whole = integrals(self.lengths, [(0.0, length) for length in self.lengths])
@@ -126,14 +148,27 @@ class Layouts:
         """Stiffness per rigidity, mass and load of a patch in the plate's modes, kept for the next layout."""
         key = (round(x, 6), round(y, 6))
         if key not in self.known:
-            here = integrals(
-                self.lengths, [(c - 0.5 * s, c + 0.5 * s) for c, s in zip(key, self.size, strict=True)]
+            places = (self.points + key).T
+            along, across = (
+                [polynomials(at, length, d) for d in range(3)]
+                for at, length in zip(places, self.lengths, strict=True)
             )
-            self.known[key] = (
-                self.shapes.T @ (here.bending + self.nup * here.poisson) @ self.shapes,
-                self.weight * self.shapes.T @ here.mass @ self.shapes,
-                self.shapes.T @ here.load,
-            )
+
+            def over(i: int, j: int) -> np.ndarray:
+                """Modes, or i-th and j-th derivatives along x and y, at the patch's points (Q, MODES)."""
+                both = along[i][:, :, None] * across[j][:, None]
+                return np.asarray(both.reshape(len(both), -1) @ self.shapes)
+
+            here, xx, yy, xy = over(0, 0), over(2, 0), over(0, 2), over(1, 1)
+
+            def product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+                return (one.T * self.areas) @ other
+
+            crossed, twist = product(xx, yy), product(xy, xy)
+            bending = product(xx, xx) + product(yy, yy) + 2.0 * twist
+            poisson = crossed + crossed.T - 2.0 * twist
+            load = self.areas @ (xx + yy)
+            self.known[key] = (bending + self.nup * poisson, self.weight * product(here, here), load)
         return self.known[key]
 
     def forms(self, layout: np.ndarray, lines: np.ndarray | None = None) -> EnergyForms:
@@ -177,7 +212,7 @@ def materials(panel: Panel, run: Path | None, temperatures: list[float]) -> list
 
 
 def kept_out(centers: np.ndarray, size: tuple[float, float], zones: list[list[float]]) -> np.ndarray:
-    """Which centres (C, 2) of patches of a `size` reach into a zone x0, y0, x1, y1, all m."""
+    """Which centres (C, 2) of patches in boxes of a `size` reach into a zone x0, y0, x1, y1, all m."""
     half, out = 0.5 * np.array(size), np.zeros(len(centers), dtype=bool)
     for x0, y0, x1, y1 in zones:
         out |= ((centers + half > (x0, y0)) & (centers - half < (x1, y1))).all(axis=1)
@@ -186,13 +221,14 @@ def kept_out(centers: np.ndarray, size: tuple[float, float], zones: list[list[fl
 
 def lattice(panel: Panel, pitch: float, zones: list[list[float]]) -> np.ndarray:
     """Centres (C, 2), m, at most `pitch` apart, from edge to edge of where a patch may be."""
-    plate, half = panel.plate, 0.5 * np.array(panel.patch[0].size) + MARGIN
+    plate, size = panel.plate, extent(panel.patch[0])
+    half = 0.5 * np.array(size) + MARGIN
     axes = [
         np.linspace(side, length - side, int(np.ceil((length - 2.0 * side) / pitch)) + 1)
         for length, side in zip((plate.length_x, plate.length_y), half, strict=True)
     ]
     centers = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    return centers[~kept_out(centers, panel.patch[0].size, zones)]
+    return centers[~kept_out(centers, size, zones)]
 
 
 def search(
@@ -272,8 +308,14 @@ def checked_panel(options: argparse.Namespace) -> Panel:
     panel = read_panel(options.panel)
     if panel.plate.outline is not None or panel.plate.hole or panel.plate.boundary != "clamped":
         sys.exit(f"{options.panel}: the polynomials are those of a clamped rectangle without holes")
-    if not panel.patch or any(one.diameter is not None or one.angle for one in panel.patch):
-        sys.exit(f"{options.panel}: actuators are placed that are rectangular patches with angle 0")
+    if not panel.patch:
+        sys.exit(f"{options.panel}: patches are placed, not forces; declare [[patch]] in place of [[drive]]")
+    kinds = {(p.size, p.diameter, p.angle, p.thickness, p.material) for p in panel.patch}
+    if len(kinds) > 1:
+        sys.exit(
+            f"{options.panel}: {len(kinds)} kinds of patches; all are placed like the first: declare them with "
+            "one size or diameter, angle, thickness and material"
+        )
     return panel
 
 

@@ -9,6 +9,7 @@ from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms
 from analysis.focusing.field_fir import FieldFit
 from analysis.focusing.fir import FirBank, inverse_fft
+from analysis.focusing.inversion import damped
 from analysis.focusing.panel import Panel
 
 TRIES = 30
@@ -53,9 +54,8 @@ class TapDesign:
         if self.fit is None:
             taps = inverse_fft(filters[None], np.zeros(1), settings, self.delay).taps[0]
         else:
-            weight = forms.weighted(settings.kappa).plate[0]
-            largest = np.linalg.eigvalsh(weight)[:, -1]
-            weight = weight + (settings.tolerance**2 * largest)[:, None, None] * np.eye(weight.shape[-1])
+            weighed = forms.weighted(settings.kappa)
+            weight, largest = damped(weighed, settings.tolerance)[0], weighed.largest[0]
             problem = self.fit.problem(weight, (1.0 + settings.tolerance**2) * largest, filters, self.delay)
             price = np.zeros(len(self.limits))
             taps = problem.solve(price)

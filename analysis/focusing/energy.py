@@ -7,6 +7,7 @@ H = Φ A follows from P = Hᴴ W H and Hᴴ W φ.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -50,7 +51,20 @@ class EnergyForms:
 
     def weighted(self, kappa: float) -> Self:
         """Forms whose `plate` counts what moves outside the target `kappa` times: Hᴴ W H of the design."""
-        return type(self)(self.target + kappa * (self.plate - self.target), self.target, self.aim)
+        if kappa not in self._weighted:
+            plate = self.target + kappa * (self.plate - self.target)
+            self._weighted[kappa] = type(self)(plate, self.target, self.aim)
+        return self._weighted[kappa]
+
+    @cached_property
+    def largest(self) -> Real:
+        """Largest eigenvalue (T, F) of `plate`: the square of the largest singular value of H, m4/V2."""
+        return np.asarray(np.linalg.eigvalsh(self.plate)[..., -1])
+
+    @cached_property
+    def _weighted(self) -> dict[float, Self]:
+        """Forms weighted so far: filters wanted and the taps nearest to them ask for the same."""
+        return {}
 
     def at(self, temperatures: NDArray[np.intp] | slice, lines: NDArray[np.bool_] | slice = slice(None)) -> Self:
         """Forms of some temperatures (by index) and lines."""

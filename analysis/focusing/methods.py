@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms
-from analysis.focusing.inversion import invert
+from analysis.focusing.inversion import invert, tikhonov
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import Constants, PanelModel
 from analysis.focusing.performance import contrast, mean_response, spot_error
@@ -51,8 +51,9 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
 
     def stif(_constants: Constants, _fields: Fields, forms: EnergyForms) -> Complex:
         weighed = forms.weighted(settings.kappa)
-        filters: Complex = invert(weighed, settings.tolerance, settings.regularisation).filters[0]
-        return filters
+        if settings.regularisation == "tikhonov":
+            return np.asarray(tikhonov(weighed, settings.tolerance)[0])
+        return np.asarray(invert(weighed, settings.tolerance, settings.regularisation).filters[0])
 
     def reversal(_constants: Constants, fields: Fields, _forms: EnergyForms) -> Complex:
         amplitude = fields()

@@ -9,6 +9,7 @@ import pytest
 from scipy.linalg import eigh
 
 from app.files.panel_file import SECTION_2, read_panel
+from app.files.toml_text import toml_text
 
 SCRIPT = Path(__file__).resolve().parents[2] / "examples" / "place_actuators.py"
 
@@ -99,3 +100,71 @@ def test_fewer_patches_than_the_search_begins_with_are_refused(script, monkeypat
     with pytest.raises(SystemExit):
         run(script, monkeypatch, "--refine", "--patches", 3)
     assert "--refine begins at the panel's 6" in capsys.readouterr().err
+
+
+def one_like(**changes):
+    panel = read_panel(SECTION_2)
+    patch = panel.patch[0].model_dump(exclude={"size", "diameter", "angle"}) | changes
+    return panel.model_copy(update={"patch": (type(panel.patch[0]).model_validate(patch),)})
+
+
+def patch_of(script, at, **changes):
+    return script.Layouts(one_like(**changes), [(1.1e9, 0.33, 0.06)], np.array([200.0])).patch(*at)
+
+
+def test_a_patch_is_what_separate_integrals_along_its_sides_give(script):
+    panel, at, size = one_like(size=(0.03, 0.02)), (0.07, 0.11), (0.03, 0.02)
+    layouts = script.Layouts(panel, [(1.1e9, 0.33, 0.06)], np.array([200.0]))
+    exact = script.integrals(layouts.lengths, [(c - 0.5 * s, c + 0.5 * s) for c, s in zip(at, size, strict=True)])
+    stiffness, mass, load = layouts.patch(*at)
+    shapes = layouts.shapes
+    expected = shapes.T @ (exact.bending + layouts.nup * exact.poisson) @ shapes
+    np.testing.assert_allclose(stiffness, expected, atol=1e-10 * np.abs(expected).max())
+    np.testing.assert_allclose(mass, layouts.weight * shapes.T @ exact.mass @ shapes, atol=1e-10 * mass.max())
+    np.testing.assert_allclose(load, shapes.T @ exact.load, atol=1e-10 * np.abs(load).max())
+
+
+def test_a_patch_turned_by_a_right_angle_is_one_with_its_sides_exchanged(script):
+    turned = patch_of(script, (0.07, 0.11), size=(0.03, 0.02), angle=90.0)
+    plain = patch_of(script, (0.07, 0.11), size=(0.02, 0.03))
+    for one, other in zip(turned, plain, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-10 * np.abs(other).max())
+
+
+def test_points_of_turned_and_round_patches_have_their_area_and_moments(script):
+    """Of a disc ∫x² = πd⁴/64; of a rectangle a × b turned by α, ab (a² cos²α + b² sin²α)/12."""
+    (disc,), (turned,) = one_like(diameter=0.025).patch, one_like(size=(0.03, 0.02), angle=30.0).patch
+    for patch, area, moment in (
+        (disc, np.pi * 0.025**2 / 4.0, np.pi * 0.025**4 / 64.0),
+        (turned, 6e-4, 6e-4 * (0.03**2 * 0.75 + 0.02**2 * 0.25) / 12.0),
+    ):
+        points, weights = script.footprint(patch)
+        assert weights.sum() == pytest.approx(area, rel=1e-12)
+        assert weights @ points[:, 0] ** 2 == pytest.approx(moment, rel=1e-12)
+    product = np.prod(script.footprint(turned)[0], axis=1) @ script.footprint(turned)[1]
+    assert product > 0.0  # the longer side rises with x: turned against the clock, as in a panel's file
+
+
+@pytest.mark.parametrize("shape", [{"size": (0.03, 0.01), "angle": 40.0}, {"diameter": 0.02}])
+def test_turned_and_round_patches_are_placed_as_they_are(script, monkeypatch, tmp_path, shape):
+    source, out = tmp_path / "panel.toml", tmp_path / "placed.toml"
+    panel = read_panel(SECTION_2)
+    patches = [
+        patch.model_dump(mode="json", exclude_none=True, exclude={"size", "diameter", "angle"}) | shape
+        for patch in panel.patch
+    ]
+    table = panel.model_dump(mode="json", exclude_none=True) | {"patch": patches}
+    source.write_text(toml_text(table, "test"), encoding="utf-8")
+    run(script, monkeypatch, source, "--starts", 1, "--patches", 2, "--pitch", 0.06, "--out", out)
+    found = read_panel(out)
+    assert len(found.patch) == 2
+    assert {(p.angle, p.diameter) for p in found.patch} == {(shape.get("angle", 0.0), shape.get("diameter"))}
+
+
+def test_patches_of_several_kinds_are_refused(script, monkeypatch, tmp_path):
+    table = read_panel(SECTION_2).model_dump(mode="json", exclude_none=True)
+    table["patch"][1]["angle"] = 20.0
+    source = tmp_path / "panel.toml"
+    source.write_text(toml_text(table, "test"), encoding="utf-8")
+    with pytest.raises(SystemExit, match="2 kinds of patches; all are placed like the first"):
+        run(script, monkeypatch, source)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.focusing.energy import EnergyForms
-from analysis.focusing.inversion import invert
+from analysis.focusing.inversion import invert, tikhonov
 
 
 def dense(space, amplitudes):
@@ -81,3 +81,11 @@ def test_nonsense_is_refused(plate):
         invert(forms, 0.0)
     with pytest.raises(ValueError, match="tikhonov or truncation"):
         invert(forms, 0.1, "ridge")
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 0.01, 0.3])
+def test_tikhonov_without_singular_values_gives_the_same_filters(plate, tolerance):
+    space, amplitudes = plate
+    forms = space.forms(amplitudes)
+    expected = invert(forms, tolerance).filters
+    np.testing.assert_allclose(tikhonov(forms, tolerance), expected, rtol=0, atol=1e-9 * np.abs(expected).max())
