@@ -10,6 +10,8 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QL
 from analysis.frf import Frf
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
+from app.view.recorded.all_sweeps import AllSweeps
+from app.view.recorded.mark import Mark
 from app.view.recorded.overlays import Computed, Identified, decibels
 from app.view.recorded.results import Results
 from app.view.theme import Theme, one_sided
@@ -48,8 +50,11 @@ class FrfPage(QWidget):
         self._overlays = {name: self._switch(name, color) for name, color in self._offered().items()}
         self._tracks = self._switch("tracked modes", theme.plot)
         self._tracks.setVisible(results.modes is not None)
+        self._every = AllSweeps(self._along_f)
         self._lay_out()
+        self._mark = Mark((self._along_f, self._phase, self._coherence), frf, self.line, self.row)
         self._choose()
+        self._every.toggled.connect(self._choose)
         self._channel.currentIndexChanged.connect(self._choose)
         self._sweeps.currentIndexChanged.connect(self._choose)
         cursors.frequency_moved.connect(self._cut_temperature)
@@ -81,6 +86,11 @@ class FrfPage(QWidget):
             rows = self.rows
             place = np.clip(int(np.flatnonzero(rows == self.row)[0]) + sweeps, 0, len(rows) - 1)
             self._cursors.temperature = float(self._frf.temperature[rows[place]])
+
+    def mark(self) -> None:
+        """Put the mark where the cursors stand; differences are told from there."""
+        self._mark.put(self.line, self.row)
+        self._read_out()
 
     @cached_property
     def _answers(self) -> dict[str, Identified | Computed]:
@@ -120,7 +130,7 @@ class FrfPage(QWidget):
             chooser.addWidget(choice)
         chooser.addStretch()
         panel.addLayout(chooser)
-        for switch in (*self._overlays.values(), self._tracks):
+        for switch in (*self._overlays.values(), self._tracks, self._every):
             panel.addWidget(switch)
         panel.addWidget(self._readout)
         panel.addWidget(self._coherence, stretch=1)
@@ -191,6 +201,7 @@ class FrfPage(QWidget):
         for line in self._lines:
             self._waterfall.removeItem(line)
         self._lines = []
+        self._every.show_sweeps(frf.frequency, decibels(frf.h[rows, channel]), frf.temperature[rows])
         modes = self._results.modes
         if self._tracks.isChecked() and modes is not None and len(modes.temperature) == len(frf.temperature):
             f = modes.reading().frequency_hz
@@ -258,6 +269,7 @@ class FrfPage(QWidget):
         ]
         if frf.excluded[line]:
             told.append(("mains line", "never fitted"))
+        told += self._mark.told(line, row, channel)
         rows = "".join(
             f"<tr><td style='padding-right:12px'>{what}</td><td>{seen}</td></tr>" for what, seen in told
         )
