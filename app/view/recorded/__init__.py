@@ -5,6 +5,8 @@
 ``overlays``       FRFs that can be laid over those measured
 ``frf_page``       waterfall, cut along frequency, cut along temperature
 ``readout``        what its cursors stand on, in words
+``all_sweeps``     all sweeps of a run in one plot
+``mark``           what the cursors are compared with
 ``modes_page``     poles followed over temperature
 ``laws_page``      E, ν and η, and what the twin misses
 ``focusing_page``  contrast and spot error

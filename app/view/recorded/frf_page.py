@@ -9,6 +9,8 @@ from analysis.frf import Frf
 from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
 from app.view.map_chart import MapChart
+from app.view.recorded.all_sweeps import AllSweeps
+from app.view.recorded.mark import Mark
 from app.view.recorded.overlays import Answer, Computed, answers, decibels
 from app.view.recorded.readout import readout
 from app.view.recorded.results import Results
@@ -49,8 +51,11 @@ class FrfPage(QWidget):
         self._overlays = {name: self._switch(name, color) for name, color in self._offered().items()}
         self._tracks = self._switch("tracked modes", theme.plot)
         self._tracks.setVisible(results.modes is not None)
+        self._every = AllSweeps(self._along_f)
         self._lay_out()
+        self._mark = Mark((self._along_f, self._phase, self._coherence), frf, self.line, self.row)
         self._choose()
+        self._every.toggled.connect(self._choose)
         self._channel.currentIndexChanged.connect(self._choose)
         self._sweeps.currentIndexChanged.connect(self._choose)
         cursors.frequency_moved.connect(self._cut_temperature)
@@ -83,6 +88,11 @@ class FrfPage(QWidget):
             place = np.clip(int(np.flatnonzero(rows == self.row)[0]) + sweeps, 0, len(rows) - 1)
             self._cursors.temperature = float(self._frf.temperature[rows[place]])
 
+    def mark(self) -> None:
+        """Put the mark where the cursors stand; differences are told from there."""
+        self._mark.put(self.line, self.row)
+        self._read_out()
+
     def _offered(self) -> dict[str, str]:
         theme = self._theme
         colors = {
@@ -110,7 +120,7 @@ class FrfPage(QWidget):
             chooser.addWidget(choice)
         chooser.addStretch()
         panel.addLayout(chooser)
-        for switch in (*self._overlays.values(), self._tracks):
+        for switch in (*self._overlays.values(), self._tracks, self._every):
             panel.addWidget(switch)
         panel.addWidget(self._readout)
         panel.addWidget(self._coherence, stretch=1)
@@ -181,6 +191,7 @@ class FrfPage(QWidget):
         for line in self._lines:
             self._waterfall.removeItem(line)
         self._lines = []
+        self._every.show_sweeps(frf.frequency, decibels(frf.h[rows, channel]), frf.temperature[rows])
         modes = self._results.modes
         if self._tracks.isChecked() and modes is not None and len(modes.temperature) == len(frf.temperature):
             f = modes.reading().frequency_hz
@@ -236,7 +247,9 @@ class FrfPage(QWidget):
         self._read_out()
 
     def _read_out(self) -> None:
-        self._readout.setText(readout(self._frf, self.row, self._channel.currentIndex(), self.line))
+        channel = self._channel.currentIndex()
+        from_mark = self._mark.told(self.line, self.row, channel)
+        self._readout.setText(readout(self._frf, self.row, channel, self.line, from_mark))
 
 
 def _choice(names: list[str]) -> QComboBox:

@@ -1,12 +1,14 @@
 """What the cursors of the FRFs stand on, in words."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from analysis.frf import Frf
 from app.view.recorded.overlays import decibels
 
 
-def readout(frf: Frf, row: int, channel: int, line: int) -> str:
+def readout(frf: Frf, row: int, channel: int, line: int, more: Sequence[tuple[str, str]] = ()) -> str:
     """Return one measured value with its uncertainty as a table in HTML.
 
     Parameters
@@ -14,6 +16,8 @@ def readout(frf: Frf, row: int, channel: int, line: int) -> str:
     frf : Frf
     row, channel, line : int
         Sweep, output and frequency line.
+    more : sequence of (str, str)
+        Further rows, below.
 
     Returns
     -------
@@ -30,5 +34,7 @@ def readout(frf: Frf, row: int, channel: int, line: int) -> str:
     ]
     if frf.excluded[line]:
         told.append(("mains line", "never fitted"))
-    rows = "".join(f"<tr><td style='padding-right:12px'>{what}</td><td>{seen}</td></tr>" for what, seen in told)
+    rows = "".join(
+        f"<tr><td style='padding-right:12px'>{what}</td><td>{seen}</td></tr>" for what, seen in (*told, *more)
+    )
     return f"<table>{rows}</table>"

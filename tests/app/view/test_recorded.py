@@ -67,6 +67,36 @@ def test_the_cursors_choose_both_cuts(opened: Open, run: Path, qtbot: Any) -> No
     np.testing.assert_allclose(along_f["from poles and residues"], along_f["measured"], atol=1e-9)
 
 
+def test_all_temperatures_are_laid_under_the_cut_and_taken_away(opened: Open, run: Path) -> None:
+    window = opened(run)
+    page, cut = window.page(0), chart(window, "frf-at-temperature")
+    assert isinstance(page, FrfPage)
+    before = len(cut.curves)
+    page._every.setChecked(True)
+    drawn = {label: y for label, _, y in cut.curves if label.endswith("°C")}
+    assert len(drawn) == len(page._frf.h) == len(cut.curves) - before
+    np.testing.assert_allclose(drawn[f"{page._frf.temperature[2]:.2f} °C"], decibels(page._frf.h[2, 0]))
+    page._every.setChecked(False)
+    assert len(cut.curves) == before
+
+
+def test_differences_are_told_from_the_mark(opened: Open, run: Path, qtbot: Any) -> None:
+    window = opened(run)
+    page = window.page(0)
+    assert isinstance(page, FrfPage)
+    window.cursors.temperature, window.cursors.frequency = 20.0, 240.0
+    qtbot.keyClick(window, Qt.Key.Key_M)
+    assert "from mark" not in page._readout.text()
+    for key in (Qt.Key.Key_Right, Qt.Key.Key_Up):
+        qtbot.keyClick(window, key)
+    frf, told = page._frf, page._readout.text()
+    row = int(np.abs(frf.temperature - 20.0).argmin())
+    line = int(np.abs(frf.frequency - 240.0).argmin())
+    apart = decibels(frf.h[row + 1, 0, line + 1]) - decibels(frf.h[row, 0, line])
+    assert f"{frf.frequency[line + 1] - frf.frequency[line]:+.2f} Hz" in told
+    assert f"{float(apart):+.2f} dB" in told
+
+
 def test_keys_move_the_cursors_by_lines_and_sweeps(opened: Open, run: Path, qtbot: Any) -> None:
     window = opened(run)
     window.cursors.temperature, window.cursors.frequency = 20.0, 300.0

@@ -1,0 +1,50 @@
+"""A mark beside the cursor: dashed lines where it stands, and differences from there."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pyqtgraph
+from PySide6.QtCore import Qt
+
+from analysis.frf import Frf
+from app.view.chart import Chart
+from app.view.recorded.overlays import decibels
+
+
+class Mark:
+    """A place in frequency and temperature that the cursors are compared with.
+
+    Parameters
+    ----------
+    charts : sequence of Chart
+        Over frequency.
+    frf : Frf
+    line, row : int
+        Where it stands first: frequency line and sweep.
+    """
+
+    def __init__(self, charts: Sequence[Chart], frf: Frf, line: int, row: int) -> None:
+        self._frf, self.line, self.row = frf, line, row
+        self._lines = []
+        for chart in charts:
+            pen = pyqtgraph.mkPen(chart.theme.muted, style=Qt.PenStyle.DashLine)
+            self._lines.append(pyqtgraph.InfiniteLine(float(frf.frequency[line]), pen=pen))
+            chart.addItem(self._lines[-1], ignoreBounds=True)
+
+    def put(self, line: int, row: int) -> None:
+        """Move it."""
+        self.line, self.row = line, row
+        for drawn in self._lines:
+            drawn.setValue(float(self._frf.frequency[line]))
+
+    def told(self, line: int, row: int, channel: int) -> list[tuple[str, str]]:
+        """Differences of a line of a sweep from the mark, for the readout; none where both are one."""
+        if (line, row) == (self.line, self.row):
+            return []
+        frf, here, there = self._frf, self._frf.h[row, channel, line], self._frf.h[self.row, channel, self.line]
+        apart = frf.frequency[line] - frf.frequency[self.line], frf.temperature[row] - frf.temperature[self.row]
+        turn = np.degrees(np.angle(here * np.conj(there)))
+        return [
+            ("from mark (M)", f"{apart[0]:+.2f} Hz, {apart[1]:+.2f} K"),
+            ("", f"{float(decibels(here) - decibels(there)):+.2f} dB, {turn:+.1f}°"),
+        ]
