@@ -18,7 +18,6 @@ LONG_FILES = {
     "analysis/identification/order.py",
     "analysis/plate.py",
     "app/commands/compensate.py",
-    "app/commands/demo.py",
     "app/commands/identify.py",
     "app/commands/thermometer.py",
     "app/files/acquired_campaign.py",
