@@ -19,9 +19,12 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 RECORDING = shipped("pp-plate")
+QUICK, QUICK_PANEL = shipped("quick-rig.toml"), shipped("quick-panel.toml")
+"""The plate of `demo_truth.EXPERIMENT` in a narrow band at four temperatures, and a panel that is soon reduced."""
 EXAMPLES = """\b
 Examples:
   flexura demo
+  flexura demo --quick
   flexura demo --out first-look --quiet
 """
 
@@ -65,6 +68,19 @@ def parts_in(out: Path) -> tuple[Part, Part, Part]:
     )
 
 
+def quick_part(out: Path) -> Part:
+    """Return one short acquired campaign, from the rig to filters and a report, files in `out`."""
+    campaign, run = str(out / "quick"), str(out / "quick-run")
+    stages = (
+        ("acquire", str(QUICK), "--out", campaign),
+        ("identify", campaign, "--out", run),
+        ("update", campaign, "--out", run),
+        ("focus", run, "--panel", str(QUICK_PANEL)),
+        ("report", run),
+    )
+    return Part("quick", Path(run), stages)
+
+
 def run_stages(part: Part, *, quiet: bool = False) -> tuple[int, dict[str, float]]:
     """Do every stage as if it were typed; the worst exit status, and the seconds each verb took."""
     from app.main import flexura
@@ -82,32 +98,41 @@ def run_stages(part: Part, *, quiet: bool = False) -> tuple[int, dict[str, float
 
 
 @click.command(name="demo", epilog=EXAMPLES, short_help="See every stage at work, in a few minutes.")
+@click.option(
+    "--quick", is_flag=True, help="One short campaign only, without a gap: under a minute, also at first."
+)
 @out_folder("Folder for the campaigns, the results and the report (default: flexura-demo).")
 @output_options("what was found")
 @bad_input
-def command(out: Path | None, output: Output) -> None:
+def command(quick: bool, out: Path | None, output: Output) -> None:
     """Run everything on three campaigns; five minutes the first time, about one after that.
 
     Simulated cards (an NI gRPC device server on a loopback port) and a simulated oven measure a simulated plate
     from 0 to 60 °C; what identification and updating find is set against what was put in. Then the whole chain
     runs on the shipped recording of a polypropylene plate. Last, a simulated plate has something that its twin
     lacks: flexura gap finds what, and the report shows the gap before and after. The same commands, typed one by
-    one, do the same: each is shown before it runs.
+    one, do the same: each is shown before it runs. With --quick, one campaign of four temperatures up to 600 Hz
+    goes from the rig to filters of a small panel and a report.
     """
-    acquired, recorded, puzzle = parts = parts_in(out or Path("flexura-demo"))
+    folder = out or Path("flexura-demo")
+    parts = (quick_part(folder),) if quick else parts_in(folder)
     with redirect_stdout(sys.stderr):  # the output stream belongs to what the demo found
         done = [(part, *run_stages(part, quiet=output.quiet)) for part in parts]
     seconds = {part: took for part, _, took in done}
-    pages = [(part.run / "report.html").resolve() for part in (recorded, puzzle)]
-    output.result(lambda: record(seconds, acquired.run, puzzle.run, pages), lambda: show(seconds, pages))
+    pages = [(part.run / "report.html").resolve() for part in parts if "report" in seconds[part]]
+    acquired, puzzle = parts[0].run, None if quick else parts[-1].run
+    output.result(lambda: record(seconds, acquired, puzzle, pages), lambda: show(seconds, acquired, puzzle, pages))
     total = sum(sum(took.values()) for took in seconds.values())
-    output.summary(f"{len(parts)} campaigns in {total:.1f} s, two reports in {pages[0].parents[1]}")
+    count = "one campaign" if quick else f"{len(parts)} campaigns"
+    output.summary(f"{count} in {total:.1f} s, {'report' if quick else 'two reports'} in {pages[0].parents[1]}")
     worst = max(status for _, status, _ in done)
     if worst:
         raise click.exceptions.Exit(worst)
 
 
-def record(seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path, pages: list[Path]) -> dict[str, Any]:
+def record(
+    seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path | None, pages: list[Path]
+) -> dict[str, Any]:
     """Return what ``--json`` prints: seconds a stage, laws put in and found, effects put in and found, reports.
 
     Parameters
@@ -116,8 +141,8 @@ def record(seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path, pages
         Time that each stage of each part took, s.
     run : Path
         Run folder of the campaign without effects.
-    puzzle : Path
-        Run folder of the campaign with hidden effects.
+    puzzle : Path or None
+        Run folder of the campaign with hidden effects; None where there is none.
     pages : list of Path
         Reports.
 
@@ -127,28 +152,41 @@ def record(seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path, pages
         Of values that JSON holds.
     """
     temperature, put_in, found = demo_truth.laws_beside(run)
-    hidden, gap = demo_truth.effects_beside(puzzle)
-    return {
+    told: dict[str, Any] = {
         "seconds": {part.name: took for part, took in seconds.items()},
         "temperatures_c": temperature.tolist(),
         "laws": {
             name: {"put_in": getattr(put_in, name).tolist(), "found": getattr(found, name).tolist()}
             for name in ("youngs_modulus", "poisson_ratio", "loss_factor")
         },
-        "effects": {"put_in": hidden, "verdict": gap["verdict"], "found": gap["effects"]},
-        "reports": [str(page) for page in pages],
     }
+    if puzzle is not None:
+        hidden, gap = demo_truth.effects_beside(puzzle)
+        told["effects"] = {"put_in": hidden, "verdict": gap["verdict"], "found": gap["effects"]}
+    return told | {"reports": [str(page) for page in pages]}
 
 
-def show(seconds: dict[Part, dict[str, float]], pages: list[Path]) -> None:
-    """Print the tables for people, and where the reports are."""
+def show(seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path | None, pages: list[Path]) -> None:
+    """Print the tables for people, and where the reports are.
+
+    Parameters
+    ----------
+    seconds : dict of Part to dict of str to float
+        Time that each stage of each part took, s.
+    run : Path
+        Run folder of the campaign without effects.
+    puzzle : Path or None
+        Run folder of the campaign with hidden effects; None where there is none.
+    pages : list of Path
+        Reports.
+    """
     from rich.console import Console
 
-    acquired, _, puzzle = seconds
     console = Console()
     console.print(stages_table(seconds))
-    console.print(demo_truth.laws_table(acquired.run))
-    console.print(demo_truth.effects_table(puzzle.run))
+    console.print(demo_truth.laws_table(run))
+    if puzzle is not None:
+        console.print(demo_truth.effects_table(puzzle))
     for page in pages:
         click.echo(f"report: {page}")
 

@@ -100,6 +100,32 @@ def test_what_was_put_in_has_its_unit() -> None:
     assert list(demo_truth.put_in()) == [("point_mass", "mass 0.0008 kg")]
 
 
+def test_the_quick_demo_measures_the_same_plate() -> None:
+    """So that what is found in it may stand beside the laws of the other experiment."""
+    quick, whole = (read_acquired_experiment(file) for file in (demo.QUICK, demo_truth.EXPERIMENT))
+    assert quick.plate == whole.plate
+    assert quick.patch == whole.patch
+    assert quick.simulation == whole.simulation
+
+
+@pytest.mark.slow
+def test_the_quick_demo(tmp_path: Path) -> None:
+    out = tmp_path / "demo"
+    result = CliRunner().invoke(flexura, ["demo", "--quick", "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    for name in ("frf.h5", "modes.h5", "laws.h5", "filters.h5", "report.html"):
+        assert (out / "quick-run" / name).is_file()
+    laws = printed_laws(result.stdout)
+    assert list(laws) == [20, 30, 40]
+    assert_close(laws)
+    assert "one campaign in" in result.stderr
+    assert result.stdout.rstrip().endswith("report.html")
+    again = CliRunner().invoke(flexura, ["demo", "--quick", "--out", str(out), "--json", "--quiet"])
+    printed = json.loads(again.stdout)
+    assert list(printed) == ["seconds", "temperatures_c", "laws", "reports"]
+    assert list(printed["seconds"]) == ["quick"]
+
+
 @pytest.mark.slow
 def test_the_whole_demo(tmp_path: Path) -> None:
     out = tmp_path / "demo"
