@@ -12,7 +12,6 @@ FILES = sorted(path for floor in FLOORS for path in (ROOT / floor).rglob("*.py")
 LINES, FUNCTION_LINES = 250, 60
 LONG_FILES = {
     "app/commands/compensate.py",
-    "app/commands/demo.py",
 }
 """Still too long; whoever splits one takes its line out."""
 LONG_FUNCTIONS = {

@@ -10,7 +10,8 @@ from app.files.panel_file import read_panel
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 
-SIMULATED = ["simulated-rig", "paper-protocol", "clamped-disc", "door-trim/experiment", "door-trim/hidden-effect"]
+SIMULATED = ["simulated-rig", "quick-rig", "paper-protocol", "clamped-disc"]
+SIMULATED += ["door-trim/experiment", "door-trim/hidden-effect"]
 
 
 @pytest.mark.parametrize("name", SIMULATED)

@@ -1,9 +1,11 @@
 """Which plates are set beside the paper's."""
 
+import numpy as np
 import pytest
 
+from analysis.focusing.methods import MethodComparison
 from analysis.plate import Plate
-from app.report.paper import is_the_papers
+from app.report.paper import is_the_papers, method_rows
 
 
 @pytest.mark.parametrize(
@@ -19,3 +21,12 @@ def test_only_a_plate_of_its_size_and_mass_is_compared(
 ) -> None:
     length_x, length_y, thickness = size
     assert is_the_papers(Plate(length_x=length_x, length_y=length_y, thickness=thickness, mass=mass)) is same
+
+
+@pytest.mark.parametrize(("highest", "rows"), [(300.0, 3), (200.0, 2), (800.0, 4)])
+def test_the_paper_is_compared_where_the_panel_s_band_goes(highest: float, rows: int) -> None:
+    frequency = np.arange(100.0, highest + 1.0, 10.0)
+    ones = np.ones((1, len(frequency)))
+    found = method_rows(MethodComparison(("stif",), (1.1e9, 0.33, 0.06), frequency, ones, ones))
+    assert len(found) == rows
+    assert all(row.ours in ("1.00 mean", "100 mean") for row in found)
