@@ -13,7 +13,6 @@ LINES, FUNCTION_LINES = 250, 60
 LONG_FILES = {
     "analysis/focusing/methods.py",
     "app/commands/compensate.py",
-    "app/commands/demo.py",
 }
 """Still too long; whoever splits one takes its line out."""
 LONG_FUNCTIONS = {

@@ -3,9 +3,11 @@
 ====================  ===================================================================
 ``options``           options that several verbs share
 ``output``            stdout for results; stderr for progress, notes and the closing line
+``training_options``  how networks are trained
 ``bad_input``         one message and exit status 2
 ``fault_picture``     picture of a declaration whose geometry is wrong
 ``demo``              the whole chain on three campaigns
+``demo_truth``        what its simulated plates are made of, and what was found
 ``acquire``           run an experiment on a rig
 ``import_campaign``   a recording into a campaign folder
 ``identify``          modes

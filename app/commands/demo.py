@@ -9,24 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from app.commands import demo_truth
 from app.commands.bad_input import bad_input
 from app.commands.options import out_folder
 from app.commands.output import Output, output_options
 from app.files.shipped import shipped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    import numpy as np
     from rich.table import Table
 
-    from analysis.experiment import Experiment
-    from analysis.material import Material
-    from app.terminal.gap import Record
-
-EXPERIMENT = shipped("simulated-rig.toml")
 RECORDING = shipped("pp-plate")
-PUZZLE = shipped("hidden-effect.toml")
 EXAMPLES = """\b
 Examples:
   flexura demo
@@ -49,7 +41,7 @@ def parts_in(out: Path) -> tuple[Part, Part, Part]:
     campaign, run = str(out / "campaign"), str(out / "run")
     puzzle, puzzle_run = str(out / "puzzle"), str(out / "puzzle-run")
     acquired_stages = (
-        ("acquire", str(EXPERIMENT), "--out", acquired),
+        ("acquire", str(demo_truth.EXPERIMENT), "--out", acquired),
         ("identify", acquired, "--out", acquired_run),
         ("update", acquired, "--out", acquired_run),
     )
@@ -62,7 +54,7 @@ def parts_in(out: Path) -> tuple[Part, Part, Part]:
         ("report", run),
     )
     puzzle_stages = (
-        ("acquire", str(PUZZLE), "--out", puzzle),
+        ("acquire", str(demo_truth.PUZZLE), "--out", puzzle),
         ("gap", puzzle, "--out", puzzle_run),
         ("report", puzzle_run),
     )
@@ -134,8 +126,8 @@ def record(seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path, pages
     dict
         Of values that JSON holds.
     """
-    temperature, put_in, found = laws_beside(run)
-    hidden, gap = effects_beside(puzzle)
+    temperature, put_in, found = demo_truth.laws_beside(run)
+    hidden, gap = demo_truth.effects_beside(puzzle)
     return {
         "seconds": {part.name: took for part, took in seconds.items()},
         "temperatures_c": temperature.tolist(),
@@ -155,8 +147,8 @@ def show(seconds: dict[Part, dict[str, float]], pages: list[Path]) -> None:
     acquired, _, puzzle = seconds
     console = Console()
     console.print(stages_table(seconds))
-    console.print(laws_table(acquired.run))
-    console.print(effects_table(puzzle.run))
+    console.print(demo_truth.laws_table(acquired.run))
+    console.print(demo_truth.effects_table(puzzle.run))
     for page in pages:
         click.echo(f"report: {page}")
 
@@ -179,98 +171,4 @@ def stages_table(seconds: dict[Part, dict[str, float]]) -> "Table":
         for number, verb in enumerate(took):
             table.add_row("" if number else part.name, verb, found.get(verb, ""), f"{took[verb]:.1f}")
         table.add_section()
-    return table
-
-
-def laws_beside(run: Path) -> "tuple[np.ndarray[Any, np.dtype[np.float64]], Material, Material]":
-    """Temperatures of the acquired campaign, °C, and the laws there: put into the plate, and found."""
-    import numpy as np
-
-    from app.files.experiment_toml import read_acquired_experiment
-    from app.files.laws_file import load_laws
-
-    experiment = read_acquired_experiment(EXPERIMENT)
-    if experiment.simulation is None:
-        raise ValueError(f"{EXPERIMENT} simulates nothing")
-    laws = load_laws(run / "laws.h5")
-    temperature = np.array(experiment.protocol.recorded().temperatures)
-    low, high = laws.temperature_range
-    temperature = temperature[(temperature >= low) & (temperature <= high)]
-    return temperature, experiment.simulation.laws.laws().at(temperature), laws.at(temperature)
-
-
-def laws_table(run: Path) -> "Table":
-    """Set the laws found in the acquired campaign against those the simulated plate was made of."""
-    import numpy as np
-    from rich.table import Table
-
-    temperature, put_in, found = laws_beside(run)
-    table = Table(title="The simulated plate: laws put in, laws found", header_style="bold")
-    for heading in ("T [°C]", "E put in [GPa]", "found", "ν put in", "found", "η put in [%]", "found"):
-        table.add_column(heading, justify="right")
-    columns = (
-        (put_in.youngs_modulus, found.youngs_modulus, 1e9, ".4f"),
-        (put_in.poisson_ratio, found.poisson_ratio, 1.0, ".4f"),
-        (put_in.loss_factor, found.loss_factor, 0.01, ".3f"),
-    )
-    for t, degrees in enumerate(temperature):
-        row = [f"{value[t] / unit:{form}}" for *pair, unit, form in columns for value in pair]
-        table.add_row(f"{degrees:.0f}", *row)
-    off = {
-        "E": f"{100 * np.abs(found.youngs_modulus / put_in.youngs_modulus - 1.0).max():.3f} %",
-        "ν": f"{np.abs(found.poisson_ratio - put_in.poisson_ratio).max():.5f}",
-        "η": f"{100 * np.abs(found.loss_factor / put_in.loss_factor - 1.0).max():.3f} %",
-    }
-    table.caption = "largest difference: " + ", ".join(f"{name} {value}" for name, value in off.items())
-    return table
-
-
-def effects_beside(run: Path) -> "tuple[dict[str, dict[str, float]], Record]":
-    """Effects hidden in the last campaign's plate, and what `flexura gap` says of it."""
-    from app.files.gap_file import load_gap
-
-    return puzzle_experiment()[1], load_gap(run / "gap.h5")[1]
-
-
-def puzzle_experiment() -> "tuple[Experiment, dict[str, dict[str, float]]]":
-    """Read the declaration of the last campaign, and the effects hidden in its plate."""
-    from app.files.experiment_toml import read_acquired_experiment
-
-    experiment = read_acquired_experiment(PUZZLE)
-    if experiment.simulation is None:
-        raise ValueError(f"{PUZZLE} simulates nothing")
-    return experiment.recorded(experiment.sample_rate), experiment.simulation.effects
-
-
-def put_in() -> "Iterator[tuple[str, str]]":
-    """Yield the effects hidden in the last campaign's plate, with values and units."""
-    from app.terminal.gap import with_sigma
-    from simulation.effects.library import LIBRARY
-
-    experiment, effects = puzzle_experiment()
-    for name, values in effects.items():
-        card = LIBRARY[name].card(experiment)
-        units = {parameter.name: parameter.unit for parameter in card.parameters}
-        yield name, ", ".join(f"{key} {with_sigma(value, 0.0, units[key])}" for key, value in values.items())
-
-
-def effects_table(run: Path) -> "Table":
-    """Set what was hidden in the last campaign's plate against what `flexura gap` named."""
-    from rich.table import Table
-
-    from app.files.gap_file import load_gap
-    from app.terminal.gap import estimate, named, verdict_words
-
-    gap = load_gap(run / "gap.h5")[1]
-    table = Table(title="The plate with something hidden: what it is, what was found", header_style="bold")
-    for heading in ("", "effect", "values"):
-        table.add_column(heading)
-    for name, values in put_in():
-        table.add_row("put in", name, values)
-    for effect in gap["effects"]:
-        values = ", ".join(f"{key} {estimate(found)}" for key, found in effect["parameters"].items())
-        table.add_row("found", named(effect), values)
-    closure = gap["gap"]["held_out"]["closure"]
-    closed = "" if closure is None else f"; {100 * closure:.1f} % of the gap is closed on data held out"
-    table.caption = verdict_words(gap["verdict"]) + closed
     return table
