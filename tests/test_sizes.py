@@ -12,7 +12,6 @@ FILES = sorted(path for floor in FLOORS for path in (ROOT / floor).rglob("*.py")
 LINES, FUNCTION_LINES = 250, 60
 LONG_FILES = {
     "analysis/focusing/methods.py",
-    "app/commands/compensate.py",
 }
 """Still too long; whoever splits one takes its line out."""
 LONG_FUNCTIONS = {
