@@ -142,7 +142,7 @@ def _from_laws(
     from app.stages import focus
     from app.stages.uncorrected_filters import uncorrected_laws
 
-    span = (low, high) if named is None else (float(named[0]), float(named[-1]))
+    span = np.array([low, high]) if named is None else named
     compute = partial(
         focus.compute,
         declared,

@@ -63,20 +63,20 @@ def uncorrected_aim(
     return joined(reached)
 
 
-def uncorrected_laws(run: Path, span: tuple[float, float]) -> MaterialLaws | None:
+def uncorrected_laws(run: Path, temperature: NDArray[np.float64]) -> MaterialLaws | None:
     """Laws that `flexura update` left in a run.
 
     Parameters
     ----------
     run : Path
         Run folder.
-    span : (float, float)
-        Lowest and highest temperature of the filters, degrees Celsius.
+    temperature : (T,) ndarray
+        Degrees Celsius.
 
     Returns
     -------
     MaterialLaws or None
-        None where there are none that cover `span`, and where they were fitted with effects switched on
+        None where there are none that cover `temperature`, and where they were fitted with effects switched on
         (`flexura update --twin`): those are corrected.
     """
     try:
@@ -86,4 +86,4 @@ def uncorrected_laws(run: Path, span: tuple[float, float]) -> MaterialLaws | Non
     except ResultFileError:
         return None
     low, high = laws.temperature_range
-    return laws if low - 1e-9 <= span[0] and span[1] <= high + 1e-9 else None
+    return laws if low - 1e-9 <= temperature.min() and temperature.max() <= high + 1e-9 else None
