@@ -74,3 +74,14 @@ class Training:
     def as_paper(self) -> "Training":
         """Return the same with the paper's feed, scale, start and split."""
         return replace(self, feed="temperature", scale="tap", start="random", split="matlab")
+
+
+def suited_nodes(temperatures: int, *, measured: bool = False) -> int:
+    """Hidden nodes for filters of few temperatures, so that these determine the weights; the usual ones for many.
+
+    Two fewer than the temperatures. Where filters were measured, each is left out in turn: then five fewer, and
+    at least three. At 13 temperatures of a panel known in closed form, networks of 6 and 8 nodes lost 0.006 of
+    contrast where they were left out, networks of 10 lost 0.08.
+    """
+    least, fewer = (3, 5) if measured else (1, 2)
+    return max(least, min(Training.nodes, temperatures - fewer))

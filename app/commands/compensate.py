@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.core import ParameterSource
 
 from app.commands.bad_input import bad_input
 from app.commands.options import FOCUSING_METHODS, PATH, filter_options, laws_of_twin, out_folder
 from app.commands.output import Output, output_options
+from app.commands.training_options import training_of, training_options, typed
 
 if TYPE_CHECKING:
     from analysis.compensation.settings import Training
@@ -21,10 +21,6 @@ if TYPE_CHECKING:
 
 GOOD_LOSS = 0.02
 """Contrast that networks may lose against filters computed directly, at any line of any temperature."""
-NODES = 10
-"""Hidden nodes unless told; two fewer than the temperatures placed where these are few."""
-PAPER_CHOICES = ("feed", "scale", "start", "split", "design")
-"""What --as-paper sets all at once."""
 
 EXAMPLES = """\b
 Examples:
@@ -65,45 +61,7 @@ Examples:
     type=PATH,
     help="Measured transfers at five temperatures or more (HDF5, a folder of UFF58), in place of laws and twin.",
 )
-@click.option(
-    "--nodes",
-    type=click.IntRange(1, 100),
-    default=NODES,
-    show_default=True,
-    help="Hidden nodes; fewer where temperatures placed or measured are few.",
-)
-@click.option(
-    "--restarts", type=click.IntRange(1, 100), default=1, show_default=True, help="Trainings per actuator."
-)
-@click.option(
-    "--feed",
-    type=click.Choice(("rigidity", "temperature")),
-    default="rigidity",
-    show_default=True,
-    help="What the networks are fed: log √D of the plate at the temperature, or the temperature as in the paper.",
-)
-@click.option(
-    "--scale",
-    type=click.Choice(("global", "tap")),
-    default="global",
-    show_default=True,
-    help="One scale for an actuator's taps, or each tap stretched to -1..1 as MATLAB does.",
-)
-@click.option(
-    "--start",
-    type=click.Choice(("warm", "random")),
-    default="warm",
-    show_default=True,
-    help="Output layer from a ridge fit, or random as in MATLAB.",
-)
-@click.option(
-    "--split",
-    type=click.Choice(("none", "matlab")),
-    default="none",
-    show_default=True,
-    help="Train on all temperatures, or leave a random 15 % out as MATLAB does.",
-)
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is random.")
+@training_options
 @click.option("--device", default="cpu", show_default=True, help="Where torch trains: cpu, cuda, cuda:1, ...")
 @click.option(
     "--method",
@@ -125,13 +83,7 @@ def command(
     place: int | None,
     across: tuple[float, ...],
     transfers: Path | None,
-    nodes: int,
-    restarts: int,
-    feed: str,
-    scale: str,
-    start: str,
-    split: str,
-    seed: int,
+    training: dict[str, Any],
     device: str,
     method: str | None,
     as_paper: bool,
@@ -154,15 +106,14 @@ def command(
 
     started = time.perf_counter()
     filters = filters | ({"design": "inverse-fft"} if as_paper else {})
-    chosen = {"nodes": nodes, "feed": feed, "scale": scale, "start": start, "split": split}
-    training = _training(as_paper, restarts=restarts, seed=seed, **chosen)
+    chosen = training_of(training, as_paper)
     if transfers is None:
-        task = _from_laws(run, twin, panel, filters, method, (spacing, place, across), training)
+        task = _from_laws(run, twin, panel, filters, method, (spacing, place, across), chosen)
     else:
         _refuse_with_transfers(twin, place, across)
         task = _from_transfers(run, transfers, panel, filters, method)
-    if (place is not None or transfers is not None) and not _typed("nodes"):
-        training = replace(training, nodes=task.nodes)
+    if task.nodes is not None and not typed("nodes"):
+        chosen = replace(chosen, nodes=task.nodes)
 
     from app.files.provenance import sha256
     from app.files.run_folder import run_folder
@@ -174,7 +125,7 @@ def command(
     folder = run_folder(task.beside, out or task.beside)
     with output.progress() as report:
         try:
-            computed = task.compute(report, training=training, device=device)
+            computed = task.compute(report, training=chosen, device=device)
         except EvidenceCollapseError as error:
             output.failure(f"refused: {error}")
             raise click.exceptions.Exit(1) from error
@@ -182,46 +133,31 @@ def command(
     found = computed.compensation
     seconds = time.perf_counter() - started
     output.result(lambda: record(found, seconds), lambda: show(found))
-    for note in [*task.notes, *notes(found, training)]:
+    for note in [*task.notes, *notes(found, chosen)]:
         output.note(note)
     output.summary(summary(found, target, seconds))
     if found.largest_loss[0] > GOOD_LOSS:
         raise click.exceptions.Exit(1)
 
 
-def _training(as_paper: bool, **choices: Any) -> "Training":
-    """Return how networks are trained; UsageError for a choice named beside --as-paper."""
-    from analysis.compensation.settings import Training
-
-    named = [option for option in PAPER_CHOICES if _typed(option)]
-    if as_paper and named:
-        raise click.UsageError(f"--as-paper sets --{named[0]} itself: leave one of them out")
-    return Training(**choices).as_paper() if as_paper else Training(**choices)
-
-
 @dataclass(frozen=True)
 class _Task:
-    """What is to be computed, from which files, with how many hidden nodes where few temperatures are chosen."""
+    """What is to be computed, from which files, and the hidden nodes that suit few temperatures; None for many."""
 
     compute: Callable[..., "CompensatedPanel"]
     inputs: tuple[Path, ...]
     beside: Path
     notes: list[str]
-    nodes: int
+    nodes: int | None
 
 
 def _refuse_with_transfers(twin: Path | None, place: int | None, across: tuple[float, ...]) -> None:
     """Refuse options that choose temperatures, or laws, beside transfers that were measured at theirs."""
-    if twin is not None or place is not None or across or _typed("spacing"):
+    if twin is not None or place is not None or across or typed("spacing"):
         raise click.UsageError(
             "--transfers takes the place of --twin, and trains on the temperatures measured: leave out "
             "--spacing, --place and --across"
         )
-
-
-def _typed(option: str) -> bool:
-    """Whether an option was given, not left at its default."""
-    return click.get_current_context().get_parameter_source(option) is not ParameterSource.DEFAULT
 
 
 def _from_laws(
@@ -235,12 +171,13 @@ def _from_laws(
 ) -> _Task:
     """Prepare the compensation of a panel whose plate obeys laws."""
     from analysis.compensation.knots import check_places
+    from analysis.compensation.settings import suited_nodes
     from analysis.focusing.temperatures import spaced
     from app.stages.panel_inputs import method_for, panel_for
     from app.stages.panel_laws import effects_left_out, laws_for, range_of
 
     spacing, place, across = wanted
-    if place is not None and _typed("spacing"):
+    if place is not None and typed("spacing"):
         raise click.UsageError("--place and --spacing each choose the training temperatures: name one of them")
     laws_path, laws, beside = laws_for(run, twin, "compensate")
     declared, panel_path = panel_for(panel, beside, filters)
@@ -268,14 +205,14 @@ def _from_laws(
     compute = partial(
         compensate.compute, declared, laws, spacing=spacing, place=place, across=across, method=followed
     )
-    return _Task(compute, (laws_path, panel_path), beside, notes, min(NODES, (place or NODES + 2) - 2))
+    return _Task(compute, (laws_path, panel_path), beside, notes, None if place is None else suited_nodes(place))
 
 
 def _from_transfers(
     run: Path | None, transfers: Path, panel: Path | None, filters: dict[str, Any], method: str | None
 ) -> _Task:
     """Prepare the compensation of a panel of which transfers were measured at several temperatures."""
-    from analysis.compensation.settings import FEWEST
+    from analysis.compensation.settings import FEWEST, suited_nodes
     from app.files.bad_file import ResultFileError
     from app.files.transfers_file import transfer_files
     from app.stages.panel_inputs import measured_panel, method_for, scanned_panel
@@ -295,10 +232,10 @@ def _from_transfers(
             "all but one: measure more, in one HDF5 file or a folder of universal files, one a temperature"
         )
 
-    from analysis.compensation.measured import suited_nodes
     from app.stages import compensate
 
     def compute(report: "Progress", **choices: Any) -> "CompensatedPanel":
         return compensate.compute_measured(measured, report, method=followed, **choices)
 
-    return _Task(compute, (*transfer_files(transfers), panel_path), beside, [], suited_nodes(count))
+    files = (*transfer_files(transfers), panel_path)
+    return _Task(compute, files, beside, [], suited_nodes(count, measured=True))

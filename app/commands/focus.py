@@ -130,7 +130,6 @@ def _from_laws(
     """Prepare filters for a panel whose plate obeys laws."""
     import numpy as np
 
-    from analysis.focusing.temperatures import spaced
     from app.stages.panel_inputs import panel_of
     from app.stages.panel_laws import effects_left_out, laws_for, range_of, within
 
@@ -143,14 +142,14 @@ def _from_laws(
     from app.stages import focus
     from app.stages.uncorrected_filters import uncorrected_laws
 
-    wanted = spaced(low, high, focus.SPACING) if named is None else named
+    span = np.array([low, high]) if named is None else named
     compute = partial(
         focus.compute,
         declared,
         laws,
-        temperature=wanted,
+        temperature=named,
         method=method,  # type: ignore[arg-type]
-        uncorrected=None if twin is None else uncorrected_laws(beside, wanted),
+        uncorrected=None if twin is None else uncorrected_laws(beside, span),
     )
     return _Task(compute, (laws_path, panel_path), beside, notes)
 

@@ -1,14 +1,19 @@
 """``flexura study``: the figures of the paper's section 5, and its Fig. 4, on a panel."""
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from app.commands.bad_input import bad_input
 from app.commands.options import PATH, filter_options, out_folder
 from app.commands.output import Output, output_options
+
+if TYPE_CHECKING:
+    from analysis.compensation.settings import Training
+    from app.files.studies_file import Studies
 
 FIGURES = ("4", "13", "14", "15", "16", "17", "18", "19")
 SPACINGS_OF = {"14": 5.0, "15": 5.0, "16": 5.0, "17": 5.0, "18": 5.0, "19": 8.0}
@@ -53,9 +58,6 @@ def command(
     """
     from analysis.compensation.evidence_collapse import EvidenceCollapseError
     from analysis.compensation.settings import Training
-    from analysis.focusing.temperatures import spaced
-    from app.files.atomic import atomic_path
-    from app.files.bad_file import ResultFileError
     from app.files.provenance import provenance, sha256
     from app.files.run_folder import run_folder
     from app.stages.panel_inputs import panel_for
@@ -70,20 +72,11 @@ def command(
     low, high = range_of(declared, laws, laws_path)
     training = Training(seed=seed)
     wanted = FIGURES if figure == "all" else (figure,)
-    spacing = max((SPACINGS_OF[one] for one in wanted if one in SPACINGS_OF), default=None)
-    if spacing is not None:
-        try:
-            training.check_temperatures(len(spaced(low, high, spacing)))
-        except ValueError as error:
-            raise ResultFileError(
-                f"{laws_path}: {low:g} to {high:g} °C give too few temperatures {spacing:g} °C apart to train "
-                "networks on; take laws of a wider range, or figures 4 and 13"
-            ) from error
+    _check_spacing(wanted, training, (low, high), laws_path)
     folder = run_folder(beside, out or beside)
 
     from app.files.studies_file import save_studies
-    from app.report.studies import pictures, rows
-    from app.report.style import drawing
+    from app.report.studies import rows
     from app.stages.study import run_studies
     from app.twins.panel_twin import panel_twin
 
@@ -99,18 +92,46 @@ def command(
     inputs = {laws_path.name: sha256(laws_path), panel_path.name: sha256(panel_path)}
     settings = {"figures": list(wanted), "as_paper": as_paper, "panel": declared.model_dump(mode="json")}
     save_studies(folder / "studies.h5", declared, found, provenance(inputs, settings, seed))
-    with drawing():
-        drawn = [one for one in pictures(found) if figure == "all" or one.name == f"study-{figure}"]
-        for picture in drawn:
-            with atomic_path(folder / f"{picture.name}.png") as path:
-                picture.figure.savefig(path, format="png", dpi=100, metadata={"Software": None})
+    drawn = _draw(found, figure, folder)
     numbers = rows(found)
     output.result(
         lambda: [{"quantity": r.quantity, "paper": r.paper, "ours": r.ours} for r in numbers],
         lambda: show(numbers),
     )
     seconds = time.perf_counter() - started
-    output.summary(f"{len(drawn)} figures, {len(numbers)} numbers; {seconds:.1f} s; {folder / 'studies.h5'}")
+    output.summary(f"{drawn} figures, {len(numbers)} numbers; {seconds:.1f} s; {folder / 'studies.h5'}")
+
+
+def _check_spacing(wanted: Sequence[str], training: "Training", span: tuple[float, float], laws: Path) -> None:
+    """Raise ResultFileError where the laws' range is too narrow for the networks of some figure wanted."""
+    from analysis.focusing.temperatures import spaced
+    from app.files.bad_file import ResultFileError
+
+    spacing = max((SPACINGS_OF[one] for one in wanted if one in SPACINGS_OF), default=None)
+    if spacing is None:
+        return
+    low, high = span
+    try:
+        training.check_temperatures(len(spaced(low, high, spacing)))
+    except ValueError as error:
+        raise ResultFileError(
+            f"{laws}: {low:g} to {high:g} °C give too few temperatures {spacing:g} °C apart to train "
+            "networks on; take laws of a wider range, or figures 4 and 13"
+        ) from error
+
+
+def _draw(found: "Studies", figure: str, folder: Path) -> int:
+    """Write a PNG file for each figure asked for; return their number."""
+    from app.files.atomic import atomic_path
+    from app.report.studies import pictures
+    from app.report.style import drawing
+
+    with drawing():
+        drawn = [one for one in pictures(found) if figure == "all" or one.name == f"study-{figure}"]
+        for picture in drawn:
+            with atomic_path(folder / f"{picture.name}.png") as path:
+                picture.figure.savefig(path, format="png", dpi=100, metadata={"Software": None})
+    return len(drawn)
 
 
 def show(numbers: list[Any]) -> None:

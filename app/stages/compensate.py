@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from analysis.compensation.law_band import law_band
-from analysis.compensation.measured import compensate_measured, suited_nodes
+from analysis.compensation.measured import compensate_measured
 from analysis.compensation.outcome import Compensation
-from analysis.compensation.settings import Training
+from analysis.compensation.settings import Training, suited_nodes
 from analysis.compensation.study import compensate
 from analysis.compensation.tilted import tilted_contrast
 from analysis.focusing.measured import MeasuredPanel
@@ -117,7 +117,7 @@ def compute(
         panel,
         laws,
         spacing,
-        training or _standard(place),
+        training or (Training() if place is None else Training(nodes=suited_nodes(place))),
         time.perf_counter,
         device=device,
         report=report,
@@ -134,12 +134,6 @@ def compute(
         tilted = tilted_contrast(twin, panel, found.filters, networks.taps, across, (low, high), report)
         found = replace(found, tilted=tilted)
     return CompensatedPanel(panel, found, spacing if place is None else None, device)
-
-
-def _standard(place: int | None) -> Training:
-    """Return the standard settings; two nodes fewer than temperatures placed, where these are few."""
-    usual = Training()
-    return usual if place is None else replace(usual, nodes=max(1, min(usual.nodes, place - 2)))
 
 
 def compute_measured(
@@ -175,7 +169,7 @@ def compute_measured(
     ValueError
         Where the transfers are of fewer than five temperatures.
     """
-    training = training or Training(nodes=suited_nodes(len(measured.transfers.temperature)))
+    training = training or Training(nodes=suited_nodes(len(measured.transfers.temperature), measured=True))
     found = compensate_measured(measured, training, time.perf_counter, device, report, method, workers())
     return CompensatedPanel(measured.panel, found, None, device, measured=True)
 

@@ -5,8 +5,8 @@ import pytest
 
 from analysis.compensation.interpolation import cubic_spline
 from analysis.compensation.leave_one_out import left_out_taps
-from analysis.compensation.measured import compensate_measured, suited_nodes
-from analysis.compensation.settings import Training
+from analysis.compensation.measured import compensate_measured
+from analysis.compensation.settings import Training, suited_nodes
 from analysis.compensation.study import compensate
 from analysis.focusing.measured import MeasuredPanel, MeasuredTransfers
 from analysis.focusing.over_temperature import focus
@@ -36,7 +36,7 @@ def measured(plain, softening):
 
 @pytest.fixture(scope="module")
 def found(measured):
-    return compensate_measured(measured, Training(nodes=suited_nodes(13)), lambda: 0.0)
+    return compensate_measured(measured, Training(nodes=suited_nodes(13, measured=True)), lambda: 0.0)
 
 
 def test_the_networks_are_those_of_the_model_the_transfers_come_from(plain, softening, found):
@@ -46,7 +46,7 @@ def test_the_networks_are_those_of_the_model_the_transfers_come_from(plain, soft
         plain.panel,
         softening,
         5.0,
-        Training(feed="temperature", nodes=suited_nodes(13)),
+        Training(feed="temperature", nodes=suited_nodes(13, measured=True)),
         lambda: 0.0,
         step=5.0,
     )
@@ -77,3 +77,12 @@ def test_few_temperatures_are_refused(plain, softening):
     few = MeasuredPanel(plain.panel, scanned(plain, softening, TEMPERATURES[:4]))
     with pytest.raises(ValueError, match="transfers at 4 temperatures; at least 5 are needed"):
         compensate_measured(few, Training(), lambda: 0.0)
+
+
+@pytest.mark.parametrize("count", range(4, 41))
+def test_few_temperatures_get_fewer_nodes_than_there_are_filters(count):
+    placed, measured = suited_nodes(count), suited_nodes(count, measured=True)
+    assert 1 <= placed < count
+    assert measured < count
+    assert max(placed, measured) <= Training().nodes
+    assert suited_nodes(100) == Training().nodes

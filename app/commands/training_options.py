@@ -1,0 +1,85 @@
+"""Options on how networks are trained."""
+
+import functools
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+import click
+from click.core import ParameterSource
+
+from analysis.compensation.settings import Training
+
+Verb = TypeVar("Verb", bound=Callable[..., object])
+
+PAPER_CHOICES = ("feed", "scale", "start", "split", "design")
+"""What --as-paper sets all at once."""
+
+TRAINING_OPTIONS = (
+    click.option(
+        "--nodes",
+        type=click.IntRange(1, 100),
+        default=Training.nodes,
+        show_default=True,
+        help="Hidden nodes; fewer where temperatures placed or measured are few.",
+    ),
+    click.option(
+        "--restarts", type=click.IntRange(1, 100), default=1, show_default=True, help="Trainings per actuator."
+    ),
+    click.option(
+        "--feed",
+        type=click.Choice(("rigidity", "temperature")),
+        default="rigidity",
+        show_default=True,
+        help="What the networks are fed: log √D of the plate at the temperature, "
+        "or the temperature as in the paper.",
+    ),
+    click.option(
+        "--scale",
+        type=click.Choice(("global", "tap")),
+        default="global",
+        show_default=True,
+        help="One scale for an actuator's taps, or each tap stretched to -1..1 as MATLAB does.",
+    ),
+    click.option(
+        "--start",
+        type=click.Choice(("warm", "random")),
+        default="warm",
+        show_default=True,
+        help="Output layer from a ridge fit, or random as in MATLAB.",
+    ),
+    click.option(
+        "--split",
+        type=click.Choice(("none", "matlab")),
+        default="none",
+        show_default=True,
+        help="Train on all temperatures, or leave a random 15 % out as MATLAB does.",
+    ),
+    click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of all that is random."),
+)
+
+
+def training_options(verb: Verb) -> Verb:
+    """Give a verb the options on how networks are trained; it takes them as one mapping, `training`."""
+
+    @functools.wraps(verb)
+    def training(*args: Any, **options: Any) -> object:
+        names = ("nodes", "restarts", "feed", "scale", "start", "split", "seed")
+        given = {name: options.pop(name) for name in names}
+        return verb(*args, training=given, **options)
+
+    for option in reversed(TRAINING_OPTIONS):
+        training = option(training)
+    return cast("Verb", training)
+
+
+def training_of(choices: dict[str, Any], as_paper: bool) -> Training:
+    """Return how networks are trained; UsageError for a choice named beside --as-paper."""
+    named = [option for option in PAPER_CHOICES if typed(option)]
+    if as_paper and named:
+        raise click.UsageError(f"--as-paper sets --{named[0]} itself: leave one of them out")
+    return Training(**choices).as_paper() if as_paper else Training(**choices)
+
+
+def typed(option: str) -> bool:
+    """Whether an option was given, not left at its default."""
+    return click.get_current_context().get_parameter_source(option) is not ParameterSource.DEFAULT
