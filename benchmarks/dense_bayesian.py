@@ -51,7 +51,7 @@ def train_dense(inputs: Real, targets: Real, slope: Real, bias: Real, output: Re
     reached, jacobian = network(w, inputs, nodes, outputs)
     error = (reached - targets).ravel()
     normal = jacobian.T @ jacobian
-    gamma, damping = 0.5 * min(count, error_count), 5e-3
+    gamma, damping = float(count) if count < error_count else 0.5 * error_count, 5e-3
     alpha, beta = gamma / (2.0 * w @ w), (error_count - gamma) / (2.0 * error @ error)
     identity = np.eye(count)
     for _ in range(epochs):

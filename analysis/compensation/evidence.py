@@ -59,10 +59,10 @@ class Evidence:
 
 
 def first_estimate(problem: TrainingProblem, weights: Weights, at: Linearised) -> tuple[Tensor, Tensor]:
-    """Estimate α, β as though the data determined half of what they can: of all parameters, or of all errors.
+    """Estimate α, β as though the data determined every parameter; half their errors' number where P is as many.
 
-    Foresee and Hagan begin with γ = P. Where there are more parameters than errors that leaves no β, and a β of 1
-    in its place flattens what the output layer knows already: the evidence then settles on constant outputs.
+    Foresee and Hagan begin with γ = P. Where parameters are as many as errors that leaves no β, and a β of
+    1 in its place flattens what the output layer knows already: the evidence then settles on constant outputs.
 
     Parameters
     ----------
@@ -77,7 +77,8 @@ def first_estimate(problem: TrainingProblem, weights: Weights, at: Linearised) -
     alpha, beta : (B,) Tensor
         Weights of the squared parameters and of the squared scaled errors.
     """
-    gamma = 0.5 * problem.error_count.clamp(max=float(parameter_count(weights, problem.outputs)))
+    count = torch.full_like(problem.error_count, parameter_count(weights, problem.outputs))
+    gamma = torch.where(count < problem.error_count, count, 0.5 * problem.error_count)
     return _maximised(problem, weights, at, gamma)
 
 

@@ -68,9 +68,22 @@ class Condensed:
 def without_insides(
     space: ShapeSpace, problem: ResponseProblem, outer: Unknowns
 ) -> tuple[csr_matrix, Real, list[Condensed]]:
-    """Z and loads over the outer unknowns, (m, m) and (m, L), and what brings back the insides of cells.
+    """Z and loads over the outer unknowns, and what brings back the insides of cells.
 
     A function of its own, so that the triplets of Z, the largest arrays of all, are gone when it is factorized.
+
+    Parameters
+    ----------
+    space : ShapeSpace
+    problem : ResponseProblem
+    outer : Unknowns
+        Those that cells share; m of them.
+
+    Returns
+    -------
+    matrix : (m, m) csr_matrix
+    load : (m, L) ndarray
+    parts : list of Condensed
     """
     load = problem.loads.reshape(5 * space.size, -1)[outer.chosen].copy()
     rows, columns, values, parts = [], [], [], []

@@ -19,7 +19,7 @@ from app.files.transfers_file import write_transfers
 from app.files.twin_file import Basis, Estimated, TwinFile, TwinLaws, TwinOrigin, read_twin, write_twin
 from app.main import flexura as program
 from app.stages import focus as focus_stage
-from app.stages.panel_inputs import laws_of_twin
+from app.stages.panel_laws import laws_of_twin
 from flexura import panels
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"

@@ -151,9 +151,8 @@ class FrfPage(QWidget):
             self._waterfall.stand_over(chart)
         self._along_t.setYLink(self._waterfall)
         self._draw_map()
-        for chart in (self._along_f, self._phase, self._along_t):
+        for chart in (self._along_f, self._phase, self._along_t, self._waterfall):
             chart.getAxis("left").setWidth(58)
-        self._waterfall.getAxis("left").setWidth(58)
 
     def _draw_map(self) -> None:
         level = decibels(self._frf.h)
@@ -192,19 +191,11 @@ class FrfPage(QWidget):
             self._waterfall.removeItem(line)
         self._lines = []
         self._every.show_sweeps(frf.frequency, decibels(frf.h[rows, channel]), frf.temperature[rows])
-        modes = self._results.modes
+        modes, shown = self._results.modes, frf.temperature[rows]
         if self._tracks.isChecked() and modes is not None and len(modes.temperature) == len(frf.temperature):
-            f = modes.reading().frequency_hz
             self._lines = [
-                self._waterfall.curve(
-                    f[rows, j],
-                    frf.temperature[rows],
-                    f"mode {j + 1}",
-                    OVER_MAP,
-                    style="dot",
-                    width=1.4,
-                )
-                for j in range(f.shape[1])
+                self._waterfall.curve(f, shown, f"mode {j}", OVER_MAP, style="dot", width=1.4)
+                for j, f in enumerate(modes.reading().frequency_hz[rows].T, start=1)
             ]
         self._cut_frequency()
         self._cut_temperature()
