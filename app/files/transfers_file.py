@@ -181,7 +181,10 @@ def _nodes(path: Path) -> dict[int, tuple[float, float]]:
     for number, kind in enumerate(np.atleast_1d(file.get_set_types())):
         if int(kind) not in (15, 2411):
             continue
-        read: Any = file.read_sets(number)
+        try:
+            read: Any = file.read_sets(number)
+        except Exception as error:  # damage leads the library into whatever there is
+            raise ValueError(f"its data set of points ({int(kind)}) cannot be read; damaged?") from error
         held: dict[str, Sequence[float]] = read[0] if isinstance(read, list) else read
         nodes = zip(held["node_nums"], held["x"], held["y"], strict=True)
         try:

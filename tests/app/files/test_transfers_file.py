@@ -64,6 +64,16 @@ def test_a_node_that_answers_in_two_directions_is_refused(tmp_path):
         read_transfers(scan(tmp_path / "scan.uff", frfs), BAND, 20.0)
 
 
+def test_a_damaged_coordinate_is_refused_in_a_sentence(tmp_path):
+    """The library meets it with a plain Exception."""
+    path = scan(tmp_path / "scan.uff", every())
+    text = path.read_text()
+    assert text.count("   5.0000000000000003e-02") == 1  # a coordinate
+    path.write_text(text.replace("   5.0000000000000003e-02", "   5.0000000000000003p-02"))
+    with pytest.raises(ResultFileError, match=r"data set of points \(2411\) cannot be read; damaged"):
+        read_transfers(path, BAND, 20.0)
+
+
 def test_coherence_in_the_file_gives_the_variance(tmp_path):
     """Of an acceleration: over the fourth power of the circular frequency. Its course is known from theory."""
     path = scan(tmp_path / "scan.uff", every(quantity="acceleration"))
