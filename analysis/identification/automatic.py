@@ -11,7 +11,7 @@ from analysis.identification.finishing import finish, settle
 from analysis.identification.harmonics import harmonic_lines, harmonic_of, needle_hum, tones
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
-from analysis.identification.missing import residual
+from analysis.identification.missing import add_missing, residual
 from analysis.identification.modes import Modes, Rejected
 from analysis.identification.order import ROUGH, drop_unsupported, eliminate
 from analysis.identification.pole_search import PoleFit, fit
@@ -66,7 +66,10 @@ def identify(
         found, started = _widest_search(measured, lines, settings)
     else:
         richest = max(settings.terms, key=lambda terms: terms.parameters)
-        moved = fit(averaged(lines), near, richest, tolerance=ROUGH, max_iterations=MOVING_STEPS)
+        blocks = averaged(lines)
+        moved = fit(blocks, near, richest, tolerance=ROUGH, max_iterations=MOVING_STEPS)
+        # at once: what a lacking mode leaves over looks like errors that lines share, which make a pole cost more
+        moved = add_missing(lines, blocks, moved)
         found, started = settle(measured, lines, moved, settings), near[:0]
     rejected = [_left_out(f, "a tone on this line alone: no resonance") for f in left_out]
     if settings.mains is not None:

@@ -45,7 +45,19 @@ class SweepsSearch:
     tracks: SmoothTracks
 
     def at(self, x: NDArray[np.float64], sweeps: NDArray[np.bool_], before: SweepsAt | None = None) -> SweepsAt:
-        """Project some sweeps at their poles (J, 2); the others are as before."""
+        """Project some sweeps at their poles (J, 2); the others are as before.
+
+        Parameters
+        ----------
+        x : (T, J, 2) ndarray
+            Log |lambda| and log damping ratio.
+        sweeps : (T,) ndarray of bool
+        before : SweepsAt, optional
+
+        Returns
+        -------
+        SweepsAt
+        """
         count, modes = self.active.shape
         misfit, gradient = np.zeros(count), np.zeros((count, 2 * modes))
         hessian, looks = np.zeros((count, 2 * modes, 2 * modes)), list(before.looks) if before else []
@@ -78,7 +90,20 @@ class SweepsSearch:
     def nearest(
         self, x: NDArray[np.float64], numbers: NDArray[np.float64], scatter: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Numbers of the tracks nearest to the active poles, from numbers known already."""
+        """Numbers of the tracks nearest to the active poles, from numbers known already.
+
+        Parameters
+        ----------
+        x : (T, J, 2) ndarray
+            Log |lambda| and log damping ratio.
+        numbers : (count,) ndarray
+        scatter : (2,) ndarray
+            Standard deviations about the tracks.
+
+        Returns
+        -------
+        (count,) ndarray
+        """
         weight = self.active[:, :, None] / scatter**2
         seen = weight.reshape(len(x), -1, 1) * np.eye(x.shape[1] * 2)
         outer = self.tracks.information(seen) + np.diag(self.tracks.certainty)
@@ -98,7 +123,20 @@ class SweepsSearch:
     def step(
         self, point: SweepsAt, numbers: NDArray[np.float64], damping: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Gauss-Newton step (T, J, 2) of the poles, the tracks going along."""
+        """Gauss-Newton step (T, J, 2) of the poles, the tracks going along.
+
+        Parameters
+        ----------
+        point : SweepsAt
+        numbers : (count,) ndarray
+            Of the tracks.
+        damping : (T,) ndarray
+            Share of every second derivative that is added to it.
+
+        Returns
+        -------
+        (T, J, 2) ndarray
+        """
         inverse, seen, outer = self.curvature(point, damping)
         held, shape = self.held, point.x.shape
         away = (self.tracks.place(numbers) - point.x).reshape(len(seen), -1)

@@ -97,7 +97,20 @@ class RecorderLayout(Declared):
         return {one.id: found[one.id] for one in (*experiment.inputs[:1], *experiment.outputs)}
 
     def problems(self, file: str, experiment: Experiment, tdms_files: list[str]) -> list[Problem]:
-        """Say what in both tables does not fit the experiment, or the files there are."""
+        """Say what in both tables does not fit the experiment, or the files there are.
+
+        Parameters
+        ----------
+        file : str
+            Of the declaration.
+        experiment : Experiment
+        tdms_files : list of str
+            Names of the files in the folder of sweeps.
+
+        Returns
+        -------
+        list of Problem
+        """
         problems = []
         if self.channels:
             try:

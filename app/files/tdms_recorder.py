@@ -101,7 +101,19 @@ def _listed(names: dict[str, TdmsChannel] | dict[str, dict[str, TdmsChannel]]) -
 
 
 def at_the_card(channel: str, recorder: RecorderLayout, experiment: Experiment) -> bool:
-    """Whether a channel's numbers are the volts that the input module converted, before any sensitivity."""
+    """Whether a channel's numbers are the volts that the input module converted, before any sensitivity.
+
+    Parameters
+    ----------
+    channel : str
+        The drive, or the identifier of a sensor.
+    recorder : RecorderLayout
+    experiment : Experiment
+
+    Returns
+    -------
+    bool
+    """
     if not recorder.channels:
         return True
     measured = experiment.inputs[0].id if channel == DRIVE else channel

@@ -21,7 +21,17 @@ class AllSweeps(QCheckBox):
         self._curves: list[object] = []
 
     def show_sweeps(self, frequency: Real, level: Real, temperature: Real) -> None:
-        """Draw sweeps (T, F), dB, in the colours of their temperatures (T,), or none where it is switched off."""
+        """Draw sweeps (T, F), dB, in the colours of their temperatures (T,), or none where it is switched off.
+
+        Parameters
+        ----------
+        frequency : (F,) ndarray
+            Hz.
+        level : (T, F) ndarray
+            dB.
+        temperature : (T,) ndarray
+            Degrees Celsius.
+        """
         for curve in self._curves:
             self._chart.removeItem(curve)
         self._curves = []

@@ -38,7 +38,17 @@ class Mark:
             drawn.setValue(float(self._frf.frequency[line]))
 
     def told(self, line: int, row: int, channel: int) -> list[tuple[str, str]]:
-        """Differences of a line of a sweep from the mark, for the readout; none where both are one."""
+        """Differences of a line of a sweep from the mark, for the readout; none where both are one.
+
+        Parameters
+        ----------
+        line, row, channel : int
+            Frequency line, sweep and output.
+
+        Returns
+        -------
+        list of (str, str)
+        """
         if (line, row) == (self.line, self.row):
             return []
         frf, here, there = self._frf, self._frf.h[row, channel, line], self._frf.h[self.row, channel, self.line]
