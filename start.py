@@ -14,6 +14,7 @@ or ``docs`` need is installed when they are first asked for; after that, no comm
 from __future__ import annotations  # an older Python must get as far as the sentence that refuses it
 
 import configparser
+import contextlib
 import hashlib
 import os
 import shutil
@@ -110,13 +111,14 @@ def add(*words: str) -> None:
 
 
 def lighten() -> None:
-    """Delete what installed packages bring along and nothing here reads."""
+    """Delete what installed packages bring along and nothing here reads; a file that Windows holds open stays."""
     for packages in (*ENVIRONMENT.glob("lib/python3*/site-packages"), *ENVIRONMENT.glob("Lib/site-packages")):
         for path in [found for pattern in NEVER_READ for found in packages.glob(pattern)]:
             if path.is_dir():
-                shutil.rmtree(path)
+                shutil.rmtree(path, ignore_errors=True)
             else:
-                path.unlink()
+                with contextlib.suppress(OSError):
+                    path.unlink()
 
 
 def install_for(word: str) -> None:

@@ -273,6 +273,25 @@ def test_parts_of_packages_that_nothing_reads_are_deleted(call: Call, machine: F
     assert not (packages / "torch" / "include").exists()
 
 
+def test_what_cannot_be_deleted_stays_and_the_installation_stands(
+    call: Call, machine: FakeMachine, project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A virus scanner holds files open on Windows; the space saved is not worth another installation."""
+    packages = project / ".venv" / ("Lib/site-packages" if os.name == "nt" else "lib/python3.11/site-packages")
+    held = [packages / name for name in ("torch/bin/protoc", "torch/include/a/b.h")]
+    machine.brings = held
+
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError(13, "in use by another program")
+
+    for name in ("unlink", "rmdir"):
+        monkeypatch.setattr(os, name, refuse)
+    call("demo")
+    call("demo")
+    assert all(path.exists() for path in held)
+    assert len(machine.installs) == 1
+
+
 @pytest.mark.parametrize("moment", ["venv", "pip"])
 def test_killed_installation_is_made_anew(call: Call, machine: FakeMachine, project: Path, moment: str) -> None:
     machine.dies = moment
