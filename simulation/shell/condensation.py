@@ -84,6 +84,7 @@ def without_insides(
     matrix : (m, m) csr_matrix
     load : (m, L) ndarray
     parts : list of Condensed
+        Their `schur` and `lost` empty: these are in matrix and load.
     """
     load = problem.loads.reshape(5 * space.size, -1)[outer.chosen].copy()
     rows, columns, values, parts = [], [], [], []
