@@ -119,6 +119,9 @@ def main() -> int:
     parser.add_argument("--tolerance", type=float, default=1e-6)
     parser.add_argument("--keep", type=Path, help="folder for results and caches (default: a temporary one)")
     asked = parser.parse_args()
+    absent = [str(campaign) for campaign in asked.campaigns if not campaign.exists()]
+    if absent:
+        parser.error(f"no such campaign: {', '.join(absent)}")
     count = 0
     with nullcontext(asked.keep) if asked.keep else tempfile.TemporaryDirectory() as folder:
         for campaign in asked.campaigns:
