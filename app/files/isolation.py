@@ -17,6 +17,7 @@ PATIENCE = 30.0
 """Seconds that starting Python and reading a small file may take, from a slow network share too."""
 SLOWEST = 10e6
 """Bytes per second that any disk gives."""
+POOLS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 PROGRAM = Path(__file__).resolve().parents[2]
 """Where our packages lie."""
 
@@ -57,7 +58,8 @@ def run_isolated(module: str, arguments: Sequence[str], size: int) -> None:
     limit = PATIENCE + size / SLOWEST
     # not from the current folder, which may be anybody's: a package there would be run in the place of ours
     others = [entry for entry in sys.path if Path(entry).resolve() != Path.cwd().resolve()]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(PROGRAM), *others])}
+    # one thread: each of an algebra library's takes 40 MB of the address space that a reader may be held to
+    environment = os.environ | dict.fromkeys(POOLS, "1") | {"PYTHONPATH": os.pathsep.join([str(PROGRAM), *others])}
     words = [sys.executable, "-P", "-m", module, *arguments]
     try:
         child = subprocess.run(  # noqa: S603 (a module of ours, and a file's name)

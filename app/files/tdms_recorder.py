@@ -73,7 +73,8 @@ def recorder_samples(
             if not problems:
                 parts.append(np.asarray(channel[:], dtype=float).reshape(-1, layout.samples) * scale)
         if parts:
-            samples[ours] = np.concatenate(parts).astype(np.float32)
+            with np.errstate(over="ignore"):  # infinite samples are refused with all that are not finite
+                samples[ours] = np.concatenate(parts).astype(np.float32)
     return ({}, problems) if problems else (samples, [])
 
 

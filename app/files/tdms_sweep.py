@@ -27,6 +27,8 @@ FORCE_FACTOR = 5.0
 """How far the peak of a force may be from the level: a hammer hits as it happens to, a wrong unit is far off."""
 WHOLE = "a whole TDMS file"
 COPY_AGAIN = "copy it again from the recorder"
+UNUSED = 64
+"""Times as large a recorder's file may be, which may hold many channels besides those declared."""
 LEAVE_OUT = "record it again, or import with --allow-missing to leave the sweep out"
 
 
@@ -51,13 +53,14 @@ def read_sweep(
     problems : list of Problem
     """
     log_manager.set_level(logging.CRITICAL)  # npTDMS prints what is said better here
-    largest = TdmsLayout.of(experiment).largest_file
+    recorder = recorder or RecorderLayout(channels={}, sweeps={})
+    largest = TdmsLayout.of(experiment).largest_file * (UNUSED if recorder.channels else 1)
     try:
         size = path.stat().st_size
         if size > largest:
             return None, [Problem(name, "", f"{size} bytes", f"at most {largest} by the protocol")]
         with path.open("rb") as file:  # a handle: npTDMS would otherwise believe a .tdms_index beside it
-            return _read(file, size, name, experiment, recorder or RecorderLayout(channels={}, sweeps={}))
+            return _read(file, size, name, experiment, recorder)
     except OSError as error:
         return None, [Problem(name, "", f"cannot be read: {error.strerror}", "a readable file")]
 
@@ -76,7 +79,7 @@ def _read(
             return None, [_truncated(name, size)]
         properties = recorder.properties(Path(name).name, tdms.properties)
         samples, problems = _samples(name, tdms, experiment, recorder)
-        problems = [*_property_problems(name, properties), *problems]
+        problems = [*_property_problems(name, properties, recorder), *problems]
         if problems:
             return None, problems
     except EOFError:
@@ -107,10 +110,15 @@ def _truncated(name: str, size: int) -> Problem:
     return Problem(name, "", f"truncated after {size} bytes", WHOLE, COPY_AGAIN)
 
 
-def _property_problems(name: str, properties: dict[str, Any]) -> Iterator[Problem]:
+def _property_problems(name: str, properties: dict[str, Any], recorder: RecorderLayout) -> Iterator[Problem]:
+    file, remedy = Path(name).name, "the root property is missing"
+    if file in recorder.sweeps:
+        remedy = f'give start_time in sweeps."{file}"'  # all else is told there
+    elif recorder.channels:
+        remedy = f'name "{file}" in [sweeps] of campaign.toml, with its temperature, direction and level'
     for key, (allowed, good) in PROPERTIES.items():
         if key not in properties:
-            yield Problem(name, key, "nothing", allowed, "the root property is missing")
+            yield Problem(name, key, "nothing", allowed, remedy)
         elif not good(properties[key]):
             yield Problem(name, key, repr(properties[key]), allowed)
 

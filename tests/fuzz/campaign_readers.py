@@ -9,8 +9,9 @@ from analysis.focusing.grid import Grid
 from app.blind_trial.outcome import read_outcome
 from app.blind_trial.trial import Trial, begin
 from app.files import control, events, latest_repeat, readings
+from app.files.campaign_channels import RecorderLayout
 from app.files.campaign_folder import frozen_protocol, read_protocol
-from app.files.campaign_toml import read_experiment
+from app.files.campaign_toml import read_declaration
 from app.files.experiment_toml import read_acquired_experiment
 from app.files.instruments_toml import declared_instruments
 from app.files.panel_file import read_panel
@@ -30,13 +31,13 @@ EXPERIMENTS = (
 PANELS = ("section2-panel.toml",)
 INSTRUMENTS = ("instruments/modbus-map.toml", "instruments/scpi.toml")
 SWEEP = "sweeps/0000_up_T+010.0.h5"
-TDMS = "recording/sweeps/000.tdms"
+TDMS = ("recording/sweeps/000.tdms", "recorder/sweeps/log.tdms")
 TRIAL = Trial(Path("trial"), 2, 7, ("null", "single"))
 """Relative to the folder of all."""
 
 
 def _tdms(root: Path, name: str) -> object:
-    sweep, problems = read_sweep(root / name, name, _declared(root / "recording"))
+    sweep, problems = read_sweep(root / name, name, *_declared((root / name).parents[1]))
     return refused(root, problems) if sweep is None else sweep
 
 
@@ -45,9 +46,9 @@ def _sweep(root: Path, name: str) -> object:
     return refused(root, [problem]) if sweep is None else sweep
 
 
-@lru_cache(maxsize=1)
-def _declared(folder: Path) -> Experiment:
-    return read_experiment(folder)
+@lru_cache(maxsize=len(TDMS))
+def _declared(folder: Path) -> tuple[Experiment, RecorderLayout]:
+    return read_declaration(folder)
 
 
 def _experiment(root: Path, name: str) -> object:
@@ -103,7 +104,7 @@ TRIAL_FILES = (
     *(str(TRIAL.run(a) / "gap.json") for a in TRIAL.assignments),
 )
 CAMPAIGNS = (
-    Reader("TDMS", (TDMS,), _tdms, 0.1),
+    Reader("TDMS", TDMS, _tdms, 0.1),
     Reader("HDF5, sweep", (f"imported/{SWEEP}",), _sweep, 0.06, digest=True),
     Reader("HDF5, sweep of an earlier version", (f"old/{SWEEP}",), _sweep, 0.005, digest=True),
     Reader(
@@ -115,8 +116,8 @@ CAMPAIGNS = (
     ),
     Reader(
         "TOML, recording",
-        ("recording/campaign.toml",),
-        lambda root, _: read_recording(root / "recording"),
+        ("recording/campaign.toml", "recorder/campaign.toml"),
+        lambda root, name: read_recording((root / name).parent),
         0.05,
         text=True,
     ),

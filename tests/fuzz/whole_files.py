@@ -7,6 +7,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from nptdms import ChannelObject, TdmsWriter
 
 from app.blind_trial.trial import begin
 from app.files import control, events
@@ -18,7 +19,7 @@ from app.files.import_recording import import_recording
 from app.files.latest_repeat import LatestRepeat, save_latest
 from app.files.readings import ReadingLine, append_reading
 from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws, TwinOrigin, write_twin
-from tests.app.conftest import tiny_campaign
+from tests.app.conftest import RATE, TinyCampaign, tiny_campaign
 from tests.fuzz.campaign_readers import EXPERIMENTS, INSTRUMENTS, PANELS, SWEEP, TRIAL
 from tests.fuzz.whole_geometry import write_geometry
 from tests.fuzz.whole_measurements import write_measurements
@@ -33,6 +34,7 @@ def write_all(root: Path) -> None:
     tiny.toml = tiny.toml.replace("[10.0, 20.0, 30.0]", "[10.0]").replace('["up", "down"]', '["up"]')
     tiny.files = {"000.tdms": tiny.files["000.tdms"]}
     import_recording(tiny.write(root / "recording"), root / "imported")
+    _write_recorder(tiny, root / "recorder")
     _write_old_sweep(root)
     _write_live(root / "live")
     _write_instruments(root / "instruments")
@@ -43,6 +45,26 @@ def write_all(root: Path) -> None:
     write_results(root)
     write_measurements(root)
     write_geometry(root / "drawn")
+
+
+def _write_recorder(tiny: TinyCampaign, folder: Path) -> None:
+    """Write a campaign as a recorder leaves it: repeats one after the other, channels and sweeps declared."""
+    names = {"drive": "ai0", "S1": "ai1", "S2": "ai2"}
+    (folder / "sweeps").mkdir(parents=True)
+    file = tiny.files["000.tdms"]
+    wave = {"wf_increment": 1.0 / RATE}
+    volts = {
+        theirs: np.concatenate([repeat[ours] for repeat in file.groups.values()]) for ours, theirs in names.items()
+    }
+    with TdmsWriter(folder / "sweeps/log.tdms") as writer:
+        writer.write_segment([ChannelObject("Log", theirs, one, wave) for theirs, one in volts.items()])
+    (folder / "campaign.toml").write_text(
+        f'{tiny.toml}\n[channels]\nai0 = {{ role = "drive", unit = "V" }}\n'
+        'ai1 = { role = "response", at = "S1", unit = "mV", sensitivity = "1 mV/V" }\n'
+        'ai2 = { role = "response", at = "S2", unit = "V" }\nRoom = { role = "unused" }\n'
+        '[sweeps]\n"log.tdms" = { temperature = [9.97, 10.02], level = 1.0, start_time = "2024-03-11" }\n',
+        encoding="utf-8",
+    )
 
 
 def _write_old_sweep(root: Path) -> None:

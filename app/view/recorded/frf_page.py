@@ -49,7 +49,7 @@ class FrfPage(QWidget):
         self._coherence = Chart("coherence", "coherence of one repeat", FREQUENCY, "", theme)
         self._answers = answers(frf, results)
         self._overlays = {name: self._switch(name, color) for name, color in self._offered().items()}
-        self._tracks = self._switch("tracked modes", theme.plot)
+        self._tracks = self._switch("tracked modes", theme.text, "dotted")
         self._tracks.setVisible(results.modes is not None)
         self._every = AllSweeps(self._along_f)
         self._lay_out()
@@ -102,10 +102,10 @@ class FrfPage(QWidget):
         }
         return {name: colors[name] for name in self._answers} | {"standard deviation": theme.muted}
 
-    def _switch(self, name: str, color: str) -> QCheckBox:
+    def _switch(self, name: str, color: str, line: str = "solid") -> QCheckBox:
         switch = QCheckBox(name)
         switch.setChecked(name != "standard deviation")
-        switch.setStyleSheet(f"QCheckBox {{ border-left: 4px solid {color}; padding-left: 6px; }}")
+        switch.setStyleSheet(f"QCheckBox {{ border-left: 4px {line} {color}; padding-left: 6px; }}")
         switch.toggled.connect(self._choose)
         return switch
 

@@ -180,6 +180,12 @@ def test_sweeps_from_warm_to_cold_give_the_same_tracks() -> None:
     np.testing.assert_allclose(turned.sigma_frequency_hz[::-1], plain.sigma_frequency_hz, rtol=1e-2)
 
 
+@pytest.mark.parametrize("start", [-1, 2])
+def test_a_start_that_is_no_sweep_is_refused(start: int) -> None:
+    with pytest.raises(ValueError, match=f"start is sweep {start}; allowed 0 to 1"):
+        track(campaign(ONE, temperature=np.array([0.0, 6.0])), start=start)
+
+
 def noise_of(frf: Frf, seed: int) -> NDArray[np.complex128]:
     rng = np.random.default_rng(seed)
     return np.asarray(

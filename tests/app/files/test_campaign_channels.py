@@ -1,5 +1,6 @@
 """A campaign in a recorder's own layout, its channels declared: the same campaign as in Flexura's."""
 
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -92,6 +93,11 @@ def test_a_recorders_own_layout_is_the_same_campaign(
         ('"Voltage_1"', '"Voltage_7"', "correct its name"),
         ("[sweeps]\n", '[sweeps]\n"099.tdms" = { temperature = 5.0, level = 1.0 }\n', "no such file"),
         ('role = "unused"', 'role = "nothing"', "'nothing'"),
+        ('"50 mV/V"', '"0 mV/V"', "a number other than 0"),
+        ('"50 mV/V"', '"nan mV/V"', "a number other than 0"),
+        ('"50 mV/V"', '"1e-50 mV/V"', "finite volts"),
+        ('"50 mV/V"', '"50 furlong/V"', "unit 'furlong' is not known; allowed: V, mV"),
+        ("[channels]", "[channel]", "did you mean channels?"),
     ],
 )
 def test_what_is_wrong_with_the_declaration_is_said(rewritten: Rewrite, old: str, new: str, said: str) -> None:
@@ -99,6 +105,39 @@ def test_what_is_wrong_with_the_declaration_is_said(rewritten: Rewrite, old: str
     with pytest.raises(CampaignFileError) as refused:
         read_recorded_campaign(rewritten(CHANNELS.replace(old, new)))
     assert said in str(refused.value)
+
+
+def test_a_sensor_turned_round_has_a_sensitivity_below_zero(rewritten: Rewrite, tmp_path: Path) -> None:
+    turned = CHANNELS.replace('at = "S1" }', 'at = "S1", unit = "V", sensitivity = "-1 V/V" }')
+    found = read_recorded_campaign(rewritten(turned))
+    wanted = read_recorded_campaign(tmp_path / "own" / "plate")
+    np.testing.assert_allclose(found.sweeps[0].responses[0], -wanted.sweeps[0].responses[0], rtol=1e-6, atol=1e-9)
+
+
+def test_a_file_that_no_sweep_names_is_told_where_to_be_named(rewritten: Rewrite) -> None:
+    folder = rewritten()
+    toml = folder / "campaign.toml"
+    lines = toml.read_text(encoding="utf-8").splitlines(keepends=True)
+    first = next(number for number, line in enumerate(lines) if line.startswith('"000.tdms"'))
+    toml.write_text("".join(lines[:first] + lines[first + 1 :]), encoding="utf-8")
+    with pytest.raises(CampaignFileError, match=r'level = nothing; .*name "000.tdms" in \[sweeps\]'):
+        read_recorded_campaign(folder)
+
+
+def test_a_time_that_is_nowhere_is_asked_for_in_the_sweeps(rewritten: Rewrite) -> None:
+    folder = rewritten()
+    toml = folder / "campaign.toml"
+    toml.write_text(re.sub(r', start_time = "[^"]*"', "", toml.read_text(encoding="utf-8")), encoding="utf-8")
+    with pytest.raises(CampaignFileError, match=r'start_time = nothing; .*give start_time in sweeps\."000.tdms"'):
+        read_recorded_campaign(folder)
+
+
+def test_channels_that_nobody_asked_for_may_be_many(rewritten: Rewrite) -> None:
+    folder = rewritten()
+    for path in (folder / "sweeps").iterdir():
+        with TdmsWriter(path, mode="a") as writer:
+            writer.write_segment([ChannelObject("Log", f"ai{n}", np.zeros(50_000)) for n in range(4)])
+    assert len(read_recorded_campaign(folder).sweeps) == 6
 
 
 def test_repeats_that_do_not_fill_the_file_are_told(rewritten: Rewrite) -> None:

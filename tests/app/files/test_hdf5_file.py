@@ -11,7 +11,7 @@ import pytest
 from app.files.atomic import atomic_hdf5
 from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5, result_file
-from app.files.isolation import require_readable
+from app.files.isolation import require_readable, run_isolated
 
 
 def write(path: Path, also: Callable[[h5py.File], object] = lambda file: None) -> Path:
@@ -162,6 +162,19 @@ def test_a_file_without_a_digest_is_read_in_a_process_of_its_own_first(
     monkeypatch.setattr("app.files.isolation.PATIENCE", 0.01)
     with pytest.raises(Hdf5FileError, match="not read within 0 s"), opened_hdf5(path, unsealed=require_readable):
         pass
+
+
+def test_a_reader_has_one_thread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of an algebra library, one for each core, take the address space that a reader is held to."""
+    for pool in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        monkeypatch.delenv(pool, raising=False)
+    told = tmp_path / "threads"
+    lines = "import sys, threadpoolctl, numpy, pathlib\nfound = threadpoolctl.threadpool_info()\n"
+    lines += "pathlib.Path(sys.argv[1]).write_text(str(max(one['num_threads'] for one in found)))\n"
+    (tmp_path / "threads_of_reader.py").write_text(lines)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    run_isolated("threads_of_reader", [str(told)], 0)
+    assert told.read_text() == "1"
 
 
 @pytest.mark.parametrize("entry", ["", ".", "here"])

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QColor, QImage
 
 from app.view.application import application
 from app.view.chart import Chart
@@ -22,7 +22,7 @@ from app.view.recorded.laws_page import LawsPage
 from app.view.recorded.modes_page import ModesPage
 from app.view.recorded.overlays import decibels
 from app.view.recorded.window import RecordedWindow
-from app.view.theme import DARK, LIGHT
+from app.view.theme import DARK, LIGHT, Theme
 
 Open = Callable[[Path], RecordedWindow]
 
@@ -78,6 +78,17 @@ def test_all_temperatures_are_laid_under_the_cut_and_taken_away(opened: Open, ru
     np.testing.assert_allclose(drawn[f"{page._frf.temperature[2]:.2f} °C"], decibels(page._frf.h[2, 0]))
     page._every.setChecked(False)
     assert len(cut.curves) == before
+
+
+@pytest.mark.parametrize("theme", [DARK, LIGHT])
+def test_the_line_beside_a_switch_can_be_seen(shown: Callable[[Any], Any], run: Path, theme: Theme) -> None:
+    application()
+    page = shown(RecordedWindow(viewed(run), theme)).page(0)
+    assert isinstance(page, FrfPage)
+    for switch in (*page._overlays.values(), page._tracks):
+        drawn = switch.grab().toImage()
+        beside = [drawn.pixelColor(1, y).lightness() for y in range(drawn.height())]
+        assert max(abs(level - QColor(theme.window).lightness()) for level in beside) > 40
 
 
 def test_differences_are_told_from_the_mark(opened: Open, run: Path, qtbot: Any) -> None:
