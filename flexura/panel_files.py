@@ -9,6 +9,7 @@ from analysis.material import MaterialLaws
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import sha256
 from app.files.run_folder import run_folder
+from app.files.transfers_file import transfer_files
 from app.stages.panel_inputs import method_for, panel_for, scanned_panel
 from app.stages.panel_laws import laws_for
 from app.stages.update import Updating
@@ -136,14 +137,14 @@ def kept(out: File | None, laws: Path | None, panel: Path | None) -> tuple[Path 
     ----------
     out : path, optional
     laws, panel : Path or None
-        Files the results follow from; measured transfers count as laws.
+        Files the results follow from; measured transfers, a file or a folder, count as laws.
 
     Returns
     -------
     folder : Path or None
         None where nothing is to be written.
     inputs : mapping
-        SHA-256 of both files, by name.
+        SHA-256 of each file, by name.
 
     Raises
     ------
@@ -157,7 +158,8 @@ def kept(out: File | None, laws: Path | None, panel: Path | None) -> tuple[Path 
             "out keeps the SHA-256 of the files that filters follow from: name the run folder that holds laws.h5 "
             "in place of laws, and the panel's file in place of a panel"
         )
-    return run_folder(Path(out), Path(out)), {path.name: sha256(path) for path in (laws, panel)}
+    files = (*transfer_files(laws), panel)
+    return run_folder(Path(out), Path(out)), {path.name: sha256(path) for path in files}
 
 
 def path_of(file: File | None) -> Path | None:

@@ -8,7 +8,6 @@ import numpy as np
 from analysis.compensation.settings import Training
 from analysis.focusing.methods import METHODS, Method
 from analysis.focusing.panel import Panel
-from analysis.focusing.temperatures import spaced
 from app.files.panel_file import SECTION_2, read_panel
 from app.stages import compensate as compensate_stage
 from app.stages import focus as focus_stage
@@ -39,7 +38,7 @@ def focus(
     panel : path or Panel
         The paper's section 2 where it is left out.
     transfers : path, optional
-        Measured transfers (UFF58 with nodes, or HDF5) in place of laws and the panel's twin.
+        Measured transfers (UFF58 with nodes, a folder of such, or HDF5) in place of laws and the panel's twin.
     twin : path, optional
         Twin file whose laws the panel's plate obeys; laws.h5 of the run folder then says what filters without the
         twin's effects reach.
@@ -73,19 +72,18 @@ def focus(
     declared = panel if isinstance(panel, Panel) else read_panel(Path(panel))
     if transfers is not None:
         _require_none(laws=laws, twin=twin)
-        run, inputs = kept(out, Path(transfers), file)
         named = () if temperature is None else tuple(float(here) for here in temperature)
         measured = measured_panel(declared, Path(transfers), named)
+        run, inputs = kept(out, Path(transfers), file)
         with computing(shown=progress) as report:
             found = focus_stage.compute_measured(measured, report, method=method)
     else:
         origin, found_laws, beside = laws_read(laws, twin, "focus")
         run, inputs = kept(out, origin, file)
-        low, high = range_of(declared, found_laws, origin or Path("laws"))
-        wanted = spaced(low, high, focus_stage.SPACING)
+        span, wanted = np.array(range_of(declared, found_laws, origin or Path("laws"))), None
         if temperature is not None:
-            wanted = within(np.unique(np.asarray(temperature, float)), found_laws, origin or Path("laws"))
-        without = None if twin is None or beside is None else uncorrected_laws(beside, wanted)
+            span = wanted = within(np.unique(np.asarray(temperature, float)), found_laws, origin or Path("laws"))
+        without = None if twin is None or beside is None else uncorrected_laws(beside, span)
         with computing(shown=progress) as report:
             found = focus_stage.compute(
                 declared, found_laws, report, temperature=wanted, method=method, uncorrected=without
@@ -122,7 +120,8 @@ def compensate(
     panel : path or Panel, optional
         That of filters.h5 beside the laws or the transfers where it is left out, else the paper's section 2.
     transfers : path, optional
-        Measured transfers at five temperatures or more (HDF5), in place of laws and the panel's twin.
+        Measured transfers at five temperatures or more (HDF5, a folder of UFF58), in place of laws and the
+        panel's twin.
     twin : path, optional
         Twin file whose laws the panel's plate obeys.
     training : Training, optional
@@ -168,8 +167,8 @@ def compensate(
         _require_none(twin=twin, spacing=spacing, place=place, across=across or None)
         scan, beside = Path(transfers), folder_of(laws, Path(transfers))
         declared, file, followed = scanned_followed(panel, method, beside)
-        run, inputs = kept(out, scan, file)
         measured = measured_panel(declared, scan, ())
+        run, inputs = kept(out, scan, file)
         checked_device(device)
         with computing(shown=progress) as report:
             found = compensate_stage.compute_measured(

@@ -50,7 +50,9 @@ def read_transfers(path: Path, band: tuple[float, float], temperature: float) ->
         if path.is_dir():
             found = _folder(path)
         else:
-            found = _hdf5(path) if path.suffix.lower() in (".h5", ".hdf5") else _uff(path, temperature)
+            found = _hdf5(path) if path.suffix.lower() in (".h5", ".hdf5") else _uff(path, temperature)[0]
+    except ResultFileError:
+        raise
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}") from error
     low, high = found.frequency[0], found.frequency[-1]
@@ -101,7 +103,8 @@ def _hdf5(path: Path) -> MeasuredTransfers:
     return MeasuredTransfers(temperature, points, frequency, transfer, variance)
 
 
-def _uff(path: Path, temperature: float) -> MeasuredTransfers:
+def _uff(path: Path, temperature: float) -> tuple[MeasuredTransfers, list[int]]:
+    """Transfers of a universal file, and the nodes of the actuators."""
     frfs = read_frfs(path)
     places = _nodes(path)
     frequency = frfs[0].frequency
@@ -127,7 +130,7 @@ def _uff(path: Path, temperature: float) -> MeasuredTransfers:
         place = (0, references.index(source), slice(None), responses.index(node))
         transfer[place], variance[place] = _displacement(frf)
     points = np.array([places[node] for node in responses])
-    return MeasuredTransfers(np.array([temperature]), points, frequency, transfer, variance)
+    return MeasuredTransfers(np.array([temperature]), points, frequency, transfer, variance), references
 
 
 def _folder(path: Path) -> MeasuredTransfers:
@@ -135,7 +138,7 @@ def _folder(path: Path) -> MeasuredTransfers:
     files = transfer_files(path)
     if not files:
         raise ValueError("a folder without universal files (.uff, .unv); one for each temperature is needed")
-    read: dict[float, tuple[Path, MeasuredTransfers]] = {}
+    read: dict[float, tuple[Path, MeasuredTransfers, list[int]]] = {}
     for one in files:
         named = NAMED.fullmatch(one.stem)
         if named is None:
@@ -145,17 +148,25 @@ def _folder(path: Path) -> MeasuredTransfers:
             raise ValueError(
                 f"{read[temperature][0].name} and {one.name} are both of {temperature:g} °C; keep one of them"
             )
-        read[temperature] = one, _uff(one, temperature)
-    (first, like), *others = (read[temperature] for temperature in sorted(read))
-    for one, found in others:
-        for name in ("points", "frequency", "transfer"):
+        try:
+            read[temperature] = one, *_uff(one, temperature)
+        except ResultFileError:
+            raise
+        except ValueError as error:
+            raise ValueError(f"{one.name}: {error}") from error
+    (first, like, driven), *others = (read[temperature] for temperature in sorted(read))
+    for one, found, actuators in others:
+        same = {"actuators": actuators == driven}
+        for name in ("points", "frequency"):
             mine, theirs = getattr(like, name), getattr(found, name)
-            if mine.shape != theirs.shape or (name != "transfer" and not np.allclose(mine, theirs, rtol=1e-6)):
+            same[name] = mine.shape == theirs.shape and np.allclose(mine, theirs, rtol=1e-6)
+        for name, alike in same.items():
+            if not alike:
                 raise ValueError(
-                    f"{one.name} and {first.name} differ in their {'actuators' if name == 'transfer' else name}; "
+                    f"{one.name} and {first.name} differ in their {name}; "
                     "export all temperatures with the same nodes, actuators and lines"
                 )
-    every = [like, *(found for _, found in others)]
+    every = [like, *(found for _, found, _ in others)]
     transfer, variance = (np.concatenate([getattr(one, name) for one in every]) for name in NAMES[3:])
     return MeasuredTransfers(np.array(sorted(read)), like.points, like.frequency, transfer, variance)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.focusing.aim import Aim, aim, joined
 from analysis.focusing.methods import Method, designer
 from analysis.focusing.panel import Panel
-from analysis.focusing.responses import responses, robust_forms
+from analysis.focusing.responses import constants_at, responses, robust_forms
 from analysis.focusing.tap_delay import tap_design
 from analysis.material import MaterialLaws
 from app.files.bad_file import ResultFileError
@@ -52,10 +52,10 @@ def uncorrected_aim(
     rule, design = designer(method, model, panel, lines), tap_design(method, model, panel, laws)
     asked = model.space.asked(panel.target.displacement)
     real = responses(model, laws, temperature, lines)
-    believed = responses(model, uncorrected, temperature, lines)
+    believed = constants_at(uncorrected, temperature)
     reached = []
-    for here, (constants, guess), (_, amplitude) in zip(temperature, believed, real, strict=True):
-        guessed = model.space.forms([guess], panel.target.displacement)
+    for here, constants, (_, amplitude) in zip(temperature, believed, real, strict=True):
+        guessed = model.forms(*constants, lines, panel.target.displacement)
         guessed = robust_forms(model, panel, uncorrected, float(here), guessed)
         taps = design.taps(guessed, rule(constants, partial(model.amplitudes, *constants, lines), guessed))
         filters = design.bank(taps[None], np.zeros(1)).response(lines[band])[0]

@@ -22,6 +22,8 @@ class EnergySums:
     Over modes S with poles p, x_nᴴ G x_m = Σ_jk conj(a_jn / (p_j - s)) (Sᴴ G S)_jk a_km / (p_k - s). A product of
     two terms is a difference, 1/((p_j* - s)(p_k - s)) = (1/(p_j* - s) - 1/(p_k - s)) / (p_k - p_j*), so that the
     double sum becomes a single one and its Hermitian transpose: N² r products a line in place of N r².
+    Rounding counts with the square of the shapes' condition, 1e-10 where two poles lie 1e-8 of their coupling from
+    sharing one shape; equal poles of two shapes do no harm.
 
     Attributes
     ----------

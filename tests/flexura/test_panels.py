@@ -3,11 +3,14 @@
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
+import pyuff
 from click.testing import CliRunner
 
 import flexura
+from analysis.estimation.transfer import MeasuredTransfer
 from analysis.focusing.measured import MeasuredTransfers
 from app.files.bad_file import ResultFileError
 from app.files.campaign_error import CampaignFileError
@@ -15,8 +18,10 @@ from app.files.campaign_toml import read_experiment
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
 from app.files.panel_file import read_panel
-from app.files.transfers_file import write_transfers
+from app.files.provenance import read_stamp, sha256
+from app.files.transfers_file import read_transfers, write_transfers
 from app.files.twin_file import Basis, Estimated, TwinFile, TwinLaws, TwinOrigin, read_twin, write_twin
+from app.files.uff58 import write_frfs
 from app.main import flexura as program
 from app.stages import focus as focus_stage
 from app.stages.panel_laws import laws_of_twin
@@ -136,6 +141,37 @@ def test_filters_of_measured_transfers_are_those_of_the_verb(panel: Path, scan: 
     np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9 * np.abs(theirs).max())
 
 
+def test_transfers_in_a_folder_of_universal_files(panel: Path, scan: Path, tmp_path: Path) -> None:
+    """Each file's SHA-256 is kept, as by the verb."""
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    with pytest.raises(ResultFileError, match="a folder without universal files"):
+        flexura.focus(panel=panel, transfers=folder, out=tmp_path / "script")
+    with pytest.raises(ResultFileError, match="no such file"):
+        flexura.compensate(panel=panel, transfers=tmp_path / "nothing.h5", out=tmp_path / "script")
+    assert not (tmp_path / "script").exists()
+    held = read_transfers(scan, (60.0, 360.0), 20.0)
+    nodes = np.arange(1, len(held.points) + 1)
+    for t, temperature in enumerate(held.temperature):
+        frfs = [
+            MeasuredTransfer("", f"{node}:+3", f"{900 + a}:+3", "displacement", held.frequency, h)
+            for a, answers in enumerate(held.transfer[t])
+            for node, h in zip(nodes, answers.T, strict=True)
+        ]
+        write_frfs(folder / f"scan_{temperature:g}C.uff", frfs)
+        none, flat = np.zeros(len(nodes), dtype=int), np.zeros(len(nodes))
+        placed = pyuff.prepare_2411(nodes, none, none, none, *held.points.T, flat)
+        pyuff.UFF(str(folder / f"scan_{temperature:g}C.uff")).write_sets(placed | {"type": 2411}, "add")
+    found = flexura.focus(panel=panel, transfers=folder, out=tmp_path / "script")
+    single = flexura.focus(panel=panel, transfers=scan)
+    taps = single.focusing.bank.taps
+    np.testing.assert_allclose(found.focusing.bank.taps, taps, rtol=1e-6, atol=1e-6 * np.abs(taps).max())
+    with h5py.File(tmp_path / "script" / "filters.h5") as file:
+        inputs = read_stamp(file)["inputs"]
+    names = [f"scan_{temperature:g}C.uff" for temperature in held.temperature]
+    assert inputs == {one: sha256(folder / one) for one in names} | {panel.name: sha256(panel)}
+
+
 def test_the_laws_of_a_twin_file_and_those_without_its_effects_reach_the_stage(
     panel: Path, twin: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -150,14 +186,14 @@ def test_the_laws_of_a_twin_file_and_those_without_its_effects_reach_the_stage(
     monkeypatch.setattr(panels, "uncorrected_laws", lambda run, temperature: (run, temperature.tolist()))
     (tmp_path / "run").mkdir()
     assert flexura.focus(tmp_path / "run", panel, twin=twin) == "filters"
-    wanted = [0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0]
-    at = np.array(wanted)
+    at = np.linspace(0.0, 30.0, 7)
     np.testing.assert_array_equal(
         asked["laws"].at(at).youngs_modulus, laws_of_twin(read_twin(twin), twin).at(at).youngs_modulus
     )
-    assert asked["temperature"].tolist() == wanted
-    assert asked["uncorrected"] == (tmp_path / "run", wanted)
+    assert asked["temperature"] is None
+    assert asked["uncorrected"] == (tmp_path / "run", [0.0, 30.0])
     flexura.focus(None, panel, twin=twin, temperature=[20.0])
+    assert asked["temperature"].tolist() == [20.0]
     assert asked["uncorrected"] == (tmp_path, [20.0])
 
 

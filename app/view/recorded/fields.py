@@ -16,7 +16,7 @@ from app.twins.panel_twin import PanelTwin, panel_twin
 from app.view.recorded.shapes import Shapes
 
 MODES = 24
-"""Shapes offered."""
+"""Shapes offered at most."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,15 @@ class Fields:
             return found.eigenvalues, found.shapes
 
         return cls(panel, focusing, twin, Shapes(modes, twin.space.deflection, twin.space.grid.points, laws))
+
+    def modes(self, temperature: float) -> tuple[Real, Real, Real]:
+        """Natural frequencies, Hz, loss factors and shapes of the lowest modes at a temperature, degrees Celsius.
+
+        As far as the band of the twin goes, beyond which it is not certified; one at least.
+        """
+        f, eta, shapes = self.plate.lowest(temperature, MODES)
+        within = max(1, int(np.searchsorted(f, self.panel.filters.twin_band[1])))
+        return f[:within], eta[:within], shapes[:within]
 
     def focused(self, temperature: float, frequency: float, *, fixed: bool) -> tuple[float, float, Complex]:
         """Field of the filters at the nearest temperature and line.

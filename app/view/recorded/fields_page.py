@@ -15,7 +15,7 @@ from app.view.chart import Chart, Map
 from app.view.cursors import Cursors
 from app.view.lattice import FromAbove, edges_of
 from app.view.map_chart import MapChart
-from app.view.recorded.fields import MODES, Fields
+from app.view.recorded.fields import Fields
 from app.view.recorded.maker import Maker
 from app.view.surface import FRAME, TURN, SurfaceChart
 from app.view.theme import Theme, one_sided
@@ -133,7 +133,7 @@ class FieldsPage(QWidget):
         """Fetch everything at another temperature."""
         if self.fields is None:
             return
-        self._modes = self.fields.plate.lowest(self._cursors.temperature, MODES)
+        self._modes = self.fields.modes(self._cursors.temperature)
         names = [f"{n + 1}: {f:.0f} Hz" for n, f in enumerate(self._modes[0])]
         chosen = max(self._mode_choice.currentIndex(), 0)
         self._mode_choice.blockSignals(True)

@@ -183,6 +183,26 @@ def test_files_of_a_folder_that_measured_different_things(scans):
         read_transfers(scans, BAND, 20.0)
 
 
+def test_files_of_a_folder_that_were_driven_elsewhere(scans):
+    """As many actuators, at other nodes: the filters of one would be played on another."""
+    scan(scans / "x_50C.uff", [frf(node, source) for source in (8, 10) for node in (1, 2, 3)])
+    with pytest.raises(ResultFileError, match=r"x_50C.uff and scan_-5.5C.uff differ in their actuators"):
+        read_transfers(scans, BAND, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("frfs", "message"),
+    [
+        ([*every(), frf(4, 8)], "scans: x_50C.uff: node 4 has no coordinates"),
+        (every()[1:], "scans: x_50C.uff: 1 of 6 transfers are missing"),
+    ],
+)
+def test_what_is_wrong_in_a_folder_is_told_of_the_file(scans, frfs, message):
+    scan(scans / "x_50C.uff", frfs)
+    with pytest.raises(ResultFileError, match=message):
+        read_transfers(scans, BAND, 20.0)
+
+
 def test_a_folder_without_universal_files(tmp_path):
     with pytest.raises(ResultFileError, match="a folder without universal files"):
         read_transfers(tmp_path, BAND, 20.0)

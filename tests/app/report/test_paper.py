@@ -29,4 +29,6 @@ def test_the_paper_is_compared_where_the_panel_s_band_goes(highest: float, rows:
     ones = np.ones((1, len(frequency)))
     found = method_rows(MethodComparison(("stif",), (1.1e9, 0.33, 0.06), frequency, ones, ones))
     assert len(found) == rows
+    headings = " ".join(row.quantity for row in found)
+    assert (f"to {min(540.0, highest):.0f} Hz" in headings, "to 540 Hz" in headings) == (True, highest > 540.0)
     assert all(row.ours in ("1.00 mean", "100 mean") for row in found)

@@ -181,6 +181,19 @@ def test_mode_shapes_are_those_of_the_plate(
     np.testing.assert_allclose(shapes[0] / shapes[0].max(), first / first.max(), atol=1e-12)
 
 
+def test_modes_are_offered_as_far_as_the_twin_is_certified(
+    opened: Callable[[Path], RecordedWindow], focused_run: Path, qtbot: Any
+) -> None:
+    page = fields_page(opened(focused_run), qtbot)
+    assert page.fields is not None
+    every, _, shapes = page.fields.plate.lowest(20.0, 24)
+    f, eta, offered = page.fields.modes(20.0)
+    assert 2 < len(f) < len(every)
+    assert f[-1] <= PANEL.filters.twin_band[1] < every[len(f)]
+    assert len(eta) == page._mode_choice.count() == len(f)
+    np.testing.assert_array_equal(offered, shapes[: len(f)])
+
+
 def test_fields_turn_stand_still_and_are_exported_as_seen(
     opened: Callable[[Path], RecordedWindow], focused_run: Path, qtbot: Any, tmp_path: Path
 ) -> None:

@@ -35,6 +35,23 @@ def test_energies_equal_those_of_the_answers_themselves(rng, loss):
     assert relative(sums.along(direction), (answers.conj() @ direction).T) < 1e-12
 
 
+@pytest.mark.parametrize(
+    ("apart", "within"), [(1.0, 1e-11), (1e-2, 1e-11), (1e-4, 1e-10), (1e-6, 1e-8)], ids=lambda x: f"{x:g}"
+)
+def test_poles_that_meet(rng, apart, within):
+    """Two equal poles, and two that damping couples until, at `apart` 0, they would share one eigenvector."""
+    squares = np.geomspace((2 * np.pi * 8) ** 2, 4e6, 12)
+    squares[5], squares[3] = squares[4], squares[2]
+    k, split = np.diag(squares * (1 + 0.05j)), 0.02 * squares[2]
+    k[2:4, 2:4] += split * np.array([[1.0, 1j * (1.0 - apart)], [1j * (1.0 - apart), -1.0]])
+    q, _ = np.linalg.qr(rng.standard_normal(k.shape))
+    modal = ModalForm.of(q @ k @ q.T)
+    force, root = rng.standard_normal((12, 3)), rng.standard_normal((12, 12))
+    answers = [np.linalg.solve(q @ k @ q.T - (2 * np.pi * f) ** 2 * np.eye(12), force) for f in F]
+    expected = np.array([(x.conj().T @ root.T) @ (root @ x) for x in answers])
+    assert relative(EnergySums.of(modal, force, F).energy(root), expected) < within
+
+
 def test_rigid_motions_that_no_damping_parts_from_their_mirror_images(rng):
     """A free plate: three poles at zero, but for rounding, whose products are no differences."""
     squares = np.concatenate([[0.0, 1e-9, -1e-9], np.geomspace((2 * np.pi * 8) ** 2, 4e6, 9)])
