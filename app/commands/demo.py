@@ -99,7 +99,7 @@ def run_stages(part: Part, *, quiet: bool = False) -> tuple[int, dict[str, float
 
 @click.command(name="demo", epilog=EXAMPLES, short_help="See every stage at work, in a few minutes.")
 @click.option(
-    "--quick", is_flag=True, help="One short campaign only, without a gap: under a minute, also at first."
+    "--quick", is_flag=True, help="One short campaign only, without a gap: a minute or two, also at first."
 )
 @out_folder("Folder for the campaigns, the results and the report (default: flexura-demo).")
 @output_options("what was found")
