@@ -9,10 +9,6 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import h5py
-
-from app.files.hdf5_contents import require_plain
-
 PATIENCE = 30.0
 """Seconds that starting Python and reading a small file may take, from a slow network share too."""
 SLOWEST = 10e6
@@ -86,6 +82,10 @@ def hold_memory(most: int) -> None:
 
 
 def _read_through(path: Path) -> None:
+    import h5py  # here: readers of other formats need no HDF5 in their process
+
+    from app.files.hdf5_contents import require_plain
+
     with h5py.File(path) as file:
         require_plain(file, path.stat().st_size)
         places: list[str] = []
