@@ -40,6 +40,14 @@ NEVER_READ = (
     *("scipy/*/tests", "sympy/*/tests", "sympy/*/*/tests"),
 )
 """Parts of packages, 0.27 GB, that nothing here reads: their own tests, torch's C++ headers, Qt's QML."""
+IMPORT_EVERYTHING = """\
+import contextlib, importlib, pkgutil
+for package in map(importlib.import_module, ("analysis", "simulation", "drivers", "app", "flexura")):
+    for module in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+        if not module.name.endswith("__main__"):
+            with contextlib.suppress(Exception):  # Qt, where this system lacks a library of its
+                importlib.import_module(module.name)
+"""
 OURS = {"bin", "include", "lib", "lib64", "share", "Include", "Lib", "Scripts", "etc", "pyvenv.cfg", ".gitignore"}
 """What a virtual environment holds at its top, finished or killed half way."""
 
@@ -101,11 +109,12 @@ def install() -> None:
     subprocess.run([python, "-m", "venv", str(ENVIRONMENT)], check=True)
     add(*torch_index(), "-e", f"{ROOT}[{','.join(EVERYBODY)}]")
     lighten()
+    compile_imports()
     STAMP.write_text(pins_digest())  # half a digest is no digest: a torn stamp means another installation
 
 
 def add(*words: str) -> None:
-    """Install what pip is given, at the pinned versions; Python compiles what is imported, when it first is."""
+    """Install what pip is given, at the pinned versions, and compile none of it: see `compile_imports`."""
     pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--no-compile"]
     subprocess.run([*pip, "-c", str(ROOT / "constraints.txt"), *words], check=True, cwd=ROOT)
 
@@ -119,6 +128,16 @@ def lighten() -> None:
             else:
                 with contextlib.suppress(OSError):
                     path.unlink()
+
+
+def compile_imports() -> None:
+    """Import every module of ours once: Python keeps the bytecode of all that they import, and of nothing else.
+
+    Whoever runs Flexura later may be unable to keep it (no right to write here, PYTHONDONTWRITEBYTECODE as in
+    many containers), and would compile some 3000 modules at every start.
+    """
+    keeping = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    subprocess.run([str(PYTHON), "-c", IMPORT_EVERYTHING], check=False, cwd=ROOT, env=keeping)
 
 
 def install_for(word: str) -> None:

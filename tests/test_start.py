@@ -33,9 +33,10 @@ class FakeMachine:
         self.dies: str | None = None
         self.fails = False
         self.brings: list[Path] = []
+        self.imported_with: list[dict[str, str]] = []
         self.status = 0
 
-    def run(self, command: list[str], **_: Any) -> SimpleNamespace:
+    def run(self, command: list[str], **options: Any) -> SimpleNamespace:
         if command[1:3] == ["-m", "venv"]:
             self.makers.append(command[0])
             self.python.parent.mkdir(parents=True)
@@ -53,6 +54,9 @@ class FakeMachine:
             if self.fails:
                 raise subprocess.CalledProcessError(1, command)
             self.installs.append(command)
+        elif command[1] == "-c":
+            compile(command[2], "everything", "exec")
+            self.imported_with.append(options["env"])
         return SimpleNamespace(stdout="torch (2.13.0+cpu)")
 
     def _may_die(self, where: str) -> None:
@@ -271,6 +275,16 @@ def test_parts_of_packages_that_nothing_reads_are_deleted(call: Call, machine: F
     call("demo")
     assert [path for path in (*kept, *gone) if path.exists()] == kept
     assert not (packages / "torch" / "include").exists()
+
+
+def test_bytecode_is_kept_also_where_python_is_told_to_keep_none(
+    call: Call, machine: FakeMachine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    call("demo")
+    (environment,) = machine.imported_with
+    assert "PYTHONDONTWRITEBYTECODE" not in environment
+    assert environment["PATH"] == os.environ["PATH"]
 
 
 def test_what_cannot_be_deleted_stays_and_the_installation_stands(

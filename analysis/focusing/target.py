@@ -12,8 +12,11 @@ from analysis.geometry.loop import Loop
 from analysis.geometry.relations import overlap, self_crossing
 
 Fraction = Annotated[float, Field(gt=0.0, lt=1.0)]
+Size = Annotated[float, Field(ge=1e-4, lt=1.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Pair = tuple[float, float]
+SMALLEST_AREA = 1e-8
+"""Of a polygon, as a fraction of the area of the box around the plate."""
 
 
 class Spot(Sparse):
@@ -23,7 +26,7 @@ class Spot(Sparse):
     """
 
     center: tuple[Fraction, Fraction] | None = None
-    size: tuple[Fraction, Fraction] | None = None
+    size: tuple[Size, Size] | None = None
     shape: Literal["rectangle", "ellipse"] = "rectangle"
     angle: Degrees = 0.0
     polygon: tuple[tuple[Share, Share], ...] = ()
@@ -48,9 +51,15 @@ class Spot(Sparse):
                 raise ValueError(
                     f"{name}: a polygon of {len(self.polygon)} points encloses nothing; give at least 3"
                 )
-            place = self_crossing(self.loop((0.0, 0.0), (1.0, 1.0)))
+            loop = self.loop((0.0, 0.0), (1.0, 1.0))
+            place = self_crossing(loop)
             if place is not None:
                 raise ValueError(f"{name}: the polygon crosses itself at {place[0]:g}, {place[1]:g} of the plate")
+            if loop.area < SMALLEST_AREA:
+                raise ValueError(
+                    f"{name}: the polygon encloses {loop.area:.3g} of the plate's area; "
+                    f"allowed from {SMALLEST_AREA:g}"
+                )
             return
         if self.center is None or self.size is None:
             raise ValueError(f"{name} is empty; give center and size, or a polygon, or tables [[target.spot]]")

@@ -30,7 +30,7 @@ class Programme(Declared):
 
     lowest: Annotated[Temperature, Field(description="degrees Celsius, first set-point of the way up")]
     highest: Annotated[Temperature, Field(description="degrees Celsius, last set-point of the way up")]
-    every: Annotated[float, Field(gt=0.0, le=100.0, description="K from one set-point to the next")]
+    every: Annotated[float, Field(ge=0.05, le=100.0, description="K from one set-point to the next")]
     legs: Annotated[tuple[Direction, ...], Field(min_length=1, max_length=2)] = ("up",)
     ramp_rate: Rate
     approach_rate: Annotated[

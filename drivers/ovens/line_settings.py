@@ -22,7 +22,11 @@ class LineSettings(Declared):
 
     port: Annotated[
         str,
-        Field(min_length=1, description="serial port (COM3, /dev/ttyUSB0) or socket://host:port of a gateway"),
+        Field(
+            min_length=1,
+            max_length=255,
+            description="serial port (COM3, /dev/ttyUSB0) or socket://host:port of a gateway",
+        ),
     ]
     baud_rate: Annotated[int, Field(ge=300, le=921_600, description="bit/s")] = 9600
     parity: Annotated[Literal["N", "E", "O"], Field(description="none, even or odd")] = "N"
@@ -45,7 +49,7 @@ class LineSettings(Declared):
     @model_validator(mode="after")
     def _reachable(self) -> Self:
         self.timing()
-        if "://" in self.port and not _GATEWAY.fullmatch(self.port):
+        if not self.port.isprintable() or ("://" in self.port and not _GATEWAY.fullmatch(self.port)):
             raise ValueError(
                 f"port {self.port!r}: a serial port's name (COM3, /dev/ttyUSB0) or socket://HOST:PORT allowed, "
                 "and no other address"

@@ -96,7 +96,7 @@ def _line(place: str) -> str:
     """Return one name for a port that has several."""
     if "://" in place:
         return place.lower()
-    return str(Path(place).resolve()) if Path(place).exists() else place
+    return str(Path(place).resolve()) if Path(place).is_absolute() else place
 
 
 def lock_folder() -> Path:

@@ -37,6 +37,8 @@ def test_levels_are_grouped_around_their_temperature(protocol_of: Callable[..., 
     [
         ({"highest": -1.0}, "below lowest"),
         ({"every": 7.0}, "whole steps"),
+        ({"every": 5e-324}, "greater than or equal to 0.05"),
+        ({"every": 1e-9}, "greater than or equal to 0.05"),
         ({"legs": ("up", "up")}, "twice"),
         ({"tolerance": 1.0}, "0.4 of every"),
         ({"ramp_rate": 4.0, "poll_interval": 5.0}, "at most 3.75 s"),

@@ -61,6 +61,8 @@ def test_every_field_is_described():
         ({"port": "socket://gateway:4001?logging=debug"}, "socket://HOST:PORT"),
         ({"port": "socket://:4001"}, "socket://HOST:PORT"),
         ({"port": "alt://COM3?class=PosixPollSerial"}, "socket://HOST:PORT"),
+        ({"port": "/dev/tty\0USB0"}, "socket://HOST:PORT"),
+        ({"port": "/dev/ttyUSB" + "9" * 5000}, "255 characters"),
     ],
 )
 def test_nonsense_is_refused(change, told):
