@@ -60,9 +60,15 @@ def read_mutation(place: int, root: Path, whole: Whole, seed: int, number: int) 
     """
     reader = READERS[place]
     name = reader.files[number % len(reader.files)]
-    content, known = whole[name]
+    content, _ = whole[name]
     rng = np.random.default_rng([seed, place, number])
     damaged = reader.damage(content, rng) if reader.damage else mutated(content, rng, reader.text)
+    return read_damaged(reader, root, whole, name, damaged)
+
+
+def read_damaged(reader: Reader, root: Path, whole: Whole, name: str, damaged: bytes) -> tuple[str, str]:
+    """Read a damaged file, and put it right again; what came of it, as `read_mutation`."""
+    content, known = whole[name]
     (root / name).write_bytes(damaged)
     try:
         found = reader.read(root, name)

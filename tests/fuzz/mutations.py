@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -40,6 +40,9 @@ NUMBERS = [
     ),
     *("9" * 5000, "[" * 3000, "[" * 60 + "]" * 60, "{a=" * 50 + "1" + "}" * 50),
 ]
+TINY_AND_LARGE = ["-1e-320", "5e-324", "1e-9", "1e-5", "1e15", "1e300"]
+VALUE = rb'(?<==)\s*(?:"[^"\\\n]*"|[-+]?\d[\w.+-]*|true|false)|(?<=[\[,])\s*[-+]?\d[\w.+-]*(?=\s*[,\]])'
+"""Of TOML: what stands behind a key, or a number in a list."""
 WORDS = ["", "\x00", "\\ud800", "a" * 3000, "../../x", "é", "-1"]
 
 
@@ -50,6 +53,14 @@ def mutated(whole: bytes, rng: np.random.Generator, text: bool) -> bytes:
     for _ in range(int(rng.integers(1, 4))):
         damaged = changes[int(rng.integers(len(changes)))](damaged, rng)
     return damaged
+
+
+def with_odd_values(whole: bytes) -> Iterator[bytes]:
+    """Replace every value of a TOML text in turn by every odd one, all else left as it is."""
+    words = [f'"{word}"' for word in ("../../x", "\\u0000", "é", "9" * 5000, "/dev/tty" + "9" * 5000, "a" * 3000)]
+    for found in re.finditer(VALUE, whole):
+        for value in (*NUMBERS[:-3], *TINY_AND_LARGE, *words):
+            yield whole[: found.start()] + b" " + value.encode() + whole[found.end() :]
 
 
 def _span(whole: bytes, rng: np.random.Generator, longest: int = 64) -> tuple[int, int]:
