@@ -64,7 +64,7 @@ def compensate(
     step : float
         Between the temperatures judged at, K.
     device : str
-        Torch's name of the device to train on.
+        To train on: ``cpu``, or torch's name of another.
     report : callable
         Told the stage and the share done.
     method : str

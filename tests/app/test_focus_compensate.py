@@ -293,19 +293,18 @@ def test_filters_that_follow_the_paper_closely_and_the_sound_badly_end_with_stat
     assert json.loads(result.stdout)["methods"]["network"]["contrast_loss"] == pytest.approx(found.largest_loss[0])
 
 
-def test_focus_does_without_torch(run, panel):
+@pytest.mark.parametrize("verb", [("focus", "--temperature", "20"), ("compensate",)])
+def test_filters_and_networks_do_without_torch(run, panel, verb):
     code = "import sys; from app.main import flexura; flexura(sys.argv[1:], standalone_mode=False)"
     code += "; sys.exit('torch' in sys.modules)"
     words = [
         sys.executable,
         "-c",
         code,
-        "focus",
+        *verb,
         str(run),
         "--panel",
         str(panel),
-        "--temperature",
-        "20",
         "--quiet",
     ]
     assert subprocess.run(words, check=False).returncode == 0
