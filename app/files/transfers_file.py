@@ -125,8 +125,8 @@ def _uff(path: Path, temperature: float) -> tuple[MeasuredTransfers, list[int]]:
         node, source = (int(end.split(":")[0]) for end in (frf.response, frf.reference))
         if taken.get((node, source)) == frf.response:
             raise ValueError(
-                f"node {node} answers node {source} in direction {frf.response} more than once; where these are "
-                "several temperatures, write one file for each, named by it (scan_21.5C.uff), and name their folder"
+                f"node {node} answers node {source} more than once as {frf.response}; are these several "
+                "temperatures? Write one file for each, named by it (scan_21.5C.uff), and name their folder"
             )
         if (node, source) in taken:
             raise ValueError(

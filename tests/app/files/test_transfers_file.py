@@ -66,7 +66,7 @@ def test_a_node_that_answers_in_two_directions_is_refused(tmp_path):
 
 def test_several_temperatures_in_one_file_are_refused_with_the_way_to_split_them(tmp_path):
     path = scan(tmp_path / "scan.uff", every() + every())
-    wanted = r"node 1 answers node 8 in direction 1:\+3 more than once; .*one file for each, named by it .*folder"
+    wanted = r"node 1 answers node 8 more than once as 1:\+3; .* Write one file for each, named by it .*folder"
     with pytest.raises(ResultFileError, match=wanted):
         read_transfers(path, BAND, 20.0)
 
