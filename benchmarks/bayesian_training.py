@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 from threadpoolctl import threadpool_limits
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -52,12 +51,10 @@ def case(nodes: int, taps: int, dense_epochs: int, start: str) -> dict[str, Any]
         inputs, targets, np.ones((1, 13)), Training(nodes=nodes, start=start), np.random.default_rng(0)
     )
     scaled = (targets[0] - batch.offset[0]) / batch.scale[0]
-    output = batch.start.output[0].numpy() @ batch.axes[0]
+    output = batch.start.output[0] @ batch.axes[0]
 
     started = time.perf_counter()
-    dense = train_dense(
-        inputs, scaled, batch.start.slope[0].numpy(), batch.start.bias[0].numpy(), output, dense_epochs
-    )
+    dense = train_dense(inputs, scaled, batch.start.slope[0], batch.start.bias[0], output, dense_epochs)
     dense_seconds = (time.perf_counter() - started) / dense_epochs
     repeats = max(1, 60 // dense_epochs)
     started = time.perf_counter()
@@ -65,7 +62,7 @@ def case(nodes: int, taps: int, dense_epochs: int, start: str) -> dict[str, Any]
         fit = train(batch.problem, batch.start, dense_epochs, tolerance=0.0)
     arrow_seconds = (time.perf_counter() - started) / (repeats * dense_epochs)
 
-    reached = predict(fit.weights, batch.problem.inputs)[0].numpy() @ batch.axes[0]
+    reached = predict(fit.weights, batch.problem.inputs)[0] @ batch.axes[0]
     expected = network(dense.parameters, inputs, nodes, taps)[0]
     return {
         "nodes": nodes,
@@ -110,7 +107,6 @@ def main() -> None:
     parser.add_argument("--epochs", type=int, default=2, help="dense epochs of the full case")
     parser.add_argument("--results", type=Path, default=RESULTS)
     options = parser.parse_args()
-    torch.set_num_threads(1)
     with threadpool_limits(1):
         cases = [
             case(4, 16, 30, "warm"),
@@ -140,7 +136,7 @@ def main() -> None:
     options.results.parent.mkdir(parents=True, exist_ok=True)
     record = {
         "machine": platform.platform(),
-        "torch": torch.__version__,
+        "numpy": np.__version__,
         "cases": cases,
         "batched": batched,
         "good": good,

@@ -21,8 +21,9 @@ from threadpoolctl import threadpool_limits
 from analysis.experiment import Acquisition, Attachment, Experiment, OvenDeclaration, Patch, Plate, Protocol
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.reduction.reduce import BasisTraining, reduce
+from simulation.reduction.reduce import reduce
 from simulation.shell.assembly import assemble_for
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.fineness import Fineness

@@ -136,7 +136,7 @@ def compensate(
         How the filters are designed that are followed; as those of filters.h5 whose panel is taken where it is
         left out, else ``stif``.
     device : str
-        Where torch trains: ``cpu``, ``cuda``, ``cuda:1``.
+        Where networks are trained: ``cpu``, or a device of torch, ``cuda``, ``cuda:1``.
     out : path, optional
         Run folder for compensation.h5; wants laws and panel as paths, whose SHA-256 the file keeps.
     progress : bool

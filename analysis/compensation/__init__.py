@@ -18,6 +18,7 @@
 ``evidence_collapse``   the refusal
 ``bayesian``            Levenberg–Marquardt with MacKay's evidence
 ``evidence``            weights of parameters and errors that the data ask for
+``tensors``             arrays of numpy on the processor, tensors of torch on other devices
 ``linearised``          parameters and outputs of the networks, linearised
 ``schur_complement``    its normal matrix, a block arrow that is never formed
 ``interpolation``       the rivals: linear, cubic spline, equal reduced frequency

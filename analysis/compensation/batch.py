@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
@@ -11,6 +10,7 @@ from analysis.compensation.evidence import TrainingProblem
 from analysis.compensation.linearised import Weights, predict
 from analysis.compensation.network import InputMap, NetworkBank
 from analysis.compensation.settings import Training
+from analysis.compensation.tensors import on_device, on_processor
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ class Batch:
         -------
         NetworkBank
         """
-        output = weights.output.cpu().numpy()[chosen] @ self.axes[chosen] * self.scale[chosen, None, :]
+        output = on_processor(weights.output)[chosen] @ self.axes[chosen] * self.scale[chosen, None, :]
         output[:, -1] += self.offset[chosen]
-        return NetworkBank(inputs, weights.slope.cpu().numpy()[chosen], weights.bias.cpu().numpy()[chosen], output)
+        return NetworkBank(inputs, on_processor(weights.slope)[chosen], on_processor(weights.bias)[chosen], output)
 
 
 def prepare(
@@ -76,7 +76,7 @@ def prepare(
     rng : numpy Generator
         Draws the first weights.
     device : str
-        Torch's name of the device to train on.
+        To train on: ``cpu``, or torch's name of another.
     hidden : ((B, H) ndarray, (B, H) ndarray), optional
         Slope and bias of known hidden layers to start from; drawn where left out.
 
@@ -104,11 +104,9 @@ def prepare(
         rotated = stretched @ axes.transpose(0, 2, 1)
         output = drawn @ axes.transpose(0, 2, 1)
 
-    def tensor(array: Real) -> torch.Tensor:
-        return torch.as_tensor(np.ascontiguousarray(array), dtype=torch.float64, device=device)
-
-    problem = TrainingProblem(tensor(inputs), tensor(rotated), tensor(used), targets.shape[-1])
-    return Batch(problem, Weights(tensor(slope), tensor(bias), tensor(output)), axes, scale, offset)
+    fed, wanted, counted = (on_device(array, device) for array in (inputs, rotated, used))
+    start = Weights(*(on_device(array, device) for array in (slope, bias, output)))
+    return Batch(TrainingProblem(fed, wanted, counted, targets.shape[-1]), start, axes, scale, offset)
 
 
 def outputs_at(batch: Batch, weights: Weights, inputs: Real) -> Real:
@@ -126,8 +124,8 @@ def outputs_at(batch: Batch, weights: Weights, inputs: Real) -> Real:
     (B, n, M) ndarray
         V per unit of audio signal.
     """
-    x = torch.as_tensor(inputs, dtype=torch.float64, device=weights.slope.device)
-    rotated = predict(weights, x).cpu().numpy()
+    held = Weights(*(on_processor(part) for part in (weights.slope, weights.bias, weights.output)))
+    rotated = predict(held, inputs)
     taps: Real = rotated @ batch.axes * batch.scale[:, None, :] + batch.offset[:, None, :]
     return taps
 

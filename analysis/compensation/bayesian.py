@@ -6,10 +6,8 @@ Foresee and Hagan (1997): minimise β E_D + α E_W by Levenberg–Marquardt; aft
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-
-import torch
-from torch import Tensor
+from dataclasses import dataclass, replace
+from typing import Self
 
 from analysis.compensation.evidence import (
     Evidence,
@@ -19,8 +17,9 @@ from analysis.compensation.evidence import (
     reestimate,
     squared_error,
 )
-from analysis.compensation.linearised import Weights, errors, linearise
+from analysis.compensation.linearised import Linearised, Weights, errors, linearise
 from analysis.compensation.schur_complement import step
+from analysis.compensation.tensors import Tensor, namespace
 
 STILL = 20.0
 """Steps on end without a change after which a training ends."""
@@ -42,6 +41,70 @@ class BayesianFit:
     weights: Weights
     evidence: Evidence
     epochs: Tensor
+
+
+@dataclass(frozen=True)
+class _Training:
+    """Where some networks of a batch stand between two steps; tensors are (b,), or (b, ...).
+
+    Attributes
+    ----------
+    problem : TrainingProblem
+    weights : Weights
+    at : Linearised
+        The networks at `weights`.
+    alpha, beta, damping : (b,) Tensor
+    still, tried : (b,) Tensor
+        Steps on end without a change, and all steps.
+    members : (b,) Tensor of int
+        Which networks of the whole batch these are.
+    """
+
+    problem: TrainingProblem
+    weights: Weights
+    at: Linearised
+    alpha: Tensor
+    beta: Tensor
+    damping: Tensor
+    still: Tensor
+    tried: Tensor
+    members: Tensor
+
+    def of(self, which: Tensor) -> Self:
+        """Return those of the networks for which `which` (b,) is true."""
+        names = ("alpha", "beta", "damping", "still", "tried", "members")
+        kept = {name: getattr(self, name)[which] for name in names}
+        return replace(
+            self,
+            problem=self.problem.of(which),
+            weights=self.weights.of(which),
+            at=self.at.of(which),
+            **kept,
+        )
+
+    def stepped(self, tolerance: float) -> Self:
+        """Try a step of every network; keep those that come nearer, and estimate their α and β anew."""
+        xp, problem, weights = namespace(self.alpha), self.problem, self.weights
+        alpha, beta, damping, still = self.alpha, self.beta, self.damping, self.still
+        objective = beta * squared_error(self.at.error) + alpha * weights.squares()
+        proposal = weights.moved(step(weights, self.at, alpha, beta, damping))
+        trial = errors(proposal, problem.inputs, problem.targets, problem.used)
+        reached = beta * squared_error(trial) + alpha * proposal.squares()
+        better = reached < objective
+        damping = xp.where(better, xp.clip(0.1 * damping, 1e-20, None), 10.0 * damping)
+        changed = replace(self, tried=self.tried + 1, damping=damping)
+        if not better.any():
+            return changed
+        weights = proposal.chosen(better, weights)
+        at = linearise(weights, problem.inputs, problem.targets, problem.used)
+        new_alpha, new_beta = reestimate(problem, weights, at, alpha, beta)
+        sound = (new_alpha > 0.0) & xp.isfinite(new_alpha)
+        quiet = (objective - reached < tolerance * objective) & (abs(new_alpha / alpha - 1) < tolerance)
+        still = xp.where(better, xp.where(quiet, still + 1, 0.0), still)
+        still = xp.where(better & ~sound, STILL, still)
+        kept = better & sound
+        alpha, beta = xp.where(kept, new_alpha, alpha), xp.where(kept, new_beta, beta)
+        return replace(changed, weights=weights, at=at, alpha=alpha, beta=beta, still=still)
 
 
 def train(
@@ -74,35 +137,31 @@ def train(
     BayesianFit
         Weights, evidence and steps tried of every network.
     """
-    weights = start
-    at = linearise(weights, problem.inputs, problem.targets, problem.used)
-    alpha, beta = first_estimate(problem, weights, at)
-    damping = torch.full_like(alpha, 5e-3)
-    still = torch.zeros_like(alpha)
-    tried = torch.zeros_like(alpha)
+    at = linearise(start, problem.inputs, problem.targets, problem.used)
+    alpha, beta = first_estimate(problem, start, at)
+    xp, none = namespace(alpha), 0.0 * alpha
+    members = xp.arange(len(alpha), device=alpha.device)
+    now = _Training(problem, start, at, alpha, beta, none + 5e-3, none, none, members)
+    ended = []
     for epoch in range(epochs):
-        running = (still < STILL) & (damping <= LARGEST_DAMPING)
-        if not running.any():
+        running = (now.still < STILL) & (now.damping <= LARGEST_DAMPING)
+        if not running.all():  # what has ended costs nothing from here on
+            ended.append(now.of(~running))
+            now = now.of(running)
+        if not len(now.members):
             break
-        tried = tried + running
-        objective = beta * squared_error(at.error) + alpha * weights.squares()
-        proposal = weights.moved(step(weights, at, alpha, beta, damping))
-        trial = errors(proposal, problem.inputs, problem.targets, problem.used)
-        reached = beta * squared_error(trial) + alpha * proposal.squares()
-        better = running & (reached < objective)
-        damping = torch.where(
-            better, (0.1 * damping).clamp(min=1e-20), torch.where(running, 10.0 * damping, damping)
-        )
-        if better.any():
-            weights = proposal.chosen(better, weights)
-            at = linearise(weights, problem.inputs, problem.targets, problem.used)
-            new_alpha, new_beta = reestimate(problem, weights, at, alpha, beta)
-            sound = (new_alpha > 0.0) & new_alpha.isfinite()
-            quiet = (objective - reached < tolerance * objective) & ((new_alpha / alpha - 1).abs() < tolerance)
-            still = torch.where(better, torch.where(quiet, still + 1, 0.0), still)
-            still = torch.where(better & ~sound, STILL, still)
-            kept = better & sound
-            alpha, beta = torch.where(kept, new_alpha, alpha), torch.where(kept, new_beta, beta)
+        now = now.stepped(tolerance)
         if progress is not None:
             progress(epoch)
-    return BayesianFit(weights, judge(problem, weights, at, alpha, beta), tried)
+    ended.append(now)
+    order = xp.argsort(xp.concat([one.members for one in ended]))
+
+    def joined(parts: list[Tensor]) -> Tensor:
+        return xp.concat(parts)[order]
+
+    alpha, beta = joined([one.alpha for one in ended]), joined([one.beta for one in ended])
+    slope, bias = joined([one.weights.slope for one in ended]), joined([one.weights.bias for one in ended])
+    weights = Weights(slope, bias, joined([one.weights.output for one in ended]))
+    at = linearise(weights, problem.inputs, problem.targets, problem.used)
+    evidence = judge(problem, weights, at, alpha, beta)
+    return BayesianFit(weights, evidence, joined([one.tried for one in ended]))

@@ -4,13 +4,12 @@ Foresee and Hagan (1997): γ = P - α tr(β JᵀJ + α I)⁻¹ (the parameters t
 β = (n M - γ)/(2 E_D).
 """
 
-from dataclasses import dataclass
-
-import torch
-from torch import Tensor
+from dataclasses import dataclass, replace
+from typing import Self
 
 from analysis.compensation.linearised import Linearised, Weights
 from analysis.compensation.schur_complement import inverse_trace, log_determinant
+from analysis.compensation.tensors import Tensor, namespace
 
 
 @dataclass(frozen=True)
@@ -31,6 +30,10 @@ class TrainingProblem:
     targets: Tensor
     used: Tensor
     outputs: int
+
+    def of(self, which: Tensor) -> Self:
+        """Return what those networks have to learn for which `which` (B,) is true."""
+        return replace(self, targets=self.targets[which], used=self.used[which])
 
     @property
     def error_count(self) -> Tensor:
@@ -77,8 +80,9 @@ def first_estimate(problem: TrainingProblem, weights: Weights, at: Linearised) -
     alpha, beta : (B,) Tensor
         Weights of the squared parameters and of the squared scaled errors.
     """
-    count = torch.full_like(problem.error_count, parameter_count(weights, problem.outputs))
-    gamma = torch.where(count < problem.error_count, count, 0.5 * problem.error_count)
+    xp = namespace(problem.inputs)
+    count = xp.full_like(problem.error_count, parameter_count(weights, problem.outputs))
+    gamma = xp.where(count < problem.error_count, count, 0.5 * problem.error_count)
     return _maximised(problem, weights, at, gamma)
 
 
@@ -107,8 +111,9 @@ def reestimate(
 def _maximised(problem: TrainingProblem, weights: Weights, at: Linearised, gamma: Tensor) -> tuple[Tensor, Tensor]:
     """Return α and β (B,) of highest evidence where the data determine `gamma` (B,) parameters."""
     # An exact fit would send beta to infinity; the floor is far below any rounding of the errors.
-    squares = squared_error(at.error).clamp(min=1e-30 * float(problem.outputs))
-    return gamma / (2.0 * weights.squares()), (problem.error_count - gamma).clamp(min=1e-3) / (2.0 * squares)
+    xp = namespace(problem.inputs)
+    squares = xp.clip(squared_error(at.error), 1e-30 * float(problem.outputs), None)
+    return gamma / (2.0 * weights.squares()), xp.clip(problem.error_count - gamma, 1e-3, None) / (2.0 * squares)
 
 
 def determined(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor) -> Tensor:
@@ -130,11 +135,11 @@ def determined(problem: TrainingProblem, weights: Weights, at: Linearised, alpha
 
     Raises
     ------
-    torch.linalg.LinAlgError
-        Where the border matrix is not positive definite to the digits at hand.
+    LinAlgError
+        Of numpy or torch, where the border matrix is singular to the digits at hand.
     """
     count = parameter_count(weights, problem.outputs)
-    return count - alpha * inverse_trace(weights, at, alpha, beta, problem.outputs)
+    return count - alpha * inverse_trace(at, alpha, beta, problem.outputs)
 
 
 def judge(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor) -> Evidence:
@@ -156,16 +161,16 @@ def judge(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Ten
     Evidence
         α, β, γ and the logarithm of the evidence of each of the B networks.
     """
-    count = parameter_count(weights, problem.outputs)
+    xp, count = namespace(problem.inputs), parameter_count(weights, problem.outputs)
     fit = -beta * squared_error(at.error) - alpha * weights.squares()
-    occam = -0.5 * log_determinant(weights, at, alpha, beta, problem.outputs) + 0.5 * count * torch.log(alpha)
-    noise = 0.5 * problem.error_count * torch.log(beta / torch.pi)
+    occam = -0.5 * log_determinant(at, alpha, beta, problem.outputs) + 0.5 * count * xp.log(alpha)
+    noise = 0.5 * problem.error_count * xp.log(beta / xp.pi)
     return Evidence(alpha, beta, determined(problem, weights, at, alpha, beta), fit + occam + noise)
 
 
 def parameter_count(weights: Weights, outputs: int) -> int:
     """Parameters of one network with `outputs` outputs."""
-    nodes = weights.slope.shape[1]
+    nodes: int = weights.slope.shape[1]
     return 2 * nodes + outputs * (nodes + 1)
 
 

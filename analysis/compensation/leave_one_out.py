@@ -36,7 +36,7 @@ def left_out_networks(
         The networks trained on all of them.
     settings : Training
     device : str
-        Torch's name of the device to train on.
+        To train on: ``cpu``, or torch's name of another.
     epochs : int
         Steps tried at most.
 

@@ -4,10 +4,10 @@ All tensors carry a leading axis B: independent networks (actuators, restarts, l
 together.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Self
 
-import torch
-from torch import Tensor
+from analysis.compensation.tensors import Tensor, namespace
 
 
 @dataclass(frozen=True)
@@ -34,13 +34,17 @@ class Weights:
         """Weights plus a step."""
         return Weights(self.slope + step.slope, self.bias + step.bias, self.output + step.output)
 
+    def of(self, which: Tensor) -> Self:
+        """Return those of the networks for which `which` (B,) is true."""
+        return type(self)(self.slope[which], self.bias[which], self.output[which])
+
     def chosen(self, which: Tensor, other: "Weights") -> "Weights":
         """Self where `which` (B,) is true, else `other`."""
-        one, two = which[:, None], which[:, None, None]
+        xp, one, two = namespace(which), which[:, None], which[:, None, None]
         return Weights(
-            torch.where(one, self.slope, other.slope),
-            torch.where(one, self.bias, other.bias),
-            torch.where(two, self.output, other.output),
+            xp.where(one, self.slope, other.slope),
+            xp.where(one, self.bias, other.bias),
+            xp.where(two, self.output, other.output),
         )
 
 
@@ -56,25 +60,33 @@ class Linearised:
         Derivative of the hidden outputs by slope, then by bias.
     error : (B, n, k) Tensor
         Network minus target.
-    left : (B, n, n) Tensor
-        Left singular vectors of Z, all n.
+    rotated : (B, n, 2H) Tensor
+        `slopes` along the left singular vectors of Z, all n.
     right : (B, H+1, H+1) Tensor
         Right singular vectors, in rows.
     power : (B, max(n, H+1)) Tensor
         Squared singular values, filled with zeros.
+    overlap : (B, 2H, 2H) Tensor
+        Products of the hidden nodes' weights into the outputs, for slopes and biases alike.
     """
 
     features: Tensor
     slopes: Tensor
     error: Tensor
-    left: Tensor
+    rotated: Tensor
     right: Tensor
     power: Tensor
+    overlap: Tensor
+
+    def of(self, which: Tensor) -> Self:
+        """Return those of the networks for which `which` (B,) is true."""
+        return type(self)(*(getattr(self, field.name)[which] for field in fields(self)))
 
 
 def predict(weights: Weights, inputs: Tensor) -> Tensor:
     """Return the outputs (B, n, k) of the networks at `inputs` (n,)."""
-    hidden = torch.tanh(weights.slope[:, None, :] * inputs[:, None] + weights.bias[:, None, :])
+    xp = namespace(inputs)
+    hidden = xp.tanh(weights.slope[:, None, :] * inputs[:, None] + weights.bias[:, None, :])
     return hidden @ weights.output[:, :-1] + weights.output[:, -1:]
 
 
@@ -111,17 +123,21 @@ def linearise(weights: Weights, inputs: Tensor, targets: Tensor, used: Tensor) -
     -------
     Linearised
     """
-    hidden = torch.tanh(weights.slope[:, None, :] * inputs[:, None] + weights.bias[:, None, :])
-    features = torch.cat([hidden, torch.ones_like(hidden[..., :1])], dim=2) * used[:, :, None]
+    xp = namespace(inputs)
+    hidden = xp.tanh(weights.slope[:, None, :] * inputs[:, None] + weights.bias[:, None, :])
+    features = xp.concat([hidden, xp.ones_like(hidden[..., :1])], 2) * used[:, :, None]
     derivative = (1.0 - hidden**2) * used[:, :, None]
-    left, values, right = torch.linalg.svd(features, full_matrices=True)
-    size = max(features.shape[1:])
-    power = torch.nn.functional.pad(values**2, (0, size - values.shape[1]))
+    left, values, right = xp.linalg.svd(features, full_matrices=True)
+    power = xp.zeros_like(left[:, 0] if features.shape[1] > features.shape[2] else right[:, 0])
+    power[:, : values.shape[1]] = values**2
+    slopes = xp.concat([derivative * inputs[:, None], derivative], 2)
+    outward = weights.output[:, :-1]
     return Linearised(
         features,
-        torch.cat([derivative * inputs[:, None], derivative], dim=2),
+        slopes,
         errors(weights, inputs, targets, used),
-        left,
+        left.mT @ slopes,
         right,
         power,
+        xp.tile(outward @ outward.mT, (1, 2, 2)),
     )

@@ -49,7 +49,7 @@ def compensate_measured(
     clock : callable
         Present time, s.
     device : str
-        Torch's name of the device to train on.
+        To train on: ``cpu``, or torch's name of another.
     report : callable
         Told the stage and the share done.
     method : str

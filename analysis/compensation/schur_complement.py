@@ -11,10 +11,8 @@ filters span.
 Tensors carry a leading axis B, see `analysis.compensation.linearised`.
 """
 
-import torch
-from torch import Tensor
-
 from analysis.compensation.linearised import Linearised, Weights
+from analysis.compensation.tensors import Tensor, namespace
 
 
 def step(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, damping: Tensor) -> Weights:
@@ -37,37 +35,36 @@ def step(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, damping:
 
     Raises
     ------
-    torch.linalg.LinAlgError
-        Where the border matrix is not positive definite to the digits at hand.
+    LinAlgError
+        Of numpy or torch, where the border matrix is singular to the digits at hand.
     """
-    a, b = alpha[:, None, None], beta[:, None, None]
+    xp, a, b = namespace(alpha), alpha[:, None, None], beta[:, None, None]
     ridge = alpha + damping
     hidden = weights.output[:, :-1]
     gradient = b * at.features.mT @ at.error + a * weights.output
     pulled = at.error @ hidden.mT
-    own = beta[:, None] * (at.slopes * torch.cat([pulled, pulled], dim=2)).sum(1) + alpha[:, None] * torch.cat(
-        [weights.slope, weights.bias], dim=1
+    own = beta[:, None] * (at.slopes * xp.concat([pulled, pulled], 2)).sum(1) + alpha[:, None] * xp.concat(
+        [weights.slope, weights.bias], 1
     )
     solved = _solve_outputs(at, gradient, ridge, beta)
     coupled = at.features @ solved @ hidden.mT
-    own = own - beta[:, None] * (at.slopes * torch.cat([coupled, coupled], dim=2)).sum(1)
-    border = _border(weights, at, ridge, beta)
-    move = -torch.cholesky_solve(own[..., None], _cholesky(border))[..., 0]
-    slope, bias = move.chunk(2, dim=1)
-    by_slope, by_bias = at.slopes.chunk(2, dim=2)
+    own = own - beta[:, None] * (at.slopes * xp.concat([coupled, coupled], 2)).sum(1)
+    move = -xp.linalg.solve(_border(at, ridge, beta), own[..., None])[..., 0]
+    nodes = weights.slope.shape[1]
+    slope, bias = move[:, :nodes], move[:, nodes:]
+    by_slope, by_bias = at.slopes[..., :nodes], at.slopes[..., nodes:]
     tilt = by_slope * slope[:, None, :] + by_bias * bias[:, None, :]
     change = _solve_outputs(at, b * at.features.mT @ (tilt @ hidden), ridge, beta)
     return Weights(slope, bias, -solved - change)
 
 
-def inverse_trace(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, outputs: int) -> Tensor:
+def inverse_trace(at: Linearised, alpha: Tensor, beta: Tensor, outputs: int) -> Tensor:
     """Trace of (β JᵀJ + α I)⁻¹, from the blocks of the arrow and its border.
 
     Parameters
     ----------
-    weights : Weights
     at : Linearised
-        The networks at `weights`.
+        The networks at their weights.
     alpha, beta : (B,) Tensor
         Weights of the squared parameters and of the squared scaled errors.
     outputs : int
@@ -79,28 +76,26 @@ def inverse_trace(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor,
 
     Raises
     ------
-    torch.linalg.LinAlgError
-        Where the border matrix is not positive definite to the digits at hand.
+    LinAlgError
+        Of numpy or torch, where the border matrix is singular to the digits at hand.
     """
     order = at.right.shape[-1]
     blocks = outputs * (1.0 / (beta[:, None] * at.power[:, :order] + alpha[:, None])).sum(1)
-    count = at.left.shape[-1]
+    count = at.rotated.shape[1]
     weight = beta[:, None] ** 2 * at.power[:, :count] / (beta[:, None] * at.power[:, :count] + alpha[:, None]) ** 2
-    rotated = at.left.mT @ at.slopes
-    through = (rotated.mT * weight[:, None, :]) @ rotated * _overlap(weights)
-    identity = torch.eye(through.shape[-1], dtype=through.dtype, device=through.device)
-    border = torch.cholesky_solve(identity + through, _cholesky(_border(weights, at, alpha, beta)))
-    return blocks + border.diagonal(dim1=1, dim2=2).sum(1)
+    through = (at.rotated.mT * weight[:, None, :]) @ at.rotated * at.overlap
+    xp = namespace(alpha)
+    border = xp.linalg.solve(_border(at, alpha, beta), _identity(through) + through)
+    return blocks + xp.linalg.diagonal(border).sum(1)
 
 
-def log_determinant(weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor, outputs: int) -> Tensor:
+def log_determinant(at: Linearised, alpha: Tensor, beta: Tensor, outputs: int) -> Tensor:
     """Logarithm of the determinant of β JᵀJ + α I, from the blocks of the arrow and its border.
 
     Parameters
     ----------
-    weights : Weights
     at : Linearised
-        The networks at `weights`.
+        The networks at their weights.
     alpha, beta : (B,) Tensor
         Weights of the squared parameters and of the squared scaled errors.
     outputs : int
@@ -112,13 +107,12 @@ def log_determinant(weights: Weights, at: Linearised, alpha: Tensor, beta: Tenso
 
     Raises
     ------
-    torch.linalg.LinAlgError
-        Where the border matrix is not positive definite to the digits at hand.
+    LinAlgError
+        Of numpy or torch, where the border matrix is singular to the digits at hand.
     """
-    order = at.right.shape[-1]
-    blocks = outputs * torch.log(beta[:, None] * at.power[:, :order] + alpha[:, None]).sum(1)
-    border = _cholesky(_border(weights, at, alpha, beta)).diagonal(dim1=1, dim2=2)
-    return blocks + 2.0 * torch.log(border).sum(1)
+    xp, order = namespace(alpha), at.right.shape[-1]
+    blocks = outputs * xp.log(beta[:, None] * at.power[:, :order] + alpha[:, None]).sum(1)
+    return blocks + xp.linalg.slogdet(_border(at, alpha, beta))[1]
 
 
 def _solve_outputs(at: Linearised, right_hand: Tensor, ridge: Tensor, beta: Tensor) -> Tensor:
@@ -127,24 +121,17 @@ def _solve_outputs(at: Linearised, right_hand: Tensor, ridge: Tensor, beta: Tens
     return at.right.mT @ (scale[:, :, None] * (at.right @ right_hand))
 
 
-def _border(weights: Weights, at: Linearised, ridge: Tensor, beta: Tensor) -> Tensor:
+def _border(at: Linearised, ridge: Tensor, beta: Tensor) -> Tensor:
     """Schur complement (B, 2H, 2H) of the output blocks.
 
     Written as Dᵀ(I + β/ridge ZZᵀ)⁻¹D, whose eigenvalues are positive term by term; subtracting
     β² DᵀZ S⁻¹ ZᵀD from β DᵀD loses all digits once β ZᵀZ dwarfs the ridge.
     """
-    count = at.left.shape[-1]
+    count = at.rotated.shape[1]
     weight = beta[:, None] * ridge[:, None] / (beta[:, None] * at.power[:, :count] + ridge[:, None])
-    rotated = at.left.mT @ at.slopes
-    schur = (rotated.mT * weight[:, None, :]) @ rotated * _overlap(weights)
-    return schur + torch.diag_embed(ridge[:, None].expand(-1, schur.shape[-1]))
+    schur = (at.rotated.mT * weight[:, None, :]) @ at.rotated * at.overlap
+    return schur + ridge[:, None, None] * _identity(schur)
 
 
-def _overlap(weights: Weights) -> Tensor:
-    hidden = weights.output[:, :-1]
-    return (hidden @ hidden.mT).repeat(1, 2, 2)
-
-
-def _cholesky(matrix: Tensor) -> Tensor:
-    factor: Tensor = torch.linalg.cholesky(0.5 * (matrix + matrix.mT))
-    return factor
+def _identity(like: Tensor) -> Tensor:
+    return namespace(like).eye(like.shape[-1], dtype=like.dtype, device=like.device)

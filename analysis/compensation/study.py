@@ -1,6 +1,7 @@
 """The compensation put to the test: every method at every quarter of a degree (paper 5.3 and 5.4)."""
 
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -64,13 +65,13 @@ def compensate(
     step : float
         Between the temperatures judged at, K.
     device : str
-        Torch's name of the device to train on.
+        To train on: ``cpu``, or torch's name of another.
     report : callable
         Told the stage and the share done.
     method : str
         How the filters are designed that the networks and their rivals have to follow.
     workers : int
-        Threads that design filters.
+        Threads that design filters, and leave temperatures out while others judge.
     known : (FirBank, EnergyForms), optional
         What `direct_filters` gives at the temperatures judged at; computed where left out.
     place : int, optional
@@ -109,15 +110,18 @@ def compensate(
         filters, training, device, lambda epoch: report("Networks", (epoch + 1) / training.epochs), fed
     )
     taps, seconds = {NETWORK: trained.networks.taps(everywhere)}, {NETWORK: clock() - started}
-    left_out = {NETWORK: left_out_networks(filters, trained, training, device)}
     report("Networks", 1.0)
-    for name, rival in rivals(panel, laws).items():
+    others = rivals(panel, laws)
+    for name, rival in others.items():
         started = clock()
         taps[name] = rival(filters, everywhere)
         seconds[name] = clock() - started
-        left_out[name] = left_out_taps(filters, rival)
+    with ThreadPoolExecutor(max(1, workers - 1)) as pool:  # after all that is timed
+        left_out = {NETWORK: pool.submit(left_out_networks, filters, trained, training, device)}
+        left_out |= {name: pool.submit(left_out_taps, filters, rival) for name, rival in others.items()}
+        found = truth.outcome(method, filters, trained, taps, left_out, seconds, placed)
     report("Leave one out", 1.0)
-    return truth.outcome(method, filters, trained, taps, left_out, seconds, placed)
+    return found
 
 
 @dataclass(frozen=True)
@@ -154,7 +158,7 @@ class _Truth:
         filters: FirBank,
         trained: Trained,
         taps: dict[str, Real],
-        left_out: dict[str, Real],
+        left_out: dict[str, Future[Real]],
         seconds: dict[str, float],
         placed: PlacedTemperatures | None,
     ) -> Compensation:
@@ -173,7 +177,6 @@ class _Truth:
             temperature=everywhere,
             frequency=self.lines,
             relative_error=np.array([relative_error(taps[name], self.bank.taps) for name in METHODS]),
-            left_out=np.array([relative_error(left_out[name], filters.taps[1:-1]) for name in METHODS]),
             contrast_direct=contrast(self.forms, self.heard(self.bank.taps)),
             contrast=np.array([contrast(self.forms, one) for one in heard]),
             response=np.array([mean_response(self.forms, one, asked) for one in heard]),
@@ -188,6 +191,8 @@ class _Truth:
             network_aim=network_aim,
             target_share=self.model.space.grid.target_share,
             placed=placed,
+            # Last, since others compute it in the meantime.
+            left_out=np.array([relative_error(left_out[name].result(), filters.taps[1:-1]) for name in METHODS]),
         )
 
     def aims(self, places: NDArray[np.intp], *banks: Real) -> list[Aim]:

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
@@ -14,6 +13,7 @@ from analysis.compensation.network import InputMap, NetworkBank
 from analysis.compensation.outcome import Trained
 from analysis.compensation.relative_error import relative_error
 from analysis.compensation.settings import Training
+from analysis.compensation.tensors import Tensor, on_processor
 from analysis.focusing.fir import FirBank
 
 
@@ -32,7 +32,7 @@ def train_networks(
         At the training temperatures.
     settings : Training
     device : str
-        Torch's name of the device to train on.
+        To train on: ``cpu``, or torch's name of another.
     progress : callable, optional
         Told the number of every step done, from 0.
     inputs : InputMap, optional
@@ -90,7 +90,7 @@ def split(networks: int, temperatures: int, kind: str, rng: np.random.Generator)
 
 
 def _best(fit: BayesianFit, worst: Real, settings: Training, actuators: int) -> NDArray[np.int64]:
-    evidence = fit.evidence.log_evidence.cpu().numpy().reshape(actuators, settings.restarts)
+    evidence = on_processor(fit.evidence.log_evidence).reshape(actuators, settings.restarts)
     error = worst.reshape(actuators, settings.restarts)
     good = (error <= settings.largest_error) & np.isfinite(evidence)
     lost = np.flatnonzero(~good.any(axis=1))
@@ -108,9 +108,8 @@ def _best(fit: BayesianFit, worst: Real, settings: Training, actuators: int) -> 
 def _report(
     fit: BayesianFit, bank: NetworkBank, chosen: NDArray[np.int64], worst: Real, used: Real, settings: Training
 ) -> Trained:
-    def kept(values: torch.Tensor) -> Real:
-        array: Real = values.cpu().numpy()[chosen]
-        return array
+    def kept(values: Tensor) -> Real:
+        return np.asarray(on_processor(values)[chosen])
 
     evidence = fit.evidence
     return Trained(

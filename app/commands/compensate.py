@@ -62,7 +62,12 @@ Examples:
     help="Measured transfers at five temperatures or more (HDF5, a folder of UFF58), in place of laws and twin.",
 )
 @training_options
-@click.option("--device", default="cpu", show_default=True, help="Where torch trains: cpu, cuda, cuda:1, ...")
+@click.option(
+    "--device",
+    default="cpu",
+    show_default=True,
+    help="Where networks are trained: cpu, or what torch offers: cuda, cuda:1, ...",
+)
 @click.option(
     "--method",
     type=click.Choice(FOCUSING_METHODS),

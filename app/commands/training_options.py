@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Callable
+from dataclasses import fields
 from typing import Any, TypeVar, cast
 
 import click
@@ -63,8 +64,7 @@ def training_options(verb: Verb) -> Verb:
 
     @functools.wraps(verb)
     def training(*args: Any, **options: Any) -> object:
-        names = ("nodes", "restarts", "feed", "scale", "start", "split", "seed")
-        given = {name: options.pop(name) for name in names}
+        given = {one.name: options.pop(one.name) for one in fields(Training) if one.name in options}
         return verb(*args, training=given, **options)
 
     for option in reversed(TRAINING_OPTIONS):

@@ -24,8 +24,8 @@ from app.files.bad_file import ResultFileError
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 
 if TYPE_CHECKING:
+    from simulation.reduction.basis_training import BasisTraining
     from simulation.reduction.plate_basis import PlateBasis
-    from simulation.reduction.reduce import BasisTraining
     from simulation.reduction.reduced_model import ReducedModel
     from simulation.shell.fineness import Fineness
 

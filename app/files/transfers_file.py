@@ -69,7 +69,9 @@ def transfer_files(path: Path) -> tuple[Path, ...]:
     """Return the files that transfers are read from: `path`, or the universal files of this folder."""
     if not path.is_dir():
         return (path,)
-    return tuple(sorted(one for one in path.iterdir() if one.suffix.lower() in (".uff", ".unv")))
+    # Names that begin with a point are notes of the system's own, as macOS leaves beside every file.
+    seen = (one for one in path.iterdir() if not one.name.startswith("."))
+    return tuple(sorted(one for one in seen if one.suffix.lower() in (".uff", ".unv")))
 
 
 def write_transfers(path: Path, transfers: MeasuredTransfers) -> None:
@@ -121,6 +123,11 @@ def _uff(path: Path, temperature: float) -> tuple[MeasuredTransfers, list[int]]:
     taken: dict[tuple[int, int], str] = {}
     for frf in frfs:
         node, source = (int(end.split(":")[0]) for end in (frf.response, frf.reference))
+        if taken.get((node, source)) == frf.response:
+            raise ValueError(
+                f"node {node} answers node {source} more than once as {frf.response}; are these several "
+                "temperatures? Write one file for each, named by it (scan_21.5C.uff), and name their folder"
+            )
         if (node, source) in taken:
             raise ValueError(
                 f"node {node} answers node {source} twice, as {taken[node, source]} and {frf.response}; "

@@ -42,7 +42,7 @@ class CompensatedPanel:
     spacing : float or None
         Between training temperatures, K; None where they were placed, or measured.
     device : str
-        Where torch trained.
+        Where they were trained.
     measured : bool
         Whether the filters come from measured transfers; otherwise from laws and a twin.
     """
@@ -91,7 +91,7 @@ def compute(
     method : str
         How the filters are designed that the networks have to follow.
     device : str
-        Where torch trains: ``cpu``, ``cuda``, ``cuda:1``.
+        Where they are trained: ``cpu``, or a device of torch, ``cuda``, ``cuda:1``.
     place : int, optional
         How many training temperatures are placed where the filters need them, instead of every `spacing`.
     across : sequence of float
@@ -156,7 +156,7 @@ def compute_measured(
     method : str
         How the filters are designed that the networks have to follow.
     device : str
-        Where torch trains: ``cpu``, ``cuda``, ``cuda:1``.
+        Where they are trained: ``cpu``, or a device of torch, ``cuda``, ``cuda:1``.
 
     Returns
     -------

@@ -16,9 +16,9 @@ from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cached_reduction
+from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.energy_sums import EnergySums
 from simulation.reduction.lowest_modes import lowest_modes
-from simulation.reduction.reduce import BasisTraining
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.fineness import Fineness
 

@@ -18,8 +18,8 @@ from app.files.bad_file import ResultFileError
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.twins.panel_twin import PanelTwin
 from simulation.effects.draught_gradient import EFFECT
+from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.modal_form import ModalForm
-from simulation.reduction.reduce import BasisTraining
 from simulation.shell.assembly import assemble_chosen
 from simulation.shell.fineness import Fineness
 from simulation.state.plate_state import Circumstances, PlateState

@@ -8,6 +8,7 @@ A plate over a range of materials:
 ``resonance_lines``        lines that lie on narrow resonances
 ``energy_decomposition``   the candidates worth keeping
 ``certification``          the error against the full model where it was not trained
+``basis_training``         for which materials, and how exactly
 ``galerkin``               a reduced model on given vectors
 ``reduce``                 all of it
 ``footprint_reduction``    the same, with forces and motions besides patches

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
-from simulation.reduction.reduce import BasisTraining
+from simulation.reduction.basis_training import BasisTraining
 from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 

@@ -17,6 +17,7 @@ from analysis.channel import Footprint
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
 from analysis.progress import Progress
+from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_certification import measured_error
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_projection import plate_energies, strains
@@ -25,7 +26,6 @@ from simulation.reduction.missing_answers import joined, missed
 from simulation.reduction.patch_projection import patch_energies
 from simulation.reduction.plate_basis import PlateBasis, plain_reduction
 from simulation.reduction.projector import CHUNK, Projector
-from simulation.reduction.reduce import BasisTraining
 from simulation.shell.assembly import FEW, assemble_chosen
 from simulation.shell.fineness import Fineness
 from simulation.shell.footprints import attached_disc

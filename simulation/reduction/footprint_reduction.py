@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from analysis.arrays import Real
 from analysis.channel import Footprint
 from analysis.material import MaterialBox
-from simulation.reduction.reduce import BasisTraining, reduce
+from simulation.reduction.basis_training import BasisTraining
+from simulation.reduction.reduce import reduce
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import FEW
 from simulation.shell.footprints import footprint_points

@@ -10,8 +10,8 @@ from scipy.sparse import csr_matrix
 from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
+from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.footprint_reduction import reduce_with_footprints
-from simulation.reduction.reduce import BasisTraining
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import FEW, assemble_for
 from simulation.shell.fineness import Fineness

@@ -6,7 +6,7 @@ keeps about half of them; the full model is solved only to measure the error tha
 """
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from analysis.arrays import Real
 from analysis.material import MaterialBox
 from analysis.progress import Progress
+from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.certification import measured_error
 from simulation.reduction.dashpots import columns
 from simulation.reduction.energy_decomposition import (
@@ -36,39 +37,6 @@ SHIFTS = (0.1, 0.9)
 """Places along the band at which a material's stiffness is factorized."""
 DAMPED_LINES = 16
 """Frequencies at every material at which a plate with dashpots is solved."""
-
-
-@dataclass(frozen=True)
-class BasisTraining:
-    """How a reduced model is made.
-
-    Attributes
-    ----------
-    tolerance : float
-        Error allowed, relative to a transfer's rms over the band.
-    modulus_ratio, poisson_step : float
-        Widest gaps between trained materials.
-    lines : int
-        Frequencies at which responses are compared and decomposed.
-    rounds : int
-        How often the error is measured, and what was missed joins the vectors, before the reduction is given up.
-    """
-
-    tolerance: float = 1e-4
-    modulus_ratio: float = 5.0
-    poisson_step: float = 0.2
-    lines: int = 200
-    rounds: int = 3
-
-    def materials(self, box: MaterialBox) -> list[tuple[float, float]]:
-        """(E, nu) of a grid that covers the box, and of the middle of every cell."""
-        (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
-        cells_e = int(np.ceil(np.log(e1 / e0) / np.log(self.modulus_ratio) - 1e-6))
-        cells_n = int(np.ceil((n1 - n0) / self.poisson_step - 1e-6))
-        e, n = np.geomspace(e0, e1, cells_e + 1), np.linspace(n0, n1, cells_n + 1)
-        grid = [(x, y) for x in e for y in n]
-        centers = [(x, y) for x in np.sqrt(e[1:] * e[:-1]) for y in 0.5 * (n[1:] + n[:-1])]
-        return [(float(x), float(y)) for x, y in grid + centers]
 
 
 def reduce(

@@ -40,52 +40,7 @@ from app.twins import tilted_twin as tilted_module
 from app.twins.panel_twin import panel_twin
 from app.twins.tilted_twin import WholeLaws, tilted_twin
 from simulation.state.plate_state import PlateState
-
-PANEL = """\
-format = "panel/1"
-title = "two patches"
-grid = [20, 16]
-
-[plate]
-length_x = 0.24
-length_y = 0.19
-thickness = 0.003
-mass = 0.12996
-boundary = "clamped"
-
-[[patch]]
-id = "A1"
-role = "actuator"
-center = [0.07, 0.1]
-size = [0.02, 0.02]
-thickness = 0.0005
-
-[[patch]]
-id = "A2"
-role = "actuator"
-center = [0.15, 0.1]
-size = [0.02, 0.02]
-thickness = 0.0005
-
-[target]
-center = [0.3, 0.55]
-size = [0.25, 0.3]
-
-[filters]
-taps = 64
-sample_rate = 4000.0
-band = [100.0, 300.0]
-edges = [60.0, 360.0]
-transform_length = 512
-delay = 32
-
-[twin]
-youngs_modulus = [0.9e9, 3.4e9]
-poisson_ratio = [0.33, 0.46]
-loss_factor = [0.05, 0.09]
-function_tolerance = 1e-6
-basis_tolerance = 1e-2
-"""
+from tests.two_patch_panel import PANEL
 
 
 @pytest.fixture
@@ -293,19 +248,18 @@ def test_filters_that_follow_the_paper_closely_and_the_sound_badly_end_with_stat
     assert json.loads(result.stdout)["methods"]["network"]["contrast_loss"] == pytest.approx(found.largest_loss[0])
 
 
-def test_focus_does_without_torch(run, panel):
+@pytest.mark.parametrize("verb", [("focus", "--temperature", "20"), ("compensate",)])
+def test_filters_and_networks_do_without_torch(run, panel, verb):
     code = "import sys; from app.main import flexura; flexura(sys.argv[1:], standalone_mode=False)"
     code += "; sys.exit('torch' in sys.modules)"
     words = [
         sys.executable,
         "-c",
         code,
-        "focus",
+        *verb,
         str(run),
         "--panel",
         str(panel),
-        "--temperature",
-        "20",
         "--quiet",
     ]
     assert subprocess.run(words, check=False).returncode == 0

@@ -26,45 +26,9 @@ from app.main import flexura as program
 from app.stages import focus as focus_stage
 from app.stages.panel_laws import laws_of_twin
 from flexura import panels
+from tests.two_patch_panel import PANEL
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "pp-plate"
-PANEL = """\
-format = "panel/1"
-title = "two patches"
-grid = [10, 8]
-
-[plate]
-length_x = 0.24
-length_y = 0.19
-thickness = 0.003
-mass = 0.12996
-boundary = "clamped"
-
-[[patch]]
-id = "A1"
-role = "actuator"
-center = [0.07, 0.1]
-size = [0.02, 0.02]
-thickness = 0.0005
-
-[[patch]]
-id = "A2"
-role = "actuator"
-center = [0.15, 0.1]
-size = [0.02, 0.02]
-thickness = 0.0005
-
-[target]
-center = [0.3, 0.55]
-size = [0.25, 0.3]
-
-[filters]
-taps = 32
-sample_rate = 4000.0
-band = [100.0, 300.0]
-edges = [60.0, 360.0]
-transform_length = 512
-"""
 
 
 @pytest.fixture

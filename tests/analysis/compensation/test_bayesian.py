@@ -139,6 +139,42 @@ def test_a_network_trains_the_same_alone_and_in_company(rng):
         torch.testing.assert_close(alone.weights.slope[0], both.weights.slope[b], rtol=1e-6, atol=1e-8)
 
 
+def test_tensors_of_torch_train_as_arrays_of_numpy_do(rng):
+    """What `--device` asks for runs the same lines; only rounding differs."""
+    inputs, targets = np.linspace(-1.0, 1.0, 9), np.stack([waves(np.linspace(-1.0, 1.0, 9), 5)] * 3)
+    start = [rng.normal(size=s) for s in ((3, 4), (3, 4), (3, 5, 5))]
+
+    def trained(kind):
+        problem = TrainingProblem(kind(inputs), kind(targets), kind(np.ones((3, 9))), 5)
+        return train(problem, Weights(*map(kind, start)), 40)
+
+    one, other = trained(np.asarray), trained(tensor)
+    assert isinstance(one.weights.output, np.ndarray)
+    assert isinstance(other.weights.output, torch.Tensor)
+    np.testing.assert_allclose(one.weights.output, other.weights.output.numpy(), rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(one.evidence.log_evidence, other.evidence.log_evidence.numpy(), rtol=1e-9)
+    np.testing.assert_array_equal(one.epochs, other.epochs.numpy())
+
+
+def test_networks_that_have_ended_keep_their_place_and_their_weights(rng):
+    """The batch shrinks as its members end; each is what it is alone, to the last bit in numpy."""
+    inputs = np.linspace(-1.0, 1.0, 9)
+    targets = waves(inputs, 5) + 0.1 * rng.normal(size=(3, 9, 5))
+    start = [rng.normal(size=s) for s in ((3, 2), (3, 2), (3, 3, 5))]
+
+    def trained(which):
+        problem = TrainingProblem(inputs, targets[which], np.ones((len(targets[which]), 9)), 5)
+        return train(problem, Weights(*(s[which] for s in start)), 2000)
+
+    together = trained(slice(None))
+    assert len(set(together.epochs.tolist())) == 3
+    for b in range(3):
+        alone = trained(slice(b, b + 1))
+        assert alone.epochs[0] == together.epochs[b]
+        np.testing.assert_array_equal(alone.weights.output[0], together.weights.output[b])
+        np.testing.assert_array_equal(alone.evidence.gamma[0], together.evidence.gamma[b])
+
+
 def test_the_paper_s_network_has_5652_parameters():
     weights = Weights(*(torch.zeros(s, dtype=torch.float64) for s in ((1, 10), (1, 10), (1, 11, 13))))
     assert parameter_count(weights, 512) == 5652

@@ -66,8 +66,8 @@ def test_the_step_solves_the_full_normal_equations(dense, case):
 
 def test_trace_and_determinant_equal_those_of_the_full_matrix(dense, case):
     at = linearise(*case)
-    trace = inverse_trace(case[0], at, ALPHA, BETA, OUTPUTS)
-    determinant = log_determinant(case[0], at, ALPHA, BETA, OUTPUTS)
+    trace = inverse_trace(at, ALPHA, BETA, OUTPUTS)
+    determinant = log_determinant(at, ALPHA, BETA, OUTPUTS)
     for b in range(NETWORKS):
         w, jacobian, _ = plain(dense, case, b)
         matrix = BETA[b].item() * jacobian.T @ jacobian + ALPHA[b].item() * np.eye(len(w))
@@ -80,11 +80,9 @@ def test_outputs_that_carry_no_weights_count_in_closed_form(case):
     at = linearise(*case)
     gram = at.features.mT @ at.features
     block = BETA[:, None, None] * gram + ALPHA[:, None, None] * torch.eye(NODES + 1, dtype=torch.float64)
-    more = inverse_trace(case[0], at, ALPHA, BETA, OUTPUTS + 5) - inverse_trace(case[0], at, ALPHA, BETA, OUTPUTS)
+    more = inverse_trace(at, ALPHA, BETA, OUTPUTS + 5) - inverse_trace(at, ALPHA, BETA, OUTPUTS)
     torch.testing.assert_close(more, 5.0 * torch.linalg.inv(block).diagonal(dim1=1, dim2=2).sum(1))
-    grown = log_determinant(case[0], at, ALPHA, BETA, OUTPUTS + 5) - log_determinant(
-        case[0], at, ALPHA, BETA, OUTPUTS
-    )
+    grown = log_determinant(at, ALPHA, BETA, OUTPUTS + 5) - log_determinant(at, ALPHA, BETA, OUTPUTS)
     torch.testing.assert_close(grown, 5.0 * torch.logdet(block))
 
 
@@ -107,5 +105,5 @@ def test_more_nodes_than_samples_are_solved_too(dense, rng):
     w = np.concatenate([part[0].numpy().ravel() for part in (weights.slope, weights.bias, weights.output)])
     _, jacobian = dense.network(w, inputs.numpy(), 5, 2)
     matrix = 40.0 * jacobian.T @ jacobian + 0.3 * np.eye(len(w))
-    found = inverse_trace(weights, at, ALPHA[:1], BETA[:1], 2)
+    found = inverse_trace(at, ALPHA[:1], BETA[:1], 2)
     assert found.item() == pytest.approx(np.trace(np.linalg.inv(matrix)), rel=1e-10)

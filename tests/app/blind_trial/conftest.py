@@ -12,9 +12,10 @@ from app.blind_trial.plates import PlateKind, draw_plate
 from app.blind_trial.specimen import with_hidden_point
 from app.files.experiment_toml import AcquiredExperiment
 from simulation.meshing.recipe import MeshRecipe
+from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_reduction import reduce_with_effects
-from simulation.reduction.reduce import BasisTraining, reduce
+from simulation.reduction.reduce import reduce
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.assembly import assemble_for
 from simulation.shell.fineness import Fineness

@@ -10,9 +10,9 @@ from analysis.experiment import Acquisition, Experiment, OvenDeclaration, Patch,
 from analysis.material import MaterialBox
 from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from simulation.meshing.recipe import MeshRecipe
+from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.effect_reduction import reduce_with_effects
 from simulation.reduction.plate_basis import PlateBasis
-from simulation.reduction.reduce import BasisTraining
 from simulation.shell.fineness import Fineness
 
 BOX, BAND = MaterialBox((2e9, 3e9), (0.35, 0.4), (0.03, 0.1)), (100.0, 400.0)

@@ -64,6 +64,22 @@ def test_a_node_that_answers_in_two_directions_is_refused(tmp_path):
         read_transfers(scan(tmp_path / "scan.uff", frfs), BAND, 20.0)
 
 
+def test_several_temperatures_in_one_file_are_refused_with_the_way_to_split_them(tmp_path):
+    path = scan(tmp_path / "scan.uff", every() + every())
+    wanted = r"node 1 answers node 8 more than once as 1:\+3; .* Write one file for each, named by it .*folder"
+    with pytest.raises(ResultFileError, match=wanted):
+        read_transfers(path, BAND, 20.0)
+
+
+def test_what_macos_leaves_in_a_folder_is_not_read(tmp_path):
+    for temperature in (20, 30):
+        scan(tmp_path / f"scan_{temperature}C.uff", every())
+        (tmp_path / f"._scan_{temperature}C.uff").write_bytes(b"\0\5\x16\7")
+    (tmp_path / ".DS_Store").write_bytes(b"\0\0\0\1Bud1")
+    assert [one.name for one in transfer_files(tmp_path)] == ["scan_20C.uff", "scan_30C.uff"]
+    assert read_transfers(tmp_path, BAND, 20.0).temperature.tolist() == [20.0, 30.0]
+
+
 def test_a_damaged_coordinate_is_refused_in_a_sentence(tmp_path):
     """The library meets it with a plain Exception."""
     path = scan(tmp_path / "scan.uff", every())

@@ -74,7 +74,7 @@ def test_verbs_stop_with_status_2(
 
 def test_a_basis_that_does_not_converge_is_a_sentence(tmp_path: Path, measured, monkeypatch) -> None:
     from simulation.meshing.recipe import MeshRecipe
-    from simulation.reduction.reduce import BasisTraining
+    from simulation.reduction.basis_training import BasisTraining
     from simulation.shell.fineness import Fineness
 
     monkeypatch.setenv("FLEXURA_CACHE", str(tmp_path))

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from analysis.material import MaterialBox
+from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.damped_modes import relative_error
 from simulation.reduction.energy_decomposition import orthonormal
 from simulation.reduction.lowest_modes import lowest_modes
 from simulation.reduction.rational_krylov import material_space
-from simulation.reduction.reduce import BasisTraining, reduce
+from simulation.reduction.reduce import reduce
 from simulation.shell.assembly import assemble
 from simulation.shell.factors import factorize
 
