@@ -8,7 +8,6 @@ from analysis.arrays import Real
 from analysis.focusing.panel import Panel
 from analysis.focusing.temperatures import covered
 from analysis.material import Material, MaterialLaws
-from analysis.updating.laws import fit_laws
 from app.files.bad_file import ResultFileError
 from app.files.laws_file import load_laws
 from app.files.run_folder import run_file
@@ -50,6 +49,8 @@ def laws_for(run: Path | None, twin: Path | None, verb: str) -> tuple[Path, Mate
 
 def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
     """Smooth laws through the nodes of a twin file; ResultFileError for fewer than three."""
+    from analysis.updating.laws import fit_laws
+
     nodes = twin.laws
     material = Material(*(np.array(x) for x in (nodes.youngs_modulus, nodes.poisson_ratio, nodes.loss_factor)))
     spread = (nodes.sigma_youngs_modulus, nodes.sigma_poisson_ratio, nodes.sigma_loss_factor)
