@@ -1,7 +1,6 @@
 """Filters between the training temperatures by interpolation: what a network has to beat."""
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.fir import FirBank
@@ -37,6 +36,8 @@ def cubic_spline(filters: FirBank, knots: Real, places: Real) -> Real:
     (T, N, M) ndarray
         Taps, V per unit of audio signal.
     """
+    from scipy.interpolate import CubicSpline
+
     ascending = np.argsort(knots)
     low, high = knots[ascending[0]], knots[ascending[-1]]
     spline = CubicSpline(knots[ascending], filters.taps[ascending], axis=0)
@@ -70,6 +71,8 @@ def reduced_frequency(filters: FirBank, knots: Real, places: Real, frequency: Re
     (T, F, N) complex ndarray
         Responses of the filters wanted.
     """
+    from scipy.interpolate import CubicSpline
+
     ascending = np.argsort(knots)
     knots = knots[ascending]
     reach = np.exp(knots[-1] - knots[0])

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from analysis.arrays import Complex, Real
 from analysis.compensation.settings import FEWEST
@@ -121,6 +120,8 @@ class _Judge:
 
     def losses(self, places: NDArray[np.intp]) -> Real:
         """Contrast lost at the worst line of every temperature (T,), with a spline through those at `places`."""
+        from scipy.interpolate import CubicSpline
+
         weights = CubicSpline(self.temperature[places], np.eye(len(places)))(self.temperature)
         predicted = np.tensordot(weights, self.heard[places], axes=1)
         return np.asarray((self.direct - contrast(self.forms, predicted)).max(axis=1))

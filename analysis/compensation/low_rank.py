@@ -5,7 +5,6 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from analysis.arrays import Real
 from analysis.focusing.fir import FirBank
@@ -48,6 +47,8 @@ class LowRankBank:
 
     def taps(self, temperature: ArrayLike) -> Real:
         """Return filters (T, N, M) at `temperature` (T,), °C; outside the range, those of its end."""
+        from scipy.interpolate import CubicSpline
+
         at = np.clip(
             np.atleast_1d(np.asarray(temperature, dtype=float)), self.temperature[0], self.temperature[-1]
         )

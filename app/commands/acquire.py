@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, out_folder, which_rig
+from app.commands.options import EXPERIMENT, out_folder, which_rig
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ Examples:
 
 
 @click.command(name="acquire", epilog=EXAMPLES, short_help="Run a campaign on the rig, or take it up again.")
-@click.argument("experiment", type=PATH)
+@click.argument("experiment", type=EXPERIMENT)
 @which_rig
 @click.option("--test-shot", is_flag=True, help="One short sweep as things are, the oven left alone; no campaign.")
 @click.option("--again", is_flag=True, help="Run the legs once more for what was missed or failed.")
@@ -53,10 +53,14 @@ def command(
     Exit status 1 where sweeps are missing at the end, or the rig stopped the campaign; 3 where something could not
     be verified to be at rest (NOT AT REST: go there and switch it off).
     """
+    from app.files.experiment_toml import read_acquired_experiment
+
+    started = time.perf_counter()
+    declared = read_acquired_experiment(experiment)
+
     from app.files.acquired_campaign import campaign_log
     from app.files.campaign_error import CampaignFileError
-    from app.files.campaign_folder import is_campaign_folder
-    from app.files.experiment_toml import read_acquired_experiment
+    from app.files.campaign_kind import is_campaign_folder
     from app.files.same_experiment import require_ours
     from app.rig.doctor import require_room
     from app.terminal.campaign_ending import broken_off, completed
@@ -65,8 +69,6 @@ def command(
     from drivers.rig.session import Session
 
     folder = (out or experiment.resolve().with_name(experiment.stem + "-campaign")).resolve()
-    started = time.perf_counter()
-    declared = read_acquired_experiment(experiment)
     kind = rig or declared.rig
     declared = declared.on(kind)
     acquired = declared.model_dump(mode="json") | {"rig": kind}

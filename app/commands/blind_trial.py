@@ -53,10 +53,13 @@ def command(
     outside: physics that it has not; ablated: an effect that it lacks today. Run again, it goes on where it was
     stopped. Writes proof.json and proof.png. Exit status 1 where a figure misses its target.
     """
-    from app.blind_trial.trial import Trial, begin, run_trial, worker_processes
+    from app.files.run_folder import writable_folder
 
     stream = "calibration" if calibrate else "trial"
-    folder = out or Path(f"blind-{stream}-{seed}")
+    folder = writable_folder(out or Path(f"blind-{stream}-{seed}"), "--out")
+
+    from app.blind_trial.trial import Trial, begin, run_trial, worker_processes
+
     wanted = tuple(kind for kind in KINDS if kind in kinds) or KINDS
     trial = Trial(folder, count, seed, wanted, stream)
     begin(trial)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from app.commands.bad_input import bad_input
+from app.commands.options import EXPERIMENT
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -45,6 +46,9 @@ def command(instrument: str, really: bool, output: Output) -> None:
     Exit status 1 where a check failed; 3 where oven or drive are not known to be at rest, or another process of
     this computer uses them: then nothing is asked of them.
     """
+    if instrument.endswith(".toml"):
+        EXPERIMENT.convert(instrument, None, None)
+
     from app.files.instruments_toml import declared_instruments
     from app.terminal.campaign_ending import NOT_AT_REST
     from drivers.rig.end_requests import EndRequests

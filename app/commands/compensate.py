@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import FOCUSING_METHODS, PATH, filter_options, laws_of_twin, out_folder
+from app.commands.options import (
+    FOCUSING_METHODS,
+    PANEL,
+    RUN_OF_PANEL,
+    TRANSFERS,
+    filter_options,
+    laws_of_twin,
+    out_folder,
+)
 from app.commands.output import Output, output_options
 from app.commands.training_options import training_of, training_options, typed
 
@@ -36,8 +44,8 @@ Examples:
 @click.command(
     name="compensate", epilog=EXAMPLES, short_help="Train networks that give filters at any temperature."
 )
-@click.argument("run", type=PATH, required=False)
-@click.option("--panel", type=PATH, help="Panel file (default: that of RUN's filters.h5).")
+@click.argument("run", type=RUN_OF_PANEL, required=False)
+@click.option("--panel", type=PANEL, help="Panel file (default: that of RUN's filters.h5).")
 @click.option(
     "--spacing",
     type=click.FloatRange(0.5, 30.0),
@@ -58,7 +66,7 @@ Examples:
 )
 @click.option(
     "--transfers",
-    type=PATH,
+    type=TRANSFERS,
     help="Measured transfers at five temperatures or more (HDF5, a folder of UFF58), in place of laws and twin.",
 )
 @training_options

@@ -114,7 +114,9 @@ def command(quick: bool, out: Path | None, output: Output) -> None:
     one, do the same: each is shown before it runs. With --quick, one campaign of four temperatures up to 600 Hz
     goes from the rig to filters of a small panel and a report.
     """
-    folder = out or Path("flexura-demo")
+    from app.files.run_folder import writable_folder
+
+    folder = writable_folder(out or Path("flexura-demo"), "--out")
     parts = (quick_part(folder),) if quick else parts_in(folder)
     with redirect_stdout(sys.stderr):  # the output stream belongs to what the demo found
         done = [(part, *run_stages(part, quiet=output.quiet)) for part in parts]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, out_folder
+from app.commands.options import EXPERIMENT, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ Examples:
 
 
 @click.command(name="doctor", epilog=EXAMPLES, short_help="Say what works on this computer, and what to do.")
-@click.argument("experiment", type=PATH, required=False)
+@click.argument("experiment", type=EXPERIMENT, required=False)
 @out_folder("Folder the campaign would be written to (default: that of EXPERIMENT).")
 @output_options("the findings")
 @bad_input
@@ -35,10 +35,12 @@ def command(experiment: Path | None, out: Path | None, output: Output) -> None:
     something that is needed is not there.
     """
     from app.files.experiment_toml import read_acquired_experiment
+
+    declared = read_acquired_experiment(experiment) if experiment is not None else None
+
     from app.rig.doctor import examine
     from drivers.rig.survey import FindingState
 
-    declared = read_acquired_experiment(experiment) if experiment is not None else None
     folder = (out or (experiment.parent if experiment is not None else Path())).resolve()
     findings = list(examine(declared, folder))
     bad = [finding for finding in findings if finding.state is FindingState.BAD]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, following_method, out_folder
+from app.commands.options import RUN_WITH_FILTERS, following_method, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ Examples:
 
 
 @click.command(name="export", epilog=EXAMPLES, short_help="Write filters for a target: C, ONNX, NPZ, WAV, CSV.")
-@click.argument("run", type=PATH, required=False)
+@click.argument("run", type=RUN_WITH_FILTERS, required=False)
 @click.option("--to", "form", type=click.Choice(FORMS), required=True, help="What is written.")
 @following_method
 @click.option(
@@ -63,6 +63,10 @@ def command(
     and the convolution. onnx: temperature in, taps out. npz and csv: taps at some temperatures, npz with all that
     gives them at any other. wav: impulse responses, a file per temperature. Every file says what it was made from.
     """
+    if number == "int16" and form != "c":
+        raise click.UsageError(f"--number int16 is for --to c; {form} holds floats")
+    if temperatures and form in ("c", "onnx"):
+        raise click.UsageError(f"--temperature is for npz, wav and csv; {form} follows every temperature")
     from app.files.exports.c_code import BLOCK, write_c
     from app.files.exports.cost import Cost
     from app.files.exports.numbers import write_csv, write_npz
@@ -71,10 +75,6 @@ def command(
     from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
 
-    if number == "int16" and form != "c":
-        raise click.UsageError(f"--number int16 is for --to c; {form} holds floats")
-    if temperatures and form in ("c", "onnx"):
-        raise click.UsageError(f"--temperature is for npz, wav and csv; {form} follows every temperature")
     beside = run or Path()
     sent = shipment(beside, method, "export").chosen({"to": form, "number": number})
     wanted = _temperatures(sent, temperatures)

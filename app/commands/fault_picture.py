@@ -22,7 +22,7 @@ def fault_picture(wrong: Misplaced, options: Mapping[str, object]) -> str:
 
 
 def _target(source: Path, out: object) -> Path:
-    from app.files.campaign_toml import NAME
+    from app.files.campaign_kind import DECLARATION
 
-    beside = source.parent if source.name == NAME else source.with_suffix("")
+    beside = source.parent if source.name == DECLARATION else source.with_suffix("")
     return (out if isinstance(out, Path) else beside).resolve().with_name(f"{beside.resolve().name}-geometry.png")

@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import FOCUSING_METHODS, PATH, filter_options, laws_of_twin, out_folder
+from app.commands.options import (
+    FOCUSING_METHODS,
+    PANEL,
+    RUN_WITH_LAWS,
+    TRANSFERS,
+    filter_options,
+    laws_of_twin,
+    out_folder,
+)
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -32,8 +40,8 @@ Examples:
 
 
 @click.command(name="focus", epilog=EXAMPLES, short_help="Design focusing filters over temperature.")
-@click.argument("run", type=PATH, required=False)
-@click.option("--panel", type=PATH, help="Panel file (default: the paper's section 2).")
+@click.argument("run", type=RUN_WITH_LAWS, required=False)
+@click.option("--panel", type=PANEL, help="Panel file (default: the paper's section 2).")
 @click.option(
     "--temperature", "temperatures", type=float, multiple=True, help="°C; repeat for more (default: every 5 °C)."
 )
@@ -51,7 +59,7 @@ Examples:
 @filter_options
 @click.option(
     "--transfers",
-    type=PATH,
+    type=TRANSFERS,
     help="Measured transfers (UFF58 with nodes, a folder of such, or HDF5) in place of RUN's laws and a twin.",
 )
 @laws_of_twin

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, effects_of_twin, mains, own_effects, run_out
+from app.commands.options import CAMPAIGN, effects_of_twin, mains, own_effects, run_out
 from app.commands.output import Output, output_options
 
 GOOD = ("none", "explained")
@@ -21,7 +21,7 @@ Examples:
 
 
 @click.command(name="gap", epilog=EXAMPLES, short_help="Say what the twin lacks, by name.")
-@click.argument("campaign", type=PATH)
+@click.argument("campaign", type=CAMPAIGN)
 @effects_of_twin
 @own_effects
 @run_out

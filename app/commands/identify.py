@@ -1,6 +1,8 @@
 """``flexura identify``: poles and residues of a campaign, of a test, or of FRFs in a universal file."""
 
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,14 +10,14 @@ import click
 from click.core import ParameterSource
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, mains, run_out
+from app.commands.options import PATH, RUN_WITH_LAWS, Existing, mains, run_out
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
     from analysis.identification.reading import Damping
     from app.stages.identify import Method, Wanted
 
-
+MEASURED = Existing("allowed: a campaign's folder, a test's declaration (test.toml), or a universal file")
 EXAMPLES = """\b
 Examples:
   flexura identify plate --out plate-run
@@ -27,7 +29,7 @@ Examples:
 
 
 @click.command(name="identify", epilog=EXAMPLES, short_help="Find modes and follow them over temperature.")
-@click.argument("campaign", metavar="CAMPAIGN|TEST.toml|FRFS.uff", type=PATH)
+@click.argument("campaign", metavar="CAMPAIGN|TEST.toml|FRFS.uff", type=MEASURED)
 @click.option(
     "--damping",
     type=click.Choice(["hysteretic", "viscous"]),
@@ -47,7 +49,7 @@ Examples:
 @click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs as a universal file, too.")
 @click.option(
     "--twin",
-    type=PATH,
+    type=RUN_WITH_LAWS,
     metavar="RUN",
     help="Run folder of `flexura update` for CAMPAIGN: fit the modes its twin expects, under the twin's numbers.",
 )
@@ -76,20 +78,18 @@ def command(
     test's too, with its shapes (flexura new writes TEST.toml). FRFS.uff is taken FRF by FRF and printed; with
     --shared-poles as one structure, into a run folder too.
     """
-    from analysis.identification.settings import Settings
     from app.files.modal_test_toml import declares_test
-    from app.stages.identify import Wanted
 
     if band is not None and not band[0] < band[1]:
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
-    wanted = Wanted(Settings(mains=mains), damping, method, band)
+    options = partial(_wanted, mains, damping, method, band)
     if declares_test(campaign):
         if twin is not None:
             raise click.BadParameter("a test has no twin", param_hint="--twin")
         if shared_poles or export is not None:
             told = "a test's FRFs always share poles; they are written as RUN/frfs.uff"
             raise click.BadParameter(told, param_hint="--shared-poles" if shared_poles else "--export")
-        identify_structure(campaign, out, wanted, output)
+        _structure(campaign, out, options, output)
     elif campaign.suffix.lower() in (".uff", ".unv", ".uf") or (
         campaign.is_file() and campaign.suffix.lower() != ".toml"
     ):
@@ -98,51 +98,49 @@ def command(
         if twin is not None:
             raise click.BadParameter("a universal file has no twin", param_hint="--twin")
         if shared_poles:
-            identify_structure(campaign, out, wanted, output)
+            _structure(campaign, out, options, output)
         elif out is not None:
             told = "FRFs identified one by one are only printed; a run folder needs --shared-poles"
             raise click.BadParameter(told, param_hint="--out")
         else:
-            identify_uff(campaign, wanted, output)
+            _uff(campaign, options, output)
     else:
         if shared_poles:
             raise click.BadParameter("a campaign's sensors always share poles", param_hint="--shared-poles")
         if twin is not None and method != "auto":
             raise click.BadParameter("the paper's recipe knows no twin; leave --method out", param_hint="--twin")
-        identify_campaign(campaign, out, export, twin, wanted, output)
+        _campaign(campaign, out, export, twin, options, output)
 
 
-def identify_campaign(
-    campaign: Path, out: Path | None, export: Path | None, twin: Path | None, wanted: "Wanted", output: Output
+def _wanted(mains: float, damping: "Damping", method: "Method", band: tuple[float, float] | None) -> "Wanted":
+    """Return the options as the stage takes them; called once the input is read: the stage is slow to import."""
+    from analysis.identification.settings import Settings
+    from app.stages.identify import Wanted
+
+    return Wanted(Settings(mains=mains), damping, method, band)
+
+
+def _campaign(
+    campaign: Path,
+    out: Path | None,
+    export: Path | None,
+    twin: Path | None,
+    options: "Callable[[], Wanted]",
+    output: Output,
 ) -> None:
-    """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs for others where asked.
-
-    Parameters
-    ----------
-    campaign : Path
-        Its folder.
-    out : Path or None
-        Run folder; None for the one beside the campaign.
-    export : Path or None
-        File for the FRFs.
-    twin : Path or None
-        Run folder of ``flexura update`` whose twin says which modes to expect.
-    wanted : Wanted
-    output : Output
-
-    Raises
-    ------
-    click.exceptions.Exit
-        With status 1, where no mode is found.
-    """
+    """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs for others where asked."""
     from app.files.campaign import load_campaign
-    from app.files.run_folder import run_folder, writable_folder
-    from app.terminal.modes import campaign_record, show, summary
+    from app.files.run_folder import run_file, run_folder, writable_folder
 
     started = time.perf_counter()
+    if twin is not None:
+        run_file(twin, "laws.h5", "update")
     loaded = load_campaign(campaign)
-    from app.stages import identify  # what computes takes a second to import: a wrong folder is told before
 
+    from app.stages import identify
+    from app.terminal.modes import campaign_record, show, summary
+
+    wanted = options()
     run = run_folder(campaign, out)
     if export is not None:
         writable_folder(export.parent, "--export")
@@ -159,34 +157,24 @@ def identify_campaign(
         raise click.exceptions.Exit(1)
 
 
-def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: Output) -> None:
-    """Identify a test, or the FRFs of a universal file, as one structure.
-
-    Parameters
-    ----------
-    path : Path
-        Declaration of a test, its folder, or a universal file.
-    out : Path or None
-        Run folder; None for the one beside `path`.
-    wanted : Wanted
-    output : Output
-
-    Raises
-    ------
-    click.exceptions.Exit
-        With status 1, where no mode is found.
-    ResultFileError
-        Where nothing can be identified.
-    """
+def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", output: Output) -> None:
+    """Identify a test, or the FRFs of a universal file, as one structure."""
+    from app.files.modal_test_toml import declares_test
     from app.files.run_folder import run_folder
-    from app.modal_test.records import record_of, show_shapes
-    from app.stages import identify_structure as stage
-    from app.terminal.modes import modes_record, show_modes
+    from app.files.uff58 import read_frfs
+    from app.modal_test.declared_test import declared_frfs
+    from app.modal_test.frf_set import of_universal
 
     started = time.perf_counter()
     typed_mains = click.get_current_context().get_parameter_source("mains") is ParameterSource.COMMANDLINE
     with output.progress() as report:
-        found, wanted = stage.compute(path, wanted, report, mains_named=typed_mains)
+        frfs = declared_frfs(path, report) if declares_test(path) else of_universal(path, read_frfs(path))
+
+        from app.modal_test.records import record_of, show_shapes
+        from app.stages import identify_structure as stage
+        from app.terminal.modes import modes_record, show_modes
+
+        found, wanted = stage.compute(frfs, options(), report, mains_named=typed_mains)
     run = run_folder(path.parent if path.name == "test.toml" else path, out)
     stage.save(run, found, wanted)
     frfs, seconds = found.frfs, time.perf_counter() - started
@@ -209,29 +197,18 @@ def identify_structure(path: Path, out: Path | None, wanted: "Wanted", output: O
         raise click.exceptions.Exit(1)
 
 
-def identify_uff(path: Path, wanted: "Wanted", output: Output) -> None:
-    """Identify the FRFs of a universal file one by one, and print their modes.
-
-    Parameters
-    ----------
-    path : Path
-        Of data sets 58.
-    wanted : Wanted
-    output : Output
-
-    Raises
-    ------
-    click.exceptions.Exit
-        With status 1, where no mode is found.
-    """
+def _uff(path: Path, options: "Callable[[], Wanted]", output: Output) -> None:
+    """Identify the FRFs of a universal file one by one, and print their modes."""
     from app.files.uff58 import read_frfs
-    from app.stages.identify import uff_records
-    from app.terminal.modes import show_modes
 
     started = time.perf_counter()
     frfs = read_frfs(path)
+
+    from app.stages.identify import uff_records
+    from app.terminal.modes import show_modes
+
     with output.progress() as report:
-        records = uff_records(frfs, wanted, report)
+        records = uff_records(frfs, options(), report)
     seconds = time.perf_counter() - started
 
     def show_all() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, out_folder
+from app.commands.options import CAMPAIGN, out_folder
 from app.commands.output import Output, output_options
 
 EXAMPLES = """\b
@@ -16,7 +16,7 @@ Examples:
 
 
 @click.command(name="import", epilog=EXAMPLES, short_help="Turn a recorded campaign into a campaign folder.")
-@click.argument("folder", type=PATH)
+@click.argument("folder", type=CAMPAIGN)
 @click.option("--allow-missing", is_flag=True, help="Go on without sweeps that are not there or clipped.")
 @click.option("--actuator", metavar="ID", help="Of several that drove one after the other: take its sweeps.")
 @out_folder("Campaign folder (default: FOLDER-campaign beside FOLDER).")

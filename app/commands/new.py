@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, out_folder
+from app.commands.options import Existing, out_folder
 from app.commands.output import Output, output_options
 
 EXAMPLES = """\b
@@ -27,7 +27,7 @@ def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
 
 @click.command(name="new", epilog=EXAMPLES, short_help="Write a declaration to start from.")
 @click.argument("what", type=click.Choice(["test", "campaign"]))
-@click.argument("files", nargs=-1, type=PATH)
+@click.argument("files", nargs=-1, type=Existing("allowed: files of signals or FRFs"))
 @click.option(
     "--kind",
     type=click.Choice(["hammer", "continuous", "frf"]),
@@ -42,7 +42,12 @@ def _named(_: click.Context, __: click.Parameter, values: tuple[str, ...]) -> di
 @click.option(
     "--roving", metavar="NAME", help="A channel that is at node 1, 2, ... in the first, second, ... of FILES."
 )
-@click.option("--points", type=PATH, metavar="POINTS.csv", help="Places of the nodes: number, x, y, z in m.")
+@click.option(
+    "--points",
+    type=Existing("allowed: a CSV file"),
+    metavar="POINTS.csv",
+    help="Places of the nodes: number, x, y, z in m.",
+)
 @click.option("--frf-units", nargs=2, metavar="RESPONSE REFERENCE", help="Of FRFs (default: m/s2 N).")
 @click.option("--title", default="", help="Of the report (default: the folder's name).")
 @click.option(

@@ -1,6 +1,7 @@
 """Options that several verbs share: one name, one wording, one range."""
 
 import functools
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -10,12 +11,66 @@ import click
 Verb = TypeVar("Verb", bound=Callable[..., object])
 
 PATH = click.Path(path_type=Path)
+"""A file or folder that is written, or may lack."""
 
-effects_of_twin = click.option("--twin", type=PATH, help="Twin file (of flexura gap) whose effects are on.")
-laws_of_twin = click.option("--twin", type=PATH, help="Twin file (of flexura gap) whose laws to take.")
+
+class Existing(click.Path):
+    """A file or folder that is read: told where it lacks, before what reads or computes is imported.
+
+    Parameters
+    ----------
+    onward : str
+        What is allowed, or makes it: the end of the sentence.
+    """
+
+    def __init__(self, onward: str) -> None:
+        super().__init__(path_type=Path)
+        self.onward = onward
+
+    def convert(
+        self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None
+    ) -> Path:
+        """Return the path.
+
+        Parameters
+        ----------
+        value : str or path
+        param : click.Parameter or None
+            The argument or option; an option is named in the message.
+        ctx : click.Context or None
+            Not used.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        click.ClickException
+            Where nothing has that name.
+        """
+        path = Path(os.fspath(value))
+        if not os.path.exists(path):  # noqa: PTH110 (Path.exists raises for a name too long or a folder shut)
+            option = f"{param.opts[0]} " if isinstance(param, click.Option) else ""
+            raise click.ClickException(f"{option}{path}: does not exist; {self.onward}")
+        return path
+
+
+CAMPAIGN = Existing("allowed: a folder with campaign.toml (recorded) or protocol.json (imported)")
+EXPERIMENT = Existing("allowed: an experiment's file (*.toml); a campaign folder is made from it")
+RUN_WITH_LAWS = Existing("make it with: flexura update")
+RUN_OF_PANEL = Existing("make it with: flexura update, or flexura focus --transfers")
+RUN_WITH_FILTERS = Existing("make it with: flexura focus")
+PANEL = Existing("allowed: a panel's file (*.toml), such as examples/section2-panel.toml")
+SOUND = Existing("allowed: WAV, FLAC and what else libsndfile reads")
+TRANSFERS = Existing("allowed: a universal file (UFF58), a folder of such, or HDF5")
+TWIN = Existing("make it with: flexura gap")
+
+effects_of_twin = click.option("--twin", type=TWIN, help="Twin file (of flexura gap) whose effects are on.")
+laws_of_twin = click.option("--twin", type=TWIN, help="Twin file (of flexura gap) whose laws to take.")
 own_effects = click.option(
     "--effects",
-    type=PATH,
+    type=Existing("allowed: a folder of *.py, an effect each"),
     metavar="FOLDER",
     help="Effects of your own. Its *.py are run: name only folders you trust.",
 )

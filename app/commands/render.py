@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, following_method, laws_of_twin, out_folder, picture
+from app.commands.options import RUN_WITH_FILTERS, SOUND, following_method, laws_of_twin, out_folder, picture
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ Examples:
 
 
 @click.command(name="render", epilog=EXAMPLES, short_help="Play a sound file through the filters.")
-@click.argument("sound", type=PATH)
-@click.argument("run", type=PATH, required=False)
+@click.argument("sound", type=SOUND)
+@click.argument("run", type=RUN_WITH_FILTERS, required=False)
 @click.option(
     "--temperature",
     required=True,
@@ -66,17 +66,19 @@ def command(
     """
     from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
-    from app.files.sound_file import opened_sound
-    from app.sound.rendering import render
-    from app.sound.temperatures import programme
-    from app.sound.trace import Trace
     from app.stages.panel_laws import laws_for
-    from app.twins.panel_twin import panel_twin
 
     given = run or Path()
     sent = shipment(given, method, "render").chosen({"sound": sound.name, "temperature": temperature})
     _, laws, _ = laws_for(given, twin, "render")
     laws = sent.panel.plate.grown(laws)
+
+    from app.files.sound_file import opened_sound
+    from app.sound.rendering import render
+    from app.sound.temperatures import programme
+    from app.sound.trace import Trace
+    from app.twins.panel_twin import panel_twin
+
     with opened_sound(sound, sent.filters.sample_rate) as opened:
         course = programme(temperature, opened.seconds)
         covered(sent, laws, course)

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, out_folder
+from app.commands.options import Existing, out_folder
 from app.commands.output import Output, output_options
 
 EXAMPLES = """\b
@@ -17,7 +17,7 @@ Examples:
 
 
 @click.command(name="report", epilog=EXAMPLES, short_help="Write everything that was found on one page.")
-@click.argument("run", type=PATH)
+@click.argument("run", type=Existing("make it with: flexura identify or flexura update"))
 @click.option("--pictures", is_flag=True, help="Write every figure as a PNG file beside the report, too.")
 @out_folder("Folder for report.html (default: RUN itself).")
 @output_options("where the page is and what stands on it")
@@ -28,8 +28,7 @@ def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None
     RUN is the folder the other verbs wrote into; a stage that has not been run is named with its command.
     """
     from app.files.atomic import atomic_path, write_text
-    from app.files.run_folder import run_file, run_folder
-    from app.modal_test.saved import is_test_run
+    from app.files.run_folder import is_test_run, run_file, run_folder
 
     if not is_test_run(run):
         run_file(run, "frf.h5", "report")  # a wrong folder is told before what draws is imported

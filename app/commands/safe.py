@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, which_rig
+from app.commands.options import EXPERIMENT, which_rig
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ Examples:
 
 
 @click.command(name="safe", epilog=EXAMPLES, short_help="Bring the rig to rest, from any state.")
-@click.argument("experiment", type=PATH)
+@click.argument("experiment", type=EXPERIMENT)
 @which_rig
 @output_options("how the rig was left")
 @bad_input

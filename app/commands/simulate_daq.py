@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH
+from app.commands.options import EXPERIMENT
 from app.commands.output import Output, output_options
 from app.files.shipped import shipped
 
@@ -21,7 +21,7 @@ Examples:
 
 
 @click.command(name="simulate-daq", epilog=EXAMPLES, short_help="Serve simulated NI cards to any nidaqmx program.")
-@click.argument("experiment", type=PATH, required=False)
+@click.argument("experiment", type=EXPERIMENT, required=False)
 @click.option(
     "--port", type=click.IntRange(0, 65_535), default=31_763, show_default=True, help="Port; 0 takes any free one."
 )

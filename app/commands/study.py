@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, filter_options, out_folder
+from app.commands.options import PANEL, RUN_WITH_LAWS, filter_options, out_folder
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -29,8 +29,8 @@ Examples:
 
 @click.command(name="study", epilog=EXAMPLES, short_help="Make the paper's figures on focusing.")
 @click.argument("figure", type=click.Choice((*FIGURES, "all")))
-@click.argument("run", type=PATH, required=False)
-@click.option("--panel", type=PATH, help="Panel file (default: that of RUN's filters.h5).")
+@click.argument("run", type=RUN_WITH_LAWS, required=False)
+@click.option("--panel", type=PANEL, help="Panel file (default: that of RUN's filters.h5).")
 @click.option(
     "--as-paper", is_flag=True, help="Feed, scale, start, split and design as in the paper, all at once."
 )

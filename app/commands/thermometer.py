@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, laws_of_twin, out_folder, picture
+from app.commands.options import RUN_WITH_FILTERS, SOUND, laws_of_twin, out_folder, picture
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -25,11 +25,13 @@ Examples:
 
 
 @click.command(name="thermometer", epilog=EXAMPLES, short_help="Tell a panel's temperature from its own patches.")
-@click.argument("run", type=PATH, required=False)
-@click.option("--drive", type=PATH, help="Sound file of the volts on every patch, as flexura render writes it.")
-@click.option("--response", type=PATH, help="Sound file of the listening patch's charge, recorded with the drive.")
+@click.argument("run", type=RUN_WITH_FILTERS, required=False)
+@click.option("--drive", type=SOUND, help="Sound file of the volts on every patch, as flexura render writes it.")
+@click.option(
+    "--response", type=SOUND, help="Sound file of the listening patch's charge, recorded with the drive."
+)
 @click.option("--sensor", metavar="PATCH", help="The patch that listens (default: the panel's last).")
-@click.option("--simulate", type=PATH, help="Instead of a recording: a sound, played and answered by the twin.")
+@click.option("--simulate", type=SOUND, help="Instead of a recording: a sound, played and answered by the twin.")
 @click.option("--temperature", metavar="T[:T...]|FILE", help="°C of the simulated panel, as for flexura render.")
 @click.option(
     "--snr",
@@ -83,12 +85,7 @@ def command(
     """
     from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
-    from app.sound.listening import listened
-    from app.sound.listening_panel import ListeningPanel
-    from app.sound.look import write_looks
     from app.stages.panel_laws import laws_for, range_of
-    from app.terminal.thermometer import record, summary
-    from app.twins.panel_twin import panel_twin
 
     _asked(drive, response, simulate, temperature)
     given = run or Path()
@@ -98,6 +95,13 @@ def command(
     low, high = range_of(sent.panel, laws, laws_path)
     place = _sensor(sent, sensor)
     folder = run_folder(given, out or given)
+
+    from app.sound.listening import listened
+    from app.sound.listening_panel import ListeningPanel
+    from app.sound.look import write_looks
+    from app.terminal.thermometer import record, summary
+    from app.twins.panel_twin import panel_twin
+
     with output.progress() as report:
         panel = ListeningPanel(panel_twin(sent.panel, laws, report), laws, place)
         signals, course = _signals(sent, panel, (drive, response, simulate), (temperature, snr, seed), report)

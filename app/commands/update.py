@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH, effects_of_twin, mains, own_effects, run_out
+from app.commands.options import CAMPAIGN, effects_of_twin, mains, own_effects, run_out
 from app.commands.output import Output, output_options
 
 EXAMPLES = """\b
@@ -18,7 +18,7 @@ Examples:
 
 
 @click.command(name="update", epilog=EXAMPLES, short_help="Find E, nu and eta at every temperature.")
-@click.argument("campaign", type=PATH)
+@click.argument("campaign", type=CAMPAIGN)
 @effects_of_twin
 @own_effects
 @run_out

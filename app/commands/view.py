@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import PATH
+from app.commands.options import PATH, Existing
 from app.commands.output import Output, output_options
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ Examples:
 
 
 @click.command(name="view", epilog=EXAMPLES, short_help="Look at a campaign, running or recorded.")
-@click.argument("folder", type=PATH)
+@click.argument("folder", type=Existing("name a campaign, or the run folder of flexura identify or update"))
 @click.option(
     "--window", "kind", type=click.Choice(["live", "recorded"]), help="Which window (default: the one that fits)."
 )

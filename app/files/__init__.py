@@ -19,7 +19,7 @@ Every file:
 Campaigns:
 
 ========================  ===============================================================================
-``campaign``              load any campaign
+``campaign``              load any campaign: ``campaign_kind`` tells which form it has
 ``recorded_campaign``     one as it came from the recorder: ``campaign_toml`` and ``tdms_sweep``
 ``campaign_folder``       one in Flexura's own form: ``sweep_file``
 ``import_recording``      from the one to the other, surviving a kill

@@ -16,13 +16,8 @@ from analysis.sensitivity import Sensitivities, Sensitivity
 from app.files import events
 from app.files.atomic import force_folder_to_disk
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaign_folder import (
-    SWEEPS,
-    is_campaign_folder,
-    remove_unfinished,
-    sweep_paths,
-    write_protocol,
-)
+from app.files.campaign_folder import SWEEPS, remove_unfinished, sweep_paths, write_protocol
+from app.files.campaign_kind import is_campaign_folder
 from app.files.coverage import Place
 from app.files.folder_lock import writable
 from app.files.latest_repeat import LatestRepeat, save_latest

@@ -1,17 +1,16 @@
 """Any campaign on disk: Flexura's own folder, or a recorded one as it came from the recorder."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from analysis.campaign import Campaign
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaign_folder import PROTOCOL, is_campaign_folder, read_campaign_folder
-from app.files.campaign_toml import FORMAT, NAME
-from app.files.modal_test_toml import declares_test
-from app.files.recorded_campaign import is_recorded_campaign, read_recorded_campaign
-from app.files.settings_toml import read_table
+from app.files.campaign_kind import DECLARATION, PROTOCOL, is_campaign_folder, is_recorded_campaign
+
+if TYPE_CHECKING:
+    from analysis.campaign import Campaign
 
 
-def load_campaign(path: Path) -> Campaign:
+def load_campaign(path: Path) -> "Campaign":
     """Read the campaign in folder `path`, whichever of the two forms it has.
 
     Raises
@@ -20,17 +19,23 @@ def load_campaign(path: Path) -> Campaign:
         If the folder is no campaign, or for everything that is wrong with the one it is.
     """
     if is_campaign_folder(path):
+        from app.files.campaign_folder import read_campaign_folder
+
         return read_campaign_folder(path)
     if is_recorded_campaign(path):
+        from app.files.recorded_campaign import read_recorded_campaign
+
         return read_recorded_campaign(path)
     raise not_a_campaign(path)
 
 
 def not_a_campaign(path: Path) -> CampaignFileError:
     """Say what a path lacks to be a campaign."""
-    allowed = f"a folder with {NAME} (recorded) or {PROTOCOL} (imported)"
+    allowed = f"a folder with {DECLARATION} (recorded) or {PROTOCOL} (imported)"
     if not path.exists():
         return CampaignFileError(path, [Problem("", "", "does not exist", allowed)])
+    from app.files.modal_test_toml import declares_test
+
     if declares_test(path):
         told = f"declares a modal test, which has no temperatures; flexura identify {path} finds its modes"
         return CampaignFileError(path, [Problem("", "", told, "")])
@@ -43,6 +48,9 @@ def not_a_campaign(path: Path) -> CampaignFileError:
 
 def _not_a_folder(path: Path, allowed: str) -> Problem:
     """Say what a file is that was named for a campaign, and what takes it."""
+    from app.files.campaign_toml import FORMAT
+    from app.files.settings_toml import read_table
+
     try:
         declared = read_table(path).get("format")
     except CampaignFileError:

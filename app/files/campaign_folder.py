@@ -25,6 +25,7 @@ from analysis.campaign import Campaign, Sweep
 from analysis.experiment import Experiment
 from app.files.atomic import PARTIAL, atomic_hdf5, write_json
 from app.files.campaign_error import CampaignFileError, Problem
+from app.files.campaign_kind import PROTOCOL
 from app.files.coverage import coverage_problems, missing_places
 from app.files.events import read_events
 from app.files.parsed_text import parse_json, read_text
@@ -32,16 +33,10 @@ from app.files.provenance import sha256
 from app.files.sweep_file import REMEDY, read_sweep_file
 
 FORMAT = "flexura-campaign/1"
-PROTOCOL = "protocol.json"
 SWEEPS = "sweeps"
 INDEX = "index.h5"
 LARGEST = 20_000_000
 """Bytes of a protocol: it names the SHA-256 of every file imported."""
-
-
-def is_campaign_folder(folder: Path) -> bool:
-    """Whether a folder claims to be one."""
-    return (folder / PROTOCOL).is_file()
 
 
 def frozen_protocol(

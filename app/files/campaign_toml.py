@@ -6,10 +6,10 @@ from pathlib import Path
 from analysis.experiment import Experiment
 from app.files.campaign_channels import KEYS, RecorderLayout
 from app.files.campaign_error import CampaignFileError, Problem
+from app.files.campaign_kind import DECLARATION
 from app.files.one_actuator import driven_by
 from app.files.settings_toml import checked, read_table
 
-NAME = "campaign.toml"
 FORMAT = "recorded-campaign/1"
 
 
@@ -26,13 +26,13 @@ def read_experiment(folder: Path, actuator: str | None = None) -> Experiment:
 
 def read_declaration(folder: Path, actuator: str | None = None) -> tuple[Experiment, RecorderLayout]:
     """Read the same, and what it says of files that a recorder wrote in a layout of its own."""
-    path = folder / NAME
+    path = folder / DECLARATION
     table = read_table(path)
     recorder = checked(path, {key: table[key] for key in KEYS if key in table}, RecorderLayout)
     rest = {key: value for key, value in table.items() if key not in KEYS}
     for key in sorted(set(rest) - set(Experiment.model_fields)):
         meant = get_close_matches(key, KEYS, 1)
         if meant:
-            problem = Problem(NAME, key, "unknown key", f"[{meant[0]}]", f"did you mean {meant[0]}?")
+            problem = Problem(DECLARATION, key, "unknown key", f"[{meant[0]}]", f"did you mean {meant[0]}?")
             raise CampaignFileError(folder, [problem])
     return checked(path, driven_by(path, rest, actuator), Experiment), recorder

@@ -16,7 +16,8 @@ from analysis.protocol.sweep import SweepSettings
 from analysis.sensitivity import Sensitivities, Sensitivity
 from app.files.acquired_transducers import AcquiredDrive, AcquiredPatch, AcquiredSensor, Amplifier, Exciter
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaign_toml import FORMAT, NAME
+from app.files.campaign_kind import DECLARATION
+from app.files.campaign_toml import FORMAT
 from app.files.far_limits import far_limits
 from app.files.instrument_sections import OvenSection, UnknownInstrument, instrument_sections
 from app.files.settings_toml import checked, read_table
@@ -173,7 +174,7 @@ def read_declared_experiment(path: Path) -> AcquiredExperiment:
         With every key that is wrong.
     """
     if path.is_dir():
-        takes = f"; flexura import {path} takes this recorded campaign" if (path / NAME).is_file() else ""
+        takes = f"; flexura import {path} takes this recorded campaign" if (path / DECLARATION).is_file() else ""
         raise CampaignFileError(path, [Problem("", "", f"a folder; an experiment is a TOML file{takes}", "")])
     table = read_table(path)
     if table.get("format") == FORMAT:

@@ -17,10 +17,8 @@ from app.files.campaign import not_a_campaign
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_folder import (
     INDEX,
-    PROTOCOL,
     SWEEPS,
     frozen_protocol,
-    is_campaign_folder,
     read_campaign_folder,
     read_protocol,
     remove_unfinished,
@@ -28,9 +26,10 @@ from app.files.campaign_folder import (
     write_index,
     write_protocol,
 )
+from app.files.campaign_kind import PROTOCOL, is_campaign_folder, is_recorded_campaign
 from app.files.coverage import place_of
 from app.files.folder_lock import folder_lock
-from app.files.recorded_campaign import Recording, is_recorded_campaign, read_recording
+from app.files.recorded_campaign import Recording, read_recording
 from app.files.sweep_file import Source, digest, file_name, read_sweep_file, write_sweep
 
 OUR_NAMES = {PROTOCOL, SWEEPS, events.NAME, INDEX}

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from analysis.campaign import Campaign, Sweep
 from analysis.experiment import Experiment
-from app.files import campaign_toml
 from app.files.campaign_error import CampaignFileError, Problem, SignalProblem
+from app.files.campaign_kind import DECLARATION
+from app.files.campaign_toml import read_declaration
 from app.files.coverage import Place, coverage_problems, missing_places, places
 from app.files.one_actuator import actuators, sweeps_of
 from app.files.provenance import sha256
@@ -38,11 +39,6 @@ class Recording:
     files: dict[int, str]
     missing: tuple[Place, ...]
     left_out: tuple[SignalProblem, ...] = ()
-
-
-def is_recorded_campaign(folder: Path) -> bool:
-    """Whether a folder claims to be one."""
-    return (folder / campaign_toml.NAME).is_file()
 
 
 def read_recorded_campaign(folder: Path, allow_missing: bool = False) -> Campaign:
@@ -77,13 +73,13 @@ def read_recording(
     CampaignFileError
         With every problem of every file.
     """
-    experiment, recorder = campaign_toml.read_declaration(folder, actuator)
+    experiment, recorder = read_declaration(folder, actuator)
     files = _tdms_files(folder)
     problems = [
         *_experiment_problems(experiment),
-        *recorder.problems(campaign_toml.NAME, experiment, [path.name for path in files]),
+        *recorder.problems(DECLARATION, experiment, [path.name for path in files]),
     ]
-    names = actuators(read_table(folder / campaign_toml.NAME))
+    names = actuators(read_table(folder / DECLARATION))
     if actuator is not None and len(names) > 1:
         files, unnamed = sweeps_of(files, actuator, names)
         problems += unnamed
@@ -110,7 +106,7 @@ def read_recording(
     if problems or not sweeps:
         raise CampaignFileError(folder, problems or left_out)
     names = sorted(sweeps, key=lambda name: sweeps[name].step)
-    hashes = {campaign_toml.NAME: sha256(folder / campaign_toml.NAME)}
+    hashes = {DECLARATION: sha256(folder / DECLARATION)}
     hashes |= {name: sha256(folder / name) for name in names}
     campaign = Campaign(folder.resolve().name, experiment, tuple(sweeps[name] for name in names), hashes)
     return Recording(campaign, {sweeps[name].step: name for name in names}, missing, tuple(left_out))
@@ -137,14 +133,12 @@ def _experiment_problems(experiment: Experiment) -> list[Problem]:
     try:
         places(experiment.protocol)
     except ValueError as error:
-        problems.append(Problem(campaign_toml.NAME, "protocol", str(error), ""))
+        problems.append(Problem(DECLARATION, "protocol", str(error), ""))
     rate, module = experiment.acquisition.sample_rate, find_module(experiment.acquisition.module)
     if module and not module.can_run_at(rate):
         nearest, n = module.nearest_rate(rate)
         allowed = f"{module.rates()[0]:g} Hz / n for the {module.name}; the nearest is {nearest:.10g} Hz (n = {n})"
-        problems.append(
-            Problem(campaign_toml.NAME, "acquisition.sample_rate", f"{rate:.10g}", allowed, "read it back")
-        )
+        problems.append(Problem(DECLARATION, "acquisition.sample_rate", f"{rate:.10g}", allowed, "read it back"))
     return problems
 
 

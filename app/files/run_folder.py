@@ -74,6 +74,11 @@ def run_file(run: Path, name: str, verb: str) -> Path:
     raise ResultFileError(f"{run}: {held}; make it with: flexura {MADE_BY[name]}")
 
 
+def is_test_run(run: Path) -> bool:
+    """Whether a run folder is that of a modal test, not of a campaign."""
+    return (run / "transfers.h5").is_file() and not (run / "frf.h5").is_file()
+
+
 def _beside(campaign: Path) -> Path:
     campaign = campaign.resolve()
     return campaign.parent / f"{campaign.stem}-run"

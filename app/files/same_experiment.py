@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaign_folder import PROTOCOL, SWEEPS, is_campaign_folder, read_protocol
+from app.files.campaign_folder import SWEEPS, read_protocol
+from app.files.campaign_kind import PROTOCOL, is_campaign_folder
 
 LATER = {
     ".acquired.oven.rest_after": 1800.0,

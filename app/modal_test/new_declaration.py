@@ -7,7 +7,7 @@ from typing import Any
 
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
-from app.files.campaign_toml import NAME as CAMPAIGN_NAME
+from app.files.campaign_kind import DECLARATION
 from app.files.measurements.guarded import read_columns
 from app.files.modal_test_toml import FORMAT, ModalTest
 from app.files.settings_toml import checked, read_table
@@ -109,10 +109,10 @@ def new_campaign(target: Path, plate: tuple[float, float, float, float] | None, 
     ResultFileError
         Where there is a declaration already.
     """
-    file = target if target.suffix == ".toml" else target / CAMPAIGN_NAME
+    file = target if target.suffix == ".toml" else target / DECLARATION
     if file.exists():
         raise ResultFileError(f"{file}: is there already; name another with --out, or remove it")
-    table = read_table(shipped("pp-plate") / CAMPAIGN_NAME)
+    table = read_table(shipped("pp-plate") / DECLARATION)
     table["title"] = title or file.resolve().parent.name
     if plate is not None:
         table["plate"] |= dict(zip(("length_x", "length_y", "thickness", "mass"), plate, strict=True))

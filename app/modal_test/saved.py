@@ -27,11 +27,6 @@ NUMBERS = ("window_rate", "segment", "temperature")
 COLUMNS = ("frequency_hz", "sigma_frequency_hz", "damping_ratio", "sigma_damping_ratio", "loss_factor")
 
 
-def is_test_run(run: Path) -> bool:
-    """Whether a run folder is that of a test."""
-    return (run / "transfers.h5").is_file() and not (run / "frf.h5").is_file()
-
-
 def save_frfs(target: Path, frfs: FrfSet, made_from: Mapping[str, Any]) -> None:
     """Write a test's FRFs, whole or not at all.
 

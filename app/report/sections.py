@@ -6,8 +6,7 @@ from pathlib import Path
 
 from analysis.progress import Progress
 from app.files.frf_file import load_frf
-from app.files.run_folder import MADE_BY, run_file
-from app.modal_test.saved import is_test_run
+from app.files.run_folder import MADE_BY, is_test_run, run_file
 from app.report import paper, studies
 from app.report.gap_section import gap_section
 from app.report.modal_test import sections_of_test

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from app.files.acquired_campaign import SPARE
 from app.files.campaign_error import CampaignFileError, Problem
-from app.files.campaign_folder import is_campaign_folder, sweep_paths
+from app.files.campaign_folder import sweep_paths
+from app.files.campaign_kind import is_campaign_folder
 from app.files.experiment_toml import AcquiredExperiment
 from app.rig.assembly import rig_places
 from app.terminal.campaign_progress import duration

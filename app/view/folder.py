@@ -4,10 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.files.bad_file import ResultFileError
-from app.files.campaign_folder import is_campaign_folder
-from app.files.recorded_campaign import is_recorded_campaign
-from app.files.run_folder import MADE_BY
-from app.modal_test.saved import is_test_run
+from app.files.campaign_kind import is_campaign_folder, is_recorded_campaign
+from app.files.run_folder import MADE_BY, is_test_run
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ import time
 from typing import Literal
 
 from app.files.bad_file import ResultFileError
-from app.files.campaign_folder import is_campaign_folder
-from app.modal_test.saved import is_test_run
+from app.files.campaign_kind import is_campaign_folder
+from app.files.run_folder import is_test_run
 from app.view.folder import Viewed
 from app.view.live.watched import Watched
 from app.view.live.window import UNDER_WAY, LiveWindow

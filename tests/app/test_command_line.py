@@ -15,6 +15,7 @@ import click
 import pytest
 
 import analysis
+from app.commands.options import Existing
 from app.main import VERBS, flexura
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -81,7 +82,8 @@ def test_the_list_of_verbs_cuts_no_sentence(verb: str) -> None:
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_the_examples_of_help_can_be_typed(verb: str) -> None:
+def test_the_examples_of_help_can_be_typed(verb: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Existing, "convert", click.Path.convert)  # nor need the files be there
     command = verb_command(verb)
     lines = re.findall(r"^ *flexura (.*)$", f"{command.epilog or ''}\n{command.help}", re.MULTILINE)
     assert lines, f"flexura {verb} --help shows no example"
@@ -94,6 +96,11 @@ def test_the_examples_of_help_can_be_typed(verb: str) -> None:
 def test_the_version_is_that_of_the_code_that_runs(run_flexura: Flexura) -> None:
     """Not that of the installation's metadata, which an editable one keeps from the day it was made."""
     assert run_flexura("--version") == (0, f"flexura, version {analysis.__version__}\n", "")
+
+
+def test_an_option_is_named_whose_file_is_not_there(run_flexura: Flexura) -> None:
+    told = "Error: --twin nowhere.toml: does not exist; make it with: flexura gap\n"
+    assert run_flexura("update", str(ROOT), "--twin", "nowhere.toml") == (2, "", told)
 
 
 def test_help_waits_for_no_library() -> None:

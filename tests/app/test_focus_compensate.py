@@ -205,7 +205,7 @@ def test_laws_that_end_early_are_used_as_far_as_they_go_and_it_is_said(tmp_path,
         (("--taps", 400), "transform_length 512 must be at least twice taps"),
         (("--outside-weight", 0.5), "filters.outside_weight = 0.5"),
         (("--method", "magic"), "magic"),
-        (("--panel", "nowhere.toml"), "nowhere.toml: cannot be read: No such file or directory; allowed"),
+        (("--panel", "nowhere.toml"), "--panel nowhere.toml: does not exist; allowed"),
     ],
 )
 def test_focus_names_what_is_wrong(run, panel, words, said):
@@ -493,7 +493,7 @@ def test_transfers_at_four_temperatures_are_too_few_to_train_on_all_but_one(pane
     assert "transfers at 4 temperatures; at least 5 are needed" in refused.output
     assert refused.exit_code != 0
     refused = flex("compensate", tmp_path / "nowhere", "--panel", panel, "--transfers", scan)
-    assert "nowhere: no such folder; RUN is that of flexura focus --transfers" in refused.output
+    assert "nowhere: does not exist; make it with: flexura update, or flexura focus --transfers" in refused.output
     assert not (tmp_path / "nowhere").exists()
 
 

@@ -13,7 +13,8 @@ from typing import Any
 import pytest
 
 from analysis.experiment import Experiment
-from app.files.campaign_toml import NAME, read_experiment
+from app.files.campaign_kind import DECLARATION
+from app.files.campaign_toml import read_experiment
 from app.files.toml_text import toml_text
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -74,7 +75,7 @@ def on_springs(declared: Experiment, stiffness: float) -> Experiment:
 def compared(run: Run, folder: Path, declared: Experiment, made: Experiment, *laws: Any) -> dict[str, Any]:
     """Record a campaign and compare it with its twin."""
     folder.mkdir()
-    (folder / NAME).write_text(toml_text(declared.model_dump(mode="json"), ""), encoding="utf-8")
+    (folder / DECLARATION).write_text(toml_text(declared.model_dump(mode="json"), ""), encoding="utf-8")
     runpy.run_path(str(MAKER))["record"](declared, folder, made, *laws)
     status, output, message = run("gap", folder, "--json")
     assert status in (0, 1), message

@@ -20,6 +20,7 @@ from analysis.layout import check_patches
 from analysis.patch import Patch
 from analysis.plate import Plate
 from analysis.transducers import Drive, Sensor
+from app.commands.options import Existing
 from app.files.campaign_toml import read_experiment
 from app.main import flexura
 from simulation.effects.library import LIBRARY
@@ -66,11 +67,13 @@ def mentioned(page: Path) -> list[list[str]]:
 
 
 def parse(words: list[str]) -> None:
-    """Raise click's own refusal of a verb, option or value that flexura does not have."""
+    """Raise click's own refusal of a verb, option or value that flexura does not have; files need not be there."""
     command = flexura.get_command(click.Context(flexura), words[0])
     if command is None:
         raise click.UsageError(f"{words[0]} is no verb")
-    command.make_context(words[0], words[1:])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Existing, "convert", click.Path.convert)
+        command.make_context(words[0], words[1:])
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)

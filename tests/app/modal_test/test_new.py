@@ -107,7 +107,7 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, run_flexura: Fl
     ("words", "message"),
     [
         (("test",), "type: flexura new test FILE"),
-        (("test", "absent.csv"), "no such file"),
+        (("test", "absent.csv"), "absent.csv: does not exist"),
         (("test", "FILE", "--drive", "Hamer"), "no channel 'Hamer'; it holds: 1, 2"),
         (("test", "FILE", "--kind", "hammer"), "name it with --drive NAME=SENSITIVITY"),
         (("campaign", "FILE"), "before it is recorded"),

@@ -121,7 +121,7 @@ def _write(path, samples, rate=RATE, **words):
         (lambda p: _write(p, np.zeros(0)), "20", "holds no samples"),
         (lambda p: p.write_bytes(b""), "20", "cannot be read as sound"),
         (lambda p: p.write_bytes(b"RIFF no sound at all"), "20", "cannot be read as sound"),
-        (lambda p: p, "20", "no such file"),
+        (lambda p: p, "20", "a.wav: does not exist"),
         (
             lambda p: _write(p, np.zeros(100)),
             "20:61",

@@ -109,11 +109,11 @@ def test_silence_tells_no_temperature_and_that_is_status_1(small_run, tmp_path):
     ("words", "said"),
     [
         ((), "name --drive and --response"),
-        (("--drive", "a.wav"), "name --drive and --response"),
-        (("--simulate", "a.wav"), "--simulate and --temperature belong together"),
-        (("--drive", "a.wav", "--response", "b.wav", "--temperature", "20"), "belong together"),
-        (("--simulate", "a.wav", "--drive", "b.wav", "--temperature", "20"), "takes the place of"),
-        (("--simulate", "nowhere.wav", "--temperature", "20"), "nowhere.wav: no such file"),
+        (("--drive", "{sound}"), "name --drive and --response"),
+        (("--simulate", "{sound}"), "--simulate and --temperature belong together"),
+        (("--drive", "{sound}", "--response", "{sound}", "--temperature", "20"), "belong together"),
+        (("--simulate", "{sound}", "--drive", "{sound}", "--temperature", "20"), "takes the place of"),
+        (("--simulate", "nowhere.wav", "--temperature", "20"), "--simulate nowhere.wav: does not exist"),
         (
             ("--simulate", "{sound}", "--temperature", "20", "--sensor", "A9"),
             "--sensor A9: no patch of this panel",

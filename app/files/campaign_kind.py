@@ -1,0 +1,18 @@
+"""Which of its two forms a campaign's folder has: told by the names in it, before anything is read."""
+
+from pathlib import Path
+
+PROTOCOL = "protocol.json"
+"""In a folder of Flexura's own form."""
+DECLARATION = "campaign.toml"
+"""In a recorded one."""
+
+
+def is_campaign_folder(folder: Path) -> bool:
+    """Whether a folder claims to be a campaign of Flexura's own form."""
+    return (folder / PROTOCOL).is_file()
+
+
+def is_recorded_campaign(folder: Path) -> bool:
+    """Whether a folder claims to be a recorded campaign."""
+    return (folder / DECLARATION).is_file()
