@@ -101,6 +101,11 @@ class NormalEquations:
         return np.linalg.solve(self.matrix[:3, :3], gradient).astype(np.float64)
 
     @property
+    def ahead(self) -> NDArray[np.float64]:
+        """Material (E, nu, eta) after a full step."""
+        return moved(self.material, self.step(0.0)[:3])
+
+    @property
     def excess(self) -> float:
         """chi2 per degree of freedom, at least 1: a misfit beyond the noise makes every estimate as uncertain."""
         return max(self.chi2 / self.dof, 1.0)

@@ -10,7 +10,6 @@ from analysis.frf import Frf
 from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.start import in_phase, start_material
-from analysis.updating.sweep_fit import fit_sweep
 from analysis.updating.update import middle_sweep, stride
 
 AGREES = 0.5
@@ -62,6 +61,5 @@ def polarity_corrected(
 
 
 def _explained(model: TwinModel, data: SweepData, begin: NDArray[np.float64]) -> bool:
-    """Whether a fit from `begin` agrees with every channel."""
-    material = fit_sweep(model, data, begin).point.material
-    return bool((in_phase(model.frf(data.laws(material), data.frequency), data) > AGREES).all())
+    """Whether the material `begin` (3,), fitted to the data, agrees with every channel."""
+    return bool((in_phase(model.frf(data.laws(begin), data.frequency), data) > AGREES).all())

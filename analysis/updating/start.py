@@ -1,4 +1,4 @@
-"""The start grid: a first material near enough that no fit can land in a neighbouring minimum."""
+"""The start: a grid of materials, and fits from its minima until one explains the data."""
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -47,7 +47,7 @@ def start_material(
     *,
     signed: bool = True,
 ) -> Real:
-    """Return the best point of a grid over the model's box, the gain eliminated.
+    """Return the best material that fits from a grid over the model's box lead to, the gain eliminated.
 
     A grid of E, at the middle nu, is walked at a loss factor near the top of the box, where the minima are widest;
     eta follows on its own. Where a fit from the best point ends far from the data, the grid's other minima are
@@ -100,9 +100,9 @@ def start_material(
     best, least = np.zeros(3), np.inf
     for start in starts():
         sign = turned(model.frf(data.laws(start), data.frequency))
-        found = fit_sweep(model, replace(data, h=sign * data.h), start).point.misfit
-        if found < least:
-            best, least = start, found
+        found = fit_sweep(model, replace(data, h=sign * data.h), start).point
+        if found.misfit < least:
+            best, least = model.box.clip(found.ahead), found.misfit
         if least < max(ROUGH, NOISY * _noise(data)):
             break
     return best

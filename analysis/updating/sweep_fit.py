@@ -1,4 +1,4 @@
-"""E, nu, eta and gain of one sweep by Levenberg-Marquardt, inside the model's box."""
+"""E, nu, eta and gain of one sweep by Levenberg-Marquardt, inside the model's box: near enough for a joint fit."""
 
 from dataclasses import dataclass
 
@@ -9,9 +9,10 @@ from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import NormalEquations, SweepData, moved, normal_equations
 
 MAX_STEPS = 30
-SETTLED = 0.01
-"""Predicted decrease of chi2 below which a fit that reaches the noise has settled, a tenth of a standard
-deviation. It is larger in proportion for a fit that leaves more than the noise."""
+SETTLED = 25.0
+"""Predicted decrease of chi2 below which a fit that reaches the noise has settled: a step of five standard
+deviations, of which less than a tenth of one is left where `NormalEquations.ahead` takes it unseen. It is larger in
+proportion for a fit that leaves more than the noise."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,8 @@ def fit_sweep(model: TwinModel, data: SweepData, start: NDArray[np.float64]) -> 
     misfit_start = point.misfit
     damping = 1e-3
     for _ in range(MAX_STEPS):
+        if point.decrement < SETTLED * point.excess:
+            break
         # the start damping costs nothing near a minimum and saves a long way round far from one
         step = np.clip(point.step(damping), -0.5, 0.5)
         material = model.box.clip(moved(point.material, step[:3]))
@@ -48,8 +51,6 @@ def fit_sweep(model: TwinModel, data: SweepData, start: NDArray[np.float64]) -> 
         if trial.chi2 <= point.chi2:
             fallen = point.chi2 - trial.chi2
             point, damping = trial, damping / 30.0
-            if point.decrement < SETTLED * point.excess:
-                return SweepFit(point, misfit_start, True)
             if fallen < 1e-9 * point.chi2:  # leaning on the wall of the box
                 break
         else:
