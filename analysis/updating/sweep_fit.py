@@ -11,8 +11,8 @@ from analysis.updating.normal_equations import NormalEquations, SweepData, moved
 MAX_STEPS = 30
 SETTLED = 25.0
 """Predicted decrease of chi2 below which a fit that reaches the noise has settled: a step of five standard
-deviations, of which less than a tenth of one is left where `NormalEquations.ahead` takes it unseen. It is larger in
-proportion for a fit that leaves more than the noise."""
+deviations, of which less than a tenth of one is left where `NormalEquations.ahead` takes it unseen. It is larger
+in proportion for a fit that leaves more than the noise."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from simulation.reduction.symmetric_poles import symmetric_poles
 
 
 def coupled(rng, size=40, patches=0.1, loss=0.08):
-    """A plate whose losses are in proportion to its stiffness, and patches without losses, from 8 Hz to 80 kHz."""
+    """Return a plate with losses in proportion to its stiffness, and patches without, from 8 Hz to 80 kHz."""
     q, _ = np.linalg.qr(rng.standard_normal((size, size)))
     squares = np.geomspace((2 * np.pi * 8) ** 2, (2 * np.pi * 8e4) ** 2, size)
     root = (q * np.sqrt(squares)) @ q.T
