@@ -101,8 +101,8 @@ def start_material(
     for start in starts():
         sign = turned(model.frf(data.laws(start), data.frequency))
         found = fit_sweep(model, replace(data, h=sign * data.h), start).point
-        if found.misfit < least:
-            best, least = model.box.clip(found.ahead), found.misfit
+        if found.misfit_ahead < least:
+            best, least = model.box.clip(found.ahead), found.misfit_ahead
         if least < max(ROUGH, NOISY * _noise(data)):
             break
     return best

@@ -51,7 +51,8 @@ class Vicinity:
         here = self.state(derivatives.energy)
         if self.effects:
             by_material = [by(laws=self._moved(law)) for law in range(3)]
-            by_temperature = by(point=replace(self.point, temperature=self.point.temperature + 1j * STEP))
+            warmer: complex = self.point.temperature + 1j * STEP
+            by_temperature = by(point=replace(self.point, temperature=warmer))  # type: ignore[arg-type]
         else:  # all that is lost is the plate's, (1 + j eta) E P, and temperature acts through the laws
             by_modulus, by_ratio = (by(laws=self._moved(law)) for law in range(2))
             eta = 1j * float(here.laws.loss_factor(self.point.temperature))
