@@ -51,7 +51,7 @@ def polarity_corrected(
     begin = start_material(model, data, lambda share: progress("start grid", share))
     if _explained(model, data, begin):
         return frf, begin
-    other = start_material(model, data, lambda share: progress("start grid", share), signed=False)
+    other = start_material(model, data, lambda share: progress("start grid, any signs", share), signed=False)
     inverted = in_phase(model.frf(data.laws(other), data.frequency), data) < 0.0
     sign = np.where(inverted, -1.0, 1.0)[:, None]
     if inverted.any() and _explained(model, replace(data, h=sign * data.h), other):
