@@ -106,6 +106,11 @@ class LocalLaws:
         """Loss factor at `temperature` [degrees Celsius]."""
         return np.exp(self._at(2, temperature))
 
+    def rates(self, temperature: float) -> NDArray[np.float64]:
+        """How log E, nu and log eta change at `temperature` [degrees Celsius], (3,), per K."""
+        rates: NDArray[np.float64] = self.slope + self.curvature * (temperature - self.reference)
+        return rates
+
     def _at(self, law: int, temperature: Any) -> Any:
         away = np.asarray(temperature) - self.reference
         return self.value[law] + away * (self.slope[law] + 0.5 * away * self.curvature[law])

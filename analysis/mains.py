@@ -13,7 +13,6 @@ LEAST_HARMONICS = 10
 LOUD = 5.0
 """Excess of the harmonics' median power over the noise, for one sweep; averages over n may be sqrt(n) fainter."""
 
-
 STANDS_OUT = 30.0
 FEWEST_ODD = 3
 
@@ -67,18 +66,29 @@ def other_hums(frequency: Real, rough: Real, excluded: NDArray[np.bool_]) -> lis
     power = np.concatenate([rough.mean((0, 1))[None], rough.mean(1)])
     power = power / np.maximum(np.median(power, axis=1, keepdims=True), 1e-300)
     loudest = 1.0 + LOUD / np.sqrt(channels * np.array([sweeps] + [1] * sweeps))
-    best = np.zeros(len(power))
+    level, covered = _harmonics_level(frequency, power, excluded)
+    first = level.argmax(axis=1)
+    heard = (level.max(axis=1) > loudest) & ~covered[first]
+    return sorted({float(fundamental) for fundamental in FUNDAMENTALS[first[heard]]})
+
+
+def _harmonics_level(frequency: Real, power: Real, excluded: NDArray[np.bool_]) -> tuple[Real, NDArray[np.bool_]]:
+    """Median power (S, N) at the harmonics of every fundamental, and whether all of these are excluded, (N,).
+
+    0 for fundamentals of too few harmonics within the lines.
+    """
+    lowest, highest = np.ceil(frequency[0] / FUNDAMENTALS), np.floor(frequency[-1] / FUNDAMENTALS)
+    counts = np.maximum(highest - lowest + 1, 0).astype(int)
     spacing = frequency[1] - frequency[0]
-    for fundamental in FUNDAMENTALS:
-        harmonics = np.arange(np.ceil(frequency[0] / fundamental), np.floor(frequency[-1] / fundamental) + 1)
-        if harmonics.size < LEAST_HARMONICS:
-            continue
-        here = np.round((harmonics * fundamental - frequency[0]) / spacing).astype(int)
-        level = np.median(power[:, here], axis=1)
-        louder = level > loudest
-        loudest[louder] = level[louder]
-        best[louder] = 0.0 if excluded[here].all() else fundamental
-    return sorted({float(fundamental) for fundamental in best if fundamental > 0.0})
+    level = np.zeros((len(power), FUNDAMENTALS.size))
+    covered = np.zeros(FUNDAMENTALS.size, dtype=bool)
+    for count in np.unique(counts[counts >= LEAST_HARMONICS]):
+        those = np.flatnonzero(counts == count)
+        harmonics = (lowest[those, None] + np.arange(count)) * FUNDAMENTALS[those, None]
+        lines = np.round((harmonics - frequency[0]) / spacing).astype(int)
+        level[:, those] = [np.median(one[lines], axis=-1) for one in power]
+        covered[those] = excluded[lines].all(axis=-1)
+    return level, covered
 
 
 def likely_mains(frequency: Real, h: NDArray[np.complex128]) -> float | None:

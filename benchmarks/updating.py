@@ -3,7 +3,7 @@
     python benchmarks/updating.py [CAMPAIGN] [--plain-sweeps 4]
 
 The plain way fits every sweep on its own with scipy's least_squares, its Jacobian by finite differences, all
-lines, from the same start grid; it is timed on a few sweeps and scaled to all. Both must agree within a
+lines, from the same start; it is timed on a few sweeps and scaled to all. Both must agree within a
 fifth of a standard deviation of the noise.
 """
 
@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def plain_fit(twin: Twin, frf: Frf, sweep: int, gain: float) -> np.ndarray:
-    """E, nu, eta of one sweep at a known gain, by finite differences from the start grid."""
+    """E, nu, eta of one sweep at a known gain, by finite differences from the start."""
     data = SweepData.of(frf, sweep)
     start = start_material(twin, SweepData.of(frf, sweep, 8))
     scale = np.sqrt(2.0 * data.weight)

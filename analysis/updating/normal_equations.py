@@ -59,6 +59,10 @@ class SweepData:
         )
 
 
+LONGEST = 0.5
+"""Step of any parameter beyond which nothing is linear."""
+
+
 @dataclass(frozen=True)
 class NormalEquations:
     """Least squares of one sweep, linearised at a material and a gain.
@@ -98,17 +102,44 @@ class NormalEquations:
     def following(self, gain_step: float) -> NDArray[np.float64]:
         """Step of (log E, nu, log eta) to their best values once log gain has stepped by `gain_step`."""
         gradient = self.gradient[:3] - self.matrix[:3, 3] * gain_step
-        return np.linalg.solve(self.matrix[:3, :3], gradient).astype(np.float64)
+        step: NDArray[np.float64] = np.clip(np.linalg.solve(self.matrix[:3, :3], gradient), -LONGEST, LONGEST)
+        return step
+
+    @property
+    def ahead(self) -> NDArray[np.float64]:
+        """Material (E, nu, eta) after `full_step`."""
+        return moved(self.material, self.full_step[:3])
+
+    @property
+    def full_step(self) -> NDArray[np.float64]:
+        """Undamped step (4,), cut to `LONGEST`."""
+        step: NDArray[np.float64] = np.clip(self.step(0.0), -LONGEST, LONGEST)
+        return step
+
+    @property
+    def decrease(self) -> float:
+        """Predicted decrease of chi2 by a full step."""
+        return float(self.gradient @ self.step(0.0))
+
+    @property
+    def misfit_ahead(self) -> float:
+        """About the misfit after a full step, as weighted lines fall."""
+        return self.misfit * float(np.sqrt(max(1.0 - self.decrease / self.chi2, 0.0)))
 
     @property
     def excess(self) -> float:
-        """chi2 per degree of freedom, at least 1: a misfit beyond the noise makes every estimate as uncertain."""
-        return max(self.chi2 / self.dof, 1.0)
+        """chi2 per degree of freedom after a full step, at least 1: what exceeds noise makes all uncertain."""
+        return max((self.chi2 - self.decrease) / self.dof, 1.0)
 
     @property
-    def decrement(self) -> float:
-        """Predicted decrease of chi2 by a full step: small against `excess` means settled."""
-        return float(self.gradient @ np.linalg.solve(self.matrix, self.gradient))
+    def remainder(self) -> float:
+        """About what a full step leaves: of chi2's predicted decrease, the step's square in half-power bandwidths.
+
+        Small against `excess` means settled. Half of E and of nu count as frequency, eta as bandwidth.
+        """
+        step = self.step(0.0)
+        bandwidths = (abs(step[0]) + abs(step[1])) / self.material[2] + abs(step[2])
+        return self.decrease * min(float(bandwidths), 1.0) ** 2
 
 
 def best_gain(transfer: NDArray[np.complex128], data: SweepData) -> tuple[float, float]:

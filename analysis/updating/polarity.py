@@ -10,7 +10,6 @@ from analysis.frf import Frf
 from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.start import in_phase, start_material
-from analysis.updating.sweep_fit import fit_sweep
 from analysis.updating.update import middle_sweep, stride
 
 AGREES = 0.5
@@ -52,7 +51,7 @@ def polarity_corrected(
     begin = start_material(model, data, lambda share: progress("start grid", share))
     if _explained(model, data, begin):
         return frf, begin
-    other = start_material(model, data, lambda share: progress("start grid", share), signed=False)
+    other = start_material(model, data, lambda share: progress("start grid, any signs", share), signed=False)
     inverted = in_phase(model.frf(data.laws(other), data.frequency), data) < 0.0
     sign = np.where(inverted, -1.0, 1.0)[:, None]
     if inverted.any() and _explained(model, replace(data, h=sign * data.h), other):
@@ -62,6 +61,5 @@ def polarity_corrected(
 
 
 def _explained(model: TwinModel, data: SweepData, begin: NDArray[np.float64]) -> bool:
-    """Whether a fit from `begin` agrees with every channel."""
-    material = fit_sweep(model, data, begin).point.material
-    return bool((in_phase(model.frf(data.laws(material), data.frequency), data) > AGREES).all())
+    """Whether the material `begin` (3,), fitted to the data, agrees with every channel."""
+    return bool((in_phase(model.frf(data.laws(begin), data.frequency), data) > AGREES).all())

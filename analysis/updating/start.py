@@ -1,4 +1,4 @@
-"""The start grid: a first material near enough that no fit can land in a neighbouring minimum."""
+"""The start: a grid of materials, and fits from its minima until one explains the data."""
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -47,7 +47,7 @@ def start_material(
     *,
     signed: bool = True,
 ) -> Real:
-    """Return the best point of a grid over the model's box, the gain eliminated.
+    """Return the best material that fits from a grid over the model's box lead to, the gain eliminated.
 
     A grid of E, at the middle nu, is walked at a loss factor near the top of the box, where the minima are widest;
     eta follows on its own. Where a fit from the best point ends far from the data, the grid's other minima are
@@ -58,7 +58,7 @@ def start_material(
     model : TwinModel
     data : SweepData
     progress : callable
-        Called with the share done.
+        Called with the share done, which leaps to 1 where the first grid suffices.
     signed : bool
         False where channels may be inverted.
 
@@ -80,31 +80,32 @@ def start_material(
     nu_low, nu_high = model.box.poisson_ratio
     etas = np.geomspace(min(eta_low, eta_high), eta_high, 5)
 
-    def from_grid(ratios: Real, begun: float) -> Iterator[Real]:
+    def from_grid(ratios: Real, before: int) -> Iterator[Real]:
         misfits = np.empty((moduli.size, ratios.size))
         places = [(float(e), float(nu)) for e, nu in product(moduli, ratios)]
         with ThreadPoolExecutor(WORKERS) as pool:
             for done, found in enumerate(pool.map(lambda place: misfit(place[0], place[1], eta_high), places)):
                 misfits.flat[done] = found
-                progress(begun + (1.0 - begun) * (done + 1) / misfits.size)
+                progress((before * moduli.size + done + 1) / (moduli.size * sum(map(len, RATIOS))))
         for i, j in _minima(misfits)[:STARTS]:
             e, nu = float(moduli[i]), float(ratios[j])
             yield np.array([e, nu, etas[int(np.argmin([misfit(e, nu, float(eta)) for eta in etas]))]])
 
     def starts() -> Iterator[Real]:
-        for begun, places in zip((0.0, 0.5), RATIOS, strict=True):
-            yield from from_grid(nu_low + (nu_high - nu_low) * np.array(places), begun)
+        for grid, places in enumerate(RATIOS):
+            yield from from_grid(nu_low + (nu_high - nu_low) * np.array(places), sum(map(len, RATIOS[:grid])))
         if signed and model.box.loss_factor[1] < SHARP:
             yield from narrowed(model, data, moduli)
 
     best, least = np.zeros(3), np.inf
     for start in starts():
         sign = turned(model.frf(data.laws(start), data.frequency))
-        found = fit_sweep(model, replace(data, h=sign * data.h), start).point.misfit
-        if found < least:
-            best, least = start, found
+        found = fit_sweep(model, replace(data, h=sign * data.h), start).point
+        if found.misfit_ahead < least:
+            best, least = model.box.clip(found.ahead), found.misfit_ahead
         if least < max(ROUGH, NOISY * _noise(data)):
             break
+    progress(1.0)
     return best
 
 

@@ -1,4 +1,4 @@
-"""E, nu, eta and gain of one sweep by Levenberg-Marquardt, inside the model's box."""
+"""E, nu, eta and gain of one sweep by Levenberg-Marquardt, inside the model's box: near enough for a joint fit."""
 
 from dataclasses import dataclass
 
@@ -6,17 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.twin_model import TwinModel
-from analysis.updating.normal_equations import NormalEquations, SweepData, moved, normal_equations
+from analysis.updating.normal_equations import LONGEST, NormalEquations, SweepData, moved, normal_equations
 
 MAX_STEPS = 30
-SETTLED = 0.01
-"""Predicted decrease of chi2 below which a fit that reaches the noise has settled, a tenth of a standard
-deviation. It is larger in proportion for a fit that leaves more than the noise."""
+SETTLED = 25.0
+"""Of chi2, what a step may leave of its own in a fit that reaches the noise: five standard deviations, which a
+joint fit takes in its stride. It is larger in proportion for a fit that leaves more than the noise."""
 
 
 @dataclass(frozen=True)
 class SweepFit:
-    """Result of one sweep's fit, the misfit at its start, and whether it settled inside the box."""
+    """Result of one sweep's fit, its last step not yet taken; the misfit at its start, and whether it settled."""
 
     point: NormalEquations
     misfit_start: float
@@ -41,19 +41,24 @@ def fit_sweep(model: TwinModel, data: SweepData, start: NDArray[np.float64]) -> 
     misfit_start = point.misfit
     damping = 1e-3
     for _ in range(MAX_STEPS):
+        if _settled(model, point):
+            break
         # the start damping costs nothing near a minimum and saves a long way round far from one
-        step = np.clip(point.step(damping), -0.5, 0.5)
+        step = np.clip(point.step(damping), -LONGEST, LONGEST)
         material = model.box.clip(moved(point.material, step[:3]))
         trial = normal_equations(model, data, material, point.gain * float(np.exp(step[3])))
         if trial.chi2 <= point.chi2:
             fallen = point.chi2 - trial.chi2
             point, damping = trial, damping / 30.0
-            if point.decrement < SETTLED * point.excess:
-                return SweepFit(point, misfit_start, True)
             if fallen < 1e-9 * point.chi2:  # leaning on the wall of the box
                 break
         else:
             damping *= 20.0
             if damping > 1e8:
                 break
-    return SweepFit(point, misfit_start, point.decrement < SETTLED * point.excess)
+    return SweepFit(point, misfit_start, _settled(model, point))
+
+
+def _settled(model: TwinModel, point: NormalEquations) -> bool:
+    """Whether one more step ends near the minimum, and within the box."""
+    return point.remainder < SETTLED * point.excess and bool(model.box.inside(point.ahead))

@@ -90,15 +90,16 @@ def update(
 
 
 def material_of(points: Sequence[NormalEquations]) -> Material:
-    """Materials (T,) at which sweeps were linearised."""
-    return Material(*np.array([p.material for p in points]).T)
+    """Materials (T,) to which sweeps were fitted."""
+    return Material(*np.array([p.ahead for p in points]).T)
 
 
 def tied(box: MaterialBox, points: Sequence[NormalEquations]) -> GapState:
     """Return the state with one gain for all: the mean of theirs, by information; each material follows it."""
+    # to first order, before anything is evaluated again: each sweep's last step is still to be taken
     information = np.array([1.0 / np.linalg.inv(p.matrix)[3, 3] for p in points])
-    log_gain = float((information * np.log([p.gain for p in points])).sum() / information.sum())
-    # to first order, before anything is evaluated again
+    log_gains = np.array([np.log(p.gain) + p.full_step[3] for p in points])
+    log_gain = float((information * log_gains).sum() / information.sum())
     rows = [box.clip(moved(p.material, p.following(log_gain - float(np.log(p.gain))))) for p in points]
     laws = np.array([[np.log(e), nu, np.log(eta)] for e, nu, eta in rows])
     return GapState(laws, np.zeros_like(laws), np.zeros(len(rows)), log_gain, {})
@@ -128,12 +129,12 @@ def _walk(
     trend = np.ones(3)
     for before, sweep in pairwise(way):
         known = fits[before].point
-        fit = fit_sweep(model, data[sweep], known.material * trend)
-        if not fit.settled or fit.point.misfit > OFF_THE_TREND * known.misfit:
+        fit = fit_sweep(model, data[sweep], known.ahead * trend)
+        if not fit.settled or fit.point.misfit_ahead > OFF_THE_TREND * known.misfit_ahead:
             again = fit_sweep(model, data[sweep], start_material(model, data[sweep]))
-            fit = min(fit, again, key=lambda f: f.point.chi2)
+            fit = min(fit, again, key=lambda f: f.point.misfit_ahead)
         fits[sweep] = fit
-        trend = np.clip(fit.point.material / known.material, 0.8, 1.25)
+        trend = np.clip(fit.point.ahead / known.ahead, 0.8, 1.25)
         advance()
 
 

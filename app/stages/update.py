@@ -24,7 +24,6 @@ from analysis.updating.update import update
 from app.files.frf_file import save_frf
 from app.files.laws_file import TwinFrf, save_laws
 from app.files.provenance import provenance, sha256
-from app.stages.declaration_check import check_declaration
 from app.terminal.notebook import as_html, as_text
 from app.terminal.update import headline, notes, table_of
 from app.twins.campaign_model import WORKERS, Start, campaign_model, judging
@@ -160,6 +159,8 @@ def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Tw
         frf = campaign_frf(campaign, mains=mains)
         frf.require_noise()  # before a twin is built for nothing
         if not twin_is_built(campaign.experiment):
+            from app.stages.declaration_check import check_declaration  # brings the mesher, which takes a while
+
             frf = replace(frf, notes=(*frf.notes, *check_declaration(campaign.experiment, frf, report)))
         twin = campaign_twin(campaign.experiment, report)
         frf, begin = polarity_corrected(frf, twin, report)

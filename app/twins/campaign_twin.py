@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,14 @@ from app.files.basis_cache import basis_file, cached_reduction, load_plate_basis
 from app.files.effect_cache import cached_operators
 from simulation.effects.effect import Effect
 from simulation.effects.library import library
-from simulation.reduction.plate_basis import PlateBasis
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.footprints import attached_disc
 from simulation.twin.declared_plate import DeclaredPlate
 from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
+
+if TYPE_CHECKING:
+    from simulation.reduction.plate_basis import PlateBasis
 
 SHAPE_POINTS = 32
 """Points along the longer side of the box around a plate on which its mode shapes are known."""
@@ -63,7 +65,7 @@ def effect_twin(experiment: Experiment, report: Progress, folder: Path | None = 
     return Twin.of(experiment, EffectPlate(operators), known)
 
 
-def plate_basis(experiment: Experiment, report: Progress) -> PlateBasis | None:
+def plate_basis(experiment: Experiment, report: Progress) -> "PlateBasis | None":
     """Functions and vectors behind the twin of `campaign_twin`, which is made where it is not in the cache."""
     asked = _asked(experiment)
     file = basis_file(**asked)

@@ -17,6 +17,7 @@ A plate over a range of materials:
 ``certified_lines``        frequencies at which it may be asked
 ``dashpots``               viscous supports, connected to a plate without them
 ``modal_form``             poles, and transfers as sums over them
+``symmetric_poles``        poles of lightly coupled modes
 ``pole_sums``              these sums, at all lines of a band
 ``energy_sums``            energies of the answers, likewise
 ``modal_slopes``           their derivatives by changes of the stiffness

@@ -94,6 +94,13 @@ class Composite:
     coupling: Real
 
 
+def proportion(a: Real, b: Real) -> float | None:
+    """Return c where a = c b, as of losses that follow a stiffness: one product serves both; None elsewhere."""
+    place = np.unravel_index(np.argmax(np.abs(b)), b.shape)
+    c = float(a[place] / b[place]) if b[place] else 0.0
+    return c if np.abs(a - c * b).max() <= 1e-13 * abs(float(a[place])) else None
+
+
 def composed(ops: EffectOperators, c: Coefficients) -> Composite:
     """Sum the stacks with real coefficients."""
     whole = _plain(ops, c)

@@ -10,14 +10,15 @@ from numpy.typing import ArrayLike
 from analysis.arrays import Complex, Real
 from simulation.reduction.dashpots import connected, forces
 from simulation.reduction.pole_sums import PoleSums
+from simulation.reduction.symmetric_poles import symmetric_poles
 
 
 @dataclass(frozen=True)
 class ModalForm:
     """Eigenvalues and eigenvectors of a complex symmetric stiffness whose mass is the identity, and dashpots.
 
-    The right eigenvectors' inverse serves as left eigenvectors: the usual normalisation of complex
-    symmetric eigenvectors, x'x = 1, has no answer where eigenvalues meet.
+    The right eigenvectors' inverse serves as left eigenvectors. It is their transpose but where eigenvalues meet:
+    there the normalisation x'x = 1 of complex symmetric eigenvectors has no answer.
 
     Attributes
     ----------
@@ -39,11 +40,16 @@ class ModalForm:
     @classmethod
     def of(cls, stiffness: Complex, dashpots: Real | None = None) -> Self:
         """Solve the eigenproblem of a complex (r, r) stiffness; `dashpots` (r, q) are connected to its modes."""
+        columns = np.zeros((len(stiffness), 0)) if dashpots is None else dashpots
+        found = symmetric_poles(stiffness)
+        if found is not None:
+            order = np.argsort(found[0].real)
+            shapes = np.asfortranarray(found[1][:, order])
+            return cls(found[0][order], shapes, shapes.T, columns)
         poles, shapes = np.linalg.eig(stiffness)  # scipy's holds the interpreter; this one lets other threads run
         order = np.argsort(poles.real)
         shapes = np.asfortranarray(shapes[:, order])
-        inverse = scipy.linalg.inv(shapes, check_finite=False)
-        return cls(poles[order], shapes, inverse, np.zeros((len(shapes), 0)) if dashpots is None else dashpots)
+        return cls(poles[order], shapes, scipy.linalg.inv(shapes, check_finite=False), columns)
 
     @property
     def count(self) -> int:

@@ -11,7 +11,7 @@ from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
 from simulation.reduction.certified_lines import certified_lines
 from simulation.reduction.modal_form import ModalForm
-from simulation.shell.shell_model import plane_stress_moduli
+from simulation.shell.plane_stress import plane_stress_moduli
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@
 ``moving``          a mesh whose cells stretch so that a patch sits elsewhere
 ``piezo_material``  ceramic constants, and what a thin poled patch makes of them
 ``in_plane``        stiffness of a layer along the plate's axes
+``plane_stress``    moduli in which the plate's stiffness is affine
 ``coupling``        force of one volt on each patch
 ``electric_load``   sensors on real inputs, all connected at once
 ==================  ================================================================

@@ -18,9 +18,10 @@ from simulation.shell.coupling import couplings
 from simulation.shell.fineness import Fineness
 from simulation.shell.in_plane import moduli
 from simulation.shell.piezo_material import PIEZO_MATERIALS, PiezoMaterial
+from simulation.shell.plane_stress import plane_stress_moduli
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import Block, W
-from simulation.shell.shell_model import ShellModel, plane_stress_moduli
+from simulation.shell.shell_model import ShellModel
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.unknowns import Unknowns
 

@@ -10,9 +10,6 @@ from functools import cache
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legval
-from scipy.special import roots_jacobi
-from skfem.quadrature import get_quadrature
-from skfem.refdom import RefTri
 
 from analysis.arrays import Real
 from simulation.shell.lobatto import kernels, lobatto
@@ -105,8 +102,13 @@ def quad_rule(order: int) -> tuple[Real, Real]:
 def triangle_rule(order: int) -> tuple[Real, Real]:
     """Points (2, Q) and weights (Q,) on the unit triangle, exact for polynomials up to `order`."""
     if order <= TABULATED:
+        from skfem.quadrature import get_quadrature
+        from skfem.refdom import RefTri
+
         places, weights = get_quadrature(RefTri, order)
         return np.asarray(places), np.asarray(weights)
+    from scipy.special import roots_jacobi
+
     a, weights_a = leggauss(order // 2 + 1)
     b, weights_b = roots_jacobi(order // 2 + 1, 1.0, 0.0)
     y = 0.5 * (1.0 + b)

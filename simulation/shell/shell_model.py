@@ -12,17 +12,12 @@ from analysis.arrays import Complex, Real
 from analysis.channel import Footprint
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.factors import factorize
+from simulation.shell.plane_stress import plane_stress_moduli
 from simulation.shell.points import footprint_rows
 from simulation.shell.rigidity import W
 from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns
-
-
-def plane_stress_moduli(youngs_modulus: float, poisson_ratio: float) -> tuple[float, float]:
-    """C1 = E/(1 - nu**2) and C2 = nu C1, Pa: the stiffness is affine in these two."""
-    c1 = youngs_modulus / (1.0 - poisson_ratio**2)
-    return c1, poisson_ratio * c1
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from analysis.arrays import Real
 from analysis.material import MaterialBox
 from simulation.reduction.composition import STEP, Composite
 from simulation.reduction.reduced_model import ReducedModel
-from simulation.shell.shell_model import plane_stress_moduli
+from simulation.shell.plane_stress import plane_stress_moduli
 from simulation.state.plate_state import PlateState
 
 UNIFORM = ("thickness", "modulus_x", "modulus_y", "in_plane_shear", "bond")

@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real, Whole
-from simulation.reduction.composition import Composite
+from simulation.reduction.composition import Composite, proportion
 from simulation.state.plate_state import PlateState
 from simulation.twin.local_solution import CHUNK, LocalPlate
-from simulation.twin.sensitivity import proportion
 
 ITERATIONS = 12
 """As long as a direct solution takes; what has not converged then is solved directly."""

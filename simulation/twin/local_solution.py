@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from analysis.arrays import Complex, Real
-from simulation.reduction.composition import Composite
+from simulation.reduction.composition import Composite, proportion
 from simulation.reduction.modal_form import ModalForm
 from simulation.reduction.pole_sums import PoleSums
 from simulation.state.plate_state import PlateState, PointLoad
@@ -64,11 +64,11 @@ class LocalPlate:
             mass = mass + load.mass * np.outer(row, row)
         whole = Composite(whole.plate, whole.plate_loss, stiffness, mass, whole.coupling)
         basis = local_basis(ops, whole, float(np.mean(state.storage)), reach)
-        return cls(basis, _restricted(whole, basis), basis.T @ ops.normal @ basis, ops)
+        return cls(basis, _restricted(whole, basis), _small(ops.normal, basis), ops)
 
     def dashpots(self, state: PlateState) -> Real:
         """Damping of supports, and at points, (m, m), N s/m."""
-        own = self.basis.T @ self.operators.damping @ self.basis
+        own = _small(self.operators.damping, self.basis)
         rows = [(load.damping, deflection_at(self.operators, load) @ self.basis) for load in state.point_loads]
         return np.asarray(sum((c * np.outer(row, row) for c, row in rows if c), own))
 
@@ -170,16 +170,19 @@ def deflection_at(ops: LoadedPlate, load: PointLoad) -> Real:
 
 
 def _restricted(whole: Composite, basis: Real) -> Composite:
-    def small(matrix: Real) -> Real:
-        return np.asarray(basis.T @ matrix @ basis) if matrix.any() else np.zeros((basis.shape[1],) * 2)
-
+    plate, same_loss = _small(whole.plate, basis), proportion(whole.plate_loss, whole.plate)
     return Composite(
-        plate=small(whole.plate),
-        plate_loss=small(whole.plate_loss),
-        fixed=small(whole.fixed),
-        mass=small(whole.mass),
+        plate=plate,
+        plate_loss=_small(whole.plate_loss, basis) if same_loss is None else same_loss * plate,
+        fixed=_small(whole.fixed, basis),
+        mass=_small(whole.mass, basis),
         coupling=basis.T @ whole.coupling,
     )
+
+
+def _small(matrix: Real, basis: Real) -> Real:
+    """Return a matrix in local coordinates."""
+    return np.asarray(basis.T @ matrix @ basis) if matrix.any() else np.zeros((basis.shape[1],) * 2)
 
 
 def _modal(plate: LocalPlate, state: PlateState) -> ModalForm | None:

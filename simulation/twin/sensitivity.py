@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
-from simulation.reduction.composition import STEP, Composite
+from simulation.reduction.composition import STEP, Composite, proportion
 from simulation.reduction.modal_slopes import ModalSlopes
 from simulation.state.plate_state import PlateState, PointLoad
 from simulation.twin.local_solution import LocalSolution, deflection_at
@@ -160,13 +160,6 @@ def impedance_change(
         rate = _rate(step.stiffness) + 1j * omega * _rate(step.damping) - omega**2 * _rate(step.mass)
         weighed.append((np.outer(row, row), rate))
     return [(matrix, weight) for matrix, weight in weighed if weight.any() and matrix.any()]
-
-
-def proportion(a: Real, b: Real) -> float | None:
-    """Return c where a = c b, as of losses that follow a stiffness: one product serves both; None elsewhere."""
-    place = np.unravel_index(np.argmax(np.abs(b)), b.shape)
-    c = float(a[place] / b[place]) if b[place] else 0.0
-    return c if np.abs(a - c * b).max() <= 1e-13 * abs(float(a[place])) else None
 
 
 def _rate(value: object) -> Real:

@@ -1,6 +1,7 @@
 """Transfers of a plate with instruments, and their derivatives, from compliances between ports."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -60,6 +61,11 @@ class Transfer:
             instruments, compliance, admittance, voltage, factors, _read(instruments, voltage, moved, factors)
         )
 
+    @cached_property
+    def impedance(self) -> Complex:
+        """Inverse of the admittance, (F, c, c)."""
+        return np.asarray(np.linalg.inv(self.admittance))
+
     def change(self, slopes: Complex) -> Complex:
         """Differentiate `response`, (D, K, F), given the derivatives of the compliance, (D, N, c + 1, F).
 
@@ -68,8 +74,7 @@ class Transfer:
         count = len(self.instruments.connected)
         direct = self.instruments.amplitude * slopes[:, :, -1]
         direct = direct + np.einsum("dikf,kf->dif", slopes[:, :, :-1], self.voltage)
-        by_line = -np.linalg.solve(self.admittance, direct[:, :count].transpose(2, 1, 0))
-        voltage = by_line.transpose(2, 1, 0)
+        voltage = np.asarray(-np.einsum("fck,dkf->dcf", self.impedance, direct[:, :count]))
         moved = direct + np.einsum("ikf,dkf->dif", self.compliance[:, :-1], voltage)
         return np.stack(
             [_read(self.instruments, one, other, self.factors) for one, other in zip(voltage, moved, strict=True)]
@@ -85,7 +90,7 @@ class Transfer:
     def sense(self, count: int) -> Complex:
         """How much a change of (G x) at each of `count` ports counts in each output, x held, (K, count, F)."""
         instruments, connected = self.instruments, list(self.instruments.connected)
-        inverse = -np.linalg.inv(self.admittance).transpose(1, 2, 0)
+        inverse = -self.impedance.transpose(1, 2, 0)
         weights = np.zeros((len(instruments.pickups), count, self.response.shape[1]), complex)
         for k, pickup in enumerate(instruments.pickups):
             if pickup.voltage:

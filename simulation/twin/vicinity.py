@@ -48,15 +48,25 @@ class Vicinity:
         def by(**stepped: object) -> Complex:
             return derivatives.by(replace(self, **stepped).state)  # type: ignore[arg-type]
 
+        here = self.state(derivatives.energy)
+        if self.effects:
+            by_material = [by(laws=self._moved(law)) for law in range(3)]
+            warmer: complex = self.point.temperature + 1j * STEP
+            by_temperature = by(point=replace(self.point, temperature=warmer))  # type: ignore[arg-type]
+        else:  # all that is lost is the plate's, (1 + j eta) E P, and temperature acts through the laws
+            by_modulus, by_ratio = (by(laws=self._moved(law)) for law in range(2))
+            eta = 1j * float(here.laws.loss_factor(self.point.temperature))
+            by_material = [by_modulus, by_ratio, eta / (1.0 + eta) * by_modulus]
+            by_temperature = np.tensordot(here.laws.rates(self.point.temperature), by_material, 1)
         # uniform plate at the oven's temperature: the derivatives with respect to the slopes vanish
-        follows = bool((self.state(derivatives.energy).temperature != self.point.temperature).any())
+        follows = bool((here.temperature != self.point.temperature).any())
         by_slope = [by(laws=self._turned(law)) if follows else np.zeros_like(response) for law in range(3)]
         by_parameter = [by(effects=self._stepped(tangent)) for tangent in tangents]
         return Linearisation(
             transfer=response,
-            by_material=np.array([by(laws=self._moved(law)) for law in range(3)]),
+            by_material=np.array(by_material),
             by_slope=np.array(by_slope),
-            by_temperature=by(point=replace(self.point, temperature=self.point.temperature + 1j * STEP)),  # type: ignore[arg-type]
+            by_temperature=by_temperature,
             by_parameter=np.array(by_parameter).reshape(len(tangents), *response.shape),
         )
 

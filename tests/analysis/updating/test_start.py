@@ -33,6 +33,9 @@ def test_other_ratios_are_asked_only_where_the_middle_one_leads_nowhere(
     data = SweepData.of(twin.measured(np.array([20.0]), [(2e9, 0.45, 0.03)], 12.0, rng, noise=1e-3), 0, 4)
     asked, frf = set(), twin.frf
     monkeypatch.setattr(twin, "frf", lambda laws, *rest: asked.add(round(laws.value[1], 6)) or frf(laws, *rest))
-    found = start.start_material(twin, data)
+    shares: list[float] = []
+    found = start.start_material(twin, data, shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
     assert found[0] == pytest.approx(2e9, rel=0.1)
     assert len(asked) == ratios

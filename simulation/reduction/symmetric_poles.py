@@ -1,0 +1,53 @@
+"""Poles of a lightly coupled complex symmetric matrix, in half the time of a general eigensolver.
+
+Losses couple the real modes of a plate weakly. Their vectors are corrected as in Ogita and Aishima, Iterative
+refinement for symmetric eigenvalue decomposition (Japan Journal of Industrial and Applied Mathematics 35, 2018),
+with transposes in place of adjoints: quadratic convergence, and matrix products only.
+"""
+
+import numpy as np
+
+from analysis.arrays import Complex
+
+CONVERGED = 3e-7
+"""Largest correction whose square is below rounding."""
+MOST = 8
+"""Corrections after which poles count as too close."""
+
+
+def symmetric_poles(matrix: Complex) -> tuple[Complex, Complex] | None:
+    """Eigenvalues (r,) of a complex symmetric (r, r) matrix, and eigenvectors whose transpose is their inverse.
+
+    None where eigenvalues lie closer than their modes are coupled, so that corrections do not converge.
+    """
+    squares, modes = np.linalg.eigh(matrix.real)
+    coupled = 1j * (modes.T @ matrix.imag @ modes)
+    own = np.arange(len(squares))
+    coupled[own, own] += squares
+    poles = coupled[own, own]
+    with np.errstate(all="ignore"):  # poles that meet are found by what becomes of the correction
+        first = coupled / _gaps(poles)
+        first[own, own] = 0.0
+        first *= 2.0 / (1.0 + np.sqrt(1.0 + 4.0 * first * first))  # each pair turned by its own angle
+        vectors = first + 0.5 * (first @ first)
+        vectors[own, own] += 1.0
+        for _ in range(MOST):
+            product, gram = vectors.T @ (coupled @ vectors), vectors.T @ vectors
+            poles = product[own, own] / gram[own, own]
+            product = 0.5 * (product + product.T)  # rounding may not turn modes against each other
+            correction = (product - poles * gram) / _gaps(poles)
+            correction[own, own] = 0.5 * (1.0 - gram[own, own])
+            vectors += vectors @ correction
+            largest = float(np.abs(correction).max())
+            if largest < CONVERGED:
+                return poles, modes @ vectors
+            if not largest < 1.0:
+                return None
+    return None
+
+
+def _gaps(poles: Complex) -> Complex:
+    """Pole of the column less that of the row, 1 on the diagonal."""
+    gaps = poles - poles[:, None]
+    np.fill_diagonal(gaps, 1.0)
+    return np.asarray(gaps)

@@ -1,0 +1,38 @@
+"""A sweep by itself is fitted as far as a joint fit needs, and no evaluation further."""
+
+import numpy as np
+import pytest
+
+from analysis.updating.normal_equations import SweepData, normal_equations
+from analysis.updating.sweep_fit import SETTLED, fit_sweep
+
+TRUTH = np.array([2.1e9, 0.38, 0.06])
+
+
+def asked(model, monkeypatch):
+    """Materials at which a model is linearised from now on."""
+    materials, linearise = [], model.linearise
+
+    def counted(laws, *rest):
+        materials.append(laws.value)
+        return linearise(laws, *rest)
+
+    monkeypatch.setattr(model, "linearise", counted)
+    return materials
+
+
+@pytest.mark.parametrize(("off", "most"), [(2e-3, 1), (0.02, 3), (0.1, 8)])
+def test_what_a_fit_leaves_is_within_its_bound(twin, monkeypatch, off: float, most: int) -> None:
+    frf = twin.measured(np.array([20.0]), [TRUTH], 14.3, np.random.default_rng(4), 0.01)
+    data = SweepData.of(frf, 0, 4)
+    materials = asked(twin, monkeypatch)
+    fit = fit_sweep(twin, data, TRUTH * np.array([1.0 + off, 1.0, 1.0 - off]))
+    assert fit.settled
+    assert len(materials) <= most
+    best = fit.point
+    for _ in range(6):
+        best = normal_equations(twin, data, best.ahead, best.gain * float(np.exp(best.full_step[3])))
+    ratio, difference = np.log(fit.point.ahead / best.material), fit.point.ahead - best.material
+    away = np.array([ratio[0], difference[1], ratio[2]])
+    covariance = np.linalg.inv(best.matrix)[:3, :3]
+    assert away @ np.linalg.solve(covariance, away) < SETTLED
