@@ -6,9 +6,12 @@
 ``folder``          which campaign and which results a folder stands for
 ``theme``           dark and light
 ``chart``           a plot that can be read, followed and exported
+``log_axis``        numbers of a logarithmic axis
+``map``             what a plot of a map shows
 ``map_chart``       a plot of a map, with its colour bar
 ``export``          a plot as PNG, SVG and CSV
 ``cursors``         the frequency and the temperature that all plots share
+``frequency_axis``  linear or logarithmic frequency, cursor and mark in all plots of a page
 ``window``          keys, help, themes and export: what both windows have in common
 ``surface``         a moving field, drawn in perspective
 ``lattice``         fields shown up to the edges of the plate, whatever its outline

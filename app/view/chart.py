@@ -1,7 +1,6 @@
 """A plot that can be read, followed with a cursor, and exported."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -11,26 +10,12 @@ from PySide6.QtCore import Qt, SignalInstance
 from PySide6.QtWidgets import QSizePolicy
 
 from analysis.arrays import Real
+from app.view.log_axis import LogAxis
+from app.view.map import Map
 from app.view.theme import Color, Theme
 
 Style = Literal["line", "dash", "dot"]
 STYLES = {"line": Qt.PenStyle.SolidLine, "dash": Qt.PenStyle.DashLine, "dot": Qt.PenStyle.DotLine}
-
-
-@dataclass(frozen=True)
-class Map:
-    """Values over a grid.
-
-    Attributes
-    ----------
-    x, y : (C,), (R,) ndarray
-        Centres of columns and rows.
-    value : (R, C) ndarray
-    """
-
-    x: Real
-    y: Real
-    value: Real
 
 
 class Chart(pyqtgraph.PlotWidget):
@@ -48,7 +33,7 @@ class Chart(pyqtgraph.PlotWidget):
     """
 
     def __init__(self, name: str, title: str, x: str, y: str, theme: Theme) -> None:
-        super().__init__(background=theme.plot)
+        super().__init__(background=theme.plot, axisItems={"bottom": LogAxis("bottom")})
         self.name, self.theme = name, theme
         self.labels = (x, y)
         self.map: Map | None = None
@@ -65,8 +50,8 @@ class Chart(pyqtgraph.PlotWidget):
         self.setMinimumSize(180, 120)
 
     def setTitle(self, title: str) -> None:
-        """Put a title over the plot, at its left."""
-        self.plotItem.setTitle(title, color=self.theme.text, size="10pt", bold=True, justify="left")
+        """Put a title over the plot, at its left; none leaves the plot its room."""
+        self.plotItem.setTitle(title or None, color=self.theme.text, size="10pt", bold=True, justify="left")
 
     def legend(self, columns: int = 1, offset: tuple[int, int] = (-8, 8)) -> None:
         """Name the curves that are drawn from now on."""
@@ -183,9 +168,24 @@ class Chart(pyqtgraph.PlotWidget):
             if self.plotItem.vb.linkedView(axis - 1) is not None:
                 continue
             values = np.concatenate([np.empty(0), *(curve[axis] for curve in curves)])
+            if axis == 1 and self.log_x:
+                values = np.log10(values[values > 0.0])
             values = values[np.isfinite(values)]
             if values.size:
                 set_range(float(values.min()), float(values.max()), padding=0.04)
+
+    @property
+    def log_x(self) -> bool:
+        """Whether x is drawn as its decadic logarithm; curves are given and exported as x all the same."""
+        return bool(self.getAxis("bottom").logMode)
+
+    def set_log_x(self, log: bool) -> None:
+        """Change that."""
+        shown = self.viewRange()[1]
+        self.plotItem.setLogMode(x=log)
+        self.plotItem.vb.disableAutoRange()  # which that begins, also for the plots that this one follows
+        self.fit()
+        self.setYRange(*shown, padding=0.0)
 
     def follow(
         self, direction: Literal["x", "y"], value: float, moved: SignalInstance, move: Callable[[float], None]

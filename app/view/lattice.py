@@ -9,7 +9,7 @@ from scipy.ndimage import map_coordinates
 
 from analysis.arrays import Complex, Real
 from analysis.plate import Plate
-from app.view.chart import Map
+from app.view.map import Map
 
 FINER = 6
 """Cells of a picture in one of the lattice."""

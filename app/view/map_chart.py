@@ -8,7 +8,8 @@ import pyqtgraph
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from app.view.chart import Chart, Map
+from app.view.chart import Chart
+from app.view.map import Map
 
 FINEST = 1024
 """Rows or columns at most of a map whose cells differ in size."""
@@ -68,8 +69,9 @@ class MapChart(Chart):
     def show_map(self, shown: Map) -> None:
         """Show other values; each cell reaches half way to its neighbours, wherever they stand."""
         self.map = shown
-        (left, right), (low, high) = _span(shown.x), _span(shown.y)
-        pixels = shown.value[_evenly(shown.y, low, high)][:, _evenly(shown.x, left, right)]
+        across = self._across
+        (left, right), (low, high) = _span(across), _span(shown.y)
+        pixels = shown.value[_evenly(shown.y, low, high)][:, _evenly(across, left, right)]
         self._image.setImage(pixels, levels=self._levels, autoLevels=False)
         self._image.setRect(left, low, right - left, high - low)
 
@@ -78,8 +80,20 @@ class MapChart(Chart):
         if self.map is None:
             super().fit()
             return
-        self.setXRange(*_span(self.map.x), padding=0.0)
+        self.setXRange(*_span(self._across), padding=0.0)
         self.setYRange(*_span(self.map.y), padding=0.0)
+
+    def set_log_x(self, log: bool) -> None:
+        """Draw the map over the decadic logarithm of x, or over x."""
+        super().set_log_x(log)
+        if self.map is not None:
+            self.show_map(self.map)
+
+    @property
+    def _across(self) -> Real:
+        """Where the columns of the map stand along the axis."""
+        x = np.empty(0) if self.map is None else self.map.x
+        return np.log10(x) if self.log_x else x
 
     def stand_over(self, chart: Chart) -> None:
         """Keep the x axis of a chart below exactly under one's own: leave out there what the colour bar takes."""

@@ -11,8 +11,9 @@ from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPolygon
 from scipy.ndimage import map_coordinates
 
 from analysis.arrays import Real
-from app.view.chart import Chart, Map
+from app.view.chart import Chart
 from app.view.lattice import filled, widened
+from app.view.map import Map
 from app.view.theme import Theme, two_sided
 
 AZIMUTH, ELEVATION = np.radians(-32.0), np.radians(38.0)

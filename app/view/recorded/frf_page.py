@@ -6,8 +6,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from analysis.frf import Frf
-from app.view.chart import Chart, Map
+from app.view.chart import Chart
 from app.view.cursors import Cursors
+from app.view.frequency_axis import FrequencyAxis
+from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.recorded.all_sweeps import AllSweeps
 from app.view.recorded.mark import Mark
@@ -19,6 +21,8 @@ from app.view.theme import Theme, one_sided
 OVER_MAP = (255, 255, 255, 170)
 """Colour of lines on a map."""
 FREQUENCY, TEMPERATURE = "frequency [Hz]", "temperature [°C]"
+PHASE_TICKS = [[(v, f"{v}") for v in some] for some in ((-180, 0, 180), (-90, 90))]
+"""Degrees: those that are always told, and those that are where there is room."""
 
 
 class FrfPage(QWidget):
@@ -52,8 +56,9 @@ class FrfPage(QWidget):
         self._tracks = self._switch("tracked modes", theme.text, "dotted")
         self._tracks.setVisible(results.modes is not None)
         self._every = AllSweeps(self._along_f)
+        self.axis = FrequencyAxis(frf.frequency, cursors)
         self._lay_out()
-        self._mark = Mark((self._along_f, self._phase, self._coherence), frf, self.line, self.row)
+        self._mark = Mark(frf, self.axis.line, self.row)
         self._choose()
         self._every.toggled.connect(self._choose)
         self._channel.currentIndexChanged.connect(self._choose)
@@ -73,16 +78,10 @@ class FrfPage(QWidget):
         rows = self.rows
         return int(rows[np.abs(self._frf.temperature[rows] - self._cursors.temperature).argmin()])
 
-    @property
-    def line(self) -> int:
-        """Frequency line nearest to the frequency cursor."""
-        return int(np.abs(self._frf.frequency - self._cursors.frequency).argmin())
-
     def step(self, lines: int, sweeps: int) -> None:
         """Move the cursors by so many lines and sweeps."""
         if lines:
-            place = np.clip(self.line + lines, 0, len(self._frf.frequency) - 1)
-            self._cursors.frequency = float(self._frf.frequency[place])
+            self.axis.step(lines)
         if sweeps:
             rows = self.rows
             place = np.clip(int(np.flatnonzero(rows == self.row)[0]) + sweeps, 0, len(rows) - 1)
@@ -90,7 +89,8 @@ class FrfPage(QWidget):
 
     def mark(self) -> None:
         """Put the mark where the cursors stand; differences are told from there."""
-        self._mark.put(self.line, self.row)
+        self._mark.put(self.axis.line, self.row)
+        self.axis.put_mark()
         self._read_out()
 
     def _offered(self) -> dict[str, str]:
@@ -120,7 +120,7 @@ class FrfPage(QWidget):
             chooser.addWidget(choice)
         chooser.addStretch()
         panel.addLayout(chooser)
-        for switch in (*self._overlays.values(), self._tracks, self._every):
+        for switch in (*self._overlays.values(), self._tracks, self._every, self.axis):
             panel.addWidget(switch)
         panel.addWidget(self._readout)
         panel.addWidget(self._coherence, stretch=1)
@@ -132,19 +132,16 @@ class FrfPage(QWidget):
         grid.addLayout(panel, 1, 1, 2, 1)
         for column, share in enumerate((7, 3)):
             grid.setColumnStretch(column, share)
-        for row, share in enumerate((5, 5, 2)):
+        for row, share in enumerate((5, 5, 3)):
             grid.setRowStretch(row, share)
         cursors = self._cursors
-
-        def to_frequency(value: float) -> None:
-            cursors.frequency = float(self._frf.frequency[np.abs(self._frf.frequency - value).argmin()])
 
         def to_temperature(value: float) -> None:
             known = self._frf.temperature[self.rows]
             cursors.temperature = float(known[np.abs(known - value).argmin()])
 
         for chart in (self._waterfall, self._along_f, self._phase, self._coherence):
-            chart.follow("x", cursors.frequency, cursors.frequency_moved, to_frequency)
+            self.axis.add(chart)
         for chart in (self._waterfall, self._along_t):
             chart.follow("y", cursors.temperature, cursors.temperature_moved, to_temperature)
         for chart in (self._along_f, self._phase):
@@ -162,7 +159,7 @@ class FrfPage(QWidget):
         self._along_f.setYRange(low - 4.0, high + 4.0, padding=0.0)
         self._along_t.setXRange(low - 4.0, high + 4.0, padding=0.0)
         self._phase.setYRange(-180.0, 180.0, padding=0.1)
-        self._phase.getAxis("left").setTicks([[(v, f"{v}") for v in (-180, -90, 0, 90, 180)]])
+        self._phase.getAxis("left").setTicks(PHASE_TICKS)
         self._lines: list[object] = []
         theme = self._theme
         self._trust = self._coherence.curve([], [], "coherence", theme.measured)
@@ -226,7 +223,7 @@ class FrfPage(QWidget):
 
     def _cut_temperature(self) -> None:
         """Draw all sweeps at the frequency cursor."""
-        rows, channel, line = self.rows, self._channel.currentIndex(), self.line
+        rows, channel, line = self.rows, self._channel.currentIndex(), self.axis.line
         shown = self._shown()
         for name, curves in self._cuts.items():
             for curve in curves[2:]:
@@ -239,8 +236,8 @@ class FrfPage(QWidget):
 
     def _read_out(self) -> None:
         channel = self._channel.currentIndex()
-        from_mark = self._mark.told(self.line, self.row, channel)
-        self._readout.setText(readout(self._frf, self.row, channel, self.line, from_mark))
+        from_mark = self._mark.told(self.axis.line, self.row, channel)
+        self._readout.setText(readout(self._frf, self.row, channel, self.axis.line, from_mark))
 
 
 def _choice(names: list[str]) -> QComboBox:

@@ -1,13 +1,8 @@
-"""A mark beside the cursor: dashed lines where it stands, and differences from there."""
-
-from collections.abc import Sequence
+"""Differences of the cursors from a mark."""
 
 import numpy as np
-import pyqtgraph
-from PySide6.QtCore import Qt
 
 from analysis.frf import Frf
-from app.view.chart import Chart
 from app.view.recorded.overlays import decibels
 
 
@@ -16,26 +11,17 @@ class Mark:
 
     Parameters
     ----------
-    charts : sequence of Chart
-        Over frequency.
     frf : Frf
     line, row : int
         Where it stands first: frequency line and sweep.
     """
 
-    def __init__(self, charts: Sequence[Chart], frf: Frf, line: int, row: int) -> None:
+    def __init__(self, frf: Frf, line: int, row: int) -> None:
         self._frf, self.line, self.row = frf, line, row
-        self._lines = []
-        for chart in charts:
-            pen = pyqtgraph.mkPen(chart.theme.muted, style=Qt.PenStyle.DashLine)
-            self._lines.append(pyqtgraph.InfiniteLine(float(frf.frequency[line]), pen=pen))
-            chart.addItem(self._lines[-1], ignoreBounds=True)
 
     def put(self, line: int, row: int) -> None:
         """Move it."""
         self.line, self.row = line, row
-        for drawn in self._lines:
-            drawn.setValue(float(self._frf.frequency[line]))
 
     def told(self, line: int, row: int, channel: int) -> list[tuple[str, str]]:
         """Differences of a line of a sweep from the mark, for the readout; none where both are one.

@@ -148,6 +148,7 @@ class RecordedWindow(Window):
         ):
             self.bind(text, key, lambda lines=lines, sweeps=sweeps: self._step(lines, sweeps))  # type: ignore[misc]
         self.bind("Mark the place of the cursors: differences are told from there", "M", self._put_mark)
+        self.bind("Logarithmic frequencies", "L", self._toggle_log)
         self.bind("Mode before", "[", lambda: self._step_mode(-1))
         self.bind("Mode after", "]", lambda: self._step_mode(1))
         self.bind("Fields move, or stand still", "Space", self._play)
@@ -161,6 +162,11 @@ class RecordedWindow(Window):
         for page in self._built.values():
             if isinstance(page, FrfPage):
                 page.mark()
+
+    def _toggle_log(self) -> None:
+        for page in self._built.values():
+            if isinstance(page, FrfPage):
+                page.axis.toggle()
 
     def _step_mode(self, by: int) -> None:
         page = self._built.get(self.tabs.currentIndex())

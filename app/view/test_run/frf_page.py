@@ -2,13 +2,13 @@
 
 import numpy as np
 import pyqtgraph
-from numpy.typing import NDArray
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app.view.chart import Chart
 from app.view.cursors import Cursors
-from app.view.recorded.frf_page import FREQUENCY
+from app.view.frequency_axis import FrequencyAxis
+from app.view.recorded.frf_page import FREQUENCY, PHASE_TICKS
 from app.view.recorded.overlays import decibels
 from app.view.test_run.held import HeldTest
 from app.view.theme import Theme
@@ -30,25 +30,18 @@ class TestFrfPage(QWidget):
     held : HeldTest
     cursors : Cursors
     theme : Theme
-
-    Attributes
-    ----------
-    placed, marked : Signal(float)
-        Where cursor and mark stand along the plots' axis: Hz, or its decadic logarithm.
     """
 
     __test__ = False
-    placed = Signal(float)
-    marked = Signal(float)
 
     def __init__(self, held: HeldTest, cursors: Cursors, theme: Theme) -> None:
         super().__init__()
         self._held, self._cursors, self._theme = held, cursors, theme
-        self._mark = cursors.frequency
+        self.axis = FrequencyAxis(held.frfs.frequency, cursors)
         self.choice, self.display = QComboBox(), QComboBox()
         self.choice.addItems([one.name for one in held.frfs.transfers])
         self.display.addItems(["magnitude and phase", "real and imaginary part"])
-        self.log, self.rebuilt = QCheckBox("log frequency"), QCheckBox("from poles and residues")
+        self.rebuilt = QCheckBox("from poles and residues")
         self.rebuilt.setChecked(True)
         self.rebuilt.setStyleSheet(
             f"QCheckBox {{ border-left: 4px solid {theme.identified}; padding-left: 6px; }}"
@@ -65,30 +58,14 @@ class TestFrfPage(QWidget):
         self.choice.currentIndexChanged.connect(self._show)
         self.display.currentIndexChanged.connect(self._show)
         self.rebuilt.toggled.connect(self._show)
-        self.log.toggled.connect(self._show)
+        self.axis.toggled.connect(self._draw_modes)
         cursors.frequency_moved.connect(self._follow)
         self._show()
 
-    @property
-    def line(self) -> int:
-        """Line nearest to the cursor."""
-        return self._nearest(self._cursors.frequency)
-
-    def step(self, lines: int) -> None:
-        """Move the cursor by so many lines."""
-        place = int(np.clip(self.line + lines, 0, len(self._held.frfs.frequency) - 1))
-        self._cursors.frequency = float(self._held.frfs.frequency[place])
-
     def mark(self) -> None:
         """Put the mark where the cursor stands; differences are told from there."""
-        self._mark = self._cursors.frequency
+        self.axis.put_mark()
         self._follow()
-
-    def _nearest(self, frequency: float) -> int:
-        return int(np.abs(self._held.frfs.frequency - frequency).argmin())
-
-    def _axis(self, frequency: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        return np.log10(np.asarray(frequency)) if self.log.isChecked() else np.asarray(frequency)
 
     def _lay_out(self) -> None:
         chooser, switches, side, grid = QHBoxLayout(), QHBoxLayout(), QVBoxLayout(), QGridLayout(self)
@@ -97,7 +74,7 @@ class TestFrfPage(QWidget):
             widget.setMinimumWidth(80)
             chooser.addWidget(widget, stretch=1)
         switches.addWidget(self.rebuilt)
-        switches.addWidget(self.log)
+        switches.addWidget(self.axis)
         side.addLayout(chooser)
         side.addLayout(switches)
         side.addWidget(self.readout)
@@ -106,11 +83,7 @@ class TestFrfPage(QWidget):
             grid.addWidget(chart, row, 0)
             grid.setRowStretch(row, share)
             chart.getAxis("left").setWidth(LEFT)
-            chart.follow("x", self._cursors.frequency, self.placed, self._go)
-            pen = pyqtgraph.mkPen(self._theme.muted, style=Qt.PenStyle.DashLine)
-            dashed = pyqtgraph.InfiniteLine(self._mark, pen=pen)
-            chart.addItem(dashed, ignoreBounds=True)
-            self.marked.connect(dashed.setValue)
+            self.axis.add(chart)
             if chart is not self.above:
                 chart.setXLink(self.above)
         self.nyquist.getAxis("left").setWidth(LEFT)
@@ -118,10 +91,6 @@ class TestFrfPage(QWidget):
         grid.addLayout(side, 0, 1, 3, 1)
         grid.setColumnStretch(0, 7)
         grid.setColumnStretch(1, 4)
-
-    def _go(self, place: float) -> None:
-        frequency = 10.0**place if self.log.isChecked() else place
-        self._cursors.frequency = float(self._held.frfs.frequency[self._nearest(frequency)])
 
     def _draw(self) -> None:
         theme = self._theme
@@ -142,7 +111,7 @@ class TestFrfPage(QWidget):
     def _show(self) -> None:
         """Show another FRF, in another way."""
         held, n = self._held, self.choice.currentIndex()
-        x, told = self._axis(held.frfs.frequency), held.frfs.label(n)
+        x, told = held.frfs.frequency, held.frfs.label(n)
         parts = self.display.currentIndex() == 1
         unit = told[told.rfind("[") + 1 : -1]
         names = ("real part", "imaginary part") if parts else (f"|H| [dB re 1 {unit}]", "phase [°]")
@@ -163,11 +132,10 @@ class TestFrfPage(QWidget):
         self.coherence.setVisible(coherence is not None)
         self._grid.setRowStretch(2, 0 if coherence is None else 2)
         for chart in (self.above, self.below, self.coherence):
-            chart.getAxis("bottom").setLogMode(self.log.isChecked())
             chart.fit()
         if not parts:
             self.below.setYRange(-180.0, 180.0, padding=0.05)
-        self.below.getAxis("left").setTicks(None if parts else [[(v, f"{v}") for v in (-180, -90, 0, 90, 180)]])
+        self.below.getAxis("left").setTicks(None if parts else PHASE_TICKS)
         self._draw_modes()
         self._follow()
 
@@ -179,15 +147,13 @@ class TestFrfPage(QWidget):
             solid = self._held.modes.sure[pole]
             style = Qt.PenStyle.SolidLine if solid else Qt.PenStyle.DotLine
             pen = pyqtgraph.mkPen(self._theme.muted, width=0.8, style=style)
-            self._modes.append(pyqtgraph.InfiniteLine(float(self._axis(f)), pen=pen))
+            self._modes.append(pyqtgraph.InfiniteLine(float(self.axis.along(f)), pen=pen))
             self._modes[-1].setZValue(-5)
             self.above.addItem(self._modes[-1], ignoreBounds=True)
 
     def _follow(self) -> None:
-        """Bring cursor, mark, Nyquist plane and readout to where the cursor is."""
-        self.placed.emit(float(self._axis(self._cursors.frequency)))
-        self.marked.emit(float(self._axis(self._mark)))
-        held, n, here = self._held, self.choice.currentIndex(), self.line
+        """Bring Nyquist plane and readout to where the cursor is."""
+        held, n, here = self._held, self.choice.currentIndex(), self.axis.line
         frequency, h = held.frfs.frequency, held.frfs.h[n]
         width = 0.01 * frequency[here]
         if len(held.shapes.pole):
@@ -201,7 +167,7 @@ class TestFrfPage(QWidget):
         self._circle[1].setVisible(self.rebuilt.isChecked())
         self._circle[2].setData([h.real[here]], [h.imag[here]])
         self.nyquist.fit()
-        self._read_out(here, self._nearest(self._mark))
+        self._read_out(here, self.axis.mark_line)
 
     def _read_out(self, here: int, there: int) -> None:
         held, n = self._held, self.choice.currentIndex()

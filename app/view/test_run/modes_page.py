@@ -21,8 +21,9 @@ from PySide6.QtWidgets import (
 from analysis.shapes.assurance import mac
 from analysis.shapes.indicator import cmif
 from app.modal_test.records import MODE_HEADINGS, mode_rows
-from app.view.chart import Chart, Map
+from app.view.chart import Chart
 from app.view.cursors import Cursors
+from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.recorded.frf_page import FREQUENCY
 from app.view.test_run.held import HeldTest

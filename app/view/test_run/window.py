@@ -48,9 +48,9 @@ class TestWindow(Window):
             ("Cursor down, ten lines", "Shift+Left", -10),
             ("Cursor up, ten lines", "Shift+Right", 10),
         ):
-            self.bind(text, key, lambda lines=lines: self.frfs.step(lines))  # type: ignore[misc]
+            self.bind(text, key, lambda lines=lines: self.frfs.axis.step(lines))  # type: ignore[misc]
         self.bind("Mark at the cursor, differences from there", "M", lambda: self.frfs.mark())
-        self.bind("Logarithmic frequencies", "L", lambda: self.frfs.log.toggle())
+        self.bind("Logarithmic frequencies", "L", lambda: self.frfs.axis.toggle())
         self.bind("Mode before", "[", lambda: self.modes.step(-1))
         self.bind("Mode after", "]", lambda: self.modes.step(1))
         self.build()

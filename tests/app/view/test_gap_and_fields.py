@@ -29,9 +29,9 @@ from app.files.laws_file import load_laws
 from app.files.provenance import provenance
 from app.twins.campaign_twin import shape_points
 from app.view.application import application
-from app.view.chart import Map
 from app.view.folder import viewed
 from app.view.lattice import FromAbove, edges_of, filled
+from app.view.map import Map
 from app.view.map_chart import MapChart
 from app.view.recorded import fields
 from app.view.recorded.fields_page import FieldsPage

@@ -11,7 +11,8 @@ import pytest
 
 pytest.importorskip("PySide6.QtSvg", reason="Qt cannot be loaded here", exc_type=ImportError)
 
-from PySide6.QtCore import QPoint, Qt
+import pyqtgraph
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage
 
 from app.view.application import application
@@ -78,6 +79,36 @@ def test_all_temperatures_are_laid_under_the_cut_and_taken_away(opened: Open, ru
     np.testing.assert_allclose(drawn[f"{page._frf.temperature[2]:.2f} °C"], decibels(page._frf.h[2, 0]))
     page._every.setChecked(False)
     assert len(cut.curves) == before
+
+
+def test_logarithmic_frequencies_move_cuts_map_cursor_and_clicks_alike(
+    opened: Open, run: Path, qtbot: Any
+) -> None:
+    window = opened(run)
+    page, waterfall, cut = window.page(0), chart(window, "waterfall"), chart(window, "frf-at-temperature")
+    assert isinstance(page, FrfPage)
+    levels = cut.viewRange()[1]
+    window.cursors.frequency = 300.0
+    qtbot.keyClick(window, Qt.Key.Key_L)
+    frequency = page._frf.frequency
+    np.testing.assert_allclose(cut.curves[0][1], frequency)  # as exported, in Hz
+    drawn = cut.plotItem.listDataItems()[0].getData()[0]
+    np.testing.assert_allclose(drawn, np.log10(frequency))
+    for one in (waterfall, cut):
+        np.testing.assert_allclose(one.viewRange()[0], np.log10(frequency[[0, -1]]), atol=0.05)
+    image = waterfall._image
+    np.testing.assert_allclose(
+        image.mapRectToParent(image.boundingRect()).left(), np.log10(frequency[0]), atol=0.02
+    )
+    np.testing.assert_allclose(cut.viewRange()[1], levels)
+    lines = [line.value() for line in cut.plotItem.items if isinstance(line, pyqtgraph.InfiniteLine)]
+    assert lines[0] == pytest.approx(np.log10(300.0))
+    box = waterfall.plotItem.vb
+    place = waterfall.mapFromScene(box.mapViewToScene(QPointF(np.log10(200.0), 20.0)))
+    qtbot.mouseClick(waterfall.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(place.x(), place.y()))
+    assert abs(window.cursors.frequency - 200.0) < 6.0
+    qtbot.keyClick(window, Qt.Key.Key_L)
+    np.testing.assert_allclose(waterfall.viewRange()[0], frequency[[0, -1]], atol=2.0)
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT])

@@ -1,0 +1,29 @@
+"""Numbers of a logarithmic axis: true, apart, and there at every zoom."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("PySide6.QtWidgets", reason="Qt cannot be loaded here", exc_type=ImportError)
+
+from app.view.application import application
+from app.view.log_axis import APART, LogAxis
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(100.0, 1500.0), (1.0, 1e5), (100.0, 190.0), (700.0, 720.0), (0.02, 3.0)]
+)
+@pytest.mark.parametrize("size", [260.0, 900.0])
+def test_numbers_are_those_of_the_ticks_and_have_room(low: float, high: float, size: float) -> None:
+    application()
+    axis = LogAxis("bottom")
+    axis.setLogMode(True)
+    span = np.log10(low), np.log10(high)
+    told = [row for spacing, row in axis.logTickValues(*span, size, None) if spacing is not None]
+    ticks = np.sort(np.concatenate(told))
+    assert len(ticks) >= 2
+    assert (ticks >= span[0]).all()
+    assert (ticks <= span[1]).all()
+    assert (np.diff(ticks) * size / (span[1] - span[0])).min() > 0.75 * APART
+    words = axis.logTickStrings(ticks.tolist(), 1.0, 1.0)
+    np.testing.assert_allclose([float(word) for word in words], 10.0**ticks, rtol=1e-5)
+    assert len(set(words)) == len(words)
