@@ -1,6 +1,6 @@
 """The experiment as declared: plate, patches, electronics and protocol, each checked when read.
 
-Every model refuses nonsense with the key, the value seen and the range allowed; the ranges are wide
+Every model refuses values that cannot be, with the key, the value seen and the range allowed; the ranges are wide
 enough for any plate of a laboratory and tight enough to catch a wrong unit (mm for m, g for kg, K
 for degrees Celsius, kHz for Hz).
 """

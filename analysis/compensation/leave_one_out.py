@@ -1,4 +1,4 @@
-"""Trust without a twin: every inner training filter predicted from the others."""
+"""Leave-one-out error, for which no twin is needed: every inner training filter predicted from the others."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -99,9 +99,3 @@ def _slope(end: NDArray[np.float64], frequency: float, rate: float) -> float:
     starts = np.linspace(0, len(end) - length, 2 * PIECES + 1).astype(int)
     size = np.array([abs((end[start : start + length] * carrier).sum()) for start in starts])
     return float(np.polyfit(starts / rate, np.log(np.maximum(size, np.finfo(float).tiny)), 1)[0])
-
-
-def needed_tail(poles: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Time in which each pole's response falls to a thousandth, s."""
-    seconds: NDArray[np.float64] = np.log(1.0 / SILENT) / -poles.real
-    return seconds

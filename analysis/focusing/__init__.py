@@ -12,7 +12,7 @@
 ``methods``            the four ways to drive a panel, by name
 ``design``             from filters wanted to taps played, within what the patches bear
 ``field_fir``          taps by least squares of the field
-``prolate``            the few combinations of taps that a band can hear
+``prolate``            the few combinations of taps with energy in a band
 ``fir``                taps by inverse FFT as in the paper, and what the cut costs
 ``performance``        contrast, level and phase, spot error
 ``over_temperature``   filters over temperature, and one filter at all of them (paper 5.1)

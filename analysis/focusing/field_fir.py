@@ -83,7 +83,7 @@ class FieldFit:
             Σ g (e - R z)ᴴ P (e - R z) + w Σ_outside |e|²,   z = exp(-j2πf·delay/fs),
 
         g being the band's taper and w small. The normal matrix is block-Toeplitz in the taps; written in the
-        prolate sequences that the band can hear it is exact to rounding, and of order 6 × 45 instead of 6 × 512.
+        prolate sequences with energy in the band it is exact to rounding, and of order 6 × 45 instead of 6 × 512.
         """
         count, basis = filters.shape[1], self.basis
         size, even = len(basis.sequences), basis.even

@@ -134,7 +134,7 @@ def play_methods(model: PanelModel, panel: Panel, constants: Constants, seconds:
 
 @dataclass(frozen=True)
 class _Plate:
-    """The panel in two ways that share nothing: its modes in time, and its answer at the lines of a transform."""
+    """The panel computed in two independent ways: modes in time, and its response at the lines of a transform."""
 
     space: FieldSpace
     modes: PanelModes
@@ -156,7 +156,7 @@ class _Plate:
         return cls(model.space, modes, rate, step, model.amplitudes(*constants, lines), lines, length)
 
     def play(self, bank: FirBank, signal: Complex) -> tuple[Real, Real, float]:
-        """Energy over target and plate (S/step,), and the contrast that the spectrum alone foretells."""
+        """Energy over target and plate (S/step,), and the contrast predicted from the spectrum."""
         from scipy.signal import lfilter
 
         silence = np.zeros(self.length - len(signal))

@@ -1,4 +1,4 @@
-"""The few combinations of taps that a band can hear: discrete prolate spheroidal sequences (Slepian 1978)."""
+"""The few combinations of taps with energy in a band: discrete prolate spheroidal sequences (Slepian 1978)."""
 
 from dataclasses import dataclass
 from typing import Self

@@ -7,7 +7,7 @@ from analysis.identification.averaging import roughness
 from analysis.identification.running_median import running_median
 
 OUTLIER = 5.0
-"""How far a line must lie from the model, in local standard deviations, before the mains are blamed."""
+"""How far a line must lie from the model, in local standard deviations, to count as mains hum."""
 
 GRIDS = (50.0, 60.0)
 """Mains of the world, Hz: a recording made elsewhere, or told wrongly, shows the other one's harmonics."""

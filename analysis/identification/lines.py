@@ -1,4 +1,4 @@
-"""The lines of an FRF that a fit sees, each with its weight."""
+"""The lines of an FRF that a fit uses, each with its weight."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -10,15 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from app.commands.bad_input import bad_input
-from app.commands.options import (
-    FOCUSING_METHODS,
-    PANEL,
-    RUN_OF_PANEL,
-    TRANSFERS,
-    filter_options,
-    laws_of_twin,
-    out_folder,
-)
+from app.commands.options import FOCUSING_METHODS, PANEL, RUN, TRANSFERS, filter_options, laws_of_twin, out_folder
 from app.commands.output import Output, output_options
 from app.commands.training_options import training_of, training_options, typed
 
@@ -44,7 +36,7 @@ Examples:
 @click.command(
     name="compensate", epilog=EXAMPLES, short_help="Train networks that give filters at any temperature."
 )
-@click.argument("run", type=RUN_OF_PANEL, required=False)
+@click.argument("run", type=RUN, required=False)
 @click.option("--panel", type=PANEL, help="Panel file (default: that of RUN's filters.h5).")
 @click.option(
     "--spacing",
@@ -154,7 +146,7 @@ def command(
 
 
 @dataclass(frozen=True)
-class _Task:
+class _CompensateTask:
     """What is to be computed, from which files, and the hidden nodes that suit few temperatures; None for many."""
 
     compute: Callable[..., "CompensatedPanel"]
@@ -181,7 +173,7 @@ def _from_laws(
     method: str | None,
     wanted: tuple[float, int | None, tuple[float, ...]],
     training: "Training",
-) -> _Task:
+) -> _CompensateTask:
     """Prepare the compensation of a panel whose plate obeys laws."""
     from analysis.compensation.knots import check_places
     from analysis.compensation.settings import suited_nodes
@@ -218,20 +210,20 @@ def _from_laws(
     compute = partial(
         compensate.compute, declared, laws, spacing=spacing, place=place, across=across, method=followed
     )
-    return _Task(compute, (laws_path, panel_path), beside, notes, None if place is None else suited_nodes(place))
+    return _CompensateTask(
+        compute, (laws_path, panel_path), beside, notes, None if place is None else suited_nodes(place)
+    )
 
 
 def _from_transfers(
     run: Path | None, transfers: Path, panel: Path | None, filters: dict[str, Any], method: str | None
-) -> _Task:
+) -> _CompensateTask:
     """Prepare the compensation of a panel of which transfers were measured at several temperatures."""
     from analysis.compensation.settings import FEWEST, suited_nodes
     from app.files.bad_file import ResultFileError
     from app.files.transfers_file import transfer_files
     from app.stages.panel_inputs import measured_panel, method_for, scanned_panel
 
-    if run is not None and not run.is_dir():
-        raise ResultFileError(f"{run}: no such folder; RUN is that of flexura focus --transfers, or leave it out")
     beside = run or transfers.parent
     declared, panel_path = scanned_panel(panel, beside, filters)
     followed = method_for(method, panel, beside)  # type: ignore[arg-type]
@@ -251,4 +243,4 @@ def _from_transfers(
         return compensate.compute_measured(measured, report, method=followed, **choices)
 
     files = (*transfer_files(transfers), panel_path)
-    return _Task(compute, files, beside, [], suited_nodes(count, measured=True))
+    return _CompensateTask(compute, files, beside, [], suited_nodes(count, measured=True))

@@ -118,7 +118,7 @@ def command(
 
 
 @dataclass(frozen=True)
-class _Task:
+class _FocusTask:
     """What is to be computed, and from which files."""
 
     compute: Callable[["Progress"], "FocusedPanel"]
@@ -134,7 +134,7 @@ def _from_laws(
     changes: dict[str, Any],
     method: str,
     temperatures: tuple[float, ...],
-) -> _Task:
+) -> _FocusTask:
     """Prepare filters for a panel whose plate obeys laws."""
     import numpy as np
 
@@ -159,12 +159,12 @@ def _from_laws(
         method=method,  # type: ignore[arg-type]
         uncorrected=None if twin is None else uncorrected_laws(beside, span),
     )
-    return _Task(compute, (laws_path, panel_path), beside, notes)
+    return _FocusTask(compute, (laws_path, panel_path), beside, notes)
 
 
 def _from_transfers(
     transfers: Path, panel: Path | None, changes: dict[str, Any], method: str, temperatures: tuple[float, ...]
-) -> _Task:
+) -> _FocusTask:
     """Prepare filters from measured transfers alone."""
     from app.files.transfers_file import transfer_files
     from app.stages.panel_inputs import measured_panel, panel_of
@@ -177,7 +177,7 @@ def _from_transfers(
     from app.stages import focus
 
     compute = partial(focus.compute_measured, measured, method=method)  # type: ignore[arg-type]
-    return _Task(compute, (*transfer_files(transfers), panel_path), transfers.parent, [])
+    return _FocusTask(compute, (*transfer_files(transfers), panel_path), transfers.parent, [])
 
 
 def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:

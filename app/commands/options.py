@@ -59,7 +59,7 @@ class Existing(click.Path):
 CAMPAIGN = Existing("allowed: a folder with campaign.toml (recorded) or protocol.json (imported)")
 EXPERIMENT = Existing("allowed: an experiment's file (*.toml); a campaign folder is made from it")
 RUN_WITH_LAWS = Existing("make it with: flexura update")
-RUN_OF_PANEL = Existing("make it with: flexura update, or flexura focus --transfers")
+RUN = Existing("make it with: flexura update, or flexura focus --transfers")
 RUN_WITH_FILTERS = Existing("make it with: flexura focus")
 PANEL = Existing("allowed: a panel's file (*.toml), such as examples/section2-panel.toml")
 SOUND = Existing("allowed: WAV, FLAC and what else libsndfile reads")

@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 
 from analysis.arrays import Complex, Real
 from analysis.plate import Plate
@@ -71,6 +70,8 @@ class FromAbove:
 
     def amplitude(self, field: Complex) -> Map:
         """Return amplitudes of a field (X, Y) as a map; NaN off the plate."""
+        from scipy.ndimage import map_coordinates
+
         if not np.isnan(field).any():
             return Map(self.x, self.y, np.abs(field).T)
         x, y, off = self._fine

@@ -1,18 +1,17 @@
 """Which window a folder is shown in."""
 
 import time
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import is_campaign_folder
 from app.files.run_folder import is_test_run
 from app.view.folder import Viewed
-from app.view.live.watched import Watched
-from app.view.live.window import UNDER_WAY, LiveWindow
-from app.view.recorded.window import RecordedWindow
-from app.view.test_run.window import TestWindow
 from app.view.theme import Theme
 from app.view.window import Window
+
+if TYPE_CHECKING:
+    from app.view.live.watched import Watched
 
 Kind = Literal["live", "recorded"]
 
@@ -43,6 +42,8 @@ def window_of(viewed: Viewed, kind: Kind | None, theme: Theme) -> Window:
     if viewed.campaign is None and viewed.run is not None and is_test_run(viewed.run):
         if kind == "live":
             raise ResultFileError(f"{viewed.run}: results of a modal test, nothing is live in it")
+        from app.view.test_run.window import TestWindow
+
         return TestWindow(viewed.run, theme)
     watched = _watched(viewed)
     if kind == "live" and watched is None:
@@ -50,14 +51,20 @@ def window_of(viewed: Viewed, kind: Kind | None, theme: Theme) -> Window:
             f"{viewed.campaign or viewed.run}: no campaign of flexura acquire, nothing is live in it"
         )
     if watched is not None and kind != "recorded":
+        from app.view.live.window import UNDER_WAY, LiveWindow
+
         watched.look()
         if kind == "live" or viewed.run is None or watched.state(time.time()) in UNDER_WAY:
             return LiveWindow(watched, theme)
+    from app.view.recorded.window import RecordedWindow
+
     return RecordedWindow(viewed, theme)
 
 
-def _watched(viewed: Viewed) -> Watched | None:
+def _watched(viewed: Viewed) -> "Watched | None":
     if viewed.campaign is None or not is_campaign_folder(viewed.campaign):
         return None
+    from app.view.live.watched import Watched
+
     found = Watched(viewed.campaign)
     return found if found.protocol is not None else None

@@ -8,7 +8,6 @@ import pyqtgraph
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen, QPolygonF
-from scipy.ndimage import map_coordinates
 
 from analysis.arrays import Real
 from app.view.chart import Chart
@@ -112,6 +111,8 @@ class SurfaceItem(pyqtgraph.GraphicsObject):
 
     def _on_surface(self, corners: Real) -> QPolygonF:
         """Return a line drawn on the surface, projected."""
+        from scipy.ndimage import map_coordinates
+
         places = [np.interp(corners[:, k], at, np.arange(len(at))) for k, at in enumerate((self._x, self._y))]
         a, b = self._projected(corners, map_coordinates(self._height, places, order=1))
         return QPolygonF([QPointF(p, q) for p, q in zip(a.tolist(), b.tolist(), strict=True)])

@@ -97,7 +97,9 @@ def _opens(trial: OvenOnTrial) -> None:
 def _reads(trial: OvenOnTrial, oven: Oven, line: FaultyLine) -> None:
     _reader(trial, oven, line).right()
     if not oven.poll_within > 0.0:
-        raise Failed(f"poll_within is {oven.poll_within!r}; above 0 s allowed, infinity where it does not mind")
+        raise Failed(
+            f"poll_within is {oven.poll_within!r}; above 0 s allowed, infinity where it need not be polled"
+        )
 
 
 def _ramps(trial: OvenOnTrial, oven: Oven, line: FaultyLine) -> None:

@@ -19,11 +19,11 @@ PASSING = frozenset({Fault.SILENT, Fault.GARBLED, Fault.BUSY, Fault.PORT})
 
 
 LONGEST = 65_536
-"""Bytes: what says more in one answer talks nonsense."""
+"""Bytes: a longer answer is refused as damaged."""
 
 
 class Transport(Protocol):
-    """Bytes out and in; knows nothing of what they mean. Raises `OvenError` of kind port."""
+    """Bytes out and in, without regard to their meaning. Raises `OvenError` of kind port."""
 
     def write(self, data: bytes) -> None:
         """Send all of `data`."""

@@ -21,7 +21,7 @@ def crc16(frame: bytes) -> bytes:
 
 
 class _OpenPort:
-    """Passes for the open serial port that minimalmodbus wants to be given, and is never used."""
+    """Stands in for the open serial port that minimalmodbus requires; never used."""
 
     is_open = True
     open = close = read = write = None

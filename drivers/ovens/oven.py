@@ -98,7 +98,7 @@ class Oven(Protocol):
 
     @property
     def poll_within(self) -> float:
-        """Seconds within which `temperature` must be called again; infinity where the oven does not mind."""
+        """Seconds within which `temperature` must be called again; infinity where it need not be."""
         ...
 
     def temperature(self) -> float:

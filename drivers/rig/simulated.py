@@ -126,7 +126,7 @@ class SimulatedParts:
         self._pass(oven, last)
 
     def _pass(self, oven: Oven, until: float) -> None:
-        """Let time pass; an oven that minds to be left alone is watched at the moments of the supervision."""
+        """Let time pass; an oven that has to be polled is polled at the times of the supervision."""
         if not isinstance(oven, Expiring) or not (self.oven.expires or oven.poll_within < math.inf):
             self.clock.sleep(until - self.clock.now())
             return

@@ -72,7 +72,7 @@ class SupervisedOven:
 
     @property
     def poll_within(self) -> float:
-        """Seconds within which the oven wants to be asked again: seen to here."""
+        """Seconds within which the oven must be polled again; the supervision does it."""
         return self._oven.poll_within
 
     def begin(self) -> None:

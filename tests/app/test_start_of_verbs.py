@@ -114,3 +114,11 @@ def test_a_folder_of_another_kind_is_told_before_what_computes_is_imported(verb:
     (tmp_path / "nowhere").mkdir()
     words = [verb.partition(" ")[0], *HOLLOW[verb].split()]
     assert set(COMPUTES).isdisjoint(loaded_by(words, tmp_path, 2))
+
+
+def test_windows_on_campaigns_need_nothing_that_computes() -> None:
+    """Pages import it when they are looked at."""
+    pytest.importorskip("PySide6.QtSvg", exc_type=ImportError)
+    code = "import sys, app.view.recorded.window, app.view.live.window; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert set(COMPUTES) & set(done.stdout.split()) == {"PySide6"}

@@ -14,7 +14,7 @@ from analysis.gap.thresholds import LEAST_KEPT, LEAST_SIZE
 
 @dataclass(frozen=True)
 class Observability:
-    """How well a campaign sees one effect.
+    """How well one effect can be observed in a campaign.
 
     Attributes
     ----------

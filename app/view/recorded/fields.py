@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,8 +13,10 @@ from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from app.files.hdf5_file import result_file
 from app.files.provenance import read_stamp
-from app.twins.panel_twin import PanelTwin, panel_twin
 from app.view.recorded.shapes import Shapes
+
+if TYPE_CHECKING:
+    from app.twins.panel_twin import PanelTwin
 
 MODES = 24
 """Shapes offered at most."""
@@ -34,7 +37,7 @@ class Fields:
 
     panel: Panel
     focusing: Focusing
-    twin: PanelTwin
+    twin: "PanelTwin"
     plate: Shapes
 
     @classmethod
@@ -61,6 +64,8 @@ class Fields:
         ResultFileError
             Where the laws leave the twin's range.
         """
+        from app.twins.panel_twin import panel_twin
+
         laws = panel.plate.grown(laws)
         twin = panel_twin(panel, laws, report)
 

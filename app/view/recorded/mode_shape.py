@@ -9,13 +9,11 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 from analysis.experiment import Experiment
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
-from app.twins.campaign_twin import campaign_reduction
 from app.view.lattice import edges_of
 from app.view.recorded.maker import Maker
 from app.view.recorded.shapes import Shapes
 from app.view.surface import FRAME, TURN, SurfaceChart
 from app.view.theme import Theme
-from simulation.reduction.lowest_modes import lowest_modes
 
 MODES = 80
 """Of the twin, among which the nearest is looked for; the rigid ones are among them."""
@@ -47,6 +45,9 @@ class ModeShape(QWidget):
         self._timer.timeout.connect(self._advance)
 
         def fetched(report: Progress) -> Shapes:
+            from app.twins.campaign_twin import campaign_reduction
+            from simulation.reduction.lowest_modes import lowest_modes
+
             masses = np.array([footprint.mass for footprint in experiment.footprints])
             reduced = campaign_reduction(experiment, report).loaded(masses)
             return Shapes(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from analysis.compensation.outcome import Compensation
 from analysis.experiment import Experiment
@@ -19,11 +19,13 @@ from app.files.campaign_error import CampaignFileError
 from app.files.compensation_file import load_compensation
 from app.files.filter_files import load_focusing
 from app.files.frf_file import load_frf
-from app.files.gap_file import GapFigures, Signatures, load_gap, load_signatures
 from app.files.laws_file import TwinFrf, load_laws, load_updated
 from app.files.modes_file import load_modes
 from app.view.folder import Viewed
 from app.view.recorded.fields import made_with_corrected_laws
+
+if TYPE_CHECKING:
+    from app.files.gap_file import GapFigures, Signatures
 
 Value = TypeVar("Value")
 CORRECTED = "laws-corrected.h5"
@@ -103,13 +105,17 @@ class Results:
         return None if found is None else found[1]
 
     @cached_property
-    def gap(self) -> tuple[GapFigures, dict[str, Any]] | None:
+    def gap(self) -> "tuple[GapFigures, dict[str, Any]] | None":
         """Where twin and data disagree."""
+        from app.files.gap_file import load_gap
+
         return self._read("gap.h5", load_gap)
 
     @cached_property
-    def signatures(self) -> Signatures | None:
+    def signatures(self) -> "Signatures | None":
         """What each effect alone would explain of it."""
+        from app.files.gap_file import load_signatures
+
         return self._read("gap.h5", load_signatures)
 
     @property

@@ -10,7 +10,6 @@ from app.view.folder import Viewed
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.focusing_page import FocusingPage
 from app.view.recorded.frf_page import FrfPage
-from app.view.recorded.gap_page import GapPage
 from app.view.recorded.laws_page import LawsPage
 from app.view.recorded.mode_shape import ModeShape
 from app.view.recorded.modes_page import ModesPage
@@ -109,6 +108,8 @@ class RecordedWindow(Window):
         return LawsPage(held[0], self.results.laws, own, self.results.corrected_laws, self.cursors, self.theme)
 
     def _gap_page(self) -> QWidget | None:
+        from app.view.recorded.gap_page import GapPage
+
         held = self.results.gap
         return (
             None if held is None else GapPage(held[0], self.results.signatures, held[1], self.cursors, self.theme)

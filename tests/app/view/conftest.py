@@ -21,7 +21,6 @@ from app.files.laws_file import TwinFrf, save_laws
 from app.files.modes_file import save_modes
 from app.files.provenance import provenance
 from app.twins.campaign_twin import shape_points
-from app.view.recorded import mode_shape
 
 TEMPERATURE = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
 FREQUENCY = np.arange(100.0, 900.0, 2.0)
@@ -158,8 +157,10 @@ class SinePlate:
 @pytest.fixture(autouse=True)
 def _plate_of_sines(monkeypatch: pytest.MonkeyPatch) -> None:
     """Spare the windows the reduction of a real plate."""
-    monkeypatch.setattr(mode_shape, "campaign_reduction", lambda *_: SinePlate())
-    monkeypatch.setattr(mode_shape, "lowest_modes", lambda plate, *asked: plate.modes(*asked))
+    monkeypatch.setattr("app.twins.campaign_twin.campaign_reduction", lambda *_: SinePlate())
+    monkeypatch.setattr(
+        "simulation.reduction.lowest_modes.lowest_modes", lambda plate, *asked: plate.modes(*asked)
+    )
 
 
 @pytest.fixture

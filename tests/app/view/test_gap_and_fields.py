@@ -33,7 +33,6 @@ from app.view.folder import viewed
 from app.view.lattice import FromAbove, edges_of, filled
 from app.view.map import Map
 from app.view.map_chart import MapChart
-from app.view.recorded import fields
 from app.view.recorded.fields_page import FieldsPage
 from app.view.recorded.focusing_page import FocusingPage
 from app.view.recorded.gap_page import GapPage
@@ -108,7 +107,7 @@ def focused_run(run: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     found = focus(model, PANEL, laws, np.array([0.0, 20.0, 40.0]))
     comparison = compare(model, PANEL, (1.1e9, 0.33, 0.06))
     save_focusing(run / "filters.h5", PANEL, found, comparison, provenance({"laws.h5": "00ff"}))
-    monkeypatch.setattr(fields, "panel_twin", lambda *_: model)
+    monkeypatch.setattr("app.twins.panel_twin.panel_twin", lambda *_: model)
     return run
 
 
