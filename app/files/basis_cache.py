@@ -102,14 +102,15 @@ def cached_reduction(
     ResultFileError
         Where the plate cannot be reduced, with what to change.
     """
-    from simulation.reduction.plate_basis import plain_reduction
-
     file = basis_file(
         plate, patches, box, band, points, fineness, training, field_certified, footprints, driven, attached
     )
     stored = load_basis(file)
     if stored is not None:
         return stored
+
+    from simulation.reduction.plate_basis import plain_reduction  # it meshes and assembles
+
     with reducing(box, band):
         _, reduced, basis = plain_reduction(
             plate,

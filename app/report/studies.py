@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from analysis.compensation.outcome import NETWORK, Compensation, NetworkStudy
 from analysis.focusing.played import Played
@@ -140,11 +141,12 @@ def choices(found: NetworkStudy, axis: str) -> Figure:
         for each in axes:
             each.axvline(at[place], color="#d1495b", ls=":", lw=1.0)
     unit = "hidden nodes" if axis == "nodes" else "°C between training temperatures"
-    axes[0].set(
-        ylabel="mean relative error, eq. (13) [%]", xlabel=unit, title="dotted red: refused, evidence collapsed"
-    )
-    axes[1].set(ylabel="contrast lost, worst line", xlabel=unit, title="what is lost of the aim")
-    axes[0].legend(ncols=2)
+    axes[0].set(ylabel="mean relative error, eq. (13) [%]", xlabel=unit, title="networks, each actuator")
+    axes[1].set(ylabel="contrast lost, worst line", xlabel=unit, title="all of them")
+    curves = axes[0].get_legend_handles_labels()[0]
+    if np.isnan(found.contrast_loss).any():
+        curves.append(Line2D([], [], color="#d1495b", ls=":", label="refused: evidence collapsed"))
+    figure.legend(handles=curves, loc="outside lower center", ncols=7)
     return figure
 
 

@@ -23,7 +23,6 @@ from app.files.compensation_file import save_compensation
 from app.files.provenance import provenance
 from app.stages.panel_inputs import workers
 from app.twins.panel_twin import panel_twin
-from app.twins.tilted_twin import tilted_twin
 
 COMPENSATION = "compensation.h5"
 BAND_SPACING = 10.0
@@ -130,6 +129,8 @@ def compute(
     rng = np.random.default_rng(found.trained.settings.seed)
     found = replace(found, law_band=law_band(model, panel, laws, bank, rng, workers()))
     if across:
+        from app.twins.tilted_twin import tilted_twin  # it meshes and assembles
+
         twin = tilted_twin(panel, laws, report)
         tilted = tilted_contrast(twin, panel, found.filters, networks.taps, across, (low, high), report)
         found = replace(found, tilted=tilted)
