@@ -92,6 +92,6 @@ def _away(now: JointFit) -> NDArray[np.float64]:
     both = active[:, :, None] & active[:, None, :]
     away = np.sort(np.where(both, away, np.inf), axis=0)
     count = both.sum(axis=0)
-    middle = np.take_along_axis(away, np.maximum(count - 1, 0)[None] // 2, axis=0)[0]
+    middle: NDArray[np.float64] = np.take_along_axis(away, np.maximum(count - 1, 0)[None] // 2, axis=0)[0]
     np.fill_diagonal(middle, np.inf)
     return middle
