@@ -12,7 +12,9 @@ LEAST_HARMONICS = 10
 """Fewer could be loud by chance at one of so many fundamentals."""
 LOUD = 5.0
 """Excess of the harmonics' median power over the noise, for one sweep; averages over n may be sqrt(n) fainter."""
-
+GRIDS, WANDER = np.array([50.0, 60.0]), 0.1
+"""Hz: grids, and how far their frequency wanders. So near to them fewer harmonics do, if they are louder."""
+LEAST_OF_A_GRID, LOUD_OF_A_GRID = 4, 20.0
 
 STANDS_OUT = 30.0
 FEWEST_ODD = 3
@@ -66,16 +68,18 @@ def other_hums(frequency: Real, rough: Real, excluded: NDArray[np.bool_]) -> lis
     sweeps, channels, _ = rough.shape
     power = np.concatenate([rough.mean((0, 1))[None], rough.mean(1)])
     power = power / np.maximum(np.median(power, axis=1, keepdims=True), 1e-300)
-    loudest = 1.0 + LOUD / np.sqrt(channels * np.array([sweeps] + [1] * sweeps))
+    at_least = 1.0 + LOUD / np.sqrt(channels * np.array([sweeps] + [1] * sweeps))
+    loudest = at_least.copy()
     best = np.zeros(len(power))
     spacing = frequency[1] - frequency[0]
     for fundamental in FUNDAMENTALS:
         harmonics = np.arange(np.ceil(frequency[0] / fundamental), np.floor(frequency[-1] / fundamental) + 1)
-        if harmonics.size < LEAST_HARMONICS:
+        few = harmonics.size < LEAST_HARMONICS
+        if few and (harmonics.size < LEAST_OF_A_GRID or np.abs(GRIDS - fundamental).min() > WANDER):
             continue
         here = np.round((harmonics * fundamental - frequency[0]) / spacing).astype(int)
         level = np.median(power[:, here], axis=1)
-        louder = level > loudest
+        louder = level > (np.maximum(loudest, 1.0 + LOUD_OF_A_GRID / LOUD * (at_least - 1.0)) if few else loudest)
         loudest[louder] = level[louder]
         best[louder] = 0.0 if excluded[here].all() else fundamental
     return sorted({float(fundamental) for fundamental in best if fundamental > 0.0})
