@@ -12,6 +12,9 @@ LEAST_HARMONICS = 10
 """Fewer could be loud by chance at one of so many fundamentals."""
 LOUD = 5.0
 """Excess of the harmonics' median power over the noise, for one sweep; averages over n may be sqrt(n) fainter."""
+GRIDS, WANDER = np.array([50.0, 60.0]), 0.1
+"""Hz: grids, and how far their frequency wanders. So near to them fewer harmonics do, if they are louder."""
+LEAST_OF_A_GRID, LOUD_OF_A_GRID = 4, 20.0
 
 STANDS_OUT = 30.0
 FEWEST_ODD = 3
@@ -65,30 +68,36 @@ def other_hums(frequency: Real, rough: Real, excluded: NDArray[np.bool_]) -> lis
     sweeps, channels, _ = rough.shape
     power = np.concatenate([rough.mean((0, 1))[None], rough.mean(1)])
     power = power / np.maximum(np.median(power, axis=1, keepdims=True), 1e-300)
-    loudest = 1.0 + LOUD / np.sqrt(channels * np.array([sweeps] + [1] * sweeps))
-    level, covered = _harmonics_level(frequency, power, excluded)
+    averaged = np.sqrt(channels * np.array([sweeps] + [1] * sweeps))
+    level, few, covered = _harmonics_level(frequency, power, excluded)
+    level[level <= 1.0 + np.where(few, LOUD_OF_A_GRID, LOUD) / averaged[:, None]] = 0.0
     first = level.argmax(axis=1)
-    heard = (level.max(axis=1) > loudest) & ~covered[first]
+    heard = (level.max(axis=1) > 0.0) & ~covered[first]
     return sorted({float(fundamental) for fundamental in FUNDAMENTALS[first[heard]]})
 
 
-def _harmonics_level(frequency: Real, power: Real, excluded: NDArray[np.bool_]) -> tuple[Real, NDArray[np.bool_]]:
-    """Median power (S, N) at the harmonics of every fundamental, and whether all of these are excluded, (N,).
+def _harmonics_level(
+    frequency: Real, power: Real, excluded: NDArray[np.bool_]
+) -> tuple[Real, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Median power (S, N) at every fundamental's harmonics; whether these are few, and all excluded, (N,) each.
 
     0 for fundamentals of too few harmonics within the lines.
     """
     lowest, highest = np.ceil(frequency[0] / FUNDAMENTALS), np.floor(frequency[-1] / FUNDAMENTALS)
     counts = np.maximum(highest - lowest + 1, 0).astype(int)
+    few = counts < LEAST_HARMONICS
+    near = np.abs(FUNDAMENTALS[:, None] - GRIDS).min(axis=1) <= WANDER
+    sought = ~few | (near & (counts >= LEAST_OF_A_GRID))
     spacing = frequency[1] - frequency[0]
     level = np.zeros((len(power), FUNDAMENTALS.size))
     covered = np.zeros(FUNDAMENTALS.size, dtype=bool)
-    for count in np.unique(counts[counts >= LEAST_HARMONICS]):
-        those = np.flatnonzero(counts == count)
+    for count in np.unique(counts[sought]):
+        those = np.flatnonzero(sought & (counts == count))
         harmonics = (lowest[those, None] + np.arange(count)) * FUNDAMENTALS[those, None]
         lines = np.round((harmonics - frequency[0]) / spacing).astype(int)
         level[:, those] = [np.median(one[lines], axis=-1) for one in power]
         covered[those] = excluded[lines].all(axis=-1)
-    return level, covered
+    return level, few, covered
 
 
 def likely_mains(frequency: Real, h: NDArray[np.complex128]) -> float | None:

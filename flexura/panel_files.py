@@ -59,7 +59,7 @@ def laws_read(laws: Laws | None, twin: File | None, verb: str) -> tuple[Path | N
 
 
 def panel_followed(
-    panel: File | Panel | None, method: Method | None, folder: Path | None
+    panel: File | Panel | None, method: Method | None, folder: Path | None, *, scanned: bool = False
 ) -> tuple[Panel, Path | None, Method]:
     """Choose panel and method of the filters that networks follow, as the verb does.
 
@@ -69,6 +69,8 @@ def panel_followed(
     method : str, optional
     folder : Path or None
         Run folder whose filters say what is left out.
+    scanned : bool
+        Whether the panel's transfers are measured: filters in `folder` may then come from transfers, too.
 
     Returns
     -------
@@ -80,7 +82,8 @@ def panel_followed(
     Raises
     ------
     ResultFileError
-        For filters in `folder` that were designed from measured transfers, and a panel that cannot be read.
+        For a panel that cannot be read, and for filters in `folder` that were designed from measured transfers
+        where the panel is not `scanned`.
     """
     if isinstance(panel, Panel):
         return panel, None, method or "stif"
@@ -88,37 +91,8 @@ def panel_followed(
     if folder is None:
         file = named or SECTION_2
         return read_panel(file), file, method or "stif"
-    return *panel_for(named, folder, {}), method_for(method, named, folder)
-
-
-def scanned_followed(
-    panel: File | Panel | None, method: Method | None, folder: Path
-) -> tuple[Panel, Path | None, Method]:
-    """Choose the same for a panel whose transfers were measured.
-
-    Parameters
-    ----------
-    panel : path or Panel, optional
-    method : str, optional
-    folder : Path
-        Run folder whose filters, from transfers or from laws, say what is left out.
-
-    Returns
-    -------
-    panel : Panel
-    path : Path or None
-        Its file; None for a panel in memory.
-    method : str
-
-    Raises
-    ------
-    ResultFileError
-        For a panel that cannot be read.
-    """
-    if isinstance(panel, Panel):
-        return panel, None, method or "stif"
-    named = path_of(panel)
-    return *scanned_panel(named, folder, {}), method_for(method, named, folder)
+    choose = scanned_panel if scanned else panel_for
+    return *choose(named, folder, {}), method_for(method, named, folder)
 
 
 def folder_of(run: Laws | None, transfers: Path) -> Path:

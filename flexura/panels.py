@@ -15,7 +15,7 @@ from app.stages.panel_inputs import checked_device, measured_panel
 from app.stages.panel_laws import range_of, within
 from app.stages.uncorrected_filters import uncorrected_laws
 from flexura.campaigns import File, computing
-from flexura.panel_files import Laws, folder_of, kept, laws_read, panel_followed, scanned_followed
+from flexura.panel_files import Laws, folder_of, kept, laws_read, panel_followed
 
 
 def focus(
@@ -166,7 +166,7 @@ def compensate(
     if transfers is not None:
         _require_none(twin=twin, spacing=spacing, place=place, across=across or None)
         scan, beside = Path(transfers), folder_of(laws, Path(transfers))
-        declared, file, followed = scanned_followed(panel, method, beside)
+        declared, file, followed = panel_followed(panel, method, beside, scanned=True)
         measured = measured_panel(declared, scan, ())
         run, inputs = kept(out, scan, file)
         checked_device(device)

@@ -13,6 +13,7 @@
 ``joint_fit``              poles and tracks of all sweeps found together, with their deviations
 ``sweeps_search``          sweeps at one place of their poles, and the step from there
 ``sweep_fits``             modes of every sweep from that fit, judged
+``superfluous``            tracks for which the sweeps together do not pay
 ``modes``                  what was identified; rebuilds its FRFs
 ``common_factor``          how far a change of temperature moves all frequencies
 ``tracked_modes``          the same over temperature

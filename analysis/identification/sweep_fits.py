@@ -17,6 +17,7 @@ from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
+from analysis.identification.superfluous import paying
 from analysis.identification.variable_projection import Projection
 
 ROUGHLY = 20.0
@@ -31,6 +32,8 @@ def fit_sweeps(
     tracks: SmoothTracks,
     settings: Settings,
     progress: Callable[[str, float], None] | None = None,
+    *,
+    must_pay: bool = False,
 ) -> tuple[tuple[Modes, ...], NDArray[np.int64]]:
     """Fit all sweeps with the modes of smooth tracks, and judge what each sweep shows of them.
 
@@ -49,6 +52,8 @@ def fit_sweeps(
         Of the judgement.
     progress : callable, optional
         Told the stage and the share done.
+    must_pay : bool
+        Whether tracks are taken away for which the sweeps together do not pay.
 
     Returns
     -------
@@ -70,6 +75,10 @@ def fit_sweeps(
     ]
     blocks = [averaged(one) for one in weighed]
     blocks = [replace(one, deviation=by * one.deviation) for one, by in zip(blocks, excess, strict=True)]
+    if must_pay:
+        rough = paying(blocks, terms, rough, tracks, ROUGHLY)
+        active = rough.active
+        told("identify", 0.7)
     last = fit_together(blocks, terms, rough.place, active, tracks)
     told("identify", 0.9)
     table = np.full(active.shape, -1, dtype=np.int64)

@@ -2,8 +2,9 @@
 
 The coldest sweep is identified from nothing and its poles are followed to the other sweeps. Where the hottest, its
 order settled from there, shows more modes, they are followed again from it. Then all sweeps are fitted together on
-tracks that are smooth in temperature. A method that takes every sweep alone has its
-modes named afterwards: by their distance from where the common step and their own trend say, and by their shapes.
+tracks that are smooth in temperature; tracks that do not pay over all sweeps are taken away. A method that takes
+every sweep alone has its modes named afterwards: by their distance from where the common step and their own trend
+say, and by their shapes.
 """
 
 from collections.abc import Callable, Sequence
@@ -132,6 +133,7 @@ def _fitted_together(
         tracks,
         settings,
         lambda name, share: told(name, 0.5 + 0.5 * share),
+        must_pay=True,
     )
     for t, one in enumerate(modes):
         table[t, (table[t] >= 0) & ~one.real[table[t]]] = -1

@@ -16,6 +16,7 @@ Examples:
   flexura new test point*.csv --roving Hammer --drive "Hammer=2.25 mV/N" --response "Acc=100 mV/g"
   flexura new test frfs.mat --frf-units mm/s N --points points.csv
   flexura new campaign --plate 0.4 0.3 0.003 0.33 --out my-plate
+  flexura new campaign my-plate/sweeps/*.tdms --drive Voltage_0 --unused Room --out my-plate
 """
 
 
@@ -76,20 +77,23 @@ def command(
     out: Path | None,
     output: Output,
 ) -> None:
-    """Write the declaration of a test (test.toml; FILES hold signals or FRFs), or of a campaign (campaign.toml).
+    """Write the declaration of a test (test.toml) or of a campaign (campaign.toml).
 
-    The channels of a test are taken from its first file, their roles guessed where they are not given; volts need
-    a sensitivity, which is asked for at a terminal. The file is yours to correct; flexura identify reads it.
+    FILES hold the signals or FRFs of a test; of a campaign they are TDMS files of a recorder's own layout, one a
+    sweep, or none where the layout is to be Flexura's. Channels are taken from the first file, their roles guessed
+    where they are not given; volts of a test need a sensitivity, which is asked for at a terminal. The declaration
+    is yours to correct; flexura identify, or flexura import, reads it.
     """
     from app.files.modal_test_toml import NAME
     from app.modal_test.guessed_channels import NewTest
     from app.modal_test.new_declaration import new_campaign, new_test
 
     if what == "campaign":
-        if files:
-            raise click.BadParameter("a campaign is declared before it is recorded: no files", param_hint="FILES")
-        made = new_campaign(out or Path(), plate, title)
-        output.result(lambda: {"declaration": str(made)})
+        known = NewTest(None, drive, response, unused)
+        made, lacks = new_campaign(out or Path(), plate, title, files, known)
+        output.result(lambda: {"declaration": str(made), "missing": lacks})
+        for one in lacks:
+            output.note(one)
         output.summary(f"{made}: put your plate, patches, protocol into it, then: flexura import {made.parent}")
         return
     folder = out or (files[0].parent if files else Path())

@@ -1,6 +1,7 @@
 """A declaration to start from: of a test, after a look into its files, or of a campaign, after the shipped one."""
 
 import os
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ from typing import Any
 from app.files.atomic import write_text
 from app.files.bad_file import ResultFileError
 from app.files.campaign_kind import DECLARATION
+from app.files.measurements.columns import Columns
 from app.files.measurements.guarded import read_columns
 from app.files.modal_test_toml import FORMAT, ModalTest
 from app.files.settings_toml import checked, read_table
@@ -88,7 +90,13 @@ def new_test(files: Sequence[Path], said: NewTest, target: Path) -> tuple[ModalT
     return declared, [name for name, one in channels.items() if lacks_sensitivity(one, columns.units.get(name))]
 
 
-def new_campaign(target: Path, plate: tuple[float, float, float, float] | None, title: str) -> Path:
+def new_campaign(
+    target: Path,
+    plate: tuple[float, float, float, float] | None,
+    title: str,
+    files: Sequence[Path] = (),
+    said: NewTest | None = None,
+) -> tuple[Path, list[str]]:
     """Write ``campaign.toml`` into the folder `target`, or as the file of that name.
 
     Parameters
@@ -98,16 +106,21 @@ def new_campaign(target: Path, plate: tuple[float, float, float, float] | None, 
         Length along x and y, thickness, m, and mass, kg; None for those of the example.
     title : str
         Empty for that of the folder.
+    files : sequence of Path
+        A recorder's TDMS files in a layout of its own, one a sweep; the first is looked into.
+    said : NewTest, optional
+        What is known of their channels.
 
     Returns
     -------
-    Path
-        Of the file.
+    file : Path
+    missing : list of str
+        What the files do not tell, to be completed by hand.
 
     Raises
     ------
     ResultFileError
-        Where there is a declaration already.
+        Where there is a declaration already, for files that cannot be read, and channels without a drive.
     """
     file = target if target.suffix == ".toml" else target / DECLARATION
     if file.exists():
@@ -116,8 +129,67 @@ def new_campaign(target: Path, plate: tuple[float, float, float, float] | None, 
     table["title"] = title or file.resolve().parent.name
     if plate is not None:
         table["plate"] |= dict(zip(("length_x", "length_y", "thickness", "mass"), plate, strict=True))
+    missing = _recorded(table, files, said or NewTest(None, {}, {})) if files else []
     _write(file, toml_text(table, CAMPAIGN_HEAD))
-    return file
+    return file, missing
+
+
+def _recorded(table: dict[str, Any], files: Sequence[Path], said: NewTest) -> list[str]:
+    """Add ``[channels]`` and ``[sweeps]`` of a recorder's files to a campaign's table; return what is missing."""
+    from app.files.transfers_file import NAMED
+
+    if any(one.suffix.lower() != ".tdms" for one in files):
+        raise ResultFileError(
+            f"{files[0]}: sweeps of a campaign are TDMS files; a test of other files: flexura new test"
+        )
+    columns = _of_one_group(read_columns(files[0]))
+    guessed = guessed_channels(files[0], columns, said)
+    sensors = [patch["id"] for patch in table["patch"] if patch["role"] == "sensor"]
+    missing, channels, count = [], {}, {"drive": 0, "response": 0}
+    for name, one in guessed.items():
+        role = one["role"] if one["role"] in count else "unused"
+        channels[name] = {"role": role}
+        if role == "unused":
+            continue
+        count[role] += 1
+        if role == "response":
+            channels[name]["at"] = f"S{count[role]}"
+            if channels[name]["at"] not in sensors:
+                missing.append(f"{name!r} is read at S{count[role]}: declare a patch or sensor of that id")
+        channels[name] |= {key: one[key] for key in ("unit", "sensitivity") if one.get(key)}
+        if "unit" not in one and name not in columns.units:
+            missing.append(f'{name!r}: the file tells no unit; give unit, for example unit = "V"')
+    if count["drive"] != 1:
+        drives = ", ".join(name for name, one in channels.items() if one["role"] == "drive") or "none"
+        raise ResultFileError(
+            f"{files[0]}: one drive wanted, found {drives}; name it with --drive NAME. It holds: "
+            f"{', '.join(channels)}"
+        )
+    if columns.rates:
+        table["acquisition"]["sample_rate"] = next(iter(columns.rates.values()))
+    level = table["protocol"]["levels"][0]
+    named = {one.name: NAMED.fullmatch(one.stem) for one in files}
+    table["channels"] = channels
+    table["sweeps"] = {
+        name: {"temperature": float(found[1]) if found else 20.0, "level": level} for name, found in named.items()
+    }
+    missing += [
+        f"{name!r}: its name tells no temperature; 20 °C stands there"
+        for name, found in named.items()
+        if not found
+    ]
+    return missing
+
+
+def _of_one_group(columns: Columns) -> Columns:
+    """Columns without the group before their name, where several groups, one a repeat, hold the same channels."""
+    bare = {name: name.partition("/")[2] for name in columns.values}
+    often = Counter(bare.values())
+    short = {name: bare[name] if bare[name] and often[bare[name]] > 1 else name for name in columns.values}
+    parts = (
+        {short[name]: one for name, one in held.items()} for held in (columns.values, columns.units, columns.rates)
+    )
+    return Columns(*parts)
 
 
 def _write(target: Path, text: str) -> None:

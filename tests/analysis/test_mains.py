@@ -43,6 +43,18 @@ def test_a_hum_on_excluded_lines_is_none() -> None:
     assert other_hums(FREQUENCY, with_hum(noise(3), 50.0, 50.0), excluded) == []
 
 
+@pytest.mark.parametrize(("hum", "heard"), [(60.03, True), (57.0, False), (None, False)])
+def test_a_grid_is_heard_by_few_harmonics(hum: float | None, heard: bool) -> None:
+    """Six harmonics in band: too few to be sure of any fundamental, enough for that of a grid."""
+    band = FREQUENCY < 450.0
+    excluded = mains_lines(FREQUENCY, 50.0, 2.0)[band]
+    for seed in range(5):
+        rough = noise(seed) if hum is None else with_hum(noise(seed), hum, 30.0)
+        found = other_hums(FREQUENCY[band], rough[..., band], excluded)
+        assert bool(found) == heard
+        assert all(abs(one - 60.03) < 0.1 for one in found)
+
+
 @pytest.mark.parametrize("hum", [50.0, 60.0, None])
 def test_the_grid_is_told_from_frfs_with_its_hum(hum: float | None) -> None:
     """Odd harmonics of a tenth, noise of a hundredth, and two sharp resonances, one of them on a harmonic."""

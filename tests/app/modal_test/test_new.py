@@ -1,12 +1,15 @@
 """Declarations that ``flexura new`` writes are read by the verbs they are for."""
 
 import json
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from nptdms import ChannelObject, RootObject, TdmsWriter
 
+from app.files.campaign_channels import RecorderLayout
 from app.files.campaign_toml import read_experiment
 from app.files.modal_test_toml import read_modal_test
 from tests.app.modal_test.conftest import Beam, hammer_files
@@ -110,7 +113,7 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, run_flexura: Fl
         (("test", "absent.csv"), "absent.csv: does not exist"),
         (("test", "FILE", "--drive", "Hamer"), "no channel 'Hamer'; it holds: 1, 2"),
         (("test", "FILE", "--kind", "hammer"), "name it with --drive NAME=SENSITIVITY"),
-        (("campaign", "FILE"), "before it is recorded"),
+        (("campaign", "FILE"), "sweeps of a campaign are TDMS files"),
     ],
 )
 def test_what_cannot_be_declared_says_what_to_type(
@@ -133,3 +136,48 @@ def test_a_campaign_to_start_from_can_be_read(tmp_path: Path, run_flexura: Flexu
     status, _, err = run_flexura("new", "campaign", "--out", folder)
     assert status == 2
     assert "is there already" in err
+
+
+def recorder_files(folder: Path, *, groups: tuple[str, ...]) -> list[Path]:
+    """Two sweeps as a recorder leaves them: channels of its own names, volts told of two of them."""
+    folder.mkdir(parents=True)
+    samples = np.random.default_rng(0).normal(size=20480)
+    wave = {"wf_increment": 3.0 / 25600.0}
+    for name in ("plate_20.5C.tdms", "last.tdms"):
+        objects = [
+            ChannelObject(group, channel, samples, wave | ({"unit_string": "V"} if told else {}))
+            for group in groups
+            for channel, told in (("cDAQ1Mod1/ai0", True), ("Voltage_1", True), ("Accel", False), ("Room", True))
+        ]
+        with TdmsWriter(folder / name) as writer:
+            writer.write_segment([RootObject({}), *objects])
+    return sorted(folder.iterdir())
+
+
+@pytest.mark.parametrize("groups", [("Log",), ("first", "second", "third")])
+def test_a_campaign_is_declared_from_a_recorders_files(
+    tmp_path: Path, run_flexura: Flexura, groups: tuple[str, ...]
+) -> None:
+    folder = tmp_path / "plate"
+    files = recorder_files(folder / "sweeps", groups=groups)
+    words = ["--drive", "cDAQ1Mod1/ai0=50 mV/V", "--response", "Accel=100 mV/g", "--unused", "Room"]
+    status, _, err = run_flexura("new", "campaign", *files, *words, "--out", folder)
+    assert status == 0, err
+    assert "'Accel' is read at S2: declare a patch or sensor of that id" in err
+    assert "'last.tdms': its name tells no temperature" in err
+    table = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))
+    assert table["acquisition"]["sample_rate"] == pytest.approx(25600.0 / 3.0)
+    layout = RecorderLayout(channels=table["channels"], sweeps=table["sweeps"])
+    assert list(layout.channels) == ["cDAQ1Mod1/ai0", "Voltage_1", "Accel", "Room"]
+    assert layout.channels["Accel"].sensitivity == "100 mV/g"
+    assert [one.temperature for one in layout.sweeps.values()] == [20.0, 20.5]
+    assert "no channel" not in str(
+        layout.problems("campaign.toml", read_experiment(folder), [f.name for f in files])
+    )
+
+
+def test_a_recorder_without_a_drive_is_told_how_to_name_it(tmp_path: Path, run_flexura: Flexura) -> None:
+    files = recorder_files(tmp_path / "plate" / "sweeps", groups=("Log",))
+    status, _, err = run_flexura("new", "campaign", *files, "--out", tmp_path / "plate")
+    assert status == 2
+    assert "one drive wanted, found none; name it with --drive NAME. It holds: cDAQ1Mod1/ai0" in err

@@ -1,0 +1,97 @@
+"""Tracks that do not pay over all sweeps together: one sweep asked for them, or two of them share one mode.
+
+A pole is added where one sweep pays for it and is then followed to all others, with a residue of its own in each.
+All sweeps together have to pay for these residues, as BIC has it. What a track's own course costs is left out, so
+that a mode in doubt stays.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.joint_fit import JointFit, fit_together
+from analysis.identification.lines import Lines
+from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.smooth_tracks import SmoothTracks
+
+NEAR = 1.5
+"""Half widths between two tracks, in the middle of the sweeps, from which neither can take the other's place."""
+
+STRONG = 100.0
+"""Prices that go with a track, all others held, from which none is tried without."""
+
+MOST_TRIALS = 8
+"""Tracks at most that are tried without, the others fitted again."""
+
+TRIAL_STEPS = 4
+
+
+def paying(
+    blocks: Sequence[Lines], terms: Sequence[ResidualTerms], fitted: JointFit, tracks: SmoothTracks, settled: float
+) -> JointFit:
+    """Take away, weakest first, the tracks that do not pay for their residues.
+
+    Parameters
+    ----------
+    blocks : sequence of Lines
+        T sweeps, with their final weights.
+    terms : sequence of ResidualTerms
+        Of each.
+    fitted : JointFit
+        Of J tracks.
+    tracks : SmoothTracks
+    settled : float
+        Fall of the sum of squares at which a trial stops.
+
+    Returns
+    -------
+    JointFit
+        Of those that are left; the others take part in no sweep.
+    """
+    price = np.array([2.0 * len(one.h) * np.log(one.independent) for one in blocks])
+
+    def fit(left: NDArray[np.bool_], steps: int) -> JointFit:
+        place = np.where(now.active[:, :, None], now.place, fitted.place)
+        return fit_together(blocks, terms, place, left, tracks, settled=settled, most=steps)
+
+    now = fitted
+    now = fit(now.active, 0)  # with the final weights
+    tried: set[int] = set()
+    while True:
+        due = now.active.T @ price
+        share = np.divide(_losses(blocks, now), due, out=np.full(len(due), np.inf), where=due > 0.0)
+        doubtful = (share < 1.0) | ((share < STRONG) & (_away(now).min(axis=0, initial=np.inf) < NEAR))
+        rivals = [int(j) for j in np.argsort(share) if doubtful[j] and (share[j] < 1.0 or int(j) not in tried)]
+        if not rivals or len(tried) >= MOST_TRIALS:
+            return now
+        weakest = rivals[0]
+        sure = share[weakest] < 1.0  # others that move would lose less still
+        left = now.active & (np.arange(len(due)) != weakest)
+        trial = fit(left, 0 if sure else TRIAL_STEPS)
+        if not sure:
+            tried.add(weakest)
+        if sure or _total(blocks, trial) - _total(blocks, now) < due[weakest]:
+            now = trial
+
+
+def _losses(blocks: Sequence[Lines], now: JointFit) -> NDArray[np.float64]:
+    """Rise of the sum of squares without each track, all else held, (J,), in one number's variance."""
+    rise: NDArray[np.float64] = (now.loss / np.array([[0.5 * one.correlation] for one in blocks])).sum(axis=0)
+    return rise
+
+
+def _total(blocks: Sequence[Lines], now: JointFit) -> float:
+    return sum(look.misfit / (0.5 * one.correlation) for look, one in zip(now.looks, blocks, strict=True))
+
+
+def _away(now: JointFit) -> NDArray[np.float64]:
+    """Distance of all tracks from each, in its half widths, the median of the sweeps both take part in: (J, J)."""
+    place, active = now.place[:, :, 0], now.active
+    away = np.abs(place[:, :, None] - place[:, None, :]) / np.exp(now.place[:, None, :, 1])
+    both = active[:, :, None] & active[:, None, :]
+    away = np.sort(np.where(both, away, np.inf), axis=0)
+    count = both.sum(axis=0)
+    middle: NDArray[np.float64] = np.take_along_axis(away, np.maximum(count - 1, 0)[None] // 2, axis=0)[0]
+    np.fill_diagonal(middle, np.inf)
+    return middle
