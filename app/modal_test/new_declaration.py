@@ -186,10 +186,11 @@ def _of_one_group(columns: Columns) -> Columns:
     bare = {name: name.partition("/")[2] for name in columns.values}
     often = Counter(bare.values())
     short = {name: bare[name] if bare[name] and often[bare[name]] > 1 else name for name in columns.values}
-    parts = (
-        {short[name]: one for name, one in held.items()} for held in (columns.values, columns.units, columns.rates)
+    return Columns(
+        {short[name]: values for name, values in columns.values.items()},
+        {short[name]: unit for name, unit in columns.units.items()},
+        {short[name]: rate for name, rate in columns.rates.items()},
     )
-    return Columns(*parts)
 
 
 def _write(target: Path, text: str) -> None:
