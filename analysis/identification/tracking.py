@@ -1,10 +1,10 @@
 """Modes of a campaign over temperature.
 
 The coldest and the hottest sweep are identified from nothing, and the poles of the one that shows more modes are
-followed to all others: an end alone may have few modes in band, or damping that hides them, and tracks must not depend
-on the end one begins at. Then all sweeps are fitted together on tracks that are smooth in temperature; tracks that do
-not pay over all sweeps are taken away. A method that takes every sweep alone has its modes named afterwards: by their
-distance from where the common step and their own trend say, and by their shapes.
+followed to all others: tracks must not depend on the end one begins at. Then all sweeps are fitted together on
+tracks that are smooth in temperature; tracks that do not pay over all sweeps are taken away. A method that takes
+every sweep alone has its modes named afterwards: by their distance from where the common step and their own trend
+say, and by their shapes.
 """
 
 from collections.abc import Callable, Sequence
