@@ -4,6 +4,7 @@
 
 TRUTH.npz holds `poles` (T, J), rad/s, and `relative_height` (T, J), each mode's peak over the largest in band, as
 `tests/analysis/identification/data/pp-plate-nominal.npz` does. Large modes make more than a tenth of that peak.
+Both ends are searched, whichever one begins at, so that both ways have to agree.
 `--twin-error` also fits with a twin whose frequencies are off by so much, each by a draw of its own.
 """
 

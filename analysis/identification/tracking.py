@@ -1,7 +1,7 @@
 """Modes of a campaign over temperature.
 
-The coldest sweep is identified from nothing and its poles are followed to the other sweeps. Where the hottest, its
-order settled from there, shows more modes, they are followed again from it. Then all sweeps are fitted together on
+The coldest and the hottest sweep are identified from nothing, and the poles of the one that shows more modes are
+followed to all others: tracks must not depend on the end one begins at. Then all sweeps are fitted together on
 tracks that are smooth in temperature; tracks that do not pay over all sweeps are taken away. A method that takes
 every sweep alone has its modes named afterwards: by their distance from where the common step and their own trend
 say, and by their shapes.
@@ -22,7 +22,6 @@ from analysis.identification.following import Followed, active_in, follow
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.naming import NamedModes, enter, tabulated
-from analysis.identification.parameters import to_poles
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
@@ -72,7 +71,8 @@ def track(
     expected : ExpectedModes, optional
         What a twin expects in every sweep. Its modes are fitted in place of a search, and are the tracks.
     start : int, optional
-        Sweep that is searched from nothing, from 0; the coldest unless given. Not used where modes are expected.
+        Sweep that is searched from nothing, from 0, as is the one farthest from it in temperature; the coldest
+        unless given. Not used where modes are expected.
 
     Returns
     -------
@@ -114,9 +114,12 @@ def _fitted_together(
     settings: Settings,
     progress: Callable[[str, float], None] | None,
 ) -> TrackedModes:
-    """Follow the poles of one sweep to all others, and fit all sweeps together."""
+    """Follow the poles of one end to all other sweeps, and fit all together."""
     told = progress or (lambda stage, share: None)
-    start, first, known = _followed_from_the_better_end(frf, measured, start, settings, told)
+    ends = {start, *_outwards(frf.temperature, start)[-1:]}
+    start, first = _start(measured, ends, settings, identify)
+    told("identify", 0.2)
+    known = _followed(frf, measured, start, first, settings, lambda share: told("identify", 0.2 + 0.3 * share))
     measured = list(measured)
     measured[start] = measured[start].without(first.left_out(measured[start].frequency))
     terms, usual = known.terms, [_expected(one, first) for one in measured]
@@ -154,31 +157,6 @@ def _fitted_together(
             )
         ),
     )
-
-
-def _followed_from_the_better_end(
-    frf: Frf, measured: Sequence[Measured], start: int, settings: Settings, told: Callable[[str, float], None]
-) -> tuple[int, Modes, Followed]:
-    """Search one sweep from nothing, follow its poles, and begin again where the far end shows more modes.
-
-    Not all poles that were added on the way are modes of their own; an order that is settled anew, where the
-    most modes are in band, keeps no two tracks for one peak.
-    """
-    first = identify(measured[start], settings)
-    told("identify", 0.1)
-    known = _followed(frf, measured, start, first, settings, lambda share: told("identify", 0.1 + 0.2 * share))
-    far = _outwards(frf.temperature, start)[-1:]
-    for end in far:
-        place = known.filled(end)
-        near = to_poles(place[active_in(place, measured[end].lines())])
-        again = identify(measured[end], settings, near)
-        if again.status.count("kept") > first.status.count("kept"):
-            told("identify", 0.35)
-            known = _followed(
-                frf, measured, end, again, settings, lambda share: told("identify", 0.35 + 0.15 * share)
-            )
-            start, first = end, again
-    return start, first, known
 
 
 def _followed(

@@ -187,9 +187,9 @@ def _of_one_group(columns: Columns) -> Columns:
     often = Counter(bare.values())
     short = {name: bare[name] if bare[name] and often[bare[name]] > 1 else name for name in columns.values}
     return Columns(
-        {short[name]: one for name, one in columns.values.items()},
-        {short[name]: one for name, one in columns.units.items()},
-        {short[name]: one for name, one in columns.rates.items()},
+        {short[name]: values for name, values in columns.values.items()},
+        {short[name]: unit for name, unit in columns.units.items()},
+        {short[name]: rate for name, rate in columns.rates.items()},
     )
 
 

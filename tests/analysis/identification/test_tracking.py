@@ -180,6 +180,15 @@ def test_sweeps_from_warm_to_cold_give_the_same_tracks() -> None:
     np.testing.assert_allclose(turned.sigma_frequency_hz[::-1], plain.sigma_frequency_hz, rtol=1e-2)
 
 
+def test_tracks_do_not_depend_on_the_end_one_begins_at() -> None:
+    """Mode 1 is in band at the cold end alone, modes of 3 % loss factor at the hot end."""
+    frf = campaign(ONE)
+    cold, hot = (track(frf, start=start) for start in (0, len(TEMPERATURE) - 1))
+    assert cold.start == hot.start
+    np.testing.assert_array_equal(hot.poles, cold.poles)
+    np.testing.assert_array_equal(hot.covariance, cold.covariance)
+
+
 @pytest.mark.parametrize("start", [-1, 2])
 def test_a_start_that_is_no_sweep_is_refused(start: int) -> None:
     with pytest.raises(ValueError, match=f"start is sweep {start}; allowed 0 to 1"):
