@@ -151,3 +151,11 @@ def test_more_parameters_than_errors_do_not_settle_on_constant_outputs(seed):
         for taps in (trained.networks.taps(WANTED), linear(bank, WANTED))
     )
     assert missed < straight
+
+
+def test_another_device_of_torch_gives_the_same_filters(thirteen):
+    """`cpu:0` is the processor, by torch: the road that a GPU takes."""
+    here = np.array([12.5, 33.0])
+    settings = Training(nodes=6, epochs=60)
+    one, other = (train_networks(thirteen, settings, device).networks.taps(here) for device in ("cpu", "cpu:0"))
+    np.testing.assert_allclose(one, other, rtol=0, atol=1e-6 * np.abs(one).max())
