@@ -133,13 +133,14 @@ class NormalEquations:
 
     @property
     def remainder(self) -> float:
-        """About what a full step leaves: of chi2's predicted decrease, the step's square in half-power bandwidths.
+        """About what a full step leaves of chi2; small against `excess` means settled.
 
-        Small against `excess` means settled. Half of E and of nu count as frequency, eta as bandwidth.
+        That is the predicted decrease times the square of the step in half-power half-widths of a resonance:
+        log f**2 moves as log E and about as nu, against eta.
         """
         step = self.step(0.0)
-        bandwidths = (abs(step[0]) + abs(step[1])) / self.material[2] + abs(step[2])
-        return self.decrease * min(float(bandwidths), 1.0) ** 2
+        widths = (abs(step[0]) + abs(step[1])) / self.material[2] + abs(step[2])
+        return self.decrease * min(float(widths), 1.0) ** 2
 
 
 def best_gain(transfer: NDArray[np.complex128], data: SweepData) -> tuple[float, float]:
