@@ -540,7 +540,7 @@ def test_transfers_with_missing_points_or_of_other_actuators_are_refused(panel, 
     assert "scan.h5 was measured at 20 °C; leave it out" in refused(h, points, "--temperature", 40)
     assert "thermometer_error 5 °C needs a model" in refused(h, points, "--thermometer-error", 5)
     assert "takes the place of RUN" in refused(h, points, tmp_path)
-    assert "takes the place of RUN" in refused(h, points, "--twin", tmp_path / "twin.toml")
+    assert "takes the place of RUN" in refused(h, points, "--twin", tmp_path)
 
 
 def test_vectors_of_another_plate_in_the_cache_are_refused_with_their_file(panel, monkeypatch):

@@ -38,7 +38,7 @@ def test_a_folder_that_is_no_campaign(tmp_path: Path, run_flexura: Run) -> None:
 
 def test_a_twin_that_is_not_there_or_no_twin(tiny: Any, tmp_path: Path, run_flexura: Run) -> None:
     campaign = tiny.write(tmp_path / "tiny")
-    assert "absent.toml: cannot be read" in refused(run_flexura, campaign, "--twin", tmp_path / "absent.toml")
+    assert "absent.toml: does not exist" in refused(run_flexura, campaign, "--twin", tmp_path / "absent.toml")
     said = refused(run_flexura, campaign, "--twin", campaign / "campaign.toml")
     assert "campaign.toml: format = 'recorded-campaign/1'; allowed: 'flexura-twin/1'" in said
 
