@@ -134,7 +134,7 @@ def compile_imports() -> None:
     """Import every module of ours once: Python keeps the bytecode of all that they import, and of nothing else.
 
     Whoever runs Flexura later may be unable to keep it (no right to write here, PYTHONDONTWRITEBYTECODE as in
-    many containers), and would compile some 1700 modules at every start.
+    many containers), and would compile what a verb imports at every start.
     """
     keeping = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     subprocess.run([str(PYTHON), "-c", IMPORT_EVERYTHING], check=False, cwd=ROOT, env=keeping)

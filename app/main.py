@@ -38,7 +38,7 @@ VERBS = {
 
 
 class Verbs(click.Group):
-    """Loads the module of a verb when the verb is asked for: ``--help`` need not wait for torch."""
+    """Loads the module of a verb when the verb is asked for: no verb waits for the imports of the others."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Verbs in the order of the work."""

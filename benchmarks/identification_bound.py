@@ -16,10 +16,13 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 from threadpoolctl import threadpool_limits
 
-from analysis.identification.automatic import identify
+from analysis.identification.averaging import averaged
+from analysis.identification.finishing import finish, settle
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
+from analysis.identification.pole_search import fit
 from analysis.identification.residual_terms import COMPLEX_E_F
+from analysis.identification.settings import Settings
 from analysis.identification.synthetic import SyntheticFrf, crowded
 from analysis.identification.variable_projection import project
 
@@ -39,7 +42,10 @@ def too_far(case: SyntheticFrf) -> float:
 
 def told_the_poles(case: SyntheticFrf) -> Found:
     """Modes kept where the order is settled from the true poles."""
-    modes = identify(Measured(case.frequency, case.h[None]), near=case.poles)
+    measured, settings = Measured(case.frequency, case.h[None]), Settings()
+    lines = measured.lines()
+    found = settle(measured, lines, fit(averaged(lines), case.poles, COMPLEX_E_F), settings)
+    modes, _ = finish(measured, lines, found, settings)
     kept = np.array([status == "kept" for status in modes.status])
     return modes.poles[kept], np.sqrt(np.diagonal(modes.covariance[kept], axis1=1, axis2=2))
 

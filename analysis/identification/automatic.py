@@ -11,9 +11,9 @@ from analysis.identification.finishing import finish, settle
 from analysis.identification.harmonics import harmonic_lines, harmonic_of, needle_hum, tones
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
-from analysis.identification.missing import add_missing, residual
+from analysis.identification.missing import residual
 from analysis.identification.modes import Modes, Rejected
-from analysis.identification.order import ROUGH, drop_unsupported, eliminate
+from analysis.identification.order import drop_unsupported, eliminate
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.settings import Settings
 from analysis.identification.vector_fitting import start_poles
@@ -21,16 +21,11 @@ from analysis.identification.vector_fitting import start_poles
 CLEARLY = 10.0
 """Prices of a pole by which a wider search must be better for the narrower one to be left unfinished."""
 
-MOVING_STEPS = 20
-"""Projections at most that bring poles of another condition to where they are."""
-
 FULL = 0.6
 """Share of the start poles that stay from which there may have been too few."""
 
 
-def identify(
-    measured: Measured, settings: Settings | None = None, near: NDArray[np.complex128] | None = None
-) -> Modes:
+def identify(measured: Measured, settings: Settings | None = None) -> Modes:
     """Identify FRFs that share their poles.
 
     Over-specified vector fitting finds the poles roughly, variable projection moves them to the least-squares
@@ -41,8 +36,6 @@ def identify(
     ----------
     measured : Measured
     settings : Settings, optional
-    near : (J,) complex ndarray, optional
-        Poles, rad/s, that another condition shows: the order is settled from these, with no search from nothing.
 
     Returns
     -------
@@ -62,15 +55,7 @@ def identify(
     if alone.any():
         measured = measured.without(alone)
         lines = measured.lines()
-    if near is None:
-        found, started = _widest_search(measured, lines, settings)
-    else:
-        richest = max(settings.terms, key=lambda terms: terms.parameters)
-        blocks = averaged(lines)
-        moved = fit(blocks, near, richest, tolerance=ROUGH, max_iterations=MOVING_STEPS)
-        # at once: what a lacking mode leaves over looks like errors that lines share, which make a pole cost more
-        moved = add_missing(lines, blocks, moved)
-        found, started = settle(measured, lines, moved, settings), near[:0]
+    found, started = _widest_search(measured, lines, settings)
     rejected = [_left_out(f, "a tone on this line alone: no resonance") for f in left_out]
     if settings.mains is not None:
         clean = fit(lines, found.poles[~_hums(lines, found, settings.mains)], found.terms, max_iterations=0)

@@ -1,5 +1,7 @@
 """The run folder: where the results of one campaign gather, one file per stage."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from app.files.bad_file import ResultFileError
@@ -37,6 +39,22 @@ def writable_folder(folder: Path, option: str) -> Path:
             f"{folder}: cannot be written ({error.strerror}); name another with {option}"
         ) from error
     return folder
+
+
+@contextmanager
+def folder_unless_refused(folder: Path) -> Iterator[Path]:
+    """Yield a folder for results, made if need be; where the block raises, folders made here that are empty go.
+
+    Raises ResultFileError where it cannot be made or written.
+    """
+    made = [one for one in (folder, *folder.parents) if not one.exists()]
+    try:
+        yield writable_folder(folder, "--out")
+    except BaseException:
+        with suppress(OSError):  # one holds something, or was never made
+            for one in made:
+                one.rmdir()
+        raise
 
 
 def run_file(run: Path, name: str, verb: str) -> Path:

@@ -1,7 +1,6 @@
 """A declaration to start from: of a test, after a look into its files, or of a campaign, after the shipped one."""
 
 import os
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -138,9 +137,10 @@ def _recorded(table: dict[str, Any], files: Sequence[Path], said: NewTest) -> li
     """Add ``[channels]`` and ``[sweeps]`` of a recorder's files to a campaign's table; return what is missing."""
     from app.files.transfers_file import NAMED
 
-    if any(one.suffix.lower() != ".tdms" for one in files):
+    others = [one for one in files if one.suffix.lower() != ".tdms"]
+    if others:
         raise ResultFileError(
-            f"{files[0]}: sweeps of a campaign are TDMS files; a test of other files: flexura new test"
+            f"{others[0]}: sweeps of a campaign are TDMS files; a test of other files: flexura new test"
         )
     columns = _of_one_group(read_columns(files[0]))
     guessed = guessed_channels(files[0], columns, said)
@@ -157,16 +157,19 @@ def _recorded(table: dict[str, Any], files: Sequence[Path], said: NewTest) -> li
             if channels[name]["at"] not in sensors:
                 missing.append(f"{name!r} is read at S{count[role]}: declare a patch or sensor of that id")
         channels[name] |= {key: one[key] for key in ("unit", "sensitivity") if one.get(key)}
-        if "unit" not in one and name not in columns.units:
-            missing.append(f'{name!r}: the file tells no unit; give unit, for example unit = "V"')
+        if name not in columns.units and one["unit"] == "V" and "sensitivity" not in one:
+            missing.append(f"{name!r}: the file tells no unit; V stands there")
     if count["drive"] != 1:
         drives = ", ".join(name for name, one in channels.items() if one["role"] == "drive") or "none"
         raise ResultFileError(
             f"{files[0]}: one drive wanted, found {drives}; name it with --drive NAME. It holds: "
             f"{', '.join(channels)}"
         )
-    if columns.rates:
-        table["acquisition"]["sample_rate"] = next(iter(columns.rates.values()))
+    drive = next(name for name, one in channels.items() if one["role"] == "drive")
+    if drive in columns.rates:
+        table["acquisition"]["sample_rate"] = columns.rates[drive]
+    else:
+        missing.append(f"no sample rate in the file; {table['acquisition']['sample_rate']:g} Hz stands there")
     level = table["protocol"]["levels"][0]
     named = {one.name: NAMED.fullmatch(one.stem) for one in files}
     table["channels"] = channels
@@ -183,9 +186,7 @@ def _recorded(table: dict[str, Any], files: Sequence[Path], said: NewTest) -> li
 
 def _of_one_group(columns: Columns) -> Columns:
     """Columns without the group before their name, where several groups, one a repeat, hold the same channels."""
-    bare = {name: name.partition("/")[2] for name in columns.values}
-    often = Counter(bare.values())
-    short = {name: bare[name] if bare[name] and often[bare[name]] > 1 else name for name in columns.values}
+    short = {name: columns.channels.get(name, name) for name in columns.values}
     return Columns(
         {short[name]: values for name, values in columns.values.items()},
         {short[name]: unit for name, unit in columns.units.items()},

@@ -25,12 +25,15 @@ class Columns:
         Samples per second, Hz, of those columns for which the file tells.
     scalars : dict of str to float
         Single numbers of the file, among them perhaps a sample rate.
+    channels : dict of str to str
+        Names without the group before them, of those columns that have it there because groups share names.
     """
 
     values: dict[str, NDArray[Any]]
     units: dict[str, str] = field(default_factory=dict)
     rates: dict[str, float] = field(default_factory=dict)
     scalars: dict[str, float] = field(default_factory=dict)
+    channels: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.values:

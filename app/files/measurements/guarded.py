@@ -63,7 +63,7 @@ def _collected(folder: Path) -> Columns:
     values = {
         name: np.load(folder / f"{number}.npy", allow_pickle=False) for number, name in enumerate(told["names"])
     }
-    return Columns(values, told["units"], told["rates"], told["scalars"])
+    return Columns(values, told["units"], told["rates"], told["scalars"], told["channels"])
 
 
 def _read_into(kind: str, path: Path, folder: Path) -> None:
@@ -76,6 +76,7 @@ def _read_into(kind: str, path: Path, folder: Path) -> None:
         "units": columns.units,
         "rates": columns.rates,
         "scalars": {name: value for name, value in columns.scalars.items() if np.isfinite(value)},
+        "channels": columns.channels,
     }
     (folder / NAME).write_text(json.dumps(told), encoding="utf-8")
 

@@ -34,12 +34,15 @@ def read(path: Path) -> Columns:
     values: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
     rates: dict[str, float] = {}
+    short: dict[str, str] = {}
     for channel in channels:
         samples = np.asarray(channel[:])
         if samples.dtype.kind not in "biufc" or samples.size < 2:
             continue
         wanted = channel.name if often[channel.name] == 1 else f"{channel.group_name}/{channel.name}"
         name = unused_name(wanted, values)
+        if often[channel.name] > 1:
+            short[name] = channel.name
         values[name] = samples.astype(complex if samples.dtype.kind == "c" else float)
         given = [str(channel.properties[key]) for key in UNITS if channel.properties.get(key)]
         if given:
@@ -47,4 +50,4 @@ def read(path: Path) -> Columns:
         increment = channel.properties.get("wf_increment")
         if isinstance(increment, float) and increment > 0.0:
             rates[name] = 1.0 / increment
-    return Columns(values, units, rates)
+    return Columns(values, units, rates, channels=short)

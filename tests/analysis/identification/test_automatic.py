@@ -210,17 +210,3 @@ def test_what_cannot_be_identified_is_refused() -> None:
         Settings(start_count=0)
     with pytest.raises(ValueError, match="mains 0 Hz"):
         Settings(mains=0.0)
-
-
-def test_an_order_settled_from_poles_of_another_condition_is_that_found_from_nothing() -> None:
-    """Poles 1 % off, with one that is not there and one left out."""
-    case = r10(np.random.default_rng(3))
-    measured = Measured(case.frequency, case.h[None])
-    rng = np.random.default_rng(0)
-    near = np.append(case.poles[1:] * np.exp(0.01 * rng.normal(size=9)), 2j * np.pi * 800.0 * (1.0 + 0.02j))
-    near = near[np.argsort(near.imag)]
-    plain, settled = identify(measured), identify(measured, near=near)
-    assert settled.status.count("kept") == plain.status.count("kept") == 10
-    kept = np.array([status == "kept" for status in settled.status])
-    wanted = np.array([status == "kept" for status in plain.status])
-    np.testing.assert_allclose(settled.poles[kept], plain.poles[wanted], rtol=2e-3)

@@ -229,9 +229,12 @@ def test_a_sweep_that_shares_no_mode_with_the_others_leaves_them_theirs() -> Non
     read = tracked.reading()
     for t in (0, 1, 3):
         truth = AT_ZERO * softening(TEMPERATURE[:1] + tracked.temperature[t])
-        tenth = 0.05 * loss(TEMPERATURE[:1] + tracked.temperature[t])[0]  # of a half width
+        half_width = 0.5 * loss(TEMPERATURE[:1] + tracked.temperature[t])[0]
         for f in truth[truth > 105.0]:
-            assert np.nanmin(np.abs(read.frequency_hz[t] / f - 1.0)) < tenth
+            n = np.nanargmin(np.abs(read.frequency_hz[t] - f))
+            deviation = read.sigma_frequency_hz[t, n]
+            assert abs(read.frequency_hz[t, n] - f) < 4.0 * deviation
+            assert deviation < 0.05 * half_width * f
 
 
 def test_deviations_hold_what_the_stated_noise_does_not() -> None:

@@ -138,16 +138,25 @@ def test_a_campaign_to_start_from_can_be_read(tmp_path: Path, run_flexura: Flexu
     assert "is there already" in err
 
 
+CHANNELS = {"Room": "V", "cDAQ1Mod1/ai0": "V", "cDAQ1Mod2/ai0": "V", "Accel": "", "Bare": ""}
+"""Of a recorder, with the units that its files tell; the room is recorded at a hundredth of the rate."""
+
+
 def recorder_files(folder: Path, *, groups: tuple[str, ...]) -> list[Path]:
-    """Two sweeps as a recorder leaves them: channels of its own names, volts told of two of them."""
+    """Two sweeps as a recorder leaves them: channels of its own names and rates."""
     folder.mkdir(parents=True)
     samples = np.random.default_rng(0).normal(size=20480)
-    wave = {"wf_increment": 3.0 / 25600.0}
     for name in ("plate_20.5C.tdms", "last.tdms"):
         objects = [
-            ChannelObject(group, channel, samples, wave | ({"unit_string": "V"} if told else {}))
+            ChannelObject(
+                group,
+                channel,
+                samples,
+                {"wf_increment": (300.0 if channel == "Room" else 3.0) / 25600.0}
+                | ({"unit_string": unit} if unit else {}),
+            )
             for group in groups
-            for channel, told in (("cDAQ1Mod1/ai0", True), ("Voltage_1", True), ("Accel", False), ("Room", True))
+            for channel, unit in CHANNELS.items()
         ]
         with TdmsWriter(folder / name) as writer:
             writer.write_segment([RootObject({}), *objects])
@@ -164,11 +173,13 @@ def test_a_campaign_is_declared_from_a_recorders_files(
     status, _, err = run_flexura("new", "campaign", *files, *words, "--out", folder)
     assert status == 0, err
     assert "'Accel' is read at S2: declare a patch or sensor of that id" in err
+    assert "'Bare': the file tells no unit; V stands there" in err
+    assert "'Accel': the file tells no unit" not in err
     assert "'last.tdms': its name tells no temperature" in err
     table = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))
     assert table["acquisition"]["sample_rate"] == pytest.approx(25600.0 / 3.0)
     layout = RecorderLayout(channels=table["channels"], sweeps=table["sweeps"])
-    assert list(layout.channels) == ["cDAQ1Mod1/ai0", "Voltage_1", "Accel", "Room"]
+    assert list(layout.channels) == list(CHANNELS)
     assert layout.channels["Accel"].sensitivity == "100 mV/g"
     assert [one.temperature for one in layout.sweeps.values()] == [20.0, 20.5]
     assert "no channel" not in str(
@@ -180,4 +191,12 @@ def test_a_recorder_without_a_drive_is_told_how_to_name_it(tmp_path: Path, run_f
     files = recorder_files(tmp_path / "plate" / "sweeps", groups=("Log",))
     status, _, err = run_flexura("new", "campaign", *files, "--out", tmp_path / "plate")
     assert status == 2
-    assert "one drive wanted, found none; name it with --drive NAME. It holds: cDAQ1Mod1/ai0" in err
+    assert "one drive wanted, found none; name it with --drive NAME. It holds: Room, cDAQ1Mod1/ai0" in err
+
+
+def test_the_file_that_is_no_sweep_is_named(tmp_path: Path, run_flexura: Flexura) -> None:
+    files = recorder_files(tmp_path / "plate" / "sweeps", groups=("Log",))
+    (tmp_path / "notes.csv").write_text("1,2")
+    status, _, err = run_flexura("new", "campaign", *files, tmp_path / "notes.csv", "--out", tmp_path / "plate")
+    assert status == 2
+    assert "notes.csv: sweeps of a campaign are TDMS files" in err

@@ -131,13 +131,20 @@ def _write(path, samples, rate=RATE, **words):
     ],
 )
 def test_what_is_wrong_is_one_sentence_and_nothing_is_written(small_run, tmp_path, make, temperature, said):
-    path, out = tmp_path / "a.wav", tmp_path / "out"
+    path, out = tmp_path / "a.wav", tmp_path / "new" / "out"
     make(path)
     result = flex("render", path, small_run.folder, "--temperature", temperature, "--out", out)
     assert result.exit_code != 0
     assert said in result.output
     assert "Traceback" not in result.output
-    assert not out.exists() or not list(out.iterdir())
+    assert not out.parent.exists()
+
+
+def test_a_folder_that_was_there_stays_when_the_sound_is_refused(small_run, tmp_path):
+    path, out = _write(tmp_path / "a.wav", np.append(np.zeros(900), np.nan), subtype="FLOAT"), tmp_path / "out"
+    out.mkdir()
+    assert "is NaN" in flex("render", path, small_run.folder, "--temperature", "20", "--out", out).output
+    assert list(out.iterdir()) == []
 
 
 def test_one_filter_is_played_as_far_as_the_laws_reach(small_run, sound, tmp_path):
@@ -158,7 +165,7 @@ def test_a_file_that_was_cut_short_is_refused(small_run, sound, tmp_path):
     result = flex("render", flac, small_run.folder, "--temperature", 20, "--out", out)
     assert result.exit_code != 0
     assert "cut.flac" in result.output
-    assert not list(out.iterdir())
+    assert not out.exists()
 
 
 def test_the_renderer_s_blocks_do_not_matter(small_run, sound, tmp_path):
