@@ -13,8 +13,8 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
-from app.files import campaign_toml
 from app.files.campaign_error import CampaignFileError
+from app.files.campaign_kind import DECLARATION
 from app.files.recorded_campaign import read_recorded_campaign
 from app.files.toml_text import toml_text
 from simulation.meshing.recipe import MeshRecipe
@@ -92,7 +92,7 @@ def write(folder: Path, units: dict[str, str]) -> Path:
     )
     (folder / "sweeps").mkdir(parents=True)
     table = experiment.model_dump(mode="json")
-    (folder / campaign_toml.NAME).write_text(toml_text(table, ""), encoding="utf-8")
+    (folder / DECLARATION).write_text(toml_text(table, ""), encoding="utf-8")
     for step, (temperature, material) in enumerate(TRUE.items()):
         with TdmsWriter(folder / "sweeps" / f"{step:03d}.tdms") as writer:
             root = {

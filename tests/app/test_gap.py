@@ -46,7 +46,7 @@ def test_a_twin_that_is_not_there_or_no_twin(tiny: Any, tmp_path: Path, run_flex
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (None, "not a folder"),
+        (None, "effects: does not exist; allowed: a folder of *.py"),
         ("EFFECT = 1\n", "an EFFECT that is a int"),
         ("import absent_package\n", "ModuleNotFoundError"),
         ("def (:\n", "SyntaxError"),
