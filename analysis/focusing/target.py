@@ -57,7 +57,7 @@ class Spot(Sparse):
                 raise ValueError(f"{name}: the polygon crosses itself at {place[0]:g}, {place[1]:g} of the plate")
             if loop.area < SMALLEST_AREA:
                 raise ValueError(
-                    f"{name}: the polygon encloses {loop.area:.3g} of the plate's area; "
+                    f"{name}: the polygon encloses {loop.area:.3g} of the area of the box around the plate; "
                     f"allowed from {SMALLEST_AREA:g}"
                 )
             return

@@ -66,7 +66,7 @@ def _followed(model: TwinModel, data: SweepData, material: Real, broad: float) -
     spacing = float(np.median(np.diff(data.frequency)))
     least = model.box.loss_factor[0]
     while True:
-        fitted = fit_sweep(model, broadened(data, broad), material).point.ahead
+        fitted = fit_sweep(model, broadened(data, broad), material).material
         own = max(float(fitted[2]) - broad, least)
         broad /= NARROWER
         if broad * data.frequency[0] < NARROWEST * spacing:

@@ -133,14 +133,17 @@ class NormalEquations:
 
     @property
     def remainder(self) -> float:
-        """About what a full step leaves of chi2; small against `excess` means settled.
+        """About what a full step of less than one of `widths` leaves of chi2: their square times the decrease."""
+        return self.decrease * self.widths**2
 
-        That is the predicted decrease times the square of the step in half-power half-widths of a resonance:
-        log f**2 moves as log E and about as nu, against eta.
+    @property
+    def widths(self) -> float:
+        """Full step in half-power half-widths of a resonance.
+
+        log f**2 moves as log E and about as nu, against eta; steps of log eta and log gain count as they are.
         """
-        step = self.step(0.0)
-        widths = (abs(step[0]) + abs(step[1])) / self.material[2] + abs(step[2])
-        return self.decrease * min(float(widths), 1.0) ** 2
+        step = np.abs(self.step(0.0))
+        return float((step[0] + step[1]) / self.material[2] + step[2] + step[3])
 
 
 def best_gain(transfer: NDArray[np.complex128], data: SweepData) -> tuple[float, float]:

@@ -100,9 +100,9 @@ def start_material(
     best, least = np.zeros(3), np.inf
     for start in starts():
         sign = turned(model.frf(data.laws(start), data.frequency))
-        found = fit_sweep(model, replace(data, h=sign * data.h), start).point
-        if found.misfit_ahead < least:
-            best, least = model.box.clip(found.ahead), found.misfit_ahead
+        found = fit_sweep(model, replace(data, h=sign * data.h), start)
+        if found.misfit < least:
+            best, least = found.material, found.misfit
         if least < max(ROUGH, NOISY * _noise(data)):
             break
     progress(1.0)

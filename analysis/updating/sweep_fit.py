@@ -12,15 +12,42 @@ MAX_STEPS = 30
 SETTLED = 25.0
 """Of chi2, what a step may leave of its own in a fit that reaches the noise: five standard deviations, which a
 joint fit takes in its stride. It is larger in proportion for a fit that leaves more than the noise."""
+NEAR = 0.25
+"""Step, in half-power half-widths, from which on nothing is said of what it leaves: far from the data, where
+resonances do not overlap, the predicted decrease is small too."""
 
 
 @dataclass(frozen=True)
 class SweepFit:
-    """Result of one sweep's fit, its last step not yet taken; the misfit at its start, and whether it settled."""
+    """Result of one sweep's fit: its last point, from which a settled fit is one step from the minimum.
+
+    Attributes
+    ----------
+    point : NormalEquations
+    misfit_start : float
+        Where the fit began.
+    settled : bool
+        False where it ran into the model's box or did not converge: its next step is not to be trusted.
+    """
 
     point: NormalEquations
     misfit_start: float
     settled: bool
+
+    @property
+    def material(self) -> NDArray[np.float64]:
+        """E [Pa], nu and eta, (3,), inside the box: a step ahead of `point` if settled, else there."""
+        return self.point.ahead if self.settled else self.point.material
+
+    @property
+    def log_gain(self) -> float:
+        """Logarithm of the gain, likewise."""
+        return float(np.log(self.point.gain)) + (float(self.point.full_step[3]) if self.settled else 0.0)
+
+    @property
+    def misfit(self) -> float:
+        """Misfit, likewise; that ahead is predicted."""
+        return self.point.misfit_ahead if self.settled else self.point.misfit
 
 
 def fit_sweep(model: TwinModel, data: SweepData, start: NDArray[np.float64]) -> SweepFit:
@@ -61,4 +88,5 @@ def fit_sweep(model: TwinModel, data: SweepData, start: NDArray[np.float64]) -> 
 
 def _settled(model: TwinModel, point: NormalEquations) -> bool:
     """Whether one more step ends near the minimum, and within the box."""
-    return point.remainder < SETTLED * point.excess and bool(model.box.inside(point.ahead))
+    inside = bool(model.box.inside(point.ahead))
+    return inside and point.widths < NEAR and point.remainder < SETTLED * point.excess

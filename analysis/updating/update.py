@@ -24,7 +24,7 @@ from analysis.material import Material, MaterialBox
 from analysis.progress import Progress
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
-from analysis.updating.normal_equations import NormalEquations, SweepData, moved
+from analysis.updating.normal_equations import SweepData, moved
 from analysis.updating.start import start_material
 from analysis.updating.sweep_fit import SweepFit, fit_sweep
 
@@ -82,23 +82,24 @@ def update(
         for walk in [pool.submit(_walk, model, coarse, way, fits, advance) for way in ways]:
             walk.result()
         report("common gain", 0.0)
-        points = [fits[t].point for t in range(len(order))]
-        sweeps = apart(frf, material_of(points))
-        fit = fit_gap(model, sweeps, tied(model.box, points), (), pool)
+        alone = [fits[t] for t in range(len(order))]
+        sweeps = apart(frf, material_of(alone))
+        fit = fit_gap(model, sweeps, tied(model.box, alone), (), pool)
     report("common gain", 1.0)
-    return _summary(frf, model.box, sweeps, fit, [fits[t] for t in range(len(order))])
+    return _summary(frf, model.box, sweeps, fit, alone)
 
 
-def material_of(points: Sequence[NormalEquations]) -> Material:
+def material_of(fits: Sequence[SweepFit]) -> Material:
     """Materials (T,) to which sweeps were fitted."""
-    return Material(*np.array([p.ahead for p in points]).T)
+    return Material(*np.array([fit.material for fit in fits]).T)
 
 
-def tied(box: MaterialBox, points: Sequence[NormalEquations]) -> GapState:
+def tied(box: MaterialBox, fits: Sequence[SweepFit]) -> GapState:
     """Return the state with one gain for all: the mean of theirs, by information; each material follows it."""
-    # to first order, before anything is evaluated again: each sweep's last step is still to be taken
+    # to first order, before anything is evaluated again: a settled sweep's last step is still to be taken
+    points = [fit.point for fit in fits]
     information = np.array([1.0 / np.linalg.inv(p.matrix)[3, 3] for p in points])
-    log_gains = np.array([np.log(p.gain) + p.full_step[3] for p in points])
+    log_gains = np.array([fit.log_gain for fit in fits])
     log_gain = float((information * log_gains).sum() / information.sum())
     rows = [box.clip(moved(p.material, p.following(log_gain - float(np.log(p.gain))))) for p in points]
     laws = np.array([[np.log(e), nu, np.log(eta)] for e, nu, eta in rows])
@@ -128,13 +129,13 @@ def _walk(
     """Fit sweep after sweep along `way`, whose first is fitted, each from where its neighbours point."""
     trend = np.ones(3)
     for before, sweep in pairwise(way):
-        known = fits[before].point
-        fit = fit_sweep(model, data[sweep], known.ahead * trend)
-        if not fit.settled or fit.point.misfit_ahead > OFF_THE_TREND * known.misfit_ahead:
+        known = fits[before]
+        fit = fit_sweep(model, data[sweep], known.material * trend)
+        if not fit.settled or fit.misfit > OFF_THE_TREND * known.misfit:
             again = fit_sweep(model, data[sweep], start_material(model, data[sweep]))
-            fit = min(fit, again, key=lambda f: f.point.misfit_ahead)
+            fit = min(fit, again, key=lambda f: f.misfit)
         fits[sweep] = fit
-        trend = np.clip(fit.point.ahead / known.ahead, 0.8, 1.25)
+        trend = np.clip(fit.material / known.material, 0.8, 1.25)
         advance()
 
 

@@ -47,7 +47,7 @@ RECTANGLE = {"center": (0.2, 0.5), "size": (0.2, 0.3)}
         (RECTANGLE | {"polygon": ((0.1, 0.1), (0.2, 0.1), (0.2, 0.2))}, "keep one of them"),
         ({"polygon": ((0.1, 0.1), (0.2, 0.1))}, "give at least 3"),
         ({"polygon": ((0.1, 0.1), (0.4, 0.4), (0.4, 0.1), (0.1, 0.4))}, "crosses itself at"),
-        ({"polygon": ((0.1, 0.1), (0.1001, 0.1), (0.1, 0.1001))}, "encloses 5e-09 of the plate's"),
+        ({"polygon": ((0.1, 0.1), (0.1001, 0.1), (0.1, 0.1001))}, "encloses 5e-09 of the area of the box"),
         ({"center": (0.5, 0.5), "size": (5e-324, 0.2)}, "greater than or equal to 0.0001"),
         ({"spot": (RECTANGLE, RECTANGLE | {"center": (0.3, 0.5)})}, "spots 1 and 2 overlap; move them apart"),
         (RECTANGLE | {"spot": (RECTANGLE,)}, "and a shape of its own"),

@@ -142,6 +142,23 @@ def test_sensitivities_equal_central_differences(twin, index):
     assert np.abs(slopes - expected).max() < 1e-6 * np.abs(expected).max()
 
 
+def test_temperature_acts_through_the_laws(experiment, twin):
+    """Away from their reference, curved, and on a plate that grows with temperature."""
+    lines, away = np.linspace(*BAND, 120), SweepPoint(31.0, 0.0, 1.0)
+    value = np.array([np.log(MATERIAL[0]), MATERIAL[1], np.log(MATERIAL[2])])
+    laws = LocalLaws(24.0, value, np.array([-0.02, 0.001, 0.03]), np.array([3e-4, 1e-4, -2e-3]))
+    plate = experiment.plate.model_copy(update={"dimensions_at": 20.0, "expansion": 1e-4})
+    twin = replace(twin, reach=np.inf, experiment=experiment.model_copy(update={"plate": plate}))
+
+    def central(size):
+        one, other = (twin.frf(laws, lines, point=replace(away, temperature=31.0 + s)) for s in (size, -size))
+        return (one - other) / (2 * size)
+
+    found = twin.linearise(laws, lines, point=away).by_temperature
+    expected = (4 * central(1e-2) - central(2e-2)) / 3
+    assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
+
+
 def test_damped_poles_are_singular_points(twin):
     """At a pole p, K - p + j sqrt(p) C has no inverse; dashpots add to the loss of every mode they move."""
     reduced = twin.plate.reduced
