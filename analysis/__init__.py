@@ -20,7 +20,6 @@
 ``frf``               FRFs of a campaign, coherence and variance per line
 ``mains``             lines that mains hum takes
 ``material``          E(T), nu(T), eta(T) with their bands
-``cubic_basis``       the splines these are made of
 ``material_table``    laws through a table of values
 ``estimates``         a parameter or laws with standard deviations
 ``updated``           result of model updating

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.cubic_basis import cubic_basis
 from analysis.local_laws import LocalLaws
 
 
@@ -135,6 +134,8 @@ class MaterialLaws:
         return values
 
     def _design(self, temperature: ArrayLike) -> NDArray[np.float64]:
+        from scipy.interpolate import BSpline
+
         t = np.atleast_1d(np.asarray(temperature, dtype=float))
         low, high = self.temperature_range
         outside = t[(t < low - 1e-9) | (t > high + 1e-9)]
@@ -143,4 +144,5 @@ class MaterialLaws:
                 f"temperature {outside[0]:g} °C is outside the laws' range, {low:g} to {high:g} °C: "
                 "laws are not extrapolated"
             )
-        return cubic_basis(np.clip(t, low, high), self.knots)
+        design: NDArray[np.float64] = BSpline.design_matrix(np.clip(t, low, high), self.knots, 3).toarray()
+        return design

@@ -16,6 +16,8 @@ CLOSES_WITHIN = 1e-9
 """Largest gap between the end of a curve and the start of the next, m."""
 CHORD = np.deg2rad(3.0)
 """Turn of a curve that one side of its polygon stands for."""
+NODES, WEIGHTS = leggauss(24)
+"""Of the integrals along a curve."""
 CHUNK = 1_000_000
 """Pairs of points and sides looked at together."""
 
@@ -74,13 +76,12 @@ class Loop:
 
     def _integral(self, form: Callable[[Real, Real], Real]) -> float:
         """Sum over the curves of the integral of form(points, derivatives) over t."""
-        nodes, weights = leggauss(24)
-        t, total = 0.5 * (nodes + 1.0), 0.0
+        t, total = 0.5 * (NODES + 1.0), 0.0
         for curve in self.curves:
             pieces = max(1, int(np.ceil(turning(curve))))
             for k in range(pieces):
                 part = curve.part(k / pieces, (k + 1) / pieces)
-                total += float(0.5 * weights @ form(part.at(t), part.derivative(t)))
+                total += float(0.5 * WEIGHTS @ form(part.at(t), part.derivative(t)))
         return total
 
     @cached_property
