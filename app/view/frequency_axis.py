@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QCheckBox
 from analysis.arrays import Real
 from app.view.chart import Chart
 from app.view.cursors import Cursors
+from app.view.log_axis import log_places
 
 
 class FrequencyAxis(QCheckBox):
@@ -63,7 +64,7 @@ class FrequencyAxis(QCheckBox):
     def along(self, frequency: ArrayLike) -> Real:
         """Return where frequencies, Hz, stand along the axis."""
         hertz = np.asarray(frequency, dtype=float)
-        return np.log10(hertz) if self.isChecked() else hertz
+        return log_places(hertz, self._frequency) if self.isChecked() else hertz
 
     def add(self, chart: Chart) -> None:
         """Take a plot along, and show cursor and mark in it; the first one is that which others are linked to."""

@@ -2,6 +2,9 @@
 
 import numpy as np
 import pyqtgraph
+from numpy.typing import ArrayLike
+
+from analysis.arrays import Real
 
 APART = 44.0
 """Dots between numbers at least."""
@@ -9,6 +12,25 @@ STEPS = ((1, 2, 3, 4, 5, 6, 7, 8, 9), (1, 2, 3, 5, 7), (1, 2, 5), (1, 3), (1,))
 """Numbers of a decade that are told, the richest choice first."""
 NARROW = 0.3
 """Decades below which the numbers stand at equal distances."""
+
+
+def log_places(values: ArrayLike, lines: Real) -> Real:
+    """Return the decadic logarithm of values; a line at 0, and what lies below it, stands at half the next line.
+
+    Parameters
+    ----------
+    values : array_like
+        Where cursors or columns stand, Hz.
+    lines : (F,) ndarray
+        Frequencies of the axis, Hz, at least one of them above 0.
+
+    Returns
+    -------
+    ndarray
+        Shaped as `values`, finite.
+    """
+    places: Real = np.log10(np.maximum(values, 0.5 * lines[lines > 0.0].min()))
+    return places
 
 
 class LogAxis(pyqtgraph.AxisItem):

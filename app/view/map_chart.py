@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from app.view.chart import Chart
+from app.view.log_axis import log_places
 from app.view.map import Map
 
 FINEST = 1024
@@ -93,7 +94,7 @@ class MapChart(Chart):
     def _across(self) -> Real:
         """Where the columns of the map stand along the axis."""
         x = np.empty(0) if self.map is None else self.map.x
-        return np.log10(x) if self.log_x else x
+        return log_places(x, x) if self.log_x and len(x) else x
 
     def stand_over(self, chart: Chart) -> None:
         """Keep the x axis of a chart below exactly under one's own: leave out there what the colour bar takes."""

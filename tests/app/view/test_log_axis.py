@@ -5,8 +5,15 @@ import pytest
 
 pytest.importorskip("PySide6.QtWidgets", reason="Qt cannot be loaded here", exc_type=ImportError)
 
+import pyqtgraph
+
 from app.view.application import application
-from app.view.log_axis import APART, LogAxis
+from app.view.cursors import Cursors
+from app.view.frequency_axis import FrequencyAxis
+from app.view.log_axis import APART, LogAxis, log_places
+from app.view.map import Map
+from app.view.map_chart import MapChart
+from app.view.theme import LIGHT
 
 
 @pytest.mark.parametrize(
@@ -27,3 +34,27 @@ def test_numbers_are_those_of_the_ticks_and_have_room(low: float, high: float, s
     words = axis.logTickStrings(ticks.tolist(), 1.0, 1.0)
     np.testing.assert_allclose([float(word) for word in words], 10.0**ticks, rtol=1e-5)
     assert len(set(words)) == len(words)
+
+
+def test_a_line_at_0_hz_has_a_place() -> None:
+    lines = np.array([0.0, 2.0, 20.0])
+    np.testing.assert_allclose(10.0 ** log_places(lines, lines), [1.0, 2.0, 20.0])
+
+
+def test_cursor_and_map_stand_at_0_hz() -> None:
+    app = application()
+    lines = np.arange(0.0, 40.0, 2.0)
+    cursors = Cursors(10.0, 20.0)
+    placed: list[float] = []
+    axis = FrequencyAxis(lines, cursors)
+    axis.placed.connect(placed.append)
+    chart = MapChart("map", "map", "Hz", "degC", LIGHT)
+    axis.add(chart)
+    chart.image(
+        Map(lines, np.arange(3.0), np.zeros((3, lines.size))), pyqtgraph.colormap.get("viridis"), (0.0, 1.0), ""
+    )
+    axis.setChecked(True)
+    cursors.frequency = 0.0
+    app.processEvents()
+    assert placed[-1] == 0.0  # 1 Hz, half of the next line
+    assert np.isfinite(chart.viewRange()).all()
