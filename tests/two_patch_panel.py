@@ -1,6 +1,19 @@
-"""A panel small enough to be reduced in seconds."""
+"""A panel small enough to be reduced in seconds, and the target and filters of such panels."""
 
-PANEL = """\
+TARGET_AND_FILTERS = """\
+[target]
+center = [0.3, 0.55]
+size = [0.25, 0.3]
+
+[filters]
+taps = 64
+sample_rate = 4000.0
+band = [100.0, 300.0]
+edges = [60.0, 360.0]
+transform_length = 512
+delay = 32
+"""
+PANEL = f"""\
 format = "panel/1"
 title = "two patches"
 grid = [20, 16]
@@ -26,18 +39,7 @@ center = [0.15, 0.1]
 size = [0.02, 0.02]
 thickness = 0.0005
 
-[target]
-center = [0.3, 0.55]
-size = [0.25, 0.3]
-
-[filters]
-taps = 64
-sample_rate = 4000.0
-band = [100.0, 300.0]
-edges = [60.0, 360.0]
-transform_length = 512
-delay = 32
-
+{TARGET_AND_FILTERS}
 [twin]
 youngs_modulus = [0.9e9, 3.4e9]
 poisson_ratio = [0.33, 0.46]

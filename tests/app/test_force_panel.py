@@ -14,9 +14,10 @@ from app.files.atomic import atomic_hdf5
 from app.files.panel_file import read_panel
 from app.files.values import write_value
 from app.twins.panel_twin import panel_twin
+from tests.two_patch_panel import TARGET_AND_FILTERS
 
 Run = Callable[..., tuple[int, str, str]]
-PANEL = """\
+PANEL = f"""\
 format = "panel/1"
 title = "two shakers"
 grid = [16, 12]
@@ -38,18 +39,7 @@ id = "above"
 point = [0.06, 0.05]
 mass = 0.001
 
-[target]
-center = [0.3, 0.55]
-size = [0.25, 0.3]
-
-[filters]
-taps = 64
-sample_rate = 4000.0
-band = [100.0, 300.0]
-edges = [60.0, 360.0]
-transform_length = 512
-delay = 32
-
+{TARGET_AND_FILTERS}
 [twin]
 youngs_modulus = [1.8e9, 2.2e9]
 poisson_ratio = [0.36, 0.4]
