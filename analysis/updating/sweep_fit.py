@@ -10,8 +10,8 @@ from analysis.updating.normal_equations import LONGEST, NormalEquations, SweepDa
 
 MAX_STEPS = 30
 SETTLED = 25.0
-"""Of chi2, what a step may leave of its own in a fit that reaches the noise: five standard deviations, which a
-joint fit takes in its stride. It is larger in proportion for a fit that leaves more than the noise."""
+"""Of chi2, what a step may leave of its own in a fit that reaches the noise: five standard deviations, from where
+a joint fit converges. It is larger in proportion for a fit that leaves more than the noise."""
 NEAR = 0.25
 """Step, in half-power half-widths, from which on nothing is said of what it leaves: far from the data, where
 resonances do not overlap, the predicted decrease is small too."""
