@@ -67,31 +67,36 @@ def declaration() -> Experiment:
     )
 
 
-def channels(twin: Twin, material: tuple[float, float, float], rng: np.random.Generator) -> dict[str, Any]:
+def channels(specimen: Twin, material: tuple[float, float, float], rng: np.random.Generator) -> dict[str, Any]:
     """One repeat: a short pulse of force, and what the plate answers, with half a per cent of noise."""
     time = np.arange(SAMPLES) / RATE
     force = 2.0 * np.exp(-(((time - 0.02) / 4e-4) ** 2))
     grid = np.fft.rfftfreq(SAMPLES, 1.0 / RATE)
     inside = (grid > 60.0) & (grid < 800.0)
-    answers = np.zeros((twin.outputs, grid.size), complex)
-    answers[:, inside] = twin.uncertified_frf(LocalLaws.of_material(*material), grid[inside])
+    answers = np.zeros((specimen.outputs, grid.size), complex)
+    answers[:, inside] = specimen.uncertified_frf(LocalLaws.of_material(*material), grid[inside])
     signals = np.fft.irfft(CALIBRATION * answers * np.fft.rfft(force), SAMPLES)
     signals += 2e-3 * signals.std(axis=1)[:, None] * rng.standard_normal(signals.shape)
     return {"drive": force, "S1": signals[0], "acc1": signals[1], "laser": signals[2]}
 
 
-def write(folder: Path, units: dict[str, str]) -> Path:
-    """Write the recording, made on a coarse mesh of its own."""
-    experiment, rng = declaration(), np.random.default_rng(5)
+@pytest.fixture(scope="module")
+def specimen() -> Twin:
+    """Return the plate that is recorded, on a coarse mesh of its own."""
+    experiment = declaration()
     model = assemble(
         experiment.plate, experiment.patch, recipe=MeshRecipe(spacing=0.08, growth=2.0, pieces=1), degree=5
     )
     box = MaterialBox((1.5e9, 2.4e9), (0.36, 0.41), (0.03, 0.08))
-    twin = Twin.of(
-        experiment, DeclaredPlate(reduce_with_footprints(model, box, (60.0, 800.0), experiment.footprints)[0])
-    )
+    reduced, _ = reduce_with_footprints(model, box, (60.0, 800.0), experiment.footprints)
+    return Twin.of(experiment, DeclaredPlate(reduced))
+
+
+def write(folder: Path, specimen: Twin, units: dict[str, str]) -> Path:
+    """Write a recording of the specimen, in these units."""
+    rng = np.random.default_rng(5)
     (folder / "sweeps").mkdir(parents=True)
-    table = experiment.model_dump(mode="json")
+    table = declaration().model_dump(mode="json")
     (folder / DECLARATION).write_text(toml_text(table, ""), encoding="utf-8")
     for step, (temperature, material) in enumerate(TRUE.items()):
         with TdmsWriter(folder / "sweeps" / f"{step:03d}.tdms") as writer:
@@ -106,7 +111,7 @@ def write(folder: Path, units: dict[str, str]) -> Path:
             parts: list[Any] = [RootObject(root)]
             for repeat in range(3):
                 parts.append(GroupObject(f"repeat {repeat + 1}"))
-                for name, samples in channels(twin, material, rng).items():
+                for name, samples in channels(specimen, material, rng).items():
                     given = {
                         "wf_increment": 1.0 / RATE,
                         "wf_start_offset": 0.0,
@@ -120,14 +125,14 @@ def write(folder: Path, units: dict[str, str]) -> Path:
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write(tmp_path_factory.mktemp("force") / "plate", UNITS)
+def recorded(tmp_path_factory: pytest.TempPathFactory, specimen: Twin) -> Path:
+    return write(tmp_path_factory.mktemp("force") / "plate", specimen, UNITS)
 
 
-def test_units_are_held_against_the_declaration(recorded: Path, tmp_path: Path) -> None:
+def test_units_are_held_against_the_declaration(recorded: Path, specimen: Twin, tmp_path: Path) -> None:
     campaign = read_recorded_campaign(recorded)
     assert campaign.sweeps[0].responses.shape == (3, 3, SAMPLES)
-    wrong = write(tmp_path / "wrong", UNITS | {"acc1": "V"})
+    wrong = write(tmp_path / "wrong", specimen, UNITS | {"acc1": "V"})
     with pytest.raises(CampaignFileError, match=r"repeat 1/acc1 unit_string.*'V'.*'m/s2'"):
         read_recorded_campaign(wrong)
 
