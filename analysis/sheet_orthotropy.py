@@ -32,13 +32,6 @@ class Orthotropy:
     delta_g: float
     angle: float = 0.0
 
-    def plane_stress(self, youngs_modulus: float, poisson_ratio: float) -> tuple[float, float, float, float]:
-        """Q11, Q22, Q12 and Q66 in the sheet's own axes, Pa."""
-        q = youngs_modulus / (1.0 - poisson_ratio**2)
-        shear = (1.0 + self.delta_g) * youngs_modulus / (2.0 * (1.0 + poisson_ratio))
-        q12 = poisson_ratio * np.sqrt(1.0 - self.delta_e**2) * q
-        return (1.0 - self.delta_e) * q, (1.0 + self.delta_e) * q, float(q12), shear
-
 
 class DeclaredOrthotropy(Declared):
     """``[plate.material.orthotropy]``: delta_e and delta_g, or the moduli Ex, Ey and G12 themselves."""

@@ -7,9 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Numbers, Real
-from analysis.focusing.energy import EnergyForms
-from analysis.focusing.inversion import invert
-from analysis.focusing.performance import contrast
 
 Index = NDArray[np.int64]
 Score = Callable[[Numbers], Real]
@@ -32,27 +29,6 @@ class Placement:
     chosen: Index
     score: float
     scores: Real
-
-
-def mean_contrast(forms: EnergyForms, tolerance: float = 0.01) -> Score:
-    """Score of subsets of candidates: their STIF contrast, mean over temperature and frequency.
-
-    `forms` (T, F, C, C) hold all C candidates as if each were glued alone; what one patch's stiffness
-    does to another's field is left out. The score takes subsets (S, N) and gives (S,).
-    """
-
-    def score(subsets: Index) -> Real:
-        values = np.empty(len(subsets))
-        for number, subset in enumerate(subsets):
-            part = EnergyForms(
-                forms.plate[:, :, subset[:, None], subset],
-                forms.target[:, :, subset[:, None], subset],
-                forms.aim[:, :, subset],
-            )
-            values[number] = contrast(part, invert(part, tolerance).filters).mean()
-        return values
-
-    return score
 
 
 def clearance(centers: Real, gap: float) -> NDArray[np.bool_]:

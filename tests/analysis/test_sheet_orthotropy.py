@@ -8,21 +8,6 @@ from analysis.plate_material import PlateMaterial
 from analysis.sheet_orthotropy import DeclaredOrthotropy, Orthotropy
 
 
-def test_no_departure_is_the_isotropic_sheet() -> None:
-    q11, q22, q12, q66 = Orthotropy(0.0, 0.0).plane_stress(2e9, 0.4)
-    assert (q11, q12, q66) == pytest.approx((q22, 0.4 * q11, 0.5 * (q11 - q12)))
-    assert q11 == pytest.approx(2e9 / 0.84)
-
-
-def test_moduli_are_those_of_uniaxial_stress() -> None:
-    """The compliance's diagonal is 1/Ex and 1/Ey, and nu_xy nu_yx is nu squared."""
-    q11, q22, q12, q66 = Orthotropy(0.2, 0.1).plane_stress(3e9, 0.35)
-    compliance = np.linalg.inv([[q11, q12], [q12, q22]])
-    assert 1.0 / np.diag(compliance) == pytest.approx([2.4e9, 3.6e9])
-    assert compliance[0, 1] ** 2 / (compliance[0, 0] * compliance[1, 1]) == pytest.approx(0.35**2)
-    assert q66 == pytest.approx(1.1 * 3e9 / 2.7)
-
-
 def test_moduli_and_shares_say_the_same() -> None:
     shares = DeclaredOrthotropy(delta_e=0.2, delta_g=0.1, angle=30.0).at(0.35)
     moduli = DeclaredOrthotropy(
