@@ -1,6 +1,8 @@
 """Filters computed at every temperature, by which those that follow the temperature are judged."""
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -18,6 +20,25 @@ from analysis.material import MaterialLaws
 from analysis.progress import Progress
 
 
+@dataclass(frozen=True)
+class DirectFilters:
+    """Filters computed at T temperatures, with what others are judged by there.
+
+    Attributes
+    ----------
+    bank : FirBank
+        Filters (T, N, M).
+    forms : EnergyForms
+        Of the F lines of the band, at every temperature.
+    models : sequence of PanelModel
+        T of them: the panel in the coordinates that its answers about each temperature need.
+    """
+
+    bank: FirBank
+    forms: EnergyForms
+    models: Sequence[PanelModel]
+
+
 def direct_filters(
     model: PanelModel,
     panel: Panel,
@@ -27,7 +48,7 @@ def direct_filters(
     report: Progress = lambda _stage, _share: None,
     workers: int = 1,
     stage: str = "Filters everywhere",
-) -> tuple[FirBank, EnergyForms]:
+) -> DirectFilters:
     """FIR filters computed at every temperature, and the energy forms of the band there.
 
     Parameters
@@ -47,10 +68,7 @@ def direct_filters(
 
     Returns
     -------
-    FirBank
-        Filters (T, N, M).
-    EnergyForms
-        Of the F lines of the band, at every temperature.
+    DirectFilters
 
     Raises
     ------
@@ -83,4 +101,4 @@ def direct_filters(
             taps.append(tap)
             forms.append(form)
             report(stage, done / len(temperature))
-    return design.bank(np.array(taps), temperature), EnergyForms.joined(forms)
+    return DirectFilters(design.bank(np.array(taps), temperature), EnergyForms.joined(forms), local_to)

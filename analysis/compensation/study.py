@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.compensation.burden import burdens
-from analysis.compensation.direct_filters import direct_filters
+from analysis.compensation.direct_filters import DirectFilters, direct_filters
 from analysis.compensation.knots import PlacedTemperatures, check_places, place_temperatures
+from analysis.compensation.law_band import ContrastBand, law_band
 from analysis.compensation.leave_one_out import left_out_networks, left_out_taps
 from analysis.compensation.low_rank import LowRankBank
 from analysis.compensation.network import InputMap
@@ -20,19 +21,20 @@ from analysis.compensation.rivals import rigidity, rivals
 from analysis.compensation.settings import Training
 from analysis.focusing.aim import Aim, Aimed, aim, joined
 from analysis.focusing.design import peak_drive
-from analysis.focusing.energy import EnergyForms
 from analysis.focusing.fir import FirBank
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
 from analysis.focusing.panel_model import PanelModel
 from analysis.focusing.performance import contrast, mean_response
-from analysis.focusing.responses import responses
+from analysis.focusing.responses import constants_at
 from analysis.focusing.temperatures import covered, spaced
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 
 AIM_SPACING = 5.0
 """Between the temperatures at which spot errors are kept, K."""
+BAND_SPACING = 10.0
+"""Between the temperatures at which the uncertainty of the laws is carried on, K."""
 
 
 def compensate(
@@ -47,7 +49,7 @@ def compensate(
     report: Progress = lambda _stage, _share: None,
     method: Method = "stif",
     workers: int = 1,
-    known: tuple[FirBank, EnergyForms] | None = None,
+    known: DirectFilters | None = None,
     place: int | None = None,
 ) -> Compensation:
     """Train on filters every `spacing` °C or where placed, judge every `step` °C of what laws and panel share.
@@ -61,7 +63,7 @@ def compensate(
         Between training temperatures, K.
     training : Training
     clock : callable
-        Present time, s.
+        Present time, s: of the processor where others shall not count that compute beside.
     step : float
         Between the temperatures judged at, K.
     device : str
@@ -71,8 +73,8 @@ def compensate(
     method : str
         How the filters are designed that the networks and their rivals have to follow.
     workers : int
-        Threads that design filters, and leave temperatures out while others judge.
-    known : (FirBank, EnergyForms), optional
+        Threads that design filters, and leave temperatures out beside the thread that judges.
+    known : DirectFilters, optional
         What `direct_filters` gives at the temperatures judged at; computed where left out.
     place : int, optional
         How many training temperatures are placed where the filters need them, instead of every `spacing`.
@@ -96,14 +98,13 @@ def compensate(
         training.check_temperatures(len(knots))
     else:
         check_places(place, low, high)
-    truth = _Truth(
-        model, panel, laws, *(known or direct_filters(model, panel, laws, everywhere, method, report, workers))
-    )
-    placed = None if place is None else place_temperatures(truth.bank, truth.forms, truth.lines, place)
+    direct = known or direct_filters(model, panel, laws, everywhere, method, report, workers)
+    truth = _Truth(model, panel, laws, direct)
+    placed = None if place is None else place_temperatures(direct.bank, direct.forms, truth.lines, place)
     knots = knots if placed is None else placed.temperature
     filters = truth.at_knots(knots)
     if filters is None:
-        filters, _ = direct_filters(model, panel, laws, knots, method, report, workers, stage="Training filters")
+        filters = direct_filters(model, panel, laws, knots, method, report, workers, stage="Training filters").bank
     fed = InputMap.of(everywhere, everywhere if training.feed == "temperature" else rigidity(laws, everywhere))
     started = clock()
     trained = train_networks(
@@ -111,15 +112,15 @@ def compensate(
     )
     taps, seconds = {NETWORK: trained.networks.taps(everywhere)}, {NETWORK: clock() - started}
     report("Networks", 1.0)
-    others = rivals(panel, laws)
-    for name, rival in others.items():
-        started = clock()
-        taps[name] = rival(filters, everywhere)
-        seconds[name] = clock() - started
-    with ThreadPoolExecutor(max(1, workers - 1)) as pool:  # after all that is timed
+    with ThreadPoolExecutor(workers) as pool:
         left_out = {NETWORK: pool.submit(left_out_networks, filters, trained, training, device)}
-        left_out |= {name: pool.submit(left_out_taps, filters, rival) for name, rival in others.items()}
-        found = truth.outcome(method, filters, trained, taps, left_out, seconds, placed)
+        band = pool.submit(truth.law_band, taps[NETWORK], training.seed)
+        for name, rival in rivals(panel, laws).items():
+            started = clock()
+            taps[name] = rival(filters, everywhere)
+            seconds[name] = clock() - started
+            left_out[name] = pool.submit(left_out_taps, filters, rival)
+        found = truth.outcome(method, filters, trained, taps, (left_out, band), seconds, placed)
     report("Leave one out", 1.0)
     return found
 
@@ -131,8 +132,7 @@ class _Truth:
     model: PanelModel
     panel: Panel
     laws: MaterialLaws
-    bank: FirBank
-    forms: EnergyForms
+    direct: DirectFilters
 
     @property
     def lines(self) -> Real:
@@ -142,15 +142,27 @@ class _Truth:
 
     def at_knots(self, knots: Real) -> FirBank | None:
         """Return the filters at the `knots` (n,), °C, where all of them are at hand."""
-        everywhere = self.bank.temperature
-        place = np.argmin(np.abs(everywhere - knots[:, None]), axis=1)
-        if np.abs(everywhere[place] - knots).max() > 1e-9:
+        bank, places = self.direct.bank, self.places(knots)
+        if np.abs(bank.temperature[places] - knots).max() > 1e-9:
             return None
-        return replace(self.bank, taps=self.bank.taps[place], temperature=knots)
+        return replace(bank, taps=bank.taps[places], temperature=knots)
+
+    def places(self, wanted: Real) -> NDArray[np.intp]:
+        """Rows (n,) of the temperatures nearest to those `wanted` (n,), °C."""
+        nearest: NDArray[np.intp] = np.argmin(np.abs(self.direct.bank.temperature - wanted[:, None]), axis=1)
+        return nearest
 
     def heard(self, taps: Real) -> Complex:
         """Responses (T, F, N) of the band to `taps` (T, N, M)."""
-        return replace(self.bank, taps=taps).response(self.lines)
+        return replace(self.direct.bank, taps=taps).response(self.lines)
+
+    def law_band(self, taps: Real, seed: int) -> ContrastBand:
+        """Say what the uncertainty of the laws does to `taps` (T, N, M); `seed` draws the plates."""
+        everywhere = self.direct.bank.temperature
+        places = self.places(spaced(everywhere[0], everywhere[-1], BAND_SPACING))
+        bank = replace(self.direct.bank, taps=taps[places], temperature=everywhere[places])
+        models = [self.direct.models[place] for place in places]
+        return law_band(models, self.panel, self.laws, bank, np.random.default_rng(seed))
 
     def outcome(
         self,
@@ -158,15 +170,15 @@ class _Truth:
         filters: FirBank,
         trained: Trained,
         taps: dict[str, Real],
-        left_out: dict[str, Future[Real]],
+        awaited: tuple[dict[str, Future[Real]], Future[ContrastBand]],
         seconds: dict[str, float],
         placed: PlacedTemperatures | None,
     ) -> Compensation:
-        """Judge the taps (T, N, M) of every method, beside those (n-2, N, M) at temperatures left out."""
-        everywhere, low_rank = self.bank.temperature, LowRankBank.of(filters)
-        wanted = spaced(everywhere[0], everywhere[-1], AIM_SPACING)
-        places = np.argmin(np.abs(everywhere - wanted[:, None]), axis=1)
-        direct_aim, network_aim = self.aims(places, self.bank.taps, taps[NETWORK])
+        """Judge the taps (T, N, M) of every method; those left out (n-2, N, M) and the band are `awaited`."""
+        (left_out, band), bank, forms = awaited, self.direct.bank, self.direct.forms
+        everywhere, low_rank = bank.temperature, LowRankBank.of(filters)
+        places = self.places(spaced(everywhere[0], everywhere[-1], AIM_SPACING))
+        direct_aim, network_aim = self.aims(places, bank.taps, taps[NETWORK])
         held = burdens(filters, low_rank, trained.settings.nodes, self.panel.filters.frequency)
         asked = self.model.space.asked(self.panel.target.displacement)
         heard = [self.heard(taps[name]) for name in METHODS]
@@ -176,10 +188,10 @@ class _Truth:
             filters=filters,
             temperature=everywhere,
             frequency=self.lines,
-            relative_error=np.array([relative_error(taps[name], self.bank.taps) for name in METHODS]),
-            contrast_direct=contrast(self.forms, self.heard(self.bank.taps)),
-            contrast=np.array([contrast(self.forms, one) for one in heard]),
-            response=np.array([mean_response(self.forms, one, asked) for one in heard]),
+            relative_error=np.array([relative_error(taps[name], bank.taps) for name in METHODS]),
+            contrast_direct=contrast(forms, self.heard(bank.taps)),
+            contrast=np.array([contrast(forms, one) for one in heard]),
+            response=np.array([mean_response(forms, one, asked) for one in heard]),
             peak_drive=np.array([peak_drive(taps[name]) for name in METHODS]),
             seconds=np.array([seconds[name] for name in METHODS]),
             size=4.0 * np.array([held[name][0] for name in METHODS]),
@@ -193,17 +205,21 @@ class _Truth:
             placed=placed,
             # Last, since others compute it in the meantime.
             left_out=np.array([relative_error(left_out[name].result(), filters.taps[1:-1]) for name in METHODS]),
+            law_band=band.result(),
         )
 
     def aims(self, places: NDArray[np.intp], *banks: Real) -> list[Aim]:
         """Judge the taps (T, N, M) of several banks at a few of the T temperatures, those of the rows `places`."""
-        temperature, lines = self.bank.temperature[places], self.lines
+        temperature, lines = self.direct.bank.temperature[places], self.lines
         whole = np.ones(len(lines), dtype=bool)
         asked = self.model.space.asked(self.panel.target.displacement)
-        heard = [replace(self.bank, taps=taps[places], temperature=temperature).response(lines) for taps in banks]
+        heard = [
+            replace(self.direct.bank, taps=taps[places], temperature=temperature).response(lines) for taps in banks
+        ]
         found: list[list[Aimed]] = [[] for _ in banks]
-        for t, (_, amplitude) in enumerate(responses(self.model, self.laws, temperature, lines)):
-            forms = self.forms.at(places[t : t + 1])
+        for t, constants in enumerate(constants_at(self.laws, temperature)):
+            model, forms = self.direct.models[places[t]], self.direct.forms.at(places[t : t + 1])
+            amplitude = model.amplitudes(*constants, lines)
             for rows, one in zip(found, heard, strict=True):
-                rows.append(aim(self.model.space, forms, amplitude, whole, one[t], asked))
+                rows.append(aim(model.space, forms, amplitude, whole, one[t], asked))
         return [joined(rows) for rows in found]

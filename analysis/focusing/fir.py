@@ -42,9 +42,13 @@ class FirBank:
         """Frequency response (T, F, N) at `frequency` (F,), Hz, with the modelling delay taken out."""
         time = (np.arange(self.taps.shape[-1]) - self.delay) / self.sample_rate
         phase = 2.0 * np.pi * np.outer(time, frequency)
+        temperatures, actuators, length = self.taps.shape
+        every = self.taps.reshape(-1, length)
+        response = np.empty((temperatures, len(phase[0]), actuators), dtype=complex)
         # Two real products instead of one complex: the taps are real.
-        response = self.taps @ np.cos(phase) - 1j * (self.taps @ np.sin(phase))
-        return np.ascontiguousarray(response.transpose(0, 2, 1))
+        for part, turn in ((response.real, np.cos(phase)), (response.imag, -np.sin(phase))):
+            part[...] = (every @ turn).reshape(temperatures, actuators, -1).transpose(0, 2, 1)
+        return response
 
 
 @dataclass(frozen=True)

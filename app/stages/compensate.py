@@ -1,13 +1,10 @@
 """Compensate stage: networks and their rivals, trained on a panel's filters and judged, computed and saved."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
-from analysis.compensation.law_band import law_band
 from analysis.compensation.measured import compensate_measured
 from analysis.compensation.outcome import Compensation
 from analysis.compensation.settings import Training, suited_nodes
@@ -16,7 +13,7 @@ from analysis.compensation.tilted import tilted_contrast
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method
 from analysis.focusing.panel import Panel
-from analysis.focusing.temperatures import covered, spaced
+from analysis.focusing.temperatures import covered
 from analysis.material import MaterialLaws
 from analysis.progress import Progress
 from app.files.compensation_file import save_compensation
@@ -25,8 +22,6 @@ from app.stages.panel_inputs import workers
 from app.twins.panel_twin import panel_twin
 
 COMPENSATION = "compensation.h5"
-BAND_SPACING = 10.0
-"""Between the temperatures at which the uncertainty of the laws is carried on, K."""
 
 
 @dataclass(frozen=True)
@@ -117,22 +112,20 @@ def compute(
         laws,
         spacing,
         training or (Training() if place is None else Training(nodes=suited_nodes(place))),
-        time.perf_counter,
+        _clock(device),
         device=device,
         report=report,
         method=method,
         workers=workers(),
         place=place,
     )
-    networks, here = found.trained.networks, spaced(low, high, BAND_SPACING)
-    bank = replace(found.filters, taps=networks.taps(here), temperature=here)
-    rng = np.random.default_rng(found.trained.settings.seed)
-    found = replace(found, law_band=law_band(model, panel, laws, bank, rng, workers()))
     if across:
         from app.twins.tilted_twin import tilted_twin  # it meshes and assembles
 
         twin = tilted_twin(panel, laws, report)
-        tilted = tilted_contrast(twin, panel, found.filters, networks.taps, across, (low, high), report)
+        tilted = tilted_contrast(
+            twin, panel, found.filters, found.trained.networks.taps, across, (low, high), report
+        )
         found = replace(found, tilted=tilted)
     return CompensatedPanel(panel, found, spacing if place is None else None, device)
 
@@ -171,8 +164,13 @@ def compute_measured(
         Where the transfers are of fewer than five temperatures.
     """
     training = training or Training(nodes=suited_nodes(len(measured.transfers.temperature), measured=True))
-    found = compensate_measured(measured, training, time.perf_counter, device, report, method, workers())
+    found = compensate_measured(measured, training, _clock(device), device, report, method, workers())
     return CompensatedPanel(measured.panel, found, None, device, measured=True)
+
+
+def _clock(device: str) -> Callable[[], float]:
+    """Time by which methods are compared: of the processor, which others use meanwhile; of the wall elsewhere."""
+    return time.thread_time if device == "cpu" else time.perf_counter
 
 
 def save(run: Path, found: CompensatedPanel, inputs: Mapping[str, str]) -> Path:

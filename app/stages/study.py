@@ -74,7 +74,7 @@ def run_studies(
         found["fixed"] = focus(model, panel, laws, shown, report=report, workers=workers())
     everywhere = spaced(low, high, 0.25)
     if {"14", "15", "16", "17", "18", "19"} & set(figures):
-        truth, forms = direct_filters(model, panel, laws, everywhere, report=report, workers=workers())
+        direct = direct_filters(model, panel, laws, everywhere, report=report, workers=workers())
     if {"14", "15", "16", "17"} & set(figures):
         compensation = compensate(
             model,
@@ -82,10 +82,10 @@ def run_studies(
             laws,
             5.0,
             training,
-            time.perf_counter,
+            time.thread_time,
             report=report,
             workers=workers(),
-            known=(truth, forms),
+            known=direct,
         )
         found["compensation"] = compensation
         here = spaced(low, high, 1.0)
@@ -105,5 +105,5 @@ def run_studies(
                 def told(share: float, name: str = name) -> None:
                     report(f"Networks, {name}", share)
 
-                found[name] = study_networks(truth, forms, lines, choices, training, inputs, told)
+                found[name] = study_networks(direct.bank, direct.forms, lines, choices, training, inputs, told)
     return Studies(**found)

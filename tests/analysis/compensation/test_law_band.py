@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from analysis.compensation.law_band import DRAWS, law_band
+from analysis.focusing.local_models import local_model
 from analysis.focusing.over_temperature import focus
 from analysis.focusing.performance import contrast
+from analysis.focusing.responses import constants_at
 
 SPREAD = (0.02, 0.01, 0.1)
 """Of log E, nu and log eta, at every temperature."""
@@ -50,7 +52,7 @@ def computed(plain, laws, bank, spread, count, rng):
 @pytest.mark.slow
 def test_the_band_holds_nine_of_ten_plates_drawn_and_computed(plain, softening, bank, rng):
     laws = certain(softening, *SPREAD)
-    found = law_band(plain, plain.panel, laws, bank, rng)
+    found = law_band([plain, plain], plain.panel, laws, bank, rng)
     drawn = computed(plain, laws, bank, np.array(SPREAD), 400, rng)
     assert found.draws == DRAWS
     for band, values in ((found.mean, drawn.mean(axis=2)), (found.worst, drawn.min(axis=2))):
@@ -63,7 +65,7 @@ def test_the_band_holds_nine_of_ten_plates_drawn_and_computed(plain, softening, 
 def test_one_uncertain_modulus_is_followed_along_its_own_line(plain, softening, bank, rng):
     """With E alone uncertain, and a contrast that falls to both sides, plates at its quantiles give the ends."""
     laws = certain(softening, 0.005, 0.0, 0.0)
-    found = law_band(plain, plain.panel, laws, bank, rng)
+    found = law_band([plain, plain], plain.panel, laws, bank, rng)
     grid = 0.005 * np.linspace(-3.0, 3.0, 61)
     drawn = np.array([computed_at(plain, laws, bank, step) for step in grid])
     weight = np.exp(-0.5 * (grid / 0.005) ** 2)
@@ -74,13 +76,28 @@ def test_one_uncertain_modulus_is_followed_along_its_own_line(plain, softening, 
         np.testing.assert_allclose(found.mean[t], exact, atol=0.1 * np.ptp(exact) + 1e-5)
 
 
+def test_the_coordinates_of_a_few_kelvins_give_the_band_of_the_whole_panel(plain, softening, bank):
+    """Also where plates drawn are off the law that the coordinates were made along."""
+    wide, laws = replace(plain, orders=12), certain(softening, *SPREAD)
+    made = [constants_at(softening, np.array([t - 5.0, t, t + 5.0])) for t in bank.temperature]
+    lines = plain.panel.filters.frequency
+    local = [local_model(wide, one, one[1:2], lines) for one in made]
+    assert all(one.space.deflection.shape[1] < 100 for one in local)
+    seeds = [np.random.default_rng(3) for _ in range(2)]
+    found, exact = (
+        law_band(m, plain.panel, laws, bank, r) for m, r in zip((local, [wide] * 2), seeds, strict=True)
+    )
+    for name in ("nominal", "mean", "worst"):
+        np.testing.assert_allclose(getattr(found, name), getattr(exact, name), atol=1e-4)
+
+
 def computed_at(plain, laws, bank, step):
     rng = type("Fixed", (), {"standard_normal": lambda self, shape: np.array([[step, 0.0, 0.0]])})()
     return computed(plain, laws, bank, 1.0, 1, rng)[0].mean(axis=1)
 
 
 def test_certain_laws_leave_no_band(plain, softening, bank, rng):
-    found = law_band(plain, plain.panel, softening, bank, rng, workers=2)
+    found = law_band([plain, plain], plain.panel, softening, bank, rng)
     np.testing.assert_allclose(found.mean, found.nominal[:, [0, 0]])
     np.testing.assert_allclose(found.worst, found.nominal[:, [1, 1]])
     focused = focus(plain, plain.panel, softening, bank.temperature)
@@ -104,7 +121,7 @@ def test_a_law_at_the_edge_of_the_twin_s_box_is_judged_from_inside(plain, soften
             return plain.forms(*constants)
 
     found = law_band(
-        Watched(), panel, laws, replace(bank, taps=bank.taps[:1], temperature=bank.temperature[:1]), rng
+        [Watched()], panel, laws, replace(bank, taps=bank.taps[:1], temperature=bank.temperature[:1]), rng
     )
     assert max(asked) <= e * (1.0 + 1e-9)
     assert found.outside == pytest.approx([0.5], abs=0.05)  # the stiffer half of the draws

@@ -61,9 +61,9 @@ def test_modal_control_asks_the_whole_model_for_its_modes(wide, softening, monke
     settings = {"taps": 64, "sample_rate": 4000.0, "transform_length": 1024}
     settings |= {"band": (700.0, 900.0), "edges": (600.0, 1000.0)}
     panel = wide.panel.model_copy(update={"filters": wide.panel.filters.model_copy(update=settings)})
-    local, _ = direct_filters(wide, panel, softening, temperature, "modal-control")
+    local = direct_filters(wide, panel, softening, temperature, "modal-control").bank
     monkeypatch.setattr(module, "FEWEST", 1000)
-    whole, _ = direct_filters(wide, panel, softening, temperature, "modal-control")
+    whole = direct_filters(wide, panel, softening, temperature, "modal-control").bank
     np.testing.assert_allclose(local.taps, whole.taps, atol=1e-3 * np.abs(whole.taps).max())
 
 
@@ -71,11 +71,12 @@ def test_filters_of_local_models_are_those_of_the_whole(wide, softening, monkeyp
     temperature = np.linspace(20.0, 30.0, 21)
     small = wide.panel.filters.model_copy(update={"taps": 64, "sample_rate": 4000.0, "transform_length": 1024})
     panel = wide.panel.model_copy(update={"filters": small})
-    local, forms = direct_filters(wide, panel, softening, temperature)
+    local = direct_filters(wide, panel, softening, temperature)
     monkeypatch.setattr(module, "FEWEST", 1000)
-    whole, exact = direct_filters(wide, panel, softening, temperature)
-    assert np.abs(local.taps - whole.taps).max() > 0.0
+    whole = direct_filters(wide, panel, softening, temperature)
+    assert local.models[0] is local.models[-1] is not whole.models[0] is wide
+    assert np.abs(local.bank.taps - whole.bank.taps).max() > 0.0
     lines = small.frequency[small.in_band(small.frequency)]
-    reached = contrast(exact, whole.response(lines))
-    np.testing.assert_allclose(contrast(exact, local.response(lines)), reached, atol=1e-4)
-    np.testing.assert_allclose(contrast(forms, local.response(lines)), reached, atol=1e-3)
+    reached, heard = contrast(whole.forms, whole.bank.response(lines)), local.bank.response(lines)
+    np.testing.assert_allclose(contrast(whole.forms, heard), reached, atol=1e-4)
+    np.testing.assert_allclose(contrast(local.forms, heard), reached, atol=1e-3)
