@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, diags_array
-from scipy.sparse.linalg import splu
+from scipy.sparse import coo_matrix, csr_matrix
 
 from analysis.arrays import Mask, Real, Whole
+from simulation.shell.dissection import dissected
 from simulation.shell.edges import LineBlock
 from simulation.shell.points import point_springs
 from simulation.shell.rigidity import Block
@@ -129,27 +129,19 @@ class Unknowns:
 
 
 def elimination_order(space: ShapeSpace) -> Whole:
-    """Order of the functions (N,) that keeps factors sparse: insides of cells, then edges and points by degree.
+    """Order of the functions (N,) that keeps factors sparse: insides of cells, then edges and points, dissected.
 
-    Functions of one cell, edge or point have the same neighbours: the order is found on the graph of cells, edges
-    and points (minimum degree on the graph of edges and points, once the insides are gone).
+    Functions of one cell, edge or point have the same neighbours, and stand together.
     """
     mesh, p = space.mesh, space.degree
     points, edges = len(mesh.points), len(mesh.edges)
-    members = [
-        np.hstack([mesh.quads, points + mesh.quad_edges]),
-        np.hstack([mesh.triangles, points + mesh.triangle_edges]),
-    ]
-    rows = np.concatenate([np.repeat(part, part.shape[1], axis=1).ravel() for part in members])
-    columns = np.concatenate([np.tile(part, (1, part.shape[1])).ravel() for part in members])
-    graph = csr_matrix((np.ones(rows.size), (rows, columns)), shape=(points + edges,) * 2)
-    graph.data[:] = 1.0
-    dominant = csc_matrix(graph + diags_array(2.0 * np.asarray(graph.sum(axis=1)).ravel() + 1.0))
-    factors = splu(
-        dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, options={"SymmetricMode": True}
-    )
+    quads = np.hstack([mesh.quads, points + mesh.quad_edges])
+    triangles = np.hstack([mesh.triangles, points + mesh.triangle_edges])
+    members = np.vstack([quads, np.pad(triangles, ((0, 0), (0, 2)), constant_values=-1)])
+    places = np.vstack([mesh.points[cells].mean(axis=1) for cells in (mesh.quads, mesh.triangles)])
+    size = np.concatenate([np.ones(points), np.full(edges, p - 1.0)])
     order = [np.arange(points + edges * (p - 1), space.size)]
-    for entity in np.argsort(factors.perm_c):
-        first = points + (entity - points) * (p - 1)
-        order.append(np.array([entity]) if entity < points else np.arange(first, first + p - 1))
+    for part in dissected(members, size, places):
+        first = points + (part - points) * (p - 1)
+        order.append(np.array([part]) if part < points else np.arange(first, first + p - 1))
     return np.concatenate(order)
