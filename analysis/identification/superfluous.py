@@ -71,7 +71,7 @@ def paying(
         trial = fit(left, 0 if sure else TRIAL_STEPS)
         if not sure:
             tried.add(weakest)
-        if sure or _total(blocks, trial) - _total(blocks, now) < due[weakest]:
+        if sure or sum_of_squares(blocks, trial) - sum_of_squares(blocks, now) < due[weakest]:
             now = trial
 
 
@@ -81,7 +81,8 @@ def _losses(blocks: Sequence[Lines], now: JointFit) -> NDArray[np.float64]:
     return rise
 
 
-def _total(blocks: Sequence[Lines], now: JointFit) -> float:
+def sum_of_squares(blocks: Sequence[Lines], now: JointFit) -> float:
+    """Return the misfit of all sweeps in one number's variance."""
     return sum(look.misfit / (0.5 * one.correlation) for look, one in zip(now.looks, blocks, strict=True))
 
 

@@ -145,6 +145,20 @@ def misfit_at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms)
     return misfit
 
 
+def change_with_poles(residues: NDArray[np.complex128], poles: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Change of a model by log |pole| and log damping ratio, pole by pole, in the columns of 1/(s - lambda)^2.
+
+    Parameters
+    ----------
+    residues, poles : (J,) complex ndarray
+
+    Returns
+    -------
+    (2J, 2J) ndarray
+    """
+    return _moves(residues, _chain(poles))
+
+
 def _real(columns: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Real parts, then imaginary parts."""
     return np.concatenate([columns.real, columns.imag], axis=1)
