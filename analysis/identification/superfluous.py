@@ -63,10 +63,10 @@ def paying(
         share = np.divide(_losses(blocks, now), due, out=np.full(len(due), np.inf), where=due > 0.0)
         doubtful = (share < 1.0) | ((share < STRONG) & (_away(now).min(axis=0, initial=np.inf) < NEAR))
         rivals = [int(j) for j in np.argsort(share) if doubtful[j] and (share[j] < 1.0 or int(j) not in tried)]
-        if not rivals or len(tried) >= MOST_TRIALS:
+        sure = bool(rivals) and share[rivals[0]] < 1.0  # others that move would lose less still
+        if not rivals or (len(tried) >= MOST_TRIALS and not sure):
             return now
         weakest = rivals[0]
-        sure = share[weakest] < 1.0  # others that move would lose less still
         left = now.active & (np.arange(len(due)) != weakest)
         trial = fit(left, 0 if sure else TRIAL_STEPS)
         if not sure:
