@@ -24,9 +24,9 @@ from analysis.identification.variable_projection import Projection
 ROUGHLY = 20.0
 """Fall of the sum of squares at which the first of two fits stops: it tells errors, how large and how alike."""
 
-
 UNLIKE_OTHERS = 1.5
-"""Errors over the stated deviations, in those of the middle sweep, above which a sweep tells no hidden modes."""
+"""Errors over the stated deviations, in those of the middle sweep, above which a sweep is not asked for hidden
+modes: its residual is something else."""
 
 
 def fit_sweeps(
