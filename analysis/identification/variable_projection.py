@@ -21,9 +21,8 @@ WELL_APART = 1e-4
 """Smallest sine between a column and those before it for which normal equations are good enough."""
 
 RIDGE = 1e-10
-"""Share of its length squared added to a column that is nearer to the others than that. It keeps residues of poles
-that the lines cannot tell apart below the size of what was measured times 1e4, and changes the misfit of residues
-that a plate can have by as little as rounding does."""
+"""Share of its length squared added to a column that is nearer to the others than that: residues of poles that the
+lines cannot tell apart stay below 1e4 times what was measured; a plate's own change as little as by rounding."""
 
 
 @dataclass(frozen=True)
