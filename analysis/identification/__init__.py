@@ -14,6 +14,7 @@
 ``sweeps_search``          sweeps at one place of their poles, and the step from there
 ``sweep_fits``             modes of every sweep from that fit, judged
 ``superfluous``            tracks for which the sweeps together do not pay
+``unseen``                 modes that only all sweeps together show, and what hidden ones may move
 ``modes``                  what was identified; rebuilds its FRFs
 ``common_factor``          how far a change of temperature moves all frequencies
 ``tracked_modes``          the same over temperature

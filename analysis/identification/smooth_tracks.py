@@ -9,7 +9,7 @@ The curve of log |lambda| is a polynomial, that of the log damping ratio nearly 
 homogeneous plate damps all its modes alike. `base` is what is known beforehand, a twin's poles say.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -91,6 +91,12 @@ class SmoothTracks:
         own[:, :, 0] = np.square([frequency[0], *(later[min(p, len(later) - 1)] for p in range(degree))])
         own[:, : min(2, degree + 1), 1] = np.square(damping)[: degree + 1]
         return cls(basis, base, own, np.array(SCATTER))
+
+    def one_more(self) -> "SmoothTracks":
+        """Tracks with one more, of which nothing is known but that it is a mode of the same plate."""
+        like = int(np.argmin(self.own[:, 0, 1]))
+        base = np.concatenate([self.base, np.zeros_like(self.base[:, :1])], axis=1)
+        return replace(self, base=base, own=np.concatenate([self.own, self.own[[like]]]))
 
     @property
     def count(self) -> int:

@@ -63,15 +63,15 @@ def paying(
         share = np.divide(_losses(blocks, now), due, out=np.full(len(due), np.inf), where=due > 0.0)
         doubtful = (share < 1.0) | ((share < STRONG) & (_away(now).min(axis=0, initial=np.inf) < NEAR))
         rivals = [int(j) for j in np.argsort(share) if doubtful[j] and (share[j] < 1.0 or int(j) not in tried)]
-        if not rivals or len(tried) >= MOST_TRIALS:
+        sure = bool(rivals) and share[rivals[0]] < 1.0  # others that move would lose less still
+        if not rivals or (len(tried) >= MOST_TRIALS and not sure):
             return now
         weakest = rivals[0]
-        sure = share[weakest] < 1.0  # others that move would lose less still
         left = now.active & (np.arange(len(due)) != weakest)
         trial = fit(left, 0 if sure else TRIAL_STEPS)
         if not sure:
             tried.add(weakest)
-        if sure or _total(blocks, trial) - _total(blocks, now) < due[weakest]:
+        if sure or sum_of_squares(blocks, trial) - sum_of_squares(blocks, now) < due[weakest]:
             now = trial
 
 
@@ -81,7 +81,8 @@ def _losses(blocks: Sequence[Lines], now: JointFit) -> NDArray[np.float64]:
     return rise
 
 
-def _total(blocks: Sequence[Lines], now: JointFit) -> float:
+def sum_of_squares(blocks: Sequence[Lines], now: JointFit) -> float:
+    """Return the misfit of all sweeps in one number's variance."""
     return sum(look.misfit / (0.5 * one.correlation) for look, one in zip(now.looks, blocks, strict=True))
 
 

@@ -18,10 +18,15 @@ from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.superfluous import paying
+from analysis.identification.unseen import add_unseen
 from analysis.identification.variable_projection import Projection
 
 ROUGHLY = 20.0
 """Fall of the sum of squares at which the first of two fits stops: it tells errors, how large and how alike."""
+
+UNLIKE_OTHERS = 1.5
+"""Errors over the stated deviations, in those of the middle sweep, above which a sweep is not asked for hidden
+modes: its residual is something else."""
 
 
 def fit_sweeps(
@@ -34,7 +39,7 @@ def fit_sweeps(
     progress: Callable[[str, float], None] | None = None,
     *,
     must_pay: bool = False,
-) -> tuple[tuple[Modes, ...], NDArray[np.int64]]:
+) -> tuple[tuple[Modes, ...], NDArray[np.int64], NDArray[np.float64]]:
     """Fit all sweeps with the modes of smooth tracks, and judge what each sweep shows of them.
 
     Parameters
@@ -53,14 +58,18 @@ def fit_sweeps(
     progress : callable, optional
         Told the stage and the share done.
     must_pay : bool
-        Whether tracks are taken away for which the sweeps together do not pay.
+        Whether tracks are taken away for which the sweeps together do not pay and added for which they do; what
+        modes beyond these may hide is then counted in the deviations.
 
     Returns
     -------
     modes : tuple of Modes
         One per sweep.
-    table : (T, J) ndarray of int
-        Place of each track's pole in the sweep's modes; -1 where it takes no part, or out of band.
+    table : (T, N) ndarray of int
+        Place of each track's pole in the sweep's modes; -1 where it takes no part, or out of band. Tracks that
+        were added stand behind the J given.
+    place : (T, N, 2) ndarray
+        Log |lambda| and log damping ratio of all tracks.
     """
     told = progress or (lambda stage, share: None)
     lines = [one.lines() for one in measured]
@@ -77,9 +86,11 @@ def fit_sweeps(
     blocks = [replace(one, deviation=by * one.deviation) for one, by in zip(blocks, excess, strict=True)]
     if must_pay:
         rough = paying(blocks, terms, rough, tracks, ROUGHLY)
-        active = rough.active
         told("identify", 0.7)
-    last = fit_together(blocks, terms, rough.place, active, tracks)
+    last = fit_together(blocks, terms, rough.place, rough.active, tracks)
+    if must_pay and last.active.any():
+        last = add_unseen(blocks, terms, last, tracks, np.array(excess) <= UNLIKE_OTHERS * np.median(excess))
+    active = last.active
     told("identify", 0.9)
     table = np.full(active.shape, -1, dtype=np.int64)
     found = []
@@ -93,7 +104,7 @@ def fit_sweeps(
         table[t, columns] = np.where(inside, place, -1)
         found.append(modes)
     told("identify", 1.0)
-    return tuple(found), table
+    return tuple(found), table, last.place
 
 
 def _fits(looks: Sequence[Projection], terms: Sequence[ResidualTerms]) -> list[PoleFit]:

@@ -21,9 +21,8 @@ WELL_APART = 1e-4
 """Smallest sine between a column and those before it for which normal equations are good enough."""
 
 RIDGE = 1e-10
-"""Share of its length squared added to a column that is nearer to the others than that. It keeps residues of poles
-that the lines cannot tell apart below the size of what was measured times 1e4, and changes the misfit of residues
-that a plate can have by as little as rounding does."""
+"""Share of its length squared added to a column that is nearer to the others than that: residues of poles that the
+lines cannot tell apart stay below 1e4 times what was measured; a plate's own change as little as by rounding."""
 
 
 @dataclass(frozen=True)
@@ -143,6 +142,20 @@ def misfit_at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms)
         triangle, norms = _triangle(columns, lines.h[rows] * scales[:, None], weight, room)
         misfit += float((triangle[len(norms) :, len(norms) :] ** 2).sum())
     return misfit
+
+
+def change_with_poles(residues: NDArray[np.complex128], poles: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Change of a model by log |pole| and log damping ratio, pole by pole, in the columns of 1/(s - lambda)^2.
+
+    Parameters
+    ----------
+    residues, poles : (J,) complex ndarray
+
+    Returns
+    -------
+    (2J, 2J) ndarray
+    """
+    return _moves(residues, _chain(poles))
 
 
 def _real(columns: NDArray[np.complex128]) -> NDArray[np.float64]:

@@ -160,14 +160,15 @@ def _campaign(
 def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", output: Output) -> None:
     """Identify a test, or the FRFs of a universal file, as one structure."""
     from app.files.modal_test_toml import declares_test
-    from app.files.run_folder import run_folder
+    from app.files.run_folder import folder_unless_refused, run_beside
     from app.files.uff58 import read_frfs
     from app.modal_test.declared_test import declared_frfs
     from app.modal_test.frf_set import of_universal
 
     started = time.perf_counter()
     typed_mains = click.get_current_context().get_parameter_source("mains") is ParameterSource.COMMANDLINE
-    with output.progress() as report:
+    place = out or run_beside(path.parent if path.name == "test.toml" else path)
+    with folder_unless_refused(place) as run, output.progress() as report:
         frfs = declared_frfs(path, report) if declares_test(path) else of_universal(path, read_frfs(path))
 
         from app.modal_test.records import record_of, show_shapes
@@ -175,7 +176,6 @@ def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", ou
         from app.terminal.modes import modes_record, show_modes
 
         found, wanted = stage.compute(frfs, options(), report, mains_named=typed_mains)
-    run = run_folder(path.parent if path.name == "test.toml" else path, out)
     stage.save(run, found, wanted)
     frfs, seconds = found.frfs, time.perf_counter() - started
 

@@ -1,6 +1,7 @@
 """``flexura new``: a declaration to start from."""
 
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -89,6 +90,17 @@ def command(
     from app.modal_test.new_declaration import new_campaign, new_test
 
     if what == "campaign":
+        of_tests = {
+            "--kind": kind,
+            "--rate": rate,
+            "--roving": roving,
+            "--points": points,
+            "--frf-units": frf_units,
+        }
+        _refuse("belongs to a test; a campaign says it in campaign.toml, which this writes without it", of_tests)
+        if not files:
+            named = {"--drive": drive, "--response": response, "--unused": unused}
+            _refuse("names a channel of the recorder's TDMS files: name these, too", named)
         known = NewTest(None, drive, response, unused)
         made, lacks = new_campaign(out or Path(), plate, title, files, known)
         output.result(lambda: {"declaration": str(made), "missing": lacks})
@@ -96,6 +108,7 @@ def command(
             output.note(one)
         output.summary(f"{made}: put your plate, patches, protocol into it, then: flexura import {made.parent}")
         return
+    _refuse("belongs to a campaign; a test has --points POINTS.csv for its nodes", {"--plate": plate})
     folder = out or (files[0].parent if files else Path())
     target = folder if folder.suffix == ".toml" else folder / NAME
     if target.exists():
@@ -114,3 +127,10 @@ def command(
     for name in missing:
         output.note(f'channel {name!r} is in volts: give its sensitivity in {target}, for example "100 mV/g"')
     output.summary(f"{target}: {declared.kind}, {len(channels)} channels; then: flexura identify {target}")
+
+
+def _refuse(why: str, options: Mapping[str, object]) -> None:
+    """Refuse options that the kind of declaration does not take."""
+    for name, value in options.items():
+        if value:
+            raise click.BadParameter(why, param_hint=name)

@@ -24,7 +24,7 @@ def run_folder(campaign: Path, out: Path | None) -> Path:
 
     Raises ResultFileError where it cannot be made or written.
     """
-    return writable_folder(out or _beside(campaign), "--out")
+    return writable_folder(out or run_beside(campaign), "--out")
 
 
 def writable_folder(folder: Path, option: str) -> Path:
@@ -82,7 +82,7 @@ def run_file(run: Path, name: str, verb: str) -> Path:
     path = run / name
     if path.is_file():
         return path
-    beside = _beside(run)
+    beside = run_beside(run)
     if (beside / name).is_file():
         typed = run.parent / beside.name if run.name not in ("", "..") else beside
         raise ResultFileError(
@@ -97,6 +97,7 @@ def is_test_run(run: Path) -> bool:
     return (run / "transfers.h5").is_file() and not (run / "frf.h5").is_file()
 
 
-def _beside(campaign: Path) -> Path:
+def run_beside(campaign: Path) -> Path:
+    """Return the folder for a campaign's or a test's results where none is named: ``NAME-run`` beside it."""
     campaign = campaign.resolve()
     return campaign.parent / f"{campaign.stem}-run"

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from analysis.identification import superfluous
 from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.lines import Lines
 from analysis.identification.parameters import to_parameters
@@ -61,3 +62,8 @@ def test_a_track_that_no_sweep_needs_takes_part_in_none() -> None:
     assert not now.active[:, -1].any()
     assert all(len(look.poles) == len(AT_COLD) for look in now.looks)
     assert np.isfinite(now.place).all()
+
+
+def test_what_surely_does_not_pay_goes_though_no_trial_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(superfluous, "MOST_TRIALS", 0)
+    assert len(left([330.0], 0)) == len(AT_COLD)

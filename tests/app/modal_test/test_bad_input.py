@@ -174,3 +174,17 @@ def test_verbs_that_need_a_campaign_say_what_takes_a_test(tmp_path: Path, run_fl
         assert (
             f"declares a modal test, which has no temperatures; flexura identify {given} finds its modes" in told
         )
+
+
+def test_a_place_for_results_is_tried_before_anything_is_read(tmp_path: Path, run_flexura: Flexura) -> None:
+    """The file holds no FRF: that would be the message, were it read first."""
+    frfs, taken = tmp_path / "frfs.uff", tmp_path / "taken"
+    frfs.write_text("nothing\n", encoding="utf-8")
+    taken.write_text("a file", encoding="utf-8")
+    status, _, err = run_flexura("identify", frfs, "--shared-poles", "--out", taken / "run")
+    assert status == 2
+    assert "name another with --out" in err
+    status, _, err = run_flexura("identify", frfs, "--shared-poles", "--out", tmp_path / "new" / "run")
+    assert status == 2
+    assert "--out" not in err
+    assert not (tmp_path / "new").exists()

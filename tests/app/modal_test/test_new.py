@@ -200,3 +200,26 @@ def test_the_file_that_is_no_sweep_is_named(tmp_path: Path, run_flexura: Flexura
     status, _, err = run_flexura("new", "campaign", *files, tmp_path / "notes.csv", "--out", tmp_path / "plate")
     assert status == 2
     assert "notes.csv: sweeps of a campaign are TDMS files" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("campaign", "--kind", "hammer"), "--kind: belongs to a test"),
+        (("campaign", "--rate", 1000.0), "--rate: belongs to a test"),
+        (("campaign", "--roving", "Hammer"), "--roving: belongs to a test"),
+        (("campaign", "--points", "FILE"), "--points: belongs to a test"),
+        (("campaign", "--frf-units", "m/s2", "N"), "--frf-units: belongs to a test"),
+        (("campaign", "--drive", "Force"), "--drive: names a channel of the recorders TDMS files"),
+        (("test", "FILE", "--plate", 0.4, 0.3, 0.003, 0.33), "--plate: belongs to a campaign"),
+    ],
+)
+def test_an_option_of_the_other_kind_is_refused(
+    tmp_path: Path, words: tuple[object, ...], said: str, run_flexura: Flexura
+) -> None:
+    file = tmp_path / "a.csv"
+    file.write_text("1,2\n", encoding="utf-8")
+    status, _, err = run_flexura("new", *(file if word == "FILE" else word for word in words), "--out", tmp_path)
+    assert status == 2
+    assert said in " ".join(err.replace("'", "").split())
+    assert not list(tmp_path.glob("*.toml"))

@@ -1,0 +1,233 @@
+"""Modes that no sweep shows alone: where one may stand, what all sweeps say of it, what it would move.
+
+Where modes overlap, one pole can stand for two in every sweep, and its stated deviation is that of noise. A mode
+that stays at its place among the others, with a residue in the same proportion to theirs in all sweeps, has two
+numbers per response instead of two per response and sweep: all sweeps together show far weaker ones. Places are
+tried in turn, poles and tracks going along. A mode that pays is added; the others, weighed with the probability
+that they exist, belong to the deviations.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.following import active_in
+from analysis.identification.joint_fit import JointFit, fit_together
+from analysis.identification.lines import Lines
+from analysis.identification.parameters import to_poles
+from analysis.identification.pole_residue import pole_columns, real_columns_with_derivatives
+from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.smooth_tracks import SmoothTracks
+from analysis.identification.superfluous import sum_of_squares
+from analysis.identification.sweeps_search import SweepsAt, SweepsSearch
+from analysis.identification.variable_projection import change_with_poles
+
+MOST_ADDED = 4
+"""Modes that are added at most."""
+
+REACH = 2.0
+"""Half widths from a track up to which a mode may be hidden by it."""
+
+LARGEST = 2.0
+"""Residue of a hidden mode at most, in those of the others: what fits an imperfect model may be larger."""
+
+ALIKE = 2.0
+"""Half widths within which places are rivals for one mode."""
+
+MOST_CERTAIN = 100.0
+"""Logarithm of odds beyond which they are as good as certain."""
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """Places at which a mode may be hidden.
+
+    Attributes
+    ----------
+    place : (T, G, 2) ndarray
+        Log |lambda| and log damping ratio of G places in T sweeps.
+    active : (T, G) ndarray of bool
+        Sweeps in which a mode there would stand in band.
+    gain : (G,) ndarray
+        Fall of the sum of squares, in one number's variance, with a mode there, whose residues are known
+        beforehand to be about as large as those of the others.
+    spread : (T, J, 2, 2) ndarray
+        What hidden modes add to the covariance of the J tracks.
+    """
+
+    place: NDArray[np.float64]
+    active: NDArray[np.bool_]
+    gain: NDArray[np.float64]
+    spread: NDArray[np.float64]
+
+
+def add_unseen(
+    lines: Sequence[Lines],
+    terms: Sequence[ResidualTerms],
+    fitted: JointFit,
+    tracks: SmoothTracks,
+    told: NDArray[np.bool_],
+) -> JointFit:
+    """Add the modes that pay as BIC has it, with residues in one proportion to those of the others.
+
+    Parameters
+    ----------
+    lines : sequence of Lines
+        T sweeps, with their final weights.
+    terms : sequence of ResidualTerms
+        Of each.
+    fitted : JointFit
+        Of J tracks.
+    tracks : SmoothTracks
+    told : (T,) ndarray of bool
+        Sweeps that tell of hidden modes: not those whose residual is something else.
+
+    Returns
+    -------
+    JointFit
+        The J tracks and those that were added, what modes still hidden may move counted in their covariance.
+    """
+    values = sum(one.independent for one in lines)
+    price = (2 * len(lines[0].h) + tracks.basis.shape[1] + 2) * np.log(values)
+    for left in reversed(range(MOST_ADDED + 1)):
+        found = look_for_unseen(lines, terms, fitted, tracks, told)
+        best = int(np.argmax(found.gain))
+        if not left or found.gain[best] < price:
+            break
+        new = found.place[:, [best]]
+        takes_part = np.stack([active_in(row, one) for row, one in zip(new, lines, strict=True)])
+        place = np.concatenate([fitted.place, new], axis=1)
+        active = np.concatenate([fitted.active, takes_part], axis=1)
+        wider = tracks.one_more()
+        trial = fit_together(lines, terms, place, active, wider)
+        if sum_of_squares(lines, fitted) - sum_of_squares(lines, trial) < price:
+            break
+        fitted, tracks = trial, wider
+    return replace(fitted, covariance=fitted.covariance + found.spread)
+
+
+def look_for_unseen(
+    lines: Sequence[Lines],
+    terms: Sequence[ResidualTerms],
+    fitted: JointFit,
+    tracks: SmoothTracks,
+    told: NDArray[np.bool_],
+) -> Unseen:
+    """Look for modes that the tracks of a joint fit hide.
+
+    Parameters
+    ----------
+    lines : sequence of Lines
+        T sweeps, as fitted.
+    terms : sequence of ResidualTerms
+        Of each.
+    fitted : JointFit
+        Of J tracks.
+    tracks : SmoothTracks
+    told : (T,) ndarray of bool
+        Sweeps that tell of hidden modes: not those whose residual is something else.
+
+    Returns
+    -------
+    Unseen
+    """
+    search = SweepsSearch(lines, terms, fitted.active, tracks)
+    now = search.at(fitted.place, np.ones(len(lines), dtype=bool))
+    inverse, _, outer = search.curvature(now, np.zeros(len(lines)))
+    numbers = search.nearest(now.x, np.zeros(tracks.count), tracks.scatter)
+    rest = search.step(now, numbers, np.zeros(len(lines))).reshape(len(lines), -1)
+    follows = tracks.moves(np.tile(np.eye(2 * now.x.shape[1]), (len(lines), 1, 1)))
+    place, density = _places(fitted, lines)
+    active = _inside(place, lines) & told[:, None]
+    logarithm, moved = np.zeros(place.shape[1]), []
+    gain = np.zeros(place.shape[1])
+    for response in range(len(lines[0].h)):
+        pull, seen, score = _pulls(search, now, place, active, response)
+        slope = np.tensordot(follows, search.held[:, None] * (inverse @ pull), ((0, 1), (0, 1)))
+        along = follows @ np.linalg.solve(outer, slope)
+        steps = inverse @ (pull + search.held[:, None] * along)
+        known = 1.0 + np.maximum(seen - (pull * steps).sum(axis=(0, 1)), 0.0)
+        score = score - np.einsum("tig,ti->g", pull, rest)  # as at the fit's very end
+        gain += (score**2 / known).reshape(-1, 2).sum(axis=1)
+        logarithm -= 0.5 * np.log(known).reshape(-1, 2).sum(axis=1)
+        size = np.minimum((score / known) ** 2, LARGEST**2) + 1.0 / known
+        moved.append(steps * np.sqrt(size))
+    odds = density * np.exp(np.minimum(0.5 * gain + logarithm, MOST_CERTAIN))
+    apart = np.abs(place[:, :, None, 0] - place[:, None, :, 0]).min(axis=0)
+    rivals = apart < ALIKE * np.exp(np.median(place[:, :, 1]))
+    probable = np.sqrt(np.repeat(odds / (1.0 + rivals @ odds), 2))
+    each = (np.concatenate(moved, axis=2) * np.tile(probable, len(moved))).reshape(*now.x.shape, -1)
+    return Unseen(place, active, gain, each @ each.swapaxes(-1, -2))
+
+
+def _places(fitted: JointFit, lines: Sequence[Lines]) -> tuple[NDArray[np.float64], float]:
+    """Places (T, G, 2) near the tracks, moving with them, and the modes that are expected for each."""
+    used = np.flatnonzero(fitted.active.any(axis=0))
+    used = used[np.argsort(fitted.place[:, used, 0].mean(axis=0), kind="stable")]
+    middle = fitted.place[:, used, 0].mean(axis=0)
+    inside = fitted.active & _inside(fitted.place, lines)
+    damping = np.array(
+        [
+            np.median(row[there if there.any() else slice(None)])
+            for row, there in zip(fitted.place[:, :, 1], inside, strict=True)
+        ]
+    )
+    step, reach = float(np.exp(damping.min())), REACH * float(np.exp(damping.max()))
+    grid = np.arange(middle[0], middle[-1] + step, step)
+    density = len(used) / len(grid)
+    grid = grid[np.abs(grid[:, None] - middle).min(axis=1) < reach]
+    place = np.empty((len(fitted.place), len(grid), 2))
+    for t, row in enumerate(fitted.place[:, used, 0]):
+        place[t, :, 0] = grid + np.interp(grid, middle, row - middle)
+    place[:, :, 1] = damping[:, None]
+    return place, density
+
+
+def _inside(place: NDArray[np.float64], lines: Sequence[Lines]) -> NDArray[np.bool_]:
+    """Which places (T, N, 2) stand in band."""
+    band = np.log(2.0 * np.pi * np.array([one.frequency[[0, -1]] for one in lines]))
+    return np.asarray((place[:, :, 0] > band[:, :1]) & (place[:, :, 0] < band[:, 1:]))
+
+
+def _pulls(
+    search: SweepsSearch, now: SweepsAt, place: NDArray[np.float64], active: NDArray[np.bool_], response: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return what modes of the others' typical residue do to one response.
+
+    Their pull (T, 2J, 2G) on the poles, real and imaginary residue in turns, their squares (2G,) and those with
+    the data (2G,), residues of the other modes refitted, in one number's variance.
+    """
+    count = place.shape[1]
+    pull = np.zeros((len(place), 2 * now.x.shape[1], 2 * count))
+    seen, score = np.zeros(2 * count), np.zeros(2 * count)
+    for t, look in enumerate(now.looks):
+        lines, poles = search.lines[t], look.poles
+        known = _inside(now.x[t : t + 1], [lines])[0, search.active[t]]
+        if not known.any():
+            continue
+        weight = np.tile(1.0 / lines.deviation[response], 2) / np.sqrt(0.5 * lines.correlation)
+        typical = np.median(np.abs(look.residues[response] * poles)[known])
+        size = np.where(active[t], typical * np.exp(-place[t, :, 0]), 0.0)
+        columns = _weighted(pole_columns(lines.s, to_poles(place[t]), lines.spread), weight)
+        columns *= np.repeat(size, 2)[:, None]
+        own, moves = np.empty((2, 2 * len(poles), 2 * len(lines.s)))
+        real_columns_with_derivatives(lines.s, poles, lines.spread, own, moves)
+        own = np.concatenate([own, lines.term_columns(search.terms[t])]) * weight
+        q = np.linalg.qr((own / np.linalg.norm(own, axis=1)[:, None]).T)[0]
+        model = change_with_poles(look.residues[response], poles).T @ moves * weight
+        data = _weighted(lines.h[response : response + 1], weight)
+        left = np.concatenate([model, data])
+        left -= (left @ q) @ q.T
+        overlap = left @ columns.T
+        numbers = np.flatnonzero(np.repeat(search.active[t], 2))
+        pull[t, numbers] = overlap[:-1]
+        score += overlap[-1]
+        seen += (columns**2).sum(axis=1) - ((columns @ q) ** 2).sum(axis=1)
+    return pull, seen, score
+
+
+def _weighted(columns: NDArray[np.complex128], weight: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Real parts, then imaginary parts, of weighted columns."""
+    return np.concatenate([columns.real, columns.imag], axis=1) * weight
