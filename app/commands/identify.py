@@ -141,10 +141,9 @@ def _campaign(
     from app.terminal.modes import campaign_record, show, summary
 
     wanted = options()
-    run = run_folder(campaign, out)
     if export is not None:
         writable_folder(export.parent, "--export")
-    with output.progress() as report:
+    with run_folder(campaign, out) as run, output.progress() as report:
         found = identify.compute(loaded, wanted, report, twin)
     identify.save(run, loaded, found, wanted, export)
     tracked = found.tracked
@@ -175,8 +174,8 @@ def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", ou
         from app.terminal.modes import modes_record, show_modes
 
         found, wanted = stage.compute(frfs, options(), report, mains_named=typed_mains)
-    run = run_folder(path.parent if path.name == "test.toml" else path, out)
-    stage.save(run, found, wanted)
+    with run_folder(path.parent if path.name == "test.toml" else path, out) as run:
+        stage.save(run, found, wanted)
     frfs, seconds = found.frfs, time.perf_counter() - started
 
     def show() -> None:
