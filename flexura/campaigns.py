@@ -14,7 +14,7 @@ from analysis.identification.reading import Damping
 from analysis.identification.settings import Settings
 from analysis.progress import Progress
 from app.files.campaign import load_campaign
-from app.files.run_folder import run_folder
+from app.files.run_folder import writable_folder
 from app.stages import gap as gap_stage
 from app.stages import identify as identify_stage
 from app.stages import update as update_stage
@@ -185,7 +185,7 @@ def _loaded(campaign: File | Campaign) -> Campaign:
 
 def _run(out: File | None) -> Path | None:
     """Run folder that results go to, made if need be; None where nothing is to be written."""
-    return None if out is None else run_folder(Path(out), Path(out))
+    return None if out is None else writable_folder(Path(out), "out")
 
 
 @contextmanager

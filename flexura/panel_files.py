@@ -8,7 +8,7 @@ from analysis.focusing.panel import Panel
 from analysis.material import MaterialLaws
 from app.files.panel_file import SECTION_2, read_panel
 from app.files.provenance import sha256
-from app.files.run_folder import run_folder
+from app.files.run_folder import writable_folder
 from app.files.transfers_file import transfer_files
 from app.stages.panel_inputs import method_for, panel_for, scanned_panel
 from app.stages.panel_laws import laws_for
@@ -133,7 +133,7 @@ def kept(out: File | None, laws: Path | None, panel: Path | None) -> tuple[Path 
             "in place of laws, and the panel's file in place of a panel"
         )
     files = (*transfer_files(laws), panel)
-    return run_folder(Path(out), Path(out)), {path.name: sha256(path) for path in files}
+    return writable_folder(Path(out), "out"), {path.name: sha256(path) for path in files}
 
 
 def path_of(file: File | None) -> Path | None:

@@ -127,8 +127,7 @@ def command(
     from app.terminal.compensation import notes, record, show, summary
 
     checked_device(device)
-    folder = run_folder(task.beside, out or task.beside)
-    with output.progress() as report:
+    with run_folder(task.beside, out or task.beside) as folder, output.progress() as report:
         try:
             computed = task.compute(report, training=chosen, device=device)
         except EvidenceCollapseError as error:

@@ -81,13 +81,13 @@ def command(
     if form == "wav" and len({f"{t:.2f}" for t in wanted}) < len(wanted):
         raise click.UsageError("--temperature: two of them are the same to 0.01 °C, as in the names of WAV files")
     cost = Cost.of(sent.filters, number == "int16", BLOCK) if form == "c" else None
-    folder = run_folder(beside, out or beside)
-    if form == "c":
-        written = write_c(sent, folder, number == "int16")
-    elif form == "onnx":
-        written = write_onnx(sent, folder)
-    else:
-        written = {"npz": write_npz, "wav": write_wav, "csv": write_csv}[form](sent, folder, wanted)
+    with run_folder(beside, out or beside) as folder:
+        if form == "c":
+            written = write_c(sent, folder, number == "int16")
+        elif form == "onnx":
+            written = write_onnx(sent, folder)
+        else:
+            written = {"npz": write_npz, "wav": write_wav, "csv": write_csv}[form](sent, folder, wanted)
     output.result(lambda: record(sent, written, cost))
     for note in sent.notes:
         output.note(note)

@@ -101,8 +101,7 @@ def command(
     from app.stages import focus
     from app.terminal.focusing import correction, notes, record, show, summary
 
-    folder = run_folder(task.beside, out or task.beside)
-    with output.progress() as report:
+    with run_folder(task.beside, out or task.beside) as folder, output.progress() as report:
         found = task.compute(report)
     focusing, lost = found.focusing, found.uncorrected
     gone = replaced(folder / focus.FILTERS, focusing.temperature)

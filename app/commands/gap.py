@@ -48,9 +48,8 @@ def command(
     from app.twins.campaign_model import start_of
 
     start = start_of(twin, loaded.experiment, effects)
-    run = run_folder(campaign, out)
     started = time.perf_counter()
-    with output.progress() as report:
+    with run_folder(campaign, out) as run, output.progress() as report:
         found = gap.compute(loaded, mains, report, start=start, folder=effects)
     seconds = time.perf_counter() - started
     record = gap.save(run, loaded, found, mains, seconds, start=twin, folder=effects)

@@ -141,10 +141,9 @@ def _campaign(
     from app.terminal.modes import campaign_record, show, summary
 
     wanted = options()
-    run = run_folder(campaign, out)
     if export is not None:
         writable_folder(export.parent, "--export")
-    with output.progress() as report:
+    with run_folder(campaign, out) as run, output.progress() as report:
         found = identify.compute(loaded, wanted, report, twin)
     identify.save(run, loaded, found, wanted, export)
     tracked = found.tracked
@@ -160,15 +159,15 @@ def _campaign(
 def _structure(path: Path, out: Path | None, options: "Callable[[], Wanted]", output: Output) -> None:
     """Identify a test, or the FRFs of a universal file, as one structure."""
     from app.files.modal_test_toml import declares_test
-    from app.files.run_folder import folder_unless_refused, run_beside
+    from app.files.run_folder import run_folder
     from app.files.uff58 import read_frfs
     from app.modal_test.declared_test import declared_frfs
     from app.modal_test.frf_set import of_universal
 
     started = time.perf_counter()
     typed_mains = click.get_current_context().get_parameter_source("mains") is ParameterSource.COMMANDLINE
-    place = out or run_beside(path.parent if path.name == "test.toml" else path)
-    with folder_unless_refused(place) as run, output.progress() as report:
+    folder = path.parent if path.name == "test.toml" else path
+    with run_folder(folder, out) as run, output.progress() as report:
         frfs = declared_frfs(path, report) if declares_test(path) else of_universal(path, read_frfs(path))
 
         from app.modal_test.records import record_of, show_shapes

@@ -65,7 +65,7 @@ def command(
     twin's field along the way, with the filters in use and with those of the beginning kept.
     """
     from app.files.exports.shipment import shipment
-    from app.files.run_folder import folder_unless_refused
+    from app.files.run_folder import run_folder
     from app.stages.panel_laws import laws_for
 
     given = run or Path()
@@ -82,7 +82,7 @@ def command(
     with opened_sound(sound, sent.filters.sample_rate) as opened:
         course = programme(temperature, opened.seconds)
         covered(sent, laws, course)
-        with folder_unless_refused(out or given) as folder, output.progress() as report:
+        with run_folder(given, out or given) as folder, output.progress() as report:
             trace = Trace(panel_twin(sent.panel, laws, report), sent.panel, laws, sent.filters)
             done = render(opened, sent, course, folder, block, trace, report)
         channels = opened.channels

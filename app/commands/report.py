@@ -32,12 +32,11 @@ def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None
 
     if not is_test_run(run):
         run_file(run, "frf.h5", "report")  # a wrong folder is told before what draws is imported
-    folder = run_folder(run, out or run)
     from app.report.page import Absent, Picture, page
     from app.report.sections import sections
     from app.report.style import drawing
 
-    with output.progress() as report, drawing():
+    with run_folder(run, out or run) as folder, output.progress() as report, drawing():
         found = sections(run, report)
         write_text(folder / "report.html", page(f"Flexura: {found.title}", found.subtitle, found.sections))
         drawn = [item for section in found.sections for item in section.items if isinstance(item, Picture)]

@@ -73,14 +73,13 @@ def command(
     training = Training(seed=seed)
     wanted = FIGURES if figure == "all" else (figure,)
     _check_spacing(wanted, training, (low, high), laws_path)
-    folder = run_folder(beside, out or beside)
 
     from app.files.studies_file import save_studies
     from app.report.studies import rows
     from app.stages.study import run_studies
     from app.twins.panel_twin import panel_twin
 
-    with output.progress() as report:
+    with run_folder(beside, out or beside) as folder, output.progress() as report:
         model = panel_twin(declared, laws, report)
         try:
             found = run_studies(

@@ -84,7 +84,7 @@ def command(
     is refused. Exit status 1 where every stretch is.
     """
     from app.files.exports.shipment import shipment
-    from app.files.run_folder import folder_unless_refused
+    from app.files.run_folder import run_folder
     from app.stages.panel_laws import laws_for, range_of
 
     _asked(drive, response, simulate, temperature)
@@ -101,7 +101,7 @@ def command(
     from app.terminal.thermometer import record, summary
     from app.twins.panel_twin import panel_twin
 
-    with folder_unless_refused(out or given) as folder, output.progress() as report:
+    with run_folder(given, out or given) as folder, output.progress() as report:
         panel = ListeningPanel(panel_twin(sent.panel, laws, report), laws, place)
         signals, course = _signals(sent, panel, (drive, response, simulate), (temperature, snr, seed), report)
         looks = listened(panel, signals, sent.panel.filters.edges, (low, high), stretch, largest_sigma, report)

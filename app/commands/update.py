@@ -45,8 +45,7 @@ def command(
     from app.twins.campaign_model import start_of
 
     start = start_of(twin, loaded.experiment, effects)
-    run = run_folder(campaign, out)
-    with output.progress() as report:
+    with run_folder(campaign, out) as run, output.progress() as report:
         found = update.compute(loaded, mains, report, start=start, folder=effects)
     replaced = other_effects(run / "laws.h5", {} if start is None else start.twin.effects)
     update.save(run, loaded, found, mains, start)

@@ -19,12 +19,22 @@ MADE_BY = {
 }
 
 
-def run_folder(campaign: Path, out: Path | None) -> Path:
-    """Return the folder for a campaign's results: `out`, or ``NAME-run`` beside the campaign; made if need be.
+@contextmanager
+def run_folder(campaign: Path, out: Path | None) -> Iterator[Path]:
+    """Yield the folder for a campaign's results: `out`, or ``NAME-run`` beside the campaign; made if need be.
 
-    Raises ResultFileError where it cannot be made or written.
+    Where the block raises, folders made here that are empty go. Raises ResultFileError where it cannot be made or
+    written.
     """
-    return writable_folder(out or run_beside(campaign), "--out")
+    folder = out or _beside(campaign)
+    made = [one for one in (folder, *folder.parents) if not one.exists()]
+    try:
+        yield writable_folder(folder, "--out")
+    except BaseException:
+        with suppress(OSError):  # one holds something, or was never made
+            for one in made:
+                one.rmdir()
+        raise
 
 
 def writable_folder(folder: Path, option: str) -> Path:
@@ -39,22 +49,6 @@ def writable_folder(folder: Path, option: str) -> Path:
             f"{folder}: cannot be written ({error.strerror}); name another with {option}"
         ) from error
     return folder
-
-
-@contextmanager
-def folder_unless_refused(folder: Path) -> Iterator[Path]:
-    """Yield a folder for results, made if need be; where the block raises, folders made here that are empty go.
-
-    Raises ResultFileError where it cannot be made or written.
-    """
-    made = [one for one in (folder, *folder.parents) if not one.exists()]
-    try:
-        yield writable_folder(folder, "--out")
-    except BaseException:
-        with suppress(OSError):  # one holds something, or was never made
-            for one in made:
-                one.rmdir()
-        raise
 
 
 def run_file(run: Path, name: str, verb: str) -> Path:
@@ -82,7 +76,7 @@ def run_file(run: Path, name: str, verb: str) -> Path:
     path = run / name
     if path.is_file():
         return path
-    beside = run_beside(run)
+    beside = _beside(run)
     if (beside / name).is_file():
         typed = run.parent / beside.name if run.name not in ("", "..") else beside
         raise ResultFileError(
@@ -97,7 +91,7 @@ def is_test_run(run: Path) -> bool:
     return (run / "transfers.h5").is_file() and not (run / "frf.h5").is_file()
 
 
-def run_beside(campaign: Path) -> Path:
+def _beside(campaign: Path) -> Path:
     """Return the folder for a campaign's or a test's results where none is named: ``NAME-run`` beside it."""
     campaign = campaign.resolve()
     return campaign.parent / f"{campaign.stem}-run"

@@ -293,6 +293,15 @@ def test_effects_that_a_panel_does_not_take_along_are_named(monkeypatch, effects
     assert said in "".join(notes)
 
 
+@pytest.mark.parametrize("words", [("focus",), ("compensate",), ("study", "13")])
+def test_laws_outside_the_twin_s_box_leave_no_folder_behind(tmp_path, panel, words):
+    stiff = replace(laws(), coefficients=laws().coefficients + np.log([[10.0], [1.0], [1.0]]))
+    run, out = write_laws(tmp_path / "stiff", stiff), tmp_path / "new" / "results"
+    refused = flex(*words, run, "--panel", panel, "--out", out)
+    assert "outside the panel's twin" in refused.output
+    assert not out.parent.exists()
+
+
 def test_a_run_without_laws_says_how_to_make_them(tmp_path):
     result = flex("focus", tmp_path)
     assert "holds no laws.h5; make it with: flexura update" in result.output

@@ -10,14 +10,29 @@ from app.files.run_folder import run_file, run_folder
 
 def test_default_is_beside_the_campaign(tmp_path) -> None:
     (tmp_path / "plate").mkdir()
-    assert run_folder(tmp_path / "plate", None) == tmp_path / "plate-run"
-    assert (tmp_path / "plate-run").is_dir()
+    with run_folder(tmp_path / "plate", None) as run:
+        assert run == tmp_path / "plate-run"
+    assert run.is_dir()
+
+
+@pytest.mark.parametrize("written", [(), ("modes.csv",)])
+def test_a_folder_made_for_what_was_refused_goes_and_one_that_holds_something_stays(tmp_path, written) -> None:
+    def refused() -> None:
+        with run_folder(tmp_path, tmp_path / "new" / "run") as run:
+            for name in written:
+                (run / name).write_text("")
+            raise ValueError("refused")
+
+    with pytest.raises(ValueError, match="refused"):
+        refused()
+    assert (tmp_path / "new").exists() is bool(written)
 
 
 def test_a_place_that_cannot_be_written_asks_for_out(tmp_path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(ResultFileError, match="name another with --out"):
-        run_folder(tmp_path / "plate", tmp_path / "file" / "run")
+    out = tmp_path / "file" / "run"
+    with pytest.raises(ResultFileError, match="name another with --out"), run_folder(tmp_path / "plate", out):
+        pass
 
 
 def test_a_missing_result_names_its_verb(tmp_path) -> None:
