@@ -19,6 +19,7 @@ from analysis.experiment import Experiment
 from analysis.material import MaterialBox
 from analysis.progress import Progress
 from app.files.atomic import atomic_hdf5
+from app.files.bad_file import ResultFileError
 from app.files.basis_cache import cache_folder, reducing
 from app.files.hdf5_file import Hdf5FileError, opened_hdf5
 
@@ -79,12 +80,15 @@ def cached_operators(
 
     file = cache_folder() / f"effects-{operators_key(experiment, box, fineness)}.h5"
     stored = load_operators(file)
-    if stored is not None:
-        return stored
-    with reducing(box, experiment.protocol.band):
-        operators = reduce_with_effects(experiment, box, basis=basis(), fineness=fineness, progress=report)[0]
-    save_operators(file, operators)
-    return load_operators(file) or operators
+    if stored is None:
+        with reducing(box, experiment.protocol.band):
+            made = reduce_with_effects(experiment, box, basis=basis(), fineness=fineness, progress=report)[0]
+        save_operators(file, made)
+        del made  # half a gigabyte: what is used is read back, as by every later run
+        stored = load_operators(file)
+    if stored is None:
+        raise ResultFileError(f"{file}: just written, and cannot be read back; look at the disk, then start again")
+    return stored
 
 
 def operators_key(experiment: Experiment, box: MaterialBox, fineness: "Fineness | None" = None) -> str:

@@ -80,7 +80,8 @@ def measured_error(
     def at(place: int) -> tuple[float, Complex]:
         material, rng, also_drawn = materials[place], generators[place], place >= len(materials) - DRAWN
         places = _lines(small, material, lines)
-        over_band = small.compliance(*material, places)
+        form, ports = small.modal_form(*material), small.coupling
+        over_band = form.compliance(ports, ports, places)
         rms = root_mean_square(over_band, places)[..., None]
         departure = np.abs(over_band - candidate.compliance(*material, places)) / rms
         flanks = np.setdiff1d(places, lines)
@@ -88,7 +89,7 @@ def measured_error(
         chosen = np.array([places[departure.max(axis=(0, 1)).argmax()], drawn][: 2 if also_drawn else 1])
         full = model.responses(*material, chosen)
         transfer = np.einsum("ni,nkf->ikf", model.coupling, full)
-        wrong = np.abs(small.compliance(*material, chosen) - transfer) / rms
+        wrong = np.abs(form.compliance(ports, ports, chosen) - transfer) / rms
         worst = max(float(wrong.max()), _field_error(model, small, material, chosen, full, places))
         return worst, full.reshape(model.size, -1)
 

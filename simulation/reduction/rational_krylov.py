@@ -27,38 +27,41 @@ LONGEST = 90
 class Chain:
     """Orthonormal blocks spanning (K - s M)**-1 b, (K - s M)**-1 M (K - s M)**-1 b, ... of one shift s.
 
-    `weighed` holds the mass times every block, which is also the next load.
+    Vectors stand in rows, along which their products are taken; `weighed` holds the mass times every one.
     """
 
     factors: SuperLU
     mass: csr_matrix
     load: Real
-    blocks: list[Real] = field(default_factory=list)
-    weighed: list[Real] = field(default_factory=list)
+    vectors: Real = field(init=False)
+    weighed: Real = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.vectors = self.weighed = np.zeros((0, len(self.load)))
 
     def extend(self, steps: int) -> tuple[Real, Real]:
         """Add blocks, orthonormal to all before in the mass's inner product: (n, k), and mass times them."""
+        start = len(self.vectors)
         for _ in range(steps):
             block = self.factors.solve(self.load)
             weighed = self.mass @ block
-            for _ in range(2):  # once leaves what rounding kept of the blocks before
-                for before, weighed_before in zip(self.blocks, self.weighed, strict=True):
-                    share = before.T @ weighed
-                    block = block - before @ share
-                    weighed = weighed - weighed_before @ share
+            for _ in range(2):  # once leaves what rounding kept of the vectors before
+                share = self.vectors @ weighed
+                block = block - self.vectors.T @ share
+                weighed = weighed - self.weighed.T @ share
                 values, vectors = np.linalg.eigh(block.T @ weighed)
                 kept = values > 1e-14 * values[-1]
                 scale = vectors[:, kept] / np.sqrt(values[kept])
                 block, weighed = block @ scale, weighed @ scale
-            self.blocks.append(block)
-            self.weighed.append(weighed)
+            self.vectors = np.vstack([self.vectors, block.T])
+            self.weighed = np.vstack([self.weighed, weighed.T])
             self.load = weighed
-        return np.hstack(self.blocks[-steps:]), np.hstack(self.weighed[-steps:])
+        return self.vectors[start:].T, self.weighed[start:].T
 
 
 @dataclass
 class Galerkin:
-    """Gram matrices of a growing set of vectors: nothing is multiplied twice."""
+    """Gram matrices of a growing set of vectors, one a row: nothing is multiplied twice."""
 
     stiffness: csr_matrix
     coupling: Real
@@ -68,16 +71,16 @@ class Galerkin:
 
     def add(self, block: Real, weighed: Real) -> None:
         """Append vectors (n, k), given the mass times them."""
-        self.vectors = np.hstack([self.vectors, block])
-        self.projected_stiffness = _bordered(self.projected_stiffness, self.vectors.T @ (self.stiffness @ block))
-        self.projected_mass = _bordered(self.projected_mass, self.vectors.T @ weighed)
+        self.vectors = np.vstack([self.vectors, block.T])
+        self.projected_stiffness = _bordered(self.projected_stiffness, self.vectors @ (self.stiffness @ block))
+        self.projected_mass = _bordered(self.projected_mass, self.vectors @ weighed)
 
     def modes(self) -> DampedModes:
         """Modes of the projected plate, nearly dependent vectors left out."""
         values, basis = np.linalg.eigh(self.projected_mass)
         kept = values > 1e-12 * values[-1]
         basis = basis[:, kept] / np.sqrt(values[kept])
-        force = basis.T @ (self.vectors.T @ self.coupling)
+        force = basis.T @ (self.vectors @ self.coupling)
         return DampedModes.of(basis.T @ self.projected_stiffness @ basis, force)
 
 
@@ -125,14 +128,14 @@ def material_space(
         Chain(factorize(stiffness - (2 * np.pi * shift) ** 2 * model.mass), model.mass, model.coupling)
         for shift in shifts
     ]
-    space = Galerkin(stiffness, model.coupling, np.zeros((model.size, 0)))
+    space = Galerkin(stiffness, model.coupling, np.zeros((0, model.size)))
     last: DampedModes | None = None
-    while len(chains[0].blocks) < LONGEST:
+    for _ in range(0, LONGEST, STEPS):
         for chain in chains:
             space.add(*chain.extend(STEPS))
         now = space.modes()
         if last is not None and _change(last, now, loss_factor, now.lines(loss_factor, lines)) < tolerance:
-            return space.vectors
+            return space.vectors.T
         last = now
     raise RuntimeError(
         f"the Krylov space at E {youngs_modulus:.4g} Pa, nu {poisson_ratio:.3g} did not converge to {tolerance:g}"

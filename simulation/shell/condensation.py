@@ -8,12 +8,14 @@ from scipy.sparse import coo_matrix, csr_matrix
 
 from analysis.arrays import Real, Whole
 from simulation.shell.edges import LineBlock
-from simulation.shell.rigidity import Block
+from simulation.shell.rigidity import THX, THY, Block, U, V, W
 from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns
 
 CHUNK = 16
 """Cells eliminated at a time."""
+
+Fields = tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -111,26 +113,42 @@ def _condensed(space: ShapeSpace, problem: ResponseProblem, number: Whole) -> It
     for group in (0, 1):
         functions = space.groups[group].functions
         count = functions.shape[1]
-        for start in range(0, len(functions), CHUNK):
-            mine = slice(start, start + CHUNK)
-            here = functions[mine]
-            inside = np.flatnonzero(here[0] >= first)
-            i = (np.arange(5)[:, None] * count + inside).ravel()
-            e = np.setdiff1d(np.arange(5 * count), i)
-            place = (np.arange(5)[:, None] * size + here[:, None, :]).reshape(len(here), -1)
-            z = _dense(problem, group, mine, len(here), count)
-            between = z[:, i[:, None], e]
-            followed = np.linalg.solve(z[:, i[:, None], i], np.concatenate([between, loads[place[:, i]]], axis=2))
-            followed, alone = followed[:, :, : e.size], followed[:, :, e.size :]
-            across = between.transpose(0, 2, 1)
-            yield Condensed(
-                inner=place[:, i],
-                outer=number.ravel()[place[:, e]],
-                schur=z[:, e[:, None], e] - across @ followed,
-                followed=followed,
-                alone=alone,
-                lost=across @ alone,
-            )
+        for fields, cells in _coupled(problem, group, len(functions)):
+            for start in range(0, cells.size, CHUNK):
+                mine = cells[start : start + CHUNK]
+                here = functions[mine]
+                inside = np.flatnonzero(here[0] >= first)
+                i = (np.arange(len(fields))[:, None] * count + inside).ravel()
+                e = np.setdiff1d(np.arange(len(fields) * count), i)
+                place = (np.array(fields)[:, None] * size + here[:, None, :]).reshape(len(here), -1)
+                z = _dense(problem, group, mine, fields, count)
+                between = z[:, i[:, None], e]
+                right = np.concatenate([between, loads[place[:, i]]], axis=2)
+                followed = np.linalg.solve(z[:, i[:, None], i], right)
+                followed, alone = followed[:, :, : e.size], followed[:, :, e.size :]
+                across = between.transpose(0, 2, 1)
+                yield Condensed(
+                    inner=place[:, i],
+                    outer=number.ravel()[place[:, e]],
+                    schur=z[:, e[:, None], e] - across @ followed,
+                    followed=followed,
+                    alone=alone,
+                    lost=across @ alone,
+                )
+
+
+def _coupled(problem: ResponseProblem, group: int, count: int) -> list[tuple[Fields, Whole]]:
+    """Fields that are coupled, and in which cells of a group: all under patches and in shallow shells.
+
+    Elsewhere membrane and bending are two problems, and zeros between them would only fill the factors.
+    """
+    found = np.zeros(count, bool)
+    for _, blocks in problem.terms:
+        for f, g, which, block in blocks:
+            if which == group and f <= V < g:
+                found |= block.any(axis=(1, 2))
+    together, apart = np.flatnonzero(found), np.flatnonzero(~found)
+    return [((U, V, W, THX, THY), together), ((U, V), apart), ((W, THX, THY), apart)]
 
 
 def first_inside(space: ShapeSpace) -> int:
@@ -138,16 +156,16 @@ def first_inside(space: ShapeSpace) -> int:
     return len(space.mesh.points) + len(space.mesh.edges) * (space.degree - 1)
 
 
-def _dense(problem: ResponseProblem, group: int, cells: slice, size: int, count: int) -> Real:
-    """Z of some cells of a group as whole matrices, (C, 5 N, 5 N)."""
-    z = np.zeros((size, 5 * count, 5 * count))
+def _dense(problem: ResponseProblem, group: int, cells: Whole, fields: Fields, count: int) -> Real:
+    """Z of some fields on some cells of a group as whole matrices, (C, f N, f N)."""
+    z = np.zeros((len(cells), len(fields) * count, len(fields) * count))
+    part = {field: slice(k * count, (k + 1) * count) for k, field in enumerate(fields)}
     for factor, blocks in problem.terms:
         for f, g, which, block in blocks:
-            if which != group:
+            if which != group or f not in part or g not in part:
                 continue
-            rows, columns = slice(f * count, (f + 1) * count), slice(g * count, (g + 1) * count)
-            part = factor * block[cells]
-            z[:, rows, columns] += part
+            some = factor * block[cells]
+            z[:, part[f], part[g]] += some
             if f != g:
-                z[:, columns, rows] += part.transpose(0, 2, 1)
+                z[:, part[g], part[f]] += some.transpose(0, 2, 1)
     return z

@@ -15,6 +15,9 @@ LEAST = 0.35
 UNEVEN = 4.0
 """By which a cut costs more than the functions on it: times the square of what its sides differ from a half."""
 
+TOGETHER = 2
+"""Cells that are not halved any further: it would cost more than it saves."""
+
 
 def dissected(members: Whole, size: Real, places: Real) -> Whole:
     """Order the parts (points and edges, say) of cells, the first to be eliminated first.
@@ -45,7 +48,7 @@ def dissected(members: Whole, size: Real, places: Real) -> Whole:
         if not inside.size:
             return
         last = inside
-        if len(cells) > 1:
+        if len(cells) > TOGETHER:
             row = np.nonzero(used)[0]
             cuts = [_cut(one, row, which, size[inside]) for one in along[:, cells]]
             _, before, shared = min(cuts, key=lambda cut: cut[0])

@@ -90,7 +90,9 @@ def offset_energies(p: Projector, executor: Executor) -> dict[str, object]:
 
     for shares, energies in zip(fit.T, executor.map(moved, places), strict=True):
         for name, start in origin.items():
-            stacks[name] += shares[:, None, None] * (energies[name] - start)[..., None, :, :]
+            change = energies[name] - start
+            for monomial, share in enumerate(shares):  # all at once, the products would fill as much as the stack
+                stacks[name][..., monomial, :, :] += share * change
     named = {f"offset_{name}": stack for name, stack in stacks.items()}
     return {"zone": motions, "zone_fit": zone.fit(p.full), "offset_range": OFFSET_RANGE, **named}
 
