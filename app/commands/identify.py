@@ -48,13 +48,13 @@ Examples:
 @click.option("--shared-poles", is_flag=True, help="FRFS.uff: one structure, one set of poles, and its shapes.")
 @click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs as a universal file, too.")
 @click.option(
+    "--actuator", metavar="ID", help="CAMPAIGN: of several that drove in turn, whose sweeps (the first)."
+)
+@click.option(
     "--twin",
     type=RUN_WITH_LAWS,
     metavar="RUN",
     help="Run folder of `flexura update` for CAMPAIGN: fit the modes its twin expects, under the twin's numbers.",
-)
-@click.option(
-    "--actuator", metavar="ID", help="CAMPAIGN: of several that drove in turn, whose sweeps (the first)."
 )
 @run_out
 @mains
