@@ -16,8 +16,10 @@
 ``sensitivity``       volts per unit of each channel
 ``campaign``          recorded sweeps of one experiment over temperature
 ``h1``                H1 of synchronous repeats
+``sweep_h1``          the same of one sweep at all outputs
 ``estimation``        H1, H2, Hv and hammer tests: signals of any test to FRFs
 ``frf``               FRFs of a campaign, coherence and variance per line
+``chosen_actuator``   sweeps of one of several actuators
 ``mains``             lines that mains hum takes
 ``material``          E(T), nu(T), eta(T) with their bands
 ``material_table``    laws through a table of values

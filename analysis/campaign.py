@@ -31,6 +31,8 @@ class Sweep:
         Of every output, in its unit: V across a sensor patch, for example.
     plate_temperature_start, plate_temperature_end : float or None
         Reading of a thermocouple on the plate at the same moments, degrees Celsius; None without one.
+    source : int
+        Which of `Experiment.inputs` drove.
     """
 
     step: int
@@ -43,6 +45,7 @@ class Sweep:
     responses: NDArray[np.float32]
     plate_temperature_start: float | None = None
     plate_temperature_end: float | None = None
+    source: int = 0
 
     def __post_init__(self) -> None:
         if self.drive.ndim != 2 or self.responses.ndim != 3 or self.responses.shape[1:] != self.drive.shape:
@@ -90,8 +93,12 @@ class Campaign:
     def __post_init__(self) -> None:
         if not self.sweeps:
             raise ValueError(f"campaign {self.name!r} holds no sweep")
-        outputs = len(self.experiment.outputs)
+        outputs, inputs = len(self.experiment.outputs), len(self.experiment.inputs)
         for sweep in self.sweeps:
+            if not 0 <= sweep.source < inputs:
+                raise ValueError(
+                    f"sweep {sweep.step}: driven by input {sweep.source}; {inputs} are declared, from 0"
+                )
             if sweep.responses.shape[0] != outputs:
                 raise ValueError(
                     f"sweep {sweep.step}: {sweep.responses.shape[0]} responses; {outputs} sensors are declared"

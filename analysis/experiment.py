@@ -103,7 +103,7 @@ class Experiment(Sparse):
 
     @property
     def actuator(self) -> Patch | Drive:
-        """The one patch or force that drives the plate, or the first of them."""
+        """The patch or force that drives the plate, or the first of them."""
         return next((p for p in self.patch if p.role == "actuator"), None) or self.drive[0]
 
     @property
@@ -118,7 +118,7 @@ class Experiment(Sparse):
 
     @property
     def inputs(self) -> tuple[Channel, ...]:
-        """What drives the plate: patches, then forces, in the order declared."""
+        """What drives the plate, one of them in every sweep: patches, then forces, in the order declared."""
         patches = (Channel(p.id, "voltage", patch=k) for k, p in enumerate(self.patch) if p.role == "actuator")
         return (*patches, *(drive.channel for drive in self.drive))
 
@@ -144,12 +144,8 @@ class Experiment(Sparse):
 
     @model_validator(mode="after")
     def _driven_and_read(self) -> Self:
-        driven = [channel.id for channel in self.inputs]
-        if len(driven) != 1:
-            raise ValueError(
-                f"patch, drive: {len(driven)} have the role actuator or are a drive ({driven}); "
-                "exactly 1 allowed (where each sweep names its own: flexura import --actuator ID)"
-            )
+        if not self.inputs:
+            raise ValueError("patch, drive: nothing drives; give a patch the role actuator, or add a [[drive]]")
         if not self.outputs:
             raise ValueError("patch, sensor: nothing is read; give a patch the role sensor, or add a [[sensor]]")
         return self

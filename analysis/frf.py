@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.campaign import Campaign, Sweep
+from analysis.campaign import Campaign
 from analysis.channel import transfer_unit
 from analysis.estimation.ringing import ringing
-from analysis.h1 import bad_repeats, h1, single_repeat_power, smooth_power
+from analysis.h1 import single_repeat_power
 from analysis.mains import mains_lines, other_hums
+from analysis.sweep_h1 import sweep_h1
 
 COPIES = 1e-12
 """Noise below this share of an FRF is that of rounding in double precision: no converter is so good."""
@@ -43,7 +44,12 @@ class Frf:
     notes : tuple of str
         What was left out or looks wrong, for people.
     labels, units : tuple of str
-        Name with unit, and unit, of every channel's transfer; of sensor volts by drive volts where empty.
+        Name with unit, and unit, of every channel's transfer; of sensor volts by drive volts where empty. Those of
+        the first input come first, then those of the next.
+    source : (T,) int ndarray or None
+        Which input drove each sweep; None where there is but one.
+    sources : tuple of str
+        Names of the inputs; empty where there is but one.
     """
 
     temperature: NDArray[np.float64]
@@ -58,6 +64,8 @@ class Frf:
     notes: tuple[str, ...] = ()
     labels: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
+    source: NDArray[np.int_] | None = None
+    sources: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         shape = (len(self.temperature), len(self.channels), len(self.frequency))
@@ -66,6 +74,10 @@ class Frf:
                 raise ValueError(f"{name} has shape {getattr(self, name).shape}; (T, K, F) = {shape} wanted")
         if not (np.isfinite(self.h).all() and np.isfinite(self.variance).all()):
             raise ValueError("an FRF holds values that are not finite")
+        if self.source is not None and (
+            self.source.shape != shape[:1] or ((self.source < 0) | (self.source >= len(self.sources))).any()
+        ):
+            raise ValueError(f"source {self.source} must name one of {len(self.sources)} inputs for each sweep")
 
     def __repr__(self) -> str:
         """Sweeps, temperatures, channels and lines in one line, and the notes, a line each."""
@@ -76,13 +88,25 @@ class Frf:
         )
         return "\n".join([told, *(f"  {note}" for note in self.notes)])
 
-    def label(self, channel: int) -> str:
-        """Name a channel's transfer, with its unit."""
-        return self.labels[channel] if self.labels else f"{self.channels[channel]}/drive [V/V]"
+    @property
+    def driven_by(self) -> NDArray[np.int_]:
+        """Which input drove each sweep: (T,) int ndarray."""
+        return np.zeros(len(self.temperature), dtype=int) if self.source is None else self.source
 
-    def unit(self, channel: int) -> str:
-        """Return the unit of a channel's transfer."""
-        return self.units[channel] if self.units else "V/V"
+    def of_source(self, source: int) -> "Frf":
+        """Return the sweeps that one input drove."""
+        return self._only(np.flatnonzero(self.driven_by == source))
+
+    def label(self, channel: int, sweep: int = 0) -> str:
+        """Name a channel's transfer in a sweep, with its unit."""
+        return self.labels[self._place(channel, sweep)] if self.labels else f"{self.channels[channel]}/drive [V/V]"
+
+    def unit(self, channel: int, sweep: int = 0) -> str:
+        """Return the unit of a channel's transfer in a sweep."""
+        return self.units[self._place(channel, sweep)] if self.units else "V/V"
+
+    def _place(self, channel: int, sweep: int) -> int:
+        return len(self.channels) * int(self.driven_by[sweep]) + channel
 
     @property
     def noise_floor(self) -> NDArray[np.float64]:
@@ -110,6 +134,9 @@ class Frf:
             f"sweep at {self.temperature[s]:.1f} °C ({self.direction[s]}, {self.level[s]:g} V) left out: {why}"
             for s in sweeps
         )
+        return replace(self._only(kept), notes=(*self.notes, *left_out))
+
+    def _only(self, kept: NDArray[np.int_]) -> "Frf":
         return replace(
             self,
             temperature=self.temperature[kept],
@@ -118,20 +145,21 @@ class Frf:
             h=self.h[kept],
             variance=self.variance[kept],
             coherence=self.coherence[kept],
-            notes=(*self.notes, *left_out),
+            source=None if self.source is None else self.source[kept],
         )
 
-    def turned(self, inverted: Sequence[str]) -> "Frf":
-        """Return the FRFs with the sign of `inverted` channels turned, and a note that says so."""
+    def turned(self, inverted: Sequence[str], source: int = 0) -> "Frf":
+        """Return the FRFs with the sign of `inverted` channels turned in sweeps of an input, and a note on it."""
         if not inverted:
             return self
-        sign = np.where(np.isin(self.channels, list(inverted)), -1.0, 1.0)
+        wrong = np.isin(self.channels, list(inverted)) & (self.driven_by == source)[:, None]
         there = ", there or at the actuator" if set(inverted) == set(self.channels) else ""
+        driven = f" with {self.sources[source]} driven" if self.sources else ""
         note = (
-            f"channel {', '.join(inverted)} is inverted: wiring or patch polarity{there}; "
+            f"channel {', '.join(inverted)} is inverted{driven}: wiring or patch polarity{there}; "
             "what follows is with its sign turned"
         )
-        return replace(self, h=sign[:, None] * self.h, notes=(*self.notes, note))
+        return replace(self, h=np.where(wrong, -1.0, 1.0)[:, :, None] * self.h, notes=(*self.notes, note))
 
 
 def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
@@ -184,12 +212,13 @@ def _all_sweeps(
     samples = campaign.sweeps[0].drive.shape[1]
     notes: list[str] = []
     names = tuple(output.id for output in campaign.experiment.outputs)
-    source = campaign.experiment.inputs[0]
+    experiment, inputs = campaign.experiment, campaign.experiment.inputs
+    several = len(inputs) > 1
     rows = []
     for sweep in campaign.sweeps:
         if sweep.drive.shape[1] != samples:
             raise ValueError(f"sweep {sweep.step} has {sweep.drive.shape[1]} samples, the first one {samples}")
-        rows.append(_sweep_frf(sweep, lines, excluded, names, notes))
+        rows.append(sweep_h1(sweep, lines, excluded, names, notes))
     h, variance, coherence = (np.array(part) for part in zip(*rows, strict=True))
     return Frf(
         temperature=np.array([s.temperature for s in campaign.sweeps]),
@@ -202,31 +231,8 @@ def _all_sweeps(
         excluded=excluded,
         channels=names,
         notes=tuple(notes),
-        labels=campaign.experiment.labels(),
-        units=tuple(transfer_unit(output, source) for output in campaign.experiment.outputs),
+        labels=tuple(label for one in inputs for label in experiment.labels(one)),
+        units=tuple(transfer_unit(output, one) for one in inputs for output in experiment.outputs),
+        source=np.array([s.source for s in campaign.sweeps]) if several else None,
+        sources=tuple(one.id for one in inputs) if several else (),
     )
-
-
-def _sweep_frf(
-    sweep: Sweep, lines: slice, excluded: NDArray[np.bool_], names: Sequence[str], notes: list[str]
-) -> tuple[list[NDArray[np.complex128]], list[NDArray[np.float64]], list[NDArray[np.float64]]]:
-    """H1, its variance and the coherence of one sweep, each (K, F)."""
-    h_rows, variance_rows, coherence_rows = [], [], []
-    bad = {
-        r: name
-        for name, response in zip(names, sweep.responses, strict=True)
-        for r in bad_repeats(sweep.drive, response, lines)
-    }
-    good = [r for r in range(sweep.drive.shape[0]) if r not in bad]
-    notes.extend(f"step {sweep.step}: repeat {r + 1} left out, {name} strays" for r, name in bad.items())
-    if len(good) < 2 <= sweep.drive.shape[0]:
-        raise ValueError(f"sweep {sweep.step}: repeats {sorted(r + 1 for r in bad)} stray; too few are left")
-    for response in sweep.responses:
-        h, power, coherence = h1(sweep.drive[good], response[good])
-        h, power = h[lines], power[lines]
-        if len(good) == 1:
-            power = single_repeat_power(h)
-        h_rows.append(h)
-        variance_rows.append(smooth_power(power, excluded) / len(good))
-        coherence_rows.append(np.clip(coherence[lines], 0.0, 1.0))
-    return h_rows, variance_rows, coherence_rows

@@ -15,8 +15,11 @@ class SweepPoint:
         dT/dt of the oven, signed, K/s: positive on the way up.
     level : float
         Drive amplitude, V.
+    source : int
+        Which of the inputs drives, counted as in `analysis.experiment.Experiment.inputs`.
     """
 
     temperature: float
     rate: float
     level: float
+    source: int = 0

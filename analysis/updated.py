@@ -25,7 +25,7 @@ class Updated:
     correlation : (T, 4, 4) ndarray
         Of log E, nu, log eta and log gain, as one sweep alone would see them.
     gain, sigma_gain : float
-        Amplifier gain common to all sweeps, V/V.
+        Amplifier gain common to all sweeps, V/V; of those of the first input where there are several.
     misfit_start, misfit : (T,) ndarray
         rms|H - gV| / rms|H| where a sweep's fit began, and at the end.
     noise_floor : (T,) ndarray
@@ -33,6 +33,8 @@ class Updated:
     chi2_per_dof : (T,) ndarray
     settled : (T,) bool ndarray
         False where the fit ran into the model's box or did not converge.
+    further : (I - 1, 2) ndarray or None
+        Gain and its standard deviation of every other input; None where there is but one.
     """
 
     temperature: NDArray[np.float64]
@@ -46,6 +48,17 @@ class Updated:
     noise_floor: NDArray[np.float64]
     chi2_per_dof: NDArray[np.float64]
     settled: NDArray[np.bool_]
+    further: NDArray[np.float64] | None = None
+
+    @property
+    def gains(self) -> NDArray[np.float64]:
+        """Gain of every input, (I,)."""
+        return np.array([self.gain, *([] if self.further is None else self.further[:, 0])])
+
+    @property
+    def sigma_gains(self) -> NDArray[np.float64]:
+        """Standard deviations of `gains`, (I,)."""
+        return np.array([self.sigma_gain, *([] if self.further is None else self.further[:, 1])])
 
     @property
     def constants(self) -> list[tuple[float, float, float]]:

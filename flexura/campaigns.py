@@ -48,6 +48,7 @@ def identify(
     damping: Damping = "hysteretic",
     method: identify_stage.Method = "auto",
     twin: File | None = None,
+    actuator: str | None = None,
     mains: float = 50.0,
     out: File | None = None,
     progress: bool = False,
@@ -65,6 +66,8 @@ def identify(
         ``peak-picking`` is the paper's recipe.
     twin : path, optional
         Run folder of ``flexura update`` whose twin says which modes to expect.
+    actuator : str, optional
+        Of several that drove in turn, whose sweeps are taken; the first where it is left out.
     mains : float
         Hz.
     out : path, optional
@@ -83,7 +86,7 @@ def identify(
     app.files.bad_file.ResultFileError
         For a campaign, a band or a run folder that cannot be used.
     """
-    wanted = identify_stage.Wanted(Settings(mains=mains), damping, method, band)
+    wanted = identify_stage.Wanted(Settings(mains=mains), damping, method, band, actuator)
     campaign, run = _loaded(campaign), _run(out)
     with computing(shown=progress) as report:
         found = identify_stage.compute(campaign, wanted, report, None if twin is None else Path(twin))

@@ -125,7 +125,7 @@ def _report(
         laws_before=_laws(sweeps, baseline),
         laws_after=_laws(sweeps, final),
         state=final.state,
-        sigma_gain=float(np.exp(final.state.log_gain)) * final.sigma_log_gain * _inflation(final),
+        sigma_gain=np.exp(final.state.log_gain) * final.sigma_log_gain * _inflation(final),
         candidates=_candidates(context, found),
         signatures=alone,
         steps=found.steps,

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from analysis.arrays import Real
 from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.data.noise import NoiseCheck
 from analysis.gap.fitting.residual_map import ResidualMap
@@ -121,8 +122,8 @@ class GapReport:
     laws_before, laws_after : FittedLaws
     state : GapState
         Laws, readings, gain and effects at the end.
-    sigma_gain : float
-        V/V.
+    sigma_gain : (I,) ndarray
+        Of every input's gain, V/V.
     candidates : tuple of CandidateRow
     signatures : tuple of Signature
         Of every candidate, largest predicted gain first; none where there is no gap.
@@ -146,7 +147,7 @@ class GapReport:
     laws_before: FittedLaws
     laws_after: FittedLaws
     state: GapState
-    sigma_gain: float
+    sigma_gain: Real
     candidates: tuple[CandidateRow, ...]
     signatures: tuple[Signature, ...] = field(repr=False)
     steps: tuple[Step, ...] = field(repr=False)

@@ -5,10 +5,12 @@ response at the frequency f - js. With s = eta f/2 that is the plate with a loss
 averages out besides. Fits that follow the data from wide to narrow resonances start where their minima overlap.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.twin_model import TwinModel
+from analysis.twin_model import NO_EFFECTS, TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.sweep_fit import fit_sweep
 
@@ -31,7 +33,7 @@ def broadened(data: SweepData, loss_factor: float) -> SweepData:
     kernel = half / ((f[None, :] - centers[:, None]) ** 2 + half**2) * np.gradient(f)
     kernel /= kernel.sum(axis=1, keepdims=True)
     variance = (1.0 / data.weight) @ (kernel**2).T
-    return SweepData(centers, data.h @ kernel.T, 1.0 / variance, data.temperature)
+    return replace(data, frequency=centers, h=data.h @ kernel.T, weight=1.0 / variance)
 
 
 def narrowed(model: TwinModel, data: SweepData, moduli: Real) -> list[Real]:
@@ -76,7 +78,7 @@ def _followed(model: TwinModel, data: SweepData, material: Real, broad: float) -
 
 def _misfit(model: TwinModel, data: SweepData, e: float, nu: float, eta: float) -> float:
     """Share of the data, in power, that the best real gain leaves; half of each power where signs disagree."""
-    transfer = model.frf(data.laws((e, nu, eta)), data.frequency)
+    transfer = model.frf(data.laws((e, nu, eta)), data.frequency, NO_EFFECTS, data.point)
     product = float((transfer.conj() * data.h).real.sum())
     size = float((np.abs(transfer) ** 2).sum() * (np.abs(data.h) ** 2).sum())
     return 1.0 - max(product, 0.0) ** 2 / size

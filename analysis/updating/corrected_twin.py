@@ -57,15 +57,15 @@ class FittedTwin:
     ----------
     state : GapState
     laws : FittedLaws
-    sigma_gain : float
-        V/V.
+    sigma_gain : (I,) ndarray
+        Of every input's gain, V/V.
     effects : mapping of str to tuple of Estimate
         Fitted and held.
     """
 
     state: GapState
     laws: FittedLaws
-    sigma_gain: float
+    sigma_gain: NDArray[np.float64]
     effects: Mapping[str, tuple[Estimate, ...]]
 
 
@@ -77,7 +77,7 @@ def fit_twin(
     executor: Executor,
     effects: Mapping[str, tuple[Estimate, ...]],
 ) -> FittedTwin:
-    """Fit laws and gain to all sweeps; the effects are held.
+    """Fit laws and gains to all sweeps; the effects are held.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def fit_twin(
     sweeps, _ = prepare(frf, protocol, plain)
     fit = fit_gap(model, sweeps, starting_state(plain, sweeps.groups), (), executor)
     inflation = float(np.sqrt(max(fit.total / fit.dof, 1.0)))
-    gain = float(np.exp(fit.state.log_gain))
+    gain = np.exp(fit.state.log_gain)
     laws = FittedLaws(sweeps.groups.reference, fit.state.laws, fit.law_sigma * inflation)
     return FittedTwin(fit.state, laws, gain * fit.sigma_log_gain * inflation, effects)
 
@@ -135,14 +135,15 @@ def corrected_twin(
     open_slopes = groups.slope_sigma(mean_laws(plain.material, groups))
     local = groups.laws(fitted.state.laws)
     model = model.counted(local, fitted.state.effects)
-    rate, gain = protocol.ramp_rate / 60.0, float(np.exp(fitted.state.log_gain))
+    rate, gain = protocol.ramp_rate / 60.0, np.exp(fitted.state.log_gain)
     answers, material = [], []
-    for sweep, (reading, way, level) in enumerate(zip(frf.temperature, frf.direction, frf.level, strict=True)):
+    circumstances = zip(frf.temperature, frf.direction, frf.level, frf.driven_by, strict=True)
+    for sweep, (reading, way, level, source) in enumerate(circumstances):
         group = groups.of_sweep[sweep]
-        there = float(reading) + float(fitted.state.away[sweep])
-        laws = local[group].tilted(fitted.state.tilt[group] * open_slopes[group], there)
-        point = SweepPoint(there, rate if way == "up" else -rate, float(level))
-        answers.append(gain * model.frf(laws, frf.frequency, fitted.state.effects, point))
+        read = SweepPoint(float(reading), rate if way == "up" else -rate, float(level), int(source))
+        point = fitted.state.circumstances(sweep, read)
+        laws = local[group].tilted(fitted.state.tilt[group] * open_slopes[group], point.temperature)
+        answers.append(gain[source] * model.frf(laws, frf.frequency, fitted.state.effects, point))
         material.append([laws.youngs_modulus(reading), laws.poisson_ratio(reading), laws.loss_factor(reading)])
     h = np.array(answers)
     return CorrectedTwin(
@@ -168,18 +169,20 @@ def _updated(
     used = ~frf.excluded
     rest = np.abs(frf.h - answers)[:, :, used] ** 2
     sigma = fitted.laws.sigma[groups.of_sweep]
+    gains = np.stack([np.exp(fitted.state.log_gain), fitted.sigma_gain], axis=1)
     return Updated(
         temperature=frf.temperature,
         material=Material(*material.T),
         sigma=Material(sigma[:, 0] * material[:, 0], sigma[:, 1], sigma[:, 2] * material[:, 2]),
         correlation=plain.correlation,
-        gain=float(np.exp(fitted.state.log_gain)),
-        sigma_gain=fitted.sigma_gain,
+        gain=float(gains[0, 0]),
+        sigma_gain=float(gains[0, 1]),
         misfit_start=plain.misfit,
         misfit=np.sqrt(rest.sum((1, 2)) / (np.abs(frf.h[:, :, used]) ** 2).sum((1, 2))),
         noise_floor=frf.noise_floor,
         chi2_per_dof=(rest / frf.variance[:, :, used]).mean((1, 2)),
         settled=model.box.inside(material),
+        further=gains[1:] if len(gains) > 1 else None,
     )
 
 

@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
-from analysis.twin_model import TwinModel
+from analysis.sweep_point import SweepPoint
+from analysis.twin_model import NO_EFFECTS, TwinModel
 
 
 @dataclass(frozen=True)
@@ -24,12 +25,20 @@ class SweepData:
         1 / variance.
     temperature : float
         Degrees Celsius.
+    source : int
+        Which of the inputs drove.
     """
 
     frequency: NDArray[np.float64]
     h: NDArray[np.complex128]
     weight: NDArray[np.float64]
     temperature: float = 20.0
+    source: int = 0
+
+    @property
+    def point(self) -> SweepPoint:
+        """Circumstances of a sweep by itself: a steady temperature, 1 V."""
+        return SweepPoint(self.temperature, 0.0, 1.0, self.source)
 
     def laws(self, material: ArrayLike) -> LocalLaws:
         """Laws through a material (E, nu, eta) at the sweep's temperature."""
@@ -56,6 +65,7 @@ class SweepData:
             frf.h[sweep][:, lines],
             1.0 / frf.variance[sweep][:, lines],
             float(frf.temperature[sweep]),
+            int(frf.driven_by[sweep]),
         )
 
 
@@ -187,7 +197,7 @@ def normal_equations(
     ValueError
         Outside the model's box.
     """
-    line = model.linearise(data.laws(material), data.frequency)
+    line = model.linearise(data.laws(material), data.frequency, NO_EFFECTS, data.point)
     if gain is None:
         gain = best_gain(line.transfer, data)[0]
     predicted = gain * line.transfer

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.twin_model import TwinModel
+from analysis.twin_model import NO_EFFECTS, TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.start import in_phase, start_material
 from analysis.updating.update import middle_sweep, stride
@@ -39,7 +39,7 @@ def polarity_corrected(
     frf : Frf
         With a note for each inverted channel.
     start : (3,) ndarray
-        E [Pa], nu and eta of the sweep in the middle.
+        E [Pa], nu and eta of the sweep in the middle of those that the first input drove.
 
     Raises
     ------
@@ -47,19 +47,32 @@ def polarity_corrected(
         Where lines carry no variance, so that no weight can be given.
     """
     frf.require_noise()
+    begins = []
+    for source in np.unique(frf.driven_by):
+        names, begin = _inverted(frf.of_source(source), model, progress)
+        begins.append(begin)
+        frf = frf.turned(names, source)
+    return frf, begins[0]
+
+
+def _inverted(
+    frf: Frf, model: TwinModel, progress: Callable[[str, float], None]
+) -> tuple[list[str], NDArray[np.float64]]:
+    """Names of the channels that are inverted where one input drives, and a material (3,) of its middle sweep."""
     data = SweepData.of(frf, middle_sweep(frf), stride(frf, model.box))
     begin = start_material(model, data, lambda share: progress("start grid", share))
     if _explained(model, data, begin):
-        return frf, begin
+        return [], begin
     other = start_material(model, data, lambda share: progress("start grid, any signs", share), signed=False)
-    inverted = in_phase(model.frf(data.laws(other), data.frequency), data) < 0.0
+    inverted = in_phase(model.frf(data.laws(other), data.frequency, NO_EFFECTS, data.point), data) < 0.0
     sign = np.where(inverted, -1.0, 1.0)[:, None]
     if inverted.any() and _explained(model, replace(data, h=sign * data.h), other):
-        names = [name for name, wrong in zip(frf.channels, inverted, strict=True) if wrong]
-        return frf.turned(names), other
-    return frf, begin
+        return [name for name, wrong in zip(frf.channels, inverted, strict=True) if wrong], other
+    return [], begin
 
 
 def _explained(model: TwinModel, data: SweepData, begin: NDArray[np.float64]) -> bool:
     """Whether the material `begin` (3,), fitted to the data, agrees with every channel."""
-    return bool((in_phase(model.frf(data.laws(begin), data.frequency), data) > AGREES).all())
+    return bool(
+        (in_phase(model.frf(data.laws(begin), data.frequency, NO_EFFECTS, data.point), data) > AGREES).all()
+    )

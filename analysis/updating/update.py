@@ -1,9 +1,9 @@
-"""Model updating of a campaign: E, nu, eta of every sweep and one gain over all of them.
+"""Model updating of a campaign: E, nu, eta of every sweep and one gain over all of them, or one per input.
 
 The misfit is the paper's eq. (12), each line weighted by its variance. The estimates are those of
 `analysis.gap.fitting.fit` with no effects, every sweep with laws of its own. Its start is found here: every sweep
 is fitted by itself on few lines, gain included, walking outwards from a sweep in the middle so that each starts
-from its neighbour; then the gains are tied into one.
+from its neighbour, input by input; then the gains of an input are tied into one.
 """
 
 from collections.abc import Callable, Sequence
@@ -43,7 +43,7 @@ def update(
     begin: NDArray[np.float64] | None = None,
     progress: Progress | None = None,
 ) -> Updated:
-    """Fit the model's material to every sweep of `frf`, with one gain over all sweeps.
+    """Fit the model's material to every sweep of `frf`, with one gain over all sweeps of an input.
 
     Parameters
     ----------
@@ -68,23 +68,28 @@ def update(
     frf.require_noise()
     report = progress or (lambda stage, share: None)
     coarse = [SweepData.of(frf, t, stride(frf, model.box)) for t in range(len(frf.temperature))]
-    order = [int(t) for t in np.argsort(frf.temperature, kind="stable")]
-    middle = order.index(middle_sweep(frf))
     if begin is None:
-        begin = start_material(model, coarse[order[middle]], lambda share: report("start grid", share))
-    fits = {order[middle]: fit_sweep(model, coarse[order[middle]], begin)}
+        begin = start_material(model, coarse[middle_sweep(frf)], lambda share: report("start grid", share))
+    fits: dict[int, SweepFit] = {}
 
     def advance() -> None:
-        report("sweeps", len(fits) / len(order))
+        report("sweeps", len(fits) / len(coarse))
 
     with ThreadPoolExecutor(2) as pool:
-        ways = (order[middle:], order[middle::-1])
-        for walk in [pool.submit(_walk, model, coarse, way, fits, advance) for way in ways]:
-            walk.result()
+        for source in np.unique(frf.driven_by):
+            order = by_temperature(frf, int(source))
+            middle = len(order) // 2
+            if fits:  # the plate is the same whichever input drives it
+                nearest = min(fits, key=lambda t: abs(frf.temperature[t] - frf.temperature[order[middle]]))
+                begin = fits[nearest].material
+            fits[order[middle]] = fit_sweep(model, coarse[order[middle]], begin)
+            ways = (order[middle:], order[middle::-1])
+            for walk in [pool.submit(_walk, model, coarse, way, fits, advance) for way in ways]:
+                walk.result()
         report("common gain", 0.0)
-        alone = [fits[t] for t in range(len(order))]
+        alone = [fits[t] for t in range(len(coarse))]
         sweeps = apart(frf, material_of(alone))
-        fit = fit_gap(model, sweeps, tied(model.box, alone), (), pool)
+        fit = fit_gap(model, sweeps, tied(model.box, alone, frf.driven_by), (), pool)
     report("common gain", 1.0)
     return _summary(frf, model.box, sweeps, fit, alone)
 
@@ -94,21 +99,47 @@ def material_of(fits: Sequence[SweepFit]) -> Material:
     return Material(*np.array([fit.material for fit in fits]).T)
 
 
-def tied(box: MaterialBox, fits: Sequence[SweepFit]) -> GapState:
-    """Return the state with one gain for all: the mean of theirs, by information; each material follows it."""
+def tied(box: MaterialBox, fits: Sequence[SweepFit], source: NDArray[np.int_]) -> GapState:
+    """Return the state with one gain for all sweeps of an input: the mean of theirs, by information.
+
+    Each material follows it.
+
+    Parameters
+    ----------
+    box : MaterialBox
+        Within which materials stay.
+    fits : sequence of SweepFit
+    source : (T,) int ndarray
+        Which input drove each sweep.
+
+    Returns
+    -------
+    GapState
+    """
     # to first order, before anything is evaluated again: a settled sweep's last step is still to be taken
     points = [fit.point for fit in fits]
     information = np.array([1.0 / np.linalg.inv(p.matrix)[3, 3] for p in points])
     log_gains = np.array([fit.log_gain for fit in fits])
-    log_gain = float((information * log_gains).sum() / information.sum())
-    rows = [box.clip(moved(p.material, p.following(log_gain - float(np.log(p.gain))))) for p in points]
+    weight = np.maximum(np.bincount(source, information), np.finfo(float).tiny)
+    log_gain = np.bincount(source, information * log_gains) / weight
+    rows = [
+        box.clip(moved(p.material, p.following(float(log_gain[one] - np.log(p.gain)))))
+        for p, one in zip(points, source, strict=True)
+    ]
     laws = np.array([[np.log(e), nu, np.log(eta)] for e, nu, eta in rows])
     return GapState(laws, np.zeros_like(laws), np.zeros(len(rows)), log_gain, {})
 
 
 def middle_sweep(frf: Frf) -> int:
-    """Return the sweep from which the others are reached."""
-    return int(np.argsort(frf.temperature, kind="stable")[len(frf.temperature) // 2])
+    """Return the sweep, of the first input's, from which the others are reached."""
+    first = by_temperature(frf, int(frf.driven_by.min()))
+    return first[len(first) // 2]
+
+
+def by_temperature(frf: Frf, source: int) -> list[int]:
+    """Return the sweeps that an input drove, coldest first."""
+    order = np.argsort(frf.temperature, kind="stable")
+    return [int(t) for t in order[frf.driven_by[order] == source]]
 
 
 def stride(frf: Frf, box: MaterialBox) -> int:
@@ -147,20 +178,24 @@ def _summary(frf: Frf, box: MaterialBox, sweeps: GapSweeps, fit: GapFit, fits: S
     spread = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     within = np.array([sweep.chi2_within.sum() for sweep in sweeps.compressed])
     chi2_per_dof = (fit.chi2.sum(axis=1) + within) / (2 * sweeps.nodes.lines.size * len(frf.channels) - 4)
-    # with the gain common, a sweep's material has its own noise and what the gain's leaves
+    # with the gain of an input common, a sweep's material has its own noise and what the gain's leaves
     sigma = fit.law_sigma * np.sqrt(np.maximum(chi2_per_dof, 1.0))[:, None]
     missed, power = sweep_powers(sweeps, fit)
-    gain = float(np.exp(fit.state.log_gain))
+    several = len(fit.state.log_gain) > 1
+    means = [chi2_per_dof[frf.driven_by == one].mean() for one in range(len(fit.state.log_gain))]
+    gain = np.exp(fit.state.log_gain)
+    gains = np.stack([gain, gain * fit.sigma_log_gain * np.sqrt(np.maximum(means, 1.0))], axis=1)
     return Updated(
         temperature=frf.temperature,
         material=Material(*materials.T),
         sigma=Material(sigma[:, 0] * materials[:, 0], sigma[:, 1], sigma[:, 2] * materials[:, 2]),
         correlation=covariance / (spread[:, :, None] * spread[:, None, :]),
-        gain=gain,
-        sigma_gain=gain * fit.sigma_log_gain * float(np.sqrt(max(float(np.mean(chi2_per_dof)), 1.0))),
+        gain=float(gains[0, 0]),
+        sigma_gain=float(gains[0, 1]),
         misfit_start=np.array([f.misfit_start for f in fits]),
         misfit=np.sqrt(missed / power),
         noise_floor=frf.noise_floor,
         chi2_per_dof=chi2_per_dof,
         settled=np.array([f.settled for f in fits]) & box.inside(materials),
+        further=gains[1:] if several else None,
     )

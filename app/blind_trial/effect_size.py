@@ -92,7 +92,7 @@ class EffectSize:
         plain, other = self.specimen.transfer({}), self.specimen.transfer(effects)
         lines = self.sweeps.nodes.frequency
         added = np.array([other(p, lines) - plain(p, lines) for p in self.sweeps.points])
-        return np.asarray(float(np.exp(self.state.log_gain)) * self.sweeps.nodes.coefficients(added))
+        return np.asarray(float(np.exp(self.state.log_gain[0])) * self.sweeps.nodes.coefficients(added))
 
     def size(self, signal: Complex) -> float:
         """Of a signal, in sigma, once laws, readings and gain have taken what they can of it, to first order."""

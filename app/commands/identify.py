@@ -48,6 +48,9 @@ Examples:
 @click.option("--shared-poles", is_flag=True, help="FRFS.uff: one structure, one set of poles, and its shapes.")
 @click.option("--export", type=PATH, metavar="FRFS.uff", help="Write CAMPAIGN's FRFs as a universal file, too.")
 @click.option(
+    "--actuator", metavar="ID", help="CAMPAIGN: of several that drove in turn, whose sweeps (the first)."
+)
+@click.option(
     "--twin",
     type=RUN_WITH_LAWS,
     metavar="RUN",
@@ -65,6 +68,7 @@ def command(
     shared_poles: bool,
     export: Path | None,
     twin: Path | None,
+    actuator: str | None,
     out: Path | None,
     mains: float,
     output: Output,
@@ -82,7 +86,9 @@ def command(
 
     if band is not None and not band[0] < band[1]:
         raise click.BadParameter(f"{band[0]:g} {band[1]:g}: LOW must be below HIGH", param_hint="--band")
-    options = partial(_wanted, mains, damping, method, band)
+    options = partial(_wanted, mains, damping, method, band, actuator)
+    if actuator is not None and not (campaign.is_dir() and not declares_test(campaign)):
+        raise click.BadParameter("only a campaign has actuators that drive in turn", param_hint="--actuator")
     if declares_test(campaign):
         if twin is not None:
             raise click.BadParameter("a test has no twin", param_hint="--twin")
@@ -112,12 +118,14 @@ def command(
         _campaign(campaign, out, export, twin, options, output)
 
 
-def _wanted(mains: float, damping: "Damping", method: "Method", band: tuple[float, float] | None) -> "Wanted":
+def _wanted(
+    mains: float, damping: "Damping", method: "Method", band: tuple[float, float] | None, actuator: str | None
+) -> "Wanted":
     """Return the options as the stage takes them; called once the input is read: the stage is slow to import."""
     from analysis.identification.settings import Settings
     from app.stages.identify import Wanted
 
-    return Wanted(Settings(mains=mains), damping, method, band)
+    return Wanted(Settings(mains=mains), damping, method, band, actuator)
 
 
 def _campaign(

@@ -28,7 +28,7 @@ Examples:
 def command(
     campaign: Path, twin: Path | None, effects: Path | None, out: Path | None, mains: float, output: Output
 ) -> None:
-    """Update the twin of CAMPAIGN: E, nu and eta per temperature, one gain, and smooth laws.
+    """Update the twin of CAMPAIGN: E, nu and eta per temperature, one gain for each actuator, smooth laws.
 
     Fits the finite-element twin of the declared plate, patches and electronics to the measured FRFs, each line
     weighted by its variance. With --twin the effects in that file are on with the values they have there, and the
@@ -37,7 +37,7 @@ def command(
     """
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder
-    from app.terminal.update import notes, record, show, summary
+    from app.terminal.update import gains_told, notes, record, show, summary
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
@@ -50,7 +50,10 @@ def command(
     replaced = other_effects(run / "laws.h5", {} if start is None else start.twin.effects)
     update.save(run, loaded, found, mains, start)
     updated, seconds = found.updated, time.perf_counter() - started
-    output.result(lambda: record(updated, seconds), lambda: show(updated))
+    inputs = loaded.experiment.inputs
+    output.result(lambda: record(updated, seconds, inputs, found.frf.driven_by.tolist()), lambda: show(updated))
+    if len(inputs) > 1:
+        output.note(f"gains: {gains_told(updated, inputs)}")
     for note in (*found.frf.notes, *notes(updated, found.laws)):
         output.note(note)
     if start is not None:
@@ -60,7 +63,7 @@ def command(
         output.note(
             f"{run / 'laws.h5'} held the laws {replaced}; they are replaced. To keep both: --out ANOTHER-FOLDER"
         )
-    output.summary(summary(updated, run, seconds, loaded.experiment.inputs[0].gain_unit))
+    output.summary(summary(updated, run, seconds, inputs[0].gain_unit))
     if not updated.settled.all():
         raise click.exceptions.Exit(1)
 

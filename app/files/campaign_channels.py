@@ -11,6 +11,8 @@ from analysis.estimation.quantities import Calibration, calibration
 from analysis.experiment import Experiment
 from app.files.campaign_error import Problem
 
+ACTUATOR = "actuator"
+"""Root property that names what drove a sweep."""
 KEYS = ("channels", "sweeps")
 """Of ``campaign.toml``, beside what is declared of the experiment."""
 
@@ -38,6 +40,7 @@ class RecordedSweep(Declared):
     direction: Literal["up", "down"] = "up"
     level: Annotated[float, Field(gt=0.0, le=1000.0, description="V or N, amplitude of the drive")]
     start_time: str | None = None
+    actuator: Annotated[str | None, Field(description="id of what drove, where several drove in turn")] = None
 
 
 class RecorderLayout(Declared):
@@ -58,16 +61,19 @@ class RecorderLayout(Declared):
             "direction": said.direction,
             "level": said.level,
             "step": list(self.sweeps).index(file),
+            **({ACTUATOR: said.actuator} if said.actuator else {}),
         }
         start = said.start_time or of_file.get("start_time") or of_file.get("DateTime")
         return {**of_file, **known, **({"start_time": start} if start else {})}
 
-    def wired(self, experiment: Experiment) -> dict[str, tuple[str, RecordedChannel]]:
+    def wired(self, experiment: Experiment, source: int = 0) -> dict[str, tuple[str, RecordedChannel]]:
         """Find the recorder's channel of each of the experiment's, by identifier; ValueError says what is missing.
 
         Parameters
         ----------
         experiment : Experiment
+        source : int
+            Which of its inputs drives; the drive's channels of the others are passed over.
 
         Returns
         -------
@@ -75,9 +81,13 @@ class RecorderLayout(Declared):
             Identifier to the name in the files and what is declared of it; the drive first.
         """
         found: dict[str, tuple[str, RecordedChannel]] = {}
-        for role, wanted in (("drive", experiment.inputs[:1]), ("response", experiment.outputs)):
+        driving, idle = (
+            experiment.inputs[source],
+            {one.id for k, one in enumerate(experiment.inputs) if k != source},
+        )
+        for role, wanted in (("drive", (driving,)), ("response", experiment.outputs)):
             ours = [one.id for one in wanted]
-            theirs = {name: one for name, one in self.channels.items() if one.role == role}
+            theirs = {name: one for name, one in self.channels.items() if one.role == role and one.at not in idle}
             for name, one in theirs.items():
                 place = one.at or (ours[0] if len(ours) == len(theirs) == 1 else None)
                 if place not in ours:
@@ -94,7 +104,7 @@ class RecorderLayout(Declared):
                 raise ValueError(
                     f'no channel for {", ".join(lacking)}; add one with role = "{role}", at = "{lacking[0]}"'
                 )
-        return {one.id: found[one.id] for one in (*experiment.inputs[:1], *experiment.outputs)}
+        return {one.id: found[one.id] for one in (driving, *experiment.outputs)}
 
     def problems(self, file: str, experiment: Experiment, tdms_files: list[str]) -> list[Problem]:
         """Say what in both tables does not fit the experiment, or the files there are.
@@ -114,7 +124,8 @@ class RecorderLayout(Declared):
         problems = []
         if self.channels:
             try:
-                self.wired(experiment)
+                for source in range(len(experiment.inputs)):
+                    self.wired(experiment, source)
             except ValueError as error:
                 problems.append(Problem(file, "channels", str(error), ""))
         there = ", ".join(tdms_files[:8]) or "none"

@@ -135,7 +135,11 @@ def read_campaign_folder(folder: Path) -> Campaign:
             problems.append(wrong)
     problems += coverage_problems(experiment.protocol, sweeps)
     known = {event["place"] for event in read_events(folder) if event.get("event") == "missing"}
-    gone = [str(place) for place in missing_places(experiment.protocol, sweeps) if str(place) not in known]
+    gone = [
+        str(place)
+        for place in missing_places(experiment.protocol, sweeps, len(experiment.inputs))
+        if str(place) not in known
+    ]
     if gone and not problems:
         remedy = "go on with the same: flexura acquire" if "acquired" in protocol else REMEDY
         shown = ", ".join(gone[:8]) + (f" and {len(gone) - 8} more" if len(gone) > 8 else "")

@@ -7,7 +7,7 @@ from analysis.experiment import Experiment
 from app.files.campaign_channels import KEYS, RecorderLayout
 from app.files.campaign_error import CampaignFileError, Problem
 from app.files.campaign_kind import DECLARATION
-from app.files.one_actuator import driven_by
+from app.files.one_actuator import actuators, driven_by
 from app.files.settings_toml import checked, read_table
 
 FORMAT = "recorded-campaign/1"
@@ -35,4 +35,7 @@ def read_declaration(folder: Path, actuator: str | None = None) -> tuple[Experim
         if meant:
             problem = Problem(DECLARATION, key, "unknown key", f"[{meant[0]}]", f"did you mean {meant[0]}?")
             raise CampaignFileError(folder, [problem])
-    return checked(path, driven_by(path, rest, actuator), Experiment), recorder
+    experiment = checked(path, driven_by(path, rest, actuator), Experiment)
+    idle = set(actuators(rest)) - {one.id for one in experiment.inputs}
+    channels = {name: one for name, one in recorder.channels.items() if one.role != "drive" or one.at not in idle}
+    return experiment, recorder.model_copy(update={"channels": channels})

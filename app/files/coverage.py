@@ -1,7 +1,7 @@
 """The sweeps a protocol asks for, held against those that are there."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
 from analysis.campaign import Sweep
@@ -21,9 +21,11 @@ class Place:
     temperature: float
     direction: str
     level: float
+    source: int = 0
 
     def __str__(self) -> str:
-        return f"{self.temperature:g} °C {self.direction} {self.level:g} V"
+        driven = f" from input {self.source + 1}" if self.source else ""
+        return f"{self.temperature:g} °C {self.direction} {self.level:g} V{driven}"
 
 
 def places(protocol: Protocol) -> tuple[Place, ...]:
@@ -55,7 +57,7 @@ def place_of(protocol: Protocol, sweep: Sweep) -> Place | None:
     near = abs(nominal[nearest] - sweep.temperature) <= reach
     if level is None or not near or sweep.direction not in protocol.directions:
         return None
-    return Place(nominal[nearest], sweep.direction, level)
+    return Place(nominal[nearest], sweep.direction, level, sweep.source)
 
 
 def coverage_problems(protocol: Protocol, sweeps: Mapping[str, Sweep]) -> Iterator[Problem]:
@@ -91,10 +93,31 @@ def coverage_problems(protocol: Protocol, sweeps: Mapping[str, Sweep]) -> Iterat
     yield from _out_of_order(found, sweeps)
 
 
-def missing_places(protocol: Protocol, sweeps: Mapping[str, Sweep]) -> tuple[Place, ...]:
-    """Return what the protocol asks for and no sweep brings."""
-    there = {place_of(protocol, sweep) for sweep in sweeps.values()}
-    return tuple(place for place in places(protocol) if place not in there)
+def missing_places(protocol: Protocol, sweeps: Mapping[str, Sweep], inputs: int = 1) -> tuple[Place, ...]:
+    """Return what the protocol asks for and no sweep brings.
+
+    Parameters
+    ----------
+    protocol : Protocol
+    sweeps : mapping
+        By file name.
+    inputs : int
+        Number of inputs that drive in turn. Of several, each is asked for the levels at which it drove anywhere,
+        or at all levels where nowhere: a level in volts is none of a force's.
+
+    Returns
+    -------
+    tuple of Place
+    """
+    there = {place for sweep in sweeps.values() if (place := place_of(protocol, sweep)) is not None}
+    used = {(place.source, place.level) for place in there}
+    idle = set(range(inputs)) - {source for source, _ in used}
+    wanted = (replace(place, source=source) for source in range(inputs) for place in places(protocol))
+    return tuple(
+        place
+        for place in wanted
+        if place not in there and (inputs == 1 or place.source in idle or (place.source, place.level) in used)
+    )
 
 
 def _fits_nowhere(protocol: Protocol, name: str, sweep: Sweep) -> Problem:
@@ -112,10 +135,10 @@ def _fits_nowhere(protocol: Protocol, name: str, sweep: Sweep) -> Problem:
 
 def _out_of_order(found: Mapping[Place, str], sweeps: Mapping[str, Sweep]) -> Iterator[Problem]:
     """Each leg at each level must climb (or fall) through the temperatures in the order recorded."""
-    legs: dict[tuple[str, float], list[Place]] = {}
+    legs: dict[tuple[str, float, int], list[Place]] = {}
     for place in sorted(found, key=lambda place: sweeps[found[place]].step):
-        legs.setdefault((place.direction, place.level), []).append(place)
-    for (direction, _), leg in legs.items():
+        legs.setdefault((place.direction, place.level, place.source), []).append(place)
+    for (direction, *_), leg in legs.items():
         for before, after in pairwise(leg):
             if (after.temperature > before.temperature) != (direction == "up"):
                 step = sweeps[found[after]].step

@@ -130,6 +130,12 @@ class AcquiredExperiment(Sparse):
                 f"cards.responses names {len(wired)} terminals for the {len(sensors)} sensors {sensors}; "
                 "one each, in this order"
             )
+        named = [channel.id for channel in declared.inputs]
+        if len(named) > 1:
+            raise ValueError(
+                f"patch, drive: {len(named)} would drive ({', '.join(named)}), but the cards have one output; "
+                'give the other patches role = "shorted", remove other drives, and acquire a campaign with each'
+            )
         patch_driven = not self.drive
         for key, given, wanted in (
             ("amplifier", self.amplifier, patch_driven),

@@ -185,7 +185,7 @@ def _write_sweeps(partial: Path, recording: Recording, report: Progress) -> None
     campaign = recording.campaign
     outputs = campaign.experiment.outputs
     sensors = tuple(output.id for output in outputs)
-    units = (campaign.experiment.inputs[0].unit, *(output.unit for output in outputs))
+    units = tuple(output.unit for output in outputs)
     wanted = set()
     for done, sweep in enumerate(campaign.sweeps):
         report("writing", done / len(campaign.sweeps))
@@ -196,7 +196,8 @@ def _write_sweeps(partial: Path, recording: Recording, report: Progress) -> None
         finished, _ = read_sweep_file(path, path.name) if path.exists() else (None, None)
         if finished is None or digest(finished) != digest(sweep):
             source = recording.files[sweep.step]
-            write_sweep(path, sweep, sensors, Source(source, campaign.hashes[source]), units=units)
+            drive = campaign.experiment.inputs[sweep.source].unit
+            write_sweep(path, sweep, sensors, Source(source, campaign.hashes[source]), units=(drive, *units))
     for path in sweep_paths(partial):
         if path not in wanted:
             path.unlink()

@@ -1,7 +1,7 @@
-"""A recording in which several actuators drove the plate, one after the other: taken apart, actuator by actuator.
+"""A recording in which several actuators drove the plate, one after the other: which one drove, and one alone.
 
-Every sweep's file names its actuator in the root property ``actuator``. Of the others, patches are held at 0 V, as
-the output of an amplifier at rest holds them, and forces do not act.
+Every sweep's file names its actuator in the root property ``actuator``, or ``[sweeps]`` does. Of the others,
+patches are held at 0 V, as the output of an amplifier at rest holds them, and forces do not act.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,9 +10,9 @@ from typing import Any
 
 from nptdms import TdmsFile
 
+from analysis.experiment import Experiment
+from app.files.campaign_channels import ACTUATOR, RecorderLayout
 from app.files.campaign_error import CampaignFileError, Problem
-
-PROPERTY = "actuator"
 
 
 def actuators(table: Mapping[str, Any]) -> list[str]:
@@ -57,7 +57,39 @@ def driven_by(path: Path, table: Mapping[str, Any], actuator: str | None) -> Map
     return {**table, **{key: value for key, value in changed.items() if key in table}}
 
 
-def sweeps_of(files: Sequence[Path], actuator: str, names: Sequence[str]) -> tuple[list[Path], list[Problem]]:
+def source_of(
+    name: str, properties: Mapping[str, Any], experiment: Experiment
+) -> tuple[int | None, list[Problem]]:
+    """Return which of an experiment's inputs drove a sweep, or what is wrong with the name of it.
+
+    Parameters
+    ----------
+    name : str
+        Of the file, for messages.
+    properties : mapping
+        Of its root.
+    experiment : Experiment
+
+    Returns
+    -------
+    source : int or None
+    problems : list of Problem
+    """
+    names = [one.id for one in experiment.inputs]
+    if len(names) == 1:
+        return 0, []
+    named = properties.get(ACTUATOR)
+    return (names.index(named), []) if named in names else (None, [_unnamed(name, named, names)])
+
+
+def _unnamed(name: str, named: object, names: Sequence[str]) -> Problem:
+    seen = repr(named) if named else "nothing"
+    return Problem(name, ACTUATOR, seen, " or ".join(names), "which one drove?")
+
+
+def sweeps_of(
+    files: Sequence[Path], actuator: str, names: Sequence[str], recorder: RecorderLayout
+) -> tuple[list[Path], list[Problem]]:
     """Choose the files of the sweeps that one of several actuators drove.
 
     A file that cannot be read counts as one of them: its reader says why.
@@ -68,6 +100,8 @@ def sweeps_of(files: Sequence[Path], actuator: str, names: Sequence[str]) -> tup
     actuator : str
     names : sequence of str
         All actuators declared.
+    recorder : RecorderLayout
+        What is declared of files that have a layout of their own.
 
     Returns
     -------
@@ -77,18 +111,17 @@ def sweeps_of(files: Sequence[Path], actuator: str, names: Sequence[str]) -> tup
     """
     chosen, problems = [], []
     for path in files:
-        named = _actuator_of(path)
+        named = _actuator_of(path, recorder)
         if named is None or named == actuator:
             chosen.append(path)
         elif named not in names:
-            seen = repr(named) if named else "nothing"
-            problems.append(Problem(f"sweeps/{path.name}", PROPERTY, seen, " or ".join(names), "which one drove?"))
+            problems.append(_unnamed(f"sweeps/{path.name}", named, names))
     return chosen, problems
 
 
-def _actuator_of(path: Path) -> str | None:
+def _actuator_of(path: Path, recorder: RecorderLayout) -> str | None:
     try:
-        return str(TdmsFile.read_metadata(path).properties.get(PROPERTY, ""))
+        return str(recorder.properties(path.name, TdmsFile.read_metadata(path).properties).get(ACTUATOR, ""))
     except Exception:  # noqa: BLE001 (on damaged bytes npTDMS raises what it runs into)
         return None
 

@@ -1,6 +1,6 @@
 """A recorded campaign: ``campaign.toml`` and a TDMS file for every sweep, checked as a whole."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -81,7 +81,7 @@ def read_recording(
     ]
     names = actuators(read_table(folder / DECLARATION))
     if actuator is not None and len(names) > 1:
-        files, unnamed = sweeps_of(files, actuator, names)
+        files, unnamed = sweeps_of(files, actuator, names, recorder)
         problems += unnamed
     if problems or not files:
         raise CampaignFileError(folder, problems or [_no_files(folder)])
@@ -100,7 +100,9 @@ def read_recording(
             sweeps[name] = sweep
     report("reading", 1.0)
     problems += coverage_problems(experiment.protocol, sweeps)
-    missing = missing_places(experiment.protocol, sweeps)
+    missing = missing_places(experiment.protocol, sweeps, len(experiment.inputs))
+    if len(sweeps) == len(files):
+        problems += _idle(experiment, sweeps)
     if missing and not allow_missing and len(sweeps) == len(files):
         problems.append(_missing(missing))  # told only of whole files: a damaged one is not missing
     if problems or not sweeps:
@@ -140,6 +142,16 @@ def _experiment_problems(experiment: Experiment) -> list[Problem]:
         allowed = f"{module.rates()[0]:g} Hz / n for the {module.name}; the nearest is {nearest:.10g} Hz (n = {n})"
         problems.append(Problem(DECLARATION, "acquisition.sample_rate", f"{rate:.10g}", allowed, "read it back"))
     return problems
+
+
+def _idle(experiment: Experiment, sweeps: Mapping[str, Sweep]) -> list[Problem]:
+    """Actuators that drove no sweep: nothing would be known of their gains."""
+    driving = {sweep.source for sweep in sweeps.values()}
+    idle = [one.id for source, one in enumerate(experiment.inputs) if source not in driving]
+    remedy = 'give a patch that never drives role = "shorted", and remove its [[drive]]'
+    return [
+        Problem(DECLARATION, "patch, drive", f"{name} drove no sweep", "one at least", remedy) for name in idle
+    ]
 
 
 def _missing(missing: tuple[Place, ...]) -> Problem:

@@ -121,6 +121,7 @@ def read_sweep_file(path: Path, name: str) -> tuple[Sweep | None, Problem | None
                 start_time=str(file.attrs["start_time"]),
                 drive=file["drive"][()],
                 responses=file["responses"][()],
+                source=int(file.attrs.get("source", 0)),
                 **{name: float(file.attrs[name]) for name in PLATE if name in file.attrs},
             )
     except Hdf5FileError as error:
@@ -131,4 +132,5 @@ def read_sweep_file(path: Path, name: str) -> tuple[Sweep | None, Problem | None
 
 
 def _properties(sweep: Sweep) -> tuple[str, ...]:
-    return PROPERTIES if sweep.plate_temperature_start is None else (*PROPERTIES, *PLATE)
+    plate = () if sweep.plate_temperature_start is None else PLATE
+    return (*PROPERTIES, *plate, *(("source",) if sweep.source else ()))

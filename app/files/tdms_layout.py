@@ -41,13 +41,13 @@ class TdmsLayout:
     rate: float
 
     @classmethod
-    def of(cls, experiment: Experiment) -> Self:
-        """Work out the layout that an experiment declares."""
+    def of(cls, experiment: Experiment, source: int = 0) -> Self:
+        """Work out the layout that an experiment declares for sweeps that one of its inputs drives."""
         protocol, rate = experiment.protocol, experiment.acquisition.sample_rate
         return cls(
             groups=tuple(f"repeat {n + 1}" for n in range(protocol.repeats)),
             channels=(DRIVE, *(output.id for output in experiment.outputs)),
-            units=(experiment.inputs[0].unit, *(output.unit for output in experiment.outputs)),
+            units=(experiment.inputs[source].unit, *(output.unit for output in experiment.outputs)),
             samples=round((protocol.sweep_duration + protocol.tail) * rate),
             rate=rate,
         )

@@ -17,7 +17,7 @@ Samples = dict[str, NDArray[np.float32]]
 
 
 def recorder_samples(
-    name: str, tdms: TdmsFile, layout: TdmsLayout, recorder: RecorderLayout, experiment: Experiment
+    name: str, tdms: TdmsFile, layout: TdmsLayout, recorder: RecorderLayout, experiment: Experiment, source: int
 ) -> tuple[Samples, list[Problem]]:
     """Read the declared channels in SI units.
 
@@ -33,6 +33,8 @@ def recorder_samples(
     recorder : RecorderLayout
         Fits the experiment.
     experiment : Experiment
+    source : int
+        Which of its inputs drove.
 
     Returns
     -------
@@ -40,8 +42,8 @@ def recorder_samples(
         (repeats, samples) by the names of `layout`; empty where anything is wrong.
     problems : list of Problem
     """
-    wired = recorder.wired(experiment)
-    measured = [experiment.inputs[0], *experiment.outputs]
+    wired = recorder.wired(experiment, source)
+    measured = [experiment.inputs[source], *experiment.outputs]
     there = {group.name: {channel.name: channel for channel in group.channels()} for group in tdms.groups()}
     groups = [group for group, held in there.items() if any(theirs in held for theirs, _ in wired.values())]
     if len(groups) not in (1, len(layout.groups)):
@@ -101,7 +103,7 @@ def _listed(names: dict[str, TdmsChannel] | dict[str, dict[str, TdmsChannel]]) -
     return (shown if len(shown) <= 120 else shown[:117] + "...") or "nothing"
 
 
-def at_the_card(channel: str, recorder: RecorderLayout, experiment: Experiment) -> bool:
+def at_the_card(channel: str, recorder: RecorderLayout, experiment: Experiment, source: int) -> bool:
     """Whether a channel's numbers are the volts that the input module converted, before any sensitivity.
 
     Parameters
@@ -110,6 +112,8 @@ def at_the_card(channel: str, recorder: RecorderLayout, experiment: Experiment) 
         The drive, or the identifier of a sensor.
     recorder : RecorderLayout
     experiment : Experiment
+    source : int
+        Which of its inputs drove.
 
     Returns
     -------
@@ -117,6 +121,6 @@ def at_the_card(channel: str, recorder: RecorderLayout, experiment: Experiment) 
     """
     if not recorder.channels:
         return True
-    measured = experiment.inputs[0].id if channel == DRIVE else channel
-    declared: RecordedChannel = recorder.wired(experiment)[measured][1]
+    measured = experiment.inputs[source].id if channel == DRIVE else channel
+    declared: RecordedChannel = recorder.wired(experiment, source)[measured][1]
     return declared.sensitivity is None

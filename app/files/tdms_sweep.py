@@ -16,6 +16,7 @@ from analysis.campaign import Sweep
 from analysis.experiment import Experiment
 from app.files.campaign_channels import RecorderLayout
 from app.files.campaign_error import Problem, SignalProblem
+from app.files.one_actuator import source_of
 from app.files.signal_checks import faults
 from app.files.tdms_layout import DRIVE, TdmsLayout, layout_problems
 from app.files.tdms_recorder import at_the_card, recorder_samples
@@ -78,7 +79,10 @@ def _read(
         if headless or tdms.file_status.incomplete_final_segment:
             return None, [_truncated(name, size)]
         properties = recorder.properties(Path(name).name, tdms.properties)
-        samples, problems = _samples(name, tdms, experiment, recorder)
+        source, problems = source_of(name, properties, experiment)
+        if source is None:  # the unit of its drive and its channel hang on that
+            return None, problems
+        samples, problems = _samples(name, tdms, experiment, recorder, source)
         problems = [*_property_problems(name, properties, recorder), *problems]
         if problems:
             return None, problems
@@ -87,17 +91,17 @@ def _read(
     except Exception as error:  # noqa: BLE001 (on damaged bytes npTDMS raises what it runs into, bare Exception too)
         seen = f"damaged ({type(error).__name__}: {error})"
         return None, [Problem(name, "", seen, WHOLE, COPY_AGAIN)]
-    problems = list(_sample_problems(name, samples, properties, experiment, recorder))
-    return (None, problems) if problems else (_sweep(samples, properties, experiment), [])
+    problems = list(_sample_problems(name, samples, properties, experiment, recorder, source))
+    return (None, problems) if problems else (_sweep(samples, properties, experiment, source), [])
 
 
 def _samples(
-    name: str, tdms: TdmsFile, experiment: Experiment, recorder: RecorderLayout
+    name: str, tdms: TdmsFile, experiment: Experiment, recorder: RecorderLayout, source: int
 ) -> tuple[dict[str, NDArray[Any]], list[Problem]]:
     """Read the samples in SI units; only where their number is known to be sane."""
-    layout = TdmsLayout.of(experiment)
+    layout = TdmsLayout.of(experiment, source)
     if recorder.channels:
-        return recorder_samples(name, tdms, layout, recorder, experiment)
+        return recorder_samples(name, tdms, layout, recorder, experiment, source)
     problems = list(layout_problems(name, tdms, layout))
     if problems:
         return {}, problems
@@ -161,11 +165,12 @@ def _sample_problems(
     properties: dict[str, Any],
     experiment: Experiment,
     recorder: RecorderLayout,
+    source: int,
 ) -> Iterator[Problem]:
-    module, layout = find_module(experiment.acquisition.module), TdmsLayout.of(experiment)
+    module, layout = find_module(experiment.acquisition.module), TdmsLayout.of(experiment, source)
     for (channel, repeats), unit in zip(volts.items(), layout.units, strict=True):
         # only volts can be held against the converter's range: what a unit is in volts is not declared
-        converted = unit == "V" and at_the_card(channel, recorder, experiment)
+        converted = unit == "V" and at_the_card(channel, recorder, experiment, source)
         for group, samples in zip(layout.groups, repeats, strict=True):
             for seen, allowed in faults(samples, module if converted else None, unit):
                 yield SignalProblem(name, f"{group}/{channel}", seen, allowed, LEAVE_OUT)
@@ -181,7 +186,9 @@ def _sample_problems(
         yield Problem(name, "peak of drive", f"{peak:.4g} {unit}", allowed, f"are samples and level in {unit}?")
 
 
-def _sweep(volts: dict[str, NDArray[Any]], properties: dict[str, Any], experiment: Experiment) -> Sweep:
+def _sweep(
+    volts: dict[str, NDArray[Any]], properties: dict[str, Any], experiment: Experiment, source: int
+) -> Sweep:
     return Sweep(
         step=int(properties["step"]),
         direction=properties["direction"],
@@ -191,4 +198,5 @@ def _sweep(volts: dict[str, NDArray[Any]], properties: dict[str, Any], experimen
         start_time=str(properties["start_time"]),
         drive=volts[DRIVE].astype(np.float32),
         responses=np.stack([volts[output.id].astype(np.float32) for output in experiment.outputs]),
+        source=source,
     )

@@ -113,6 +113,7 @@ class TwinFile(Sparse):
     protocol: Protocol
     oven: OvenDeclaration
     gain: Annotated[Estimated, Field(description="of the amplifier")]
+    further_gain: Annotated[tuple[Estimated, ...], Field(max_length=200, description="of other actuators")] = ()
     laws: TwinLaws
     effect: Annotated[tuple[TwinEffect, ...], Field(max_length=64)] = ()
     basis: Basis

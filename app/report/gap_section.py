@@ -70,7 +70,7 @@ def verdict(record: Record) -> VerdictBox:
         sentences.append(f"The twin began with {', '.join(record['starting_effects'])} switched on.")
     if record["verdict"] == "none":
         sentences.append(
-            f"With laws and one gain fitted, the twin misses {100 * before['relative_misfit']:.2f} % of the "
+            f"With laws and gain fitted, the twin misses {100 * before['relative_misfit']:.2f} % of the "
             f"response (chi2 per degree of freedom {before['chi2_per_dof']:.3f})."
         )
         return VerdictBox(verdict_words("none").capitalize(), sentences, settled=True)

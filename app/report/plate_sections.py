@@ -15,6 +15,7 @@ from app.report import identified, measured, paper, updated
 from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
 from app.report.page import Item, Listing, PageTable, Paragraph, Picture
 from app.terminal.gap import with_sigma
+from app.terminal.update import gains_told
 
 
 def measurement_section(experiment: Experiment, frf: Frf) -> list[Item]:
@@ -86,6 +87,10 @@ def identification_section(run: Path, frf: Frf, rows: list[paper.PaperRow]) -> l
         Where modes.h5 cannot be read.
     """
     tracked = load_modes(run / "modes.h5")
+    for source in range(len(frf.sources)):  # update's FRFs are those of all actuators, the modes those of one
+        if np.array_equal(frf.of_source(source).temperature, tracked.temperature):
+            frf = frf.of_source(source)
+            break
     rows.extend(paper.mode_rows(tracked))
     items: list[Item] = [
         Picture(
@@ -134,9 +139,9 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
     except ResultFileError:
         laws = None
     worst = float((estimates.misfit / estimates.noise_floor).max())
-    unit = experiment.inputs[0].gain_unit
+    each = "" if estimates.further is None else " of an actuator"
     text = (
-        f"One gain for all sweeps: {estimates.gain:.4f} ± {estimates.sigma_gain:.4f} {unit}. The twin misses at "
+        f"One gain for all sweeps{each}: {gains_told(estimates, experiment.inputs)}. The twin misses at "
         f"most {worst:.2f} times the noise of the measurement. Its reduced model is certified to "
         f"{twin.basis_error:.1g} of a transfer's rms."
     )

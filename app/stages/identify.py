@@ -8,6 +8,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from analysis.campaign import Campaign
+from analysis.chosen_actuator import sweeps_of_actuator
 from analysis.estimation.transfer import MeasuredTransfer
 from analysis.frf import Frf, campaign_frf
 from analysis.identification.automatic import identify
@@ -49,12 +50,15 @@ class Wanted:
         ``auto`` or ``peak-picking``.
     band : (float, float) or None
         Hz; None for all lines.
+    actuator : str or None
+        Of several that drove a campaign's plate in turn, whose sweeps are taken; None for the first.
     """
 
     settings: Settings
     damping: Damping
     method: Method
     band: tuple[float, float] | None
+    actuator: str | None = None
 
     def __post_init__(self) -> None:
         for name, choices in (("damping", get_args(Damping)), ("method", get_args(Method))):
@@ -72,6 +76,7 @@ class Wanted:
             "mains_hz": self.settings.mains,
             "start_count": self.settings.start_count,
             "most_count": self.settings.most_count,
+            **({} if self.actuator is None else {"actuator": self.actuator}),
         }
 
     def at_mains(self, mains: float) -> "Wanted":
@@ -117,7 +122,7 @@ class IdentifiedCampaign:
     Attributes
     ----------
     frf : Frf
-        All lines, inside the band and outside.
+        All lines, inside the band and outside; of several actuators, the sweeps of one.
     tracked : TrackedModes
         Of the lines inside the band.
     inputs : mapping
@@ -160,13 +165,14 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
     """
     inputs = dict(campaign.hashes)
     try:
-        frf = campaign_frf(campaign, mains=wanted.settings.mains or 50.0)
-        expected = None
+        every = campaign_frf(campaign, mains=wanted.settings.mains or 50.0)
+        frf, expected = sweeps_of_actuator(every, wanted.actuator), None
         if twin is not None:
             from app.twins.expected_modes import expected_modes
 
             laws = run_file(twin, "laws.h5", "update")
             expected, inputs["laws.h5"] = expected_modes(campaign, laws, report), sha256(laws)
+            expected = replace(expected, poles=expected.poles[every.driven_by == frf.driven_by[0]])
         tracked = track(wanted.cut(frf), wanted.settings, report, wanted.one_by_one(), expected)
         tracked = _confirmed(wanted.cut(frf), tracked)
     except ValueError as error:

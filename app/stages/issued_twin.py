@@ -40,7 +40,9 @@ def issued_twin(
     ValueError
         For values that no twin file may hold.
     """
-    experiment = campaign.experiment
+    experiment, found = campaign.experiment, corrected.updated
+    units = [one.gain_unit for one in experiment.inputs]
+    gain, *further_gain = map(_estimated, found.gains.tolist(), found.sigma_gains.tolist(), units)
     laws = corrected.laws
     low, high = corrected.nodes.temperature[[0, -1]].tolist() if laws is None else laws.temperature_range
     material, sigma = material_of(corrected.nodes)
@@ -55,7 +57,8 @@ def issued_twin(
         acquisition=experiment.acquisition,
         protocol=experiment.protocol,
         oven=experiment.oven,
-        gain=_estimated(corrected.updated.gain, corrected.updated.sigma_gain, experiment.inputs[0].gain_unit),
+        gain=gain,
+        further_gain=tuple(further_gain),
         laws=TwinLaws(
             temperature_range=(_rounded(low), _rounded(high)),
             temperature=_column(corrected.nodes.temperature),

@@ -15,6 +15,7 @@ from analysis.local_laws import LocalLaws
 from analysis.material import Material, MaterialLaws
 from analysis.progress import Progress
 from analysis.protocol.advice import unresolved
+from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
 from analysis.updating.corrected_twin import corrected_twin, fit_twin, reached
 from analysis.updating.laws import fit_laws
@@ -144,10 +145,14 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
         Where the campaign cannot be judged.
     """
     frf, twin, updated = _fitted(campaign, mains, report)
-    rows = zip(updated.constants, updated.temperature, strict=True)
-    laws = [LocalLaws.of_material(*row, reference=float(temperature)) for row, temperature in rows]
+    points = [SweepPoint(float(t), 0.0, 1.0, int(k)) for t, k in zip(frf.temperature, frf.driven_by, strict=True)]
+
+    def answer(material: tuple[float, float, float], point: SweepPoint) -> NDArray[np.complex128]:
+        law = LocalLaws.of_material(*material, reference=point.temperature)
+        return np.asarray(updated.gains[point.source] * twin.frf(law, frf.frequency, point=point))
+
     with ThreadPoolExecutor(WORKERS) as executor:
-        answers = list(executor.map(lambda law: updated.gain * twin.frf(law, frf.frequency), laws))
+        answers = list(executor.map(answer, updated.constants, points))
     density = campaign.experiment.plate.density
     seen = TwinFrf(frf.frequency, np.array(answers), twin.error, density)
     return Updating(frf, updated, plain_laws(campaign, updated), seen)

@@ -1,8 +1,10 @@
 """Estimates of model updating as JSON, as a table and in one line; notes for the user."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from analysis.channel import Channel
 from analysis.material import MaterialLaws
 from analysis.updated import GOOD_MISFIT, Updated
 
@@ -10,9 +12,34 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
-def record(updated: Updated, seconds: float) -> dict[str, Any]:
-    """Return what ``--json`` prints: SI units, one entry per sweep in the order recorded."""
-    rows = []
+def gains_told(updated: Updated, inputs: Sequence[Channel]) -> str:
+    """Say the gain of every input, with its standard deviation: ``14.3000 ± 0.0020 V/V``; names if several."""
+    name = "{} " if len(inputs) > 1 else ""
+    return ", ".join(
+        f"{name.format(one.id)}{gain:.4f} ± {sigma:.4f} {one.gain_unit}"
+        for one, gain, sigma in zip(inputs, updated.gains, updated.sigma_gains, strict=True)
+    )
+
+
+def record(updated: Updated, seconds: float, inputs: Sequence[Channel], source: Sequence[int]) -> dict[str, Any]:
+    """Return what ``--json`` prints: SI units, one entry per sweep in the order recorded.
+
+    Parameters
+    ----------
+    updated : Updated
+    seconds : float
+        Time that it took, s.
+    inputs : sequence of Channel
+        All of the experiment. Of several, ``gains`` tells each one's, and every sweep its ``actuator``; ``gain``
+        is that of the first.
+    source : sequence of int
+        Which of them drove each sweep.
+
+    Returns
+    -------
+    dict
+    """
+    several, rows = len(inputs) > 1, []
     for t, (e, nu, eta) in enumerate(updated.constants):
         rows.append(
             {
@@ -30,12 +57,16 @@ def record(updated: Updated, seconds: float) -> dict[str, Any]:
                 "noise_floor": float(updated.noise_floor[t]),
                 "chi2_per_dof": float(updated.chi2_per_dof[t]),
                 "settled": bool(updated.settled[t]),
+                **({"actuator": inputs[source[t]].id} if several else {}),
             }
         )
+    gains = zip(inputs, updated.gains, updated.sigma_gains, strict=True)
+    by_name = {one.id: {"gain": float(gain), "sigma_gain": float(sigma)} for one, gain, sigma in gains}
     return {
         "temperatures": rows,
         "gain": updated.gain,
         "sigma_gain": updated.sigma_gain,
+        **({"gains": by_name} if several else {}),
         "seconds": seconds,
     }
 

@@ -12,6 +12,7 @@
 ``points``          supports at points
 ``shell_plate``     a declared plate on a mesh: what every cell is made of
 ``unknowns``        which functions are unknowns, in which order
+``dissection``      order of elimination that keeps factors sparse
 ``factors``         sparse factors
 ``condensation``    insides of cells eliminated before the sparse solver
 ``choice``          functions that a plate's answers need

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.channel import Channel
 from analysis.effect_card import EffectCard
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
@@ -41,16 +40,18 @@ class InstrumentedPlate(Generic[Plate]):
     plate : ReducedPlate
         As declared, or in any state that effects make of it.
     instruments : Instruments
-        Its ports are the patches, then the footprints of `plate`.
+        Its ports are the patches, then the footprints of `plate`. Its input is the first.
     experiment : Experiment or None
         Gives the masses of transducers, and effects their circumstances.
     library : mapping
         Effects by name, in the order in which they are applied; none for the plate as declared.
     peak_energy : float or None
-        Largest strain energy over 100 to 1500 Hz at 25 degrees Celsius and 1 V on the drive, J per V2: what
-        `Circumstances.strain_energy` is counted in.
+        Largest strain energy over 100 to 1500 Hz at 25 degrees Celsius and 1 V on the first input, J per V2: what
+        `Circumstances.strain_energy` is counted in, whichever input drives.
     reach : float
         Of `LocalSolution`; infinite where derivatives are wanted to rounding.
+    further : tuple of Instruments
+        The same with each of the other inputs driven.
     """
 
     plate: Plate
@@ -59,6 +60,7 @@ class InstrumentedPlate(Generic[Plate]):
     library: Mapping[str, Effect] = field(default_factory=dict)
     peak_energy: float | None = None
     reach: float = REACH
+    further: tuple[Instruments, ...] = ()
 
     def __post_init__(self) -> None:
         declared = len(self.experiment.footprints) if self.experiment else len(self.plate.footprints)
@@ -67,7 +69,7 @@ class InstrumentedPlate(Generic[Plate]):
                 f"twin: {declared} footprints are declared, the reduced plate holds {len(self.plate.footprints)}"
             )
         count = self.plate.capacitance.size + len(self.plate.footprints)
-        for port in (*self.instruments.driving, *self.instruments.seen):
+        for port in (port for one in (self.instruments, *self.further) for port in (*one.driving, *one.seen)):
             if not 0 <= port < count:
                 raise ValueError(f"twin: port {port} is outside 0 to {count - 1}")
 
@@ -77,7 +79,6 @@ class InstrumentedPlate(Generic[Plate]):
         experiment: Experiment,
         plate: Plate,  # type: ignore[misc]
         library: Mapping[str, Effect] | None = None,
-        source: Channel | None = None,
     ) -> Self:
         """Join an experiment's instruments to its reduced plate.
 
@@ -87,14 +88,13 @@ class InstrumentedPlate(Generic[Plate]):
         plate : ReducedPlate
         library : mapping of str to Effect, optional
             In the order in which they are applied; none for the plate as declared.
-        source : Channel, optional
-            The input; the first unless given.
 
         Returns
         -------
         Twin
         """
-        return cls(plate, Instruments.of(experiment, source), experiment, library or {})
+        first, *others = (Instruments.of(experiment, source) for source in experiment.inputs)
+        return cls(plate, first, experiment, library or {}, further=tuple(others))
 
     @property
     def box(self) -> MaterialBox:
@@ -120,6 +120,10 @@ class InstrumentedPlate(Generic[Plate]):
     def cards(self) -> Mapping[str, EffectCard]:
         """The effects that this experiment can hold."""
         return self.states.cards
+
+    def driven_at(self, point: SweepPoint) -> Instruments:
+        """Return the instruments with the input driven that a sweep names."""
+        return (self.instruments, *self.further)[point.source]
 
     @cached_property
     def states(self) -> States:
@@ -166,7 +170,7 @@ class InstrumentedPlate(Generic[Plate]):
 
         def energies(lines: Real) -> Real:
             state = self.states.at(point, laws, {}, lines, np.ones(lines.size))
-            return self._strain_energy(state, lambda _: state, lines, 1.0).at(np.zeros(lines.size))
+            return self._strain_energy(state, lambda _: state, lines, point, 1.0).at(np.zeros(lines.size))
 
         lines = np.linspace(low, high, 701)
         first = int(energies(lines).argmax())
@@ -212,7 +216,7 @@ class InstrumentedPlate(Generic[Plate]):
 
         linear = state_of(np.zeros(frequency.size))
         self.plate.require(linear)
-        return self._strain_energy(linear, state_of, frequency, self.energy_scale(point)).settled()
+        return self._strain_energy(linear, state_of, frequency, point, self.energy_scale(point)).settled()
 
     def energy_scale(self, point: SweepPoint) -> float:
         """Relative strain energy per J/V2; ValueError before `referred` was called."""
@@ -229,13 +233,16 @@ class InstrumentedPlate(Generic[Plate]):
         masses = np.array([one.mass for one in self.experiment.footprints] if self.experiment else [])
         return replace(whole, mass=whole.mass + (rows.T * masses) @ rows) if masses.any() else whole
 
-    def _strain_energy(self, linear: PlateState, state_of: StateOf, frequency: Real, scale: float) -> StrainEnergy:
+    def _strain_energy(
+        self, linear: PlateState, state_of: StateOf, frequency: Real, point: SweepPoint, scale: float
+    ) -> StrainEnergy:
         if self.experiment is None:
             raise ValueError("this twin has no experiment that gives the plate its mass")
         local = LocalPlate.of(self.plate, self._whole(linear), linear, self.reach)
         plate = self.experiment.plate
         density = plate.mass / plate.area
-        return StrainEnergy.of(local, self.instruments.source, state_of, frequency, scale=scale, density=density)
+        source = self.driven_at(point).source
+        return StrainEnergy.of(local, source, state_of, frequency, scale=scale, density=density)
 
 
 def steady(laws: LocalLaws) -> SweepPoint:

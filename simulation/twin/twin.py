@@ -1,4 +1,4 @@
-"""The digital twin: one input, all outputs at once, with effects or without, and derivatives."""
+"""The digital twin: one input at a time, all outputs at once, with effects or without, and derivatives."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from simulation.twin.vicinity import Vicinity
 
 @dataclass(frozen=True)
 class Twin(InstrumentedPlate[Plate]):
-    """Transfer from one input of a plate to K outputs, in the units of both.
+    """Transfer from the input that a sweep's circumstances name to K outputs, in the units of both.
 
     See `analysis.twin_model.TwinModel`, and `InstrumentedPlate` for the attributes.
     """
@@ -76,9 +76,10 @@ class Twin(InstrumentedPlate[Plate]):
             As `frf`, but lines outside the band are allowed.
         """
         lines = np.atleast_1d(np.asarray(frequency, float))
-        state = self.state(laws, lines, effects, point)
+        here = point or steady(laws)
+        state = self.state(laws, lines, effects, here)
         self.plate.require(state)
-        return self._reading(self.solved(state, lines)).response
+        return self._reading(self.solved(state, lines), here).response
 
     def linearise(
         self,
@@ -119,8 +120,10 @@ class Twin(InstrumentedPlate[Plate]):
         self.plate.require(state)
         solved = self.solved(state, lines)
         scale = self.energy_scale(here) if self.states.follow_energy(on) else 1.0
-        derivatives = Derivatives.of(self.plate, solved, self._reading(solved), vicinity.state, energy, scale)
+        derivatives = Derivatives.of(
+            self.plate, solved, self._reading(solved, here), vicinity.state, energy, scale
+        )
         return vicinity.linearisation(derivatives, tangents)
 
-    def _reading(self, solved: LocalSolution) -> SignalReading:
-        return SignalReading.of(solved, solved.state, self.instruments, self.plate.capacitance)
+    def _reading(self, solved: LocalSolution, point: SweepPoint) -> SignalReading:
+        return SignalReading.of(solved, solved.state, self.driven_at(point), self.plate.capacitance)

@@ -82,8 +82,10 @@ def explained() -> GapReport:
         after=residual(1.0),
         laws_before=laws(0.01),
         laws_after=laws(0.0),
-        state=GapState(laws(0.0).value, np.zeros((2, 3)), np.zeros(4), 2.8, {"point_mass": {"mass": 7.9e-4}}),
-        sigma_gain=1e-3,
+        state=GapState(
+            laws(0.0).value, np.zeros((2, 3)), np.zeros(4), np.array([2.8]), {"point_mass": {"mass": 7.9e-4}}
+        ),
+        sigma_gain=np.array([1e-3]),
         candidates=(
             CandidateRow("point_mass", 500.0, 512.5, 0.999, 0.7, 1.0),
             CandidateRow("suspension", 480.0, 490.0, 0.98, 0.6, 0.97),

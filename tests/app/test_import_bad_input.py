@@ -61,7 +61,7 @@ DECLARATION = [
         r"format = 'recorded-campaign/9'; allowed: 'recorded-campaign/1'",
     ),
     ('"NCE51"', '"PZT-8"', r"patch\[0\]\.material = 'PZT-8'; allowed: 'NCE51' or 'PIC255' or 'PZT-5A'"),
-    ('role = "sensor"', 'role = "actuator"', r"2 have the role actuator.*exactly 1"),
+    ('role = "sensor"', 'role = "actuator"', r"actuator = nothing; allowed: .*which one drove"),
     ("center = [0.04, 0.035]", "center = [40, 35]", r"patch 'S1' spans 39\.99 to 40\.01 m along x.*0 to 0\.24"),
     ('id = "S2"', 'id = "S1"', r"patch id 'S1' is used 2 times"),
     ("[oven]\nroom_temperature = 22.0\n", "", r"oven = nothing; allowed: a table with the keys room_temperature"),

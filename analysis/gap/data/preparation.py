@@ -140,8 +140,8 @@ def grouped(
     return GapSweeps(
         nodes=nodes,
         points=tuple(
-            SweepPoint(float(t), rate if way == "up" else -rate, float(level))
-            for t, way, level in zip(frf.temperature, frf.direction, frf.level, strict=True)
+            SweepPoint(float(t), rate if way == "up" else -rate, float(level), int(source))
+            for t, way, level, source in zip(frf.temperature, frf.direction, frf.level, frf.driven_by, strict=True)
         ),
         direction=frf.direction,
         channels=frf.channels,

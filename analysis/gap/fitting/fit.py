@@ -1,4 +1,4 @@
-"""Laws, readings, gain and effects fitted together: Levenberg-Marquardt with a Schur complement."""
+"""Laws, readings, gains and effects fitted together: Levenberg-Marquardt with a Schur complement."""
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
@@ -10,17 +10,14 @@ from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.bounded_step import bounded_step
 from analysis.gap.fitting.gap_fit import GapFit
-from analysis.gap.fitting.normal_equations import GLOBAL, SweepEquations, linearise_all
-from analysis.gap.fitting.schur_complement import LocalStep, SchurComplement, schur_complement, without_gain
+from analysis.gap.fitting.normal_equations import GLOBAL, LAWS, SweepEquations, linearise_all
+from analysis.gap.fitting.schur_complement import LocalStep, SchurComplement, WithoutGains, schur_complement
 from analysis.gap.fitting.state import FreeParameters, GapState, clipped_laws
 from analysis.gap.thresholds import MOST_STEPS, PREDICTION_MARGIN, SETTLED
 from analysis.twin_model import Tangent, TwinModel
 
 LARGEST_STEP = np.array([0.3, 0.05, 0.7])
 """Of log E, nu and log eta in one iteration: beyond, resonances pass each other."""
-
-ALONE = (0, 1, 2, GLOBAL)
-"""Columns of a sweep's equations that are its material and the gain."""
 
 BACKTRACKED = 0.4
 """Share of a step that went too far which is tried before damping."""
@@ -52,7 +49,7 @@ def fit_gap(
     most_steps: int = MOST_STEPS,
     enough: float = np.inf,
 ) -> GapFit:
-    """Fit laws, readings, gain and all parameters of `effects`; other effects of `start` are held.
+    """Fit laws, readings, gains and all parameters of `effects`; other effects of `start` are held.
 
     Parameters
     ----------
@@ -164,33 +161,34 @@ def _try(
 def _step(
     sweeps: GapSweeps, at: _Trial, free: FreeParameters, damping: float, gain_free: bool, laws_free: bool
 ) -> tuple[Real, LocalStep, float]:
-    """Return steps of gain and parameters, steps of the eliminated unknowns, and the predicted decrease."""
+    """Return steps of gains and parameters, steps of the eliminated unknowns, and the predicted decrease."""
     head = schur_complement(sweeps, at.equations, at.state, damping=damping, frozen=not laws_free)
-    values = free.read(at.state.effects)
-    precision = np.concatenate([[0.0], free.sigma**-2.0])
+    values, gains = free.read(at.state.effects), np.zeros(head.gains)
+    precision = np.concatenate([gains, free.sigma**-2.0])
     matrix = head.matrix + np.diag(precision)
-    gradient = head.gradient - precision * np.concatenate([[0.0], values - free.centre])
+    gradient = head.gradient - precision * np.concatenate([gains, values - free.centre])
     reach = np.where(free.shapes, SHAPE_STEP * free.sigma, np.inf)
-    low = np.concatenate([[-0.5], np.maximum(free.low - values, -reach)])
-    high = np.concatenate([[0.5], np.minimum(free.high - values, reach)])
-    moving = np.concatenate([[gain_free], ~free.shapes])
+    low = np.concatenate([gains - 0.5, np.maximum(free.low - values, -reach)])
+    high = np.concatenate([gains + 0.5, np.minimum(free.high - values, reach)])
+    moving = np.concatenate([head.seen & gain_free, ~free.shapes])
     step = bounded_step(matrix, gradient, moving, low, high, damping)
-    standing = free.standing(values, step[1:])
+    standing = free.standing(values, step[head.gains :])
     if standing.any():
-        moving = np.concatenate([[gain_free], ~free.shapes | standing])
+        moving = np.concatenate([head.seen & gain_free, ~free.shapes | standing])
         step = bounded_step(matrix, gradient, moving, low, high, damping)
     predicted_decrease = head.predicted_decrease + float(2.0 * gradient @ step - step @ matrix @ step)
     return step, head.follow(step, sweeps.count), predicted_decrease
 
 
 def _moved(model: TwinModel, state: GapState, free: FreeParameters, step: Real, local: LocalStep) -> GapState:
-    values = free.read(state.effects) + step[1:]
+    gains = len(state.log_gain)
+    values = free.read(state.effects) + step[gains:]
     moved = state.laws + np.clip(local.laws, -LARGEST_STEP, LARGEST_STEP)
     return GapState(
         laws=clipped_laws(model.box, moved),
         tilt=state.tilt + local.tilt,
         away=state.away + local.away,
-        log_gain=state.log_gain + float(step[0]),
+        log_gain=state.log_gain + step[:gains],
         effects=free.write(state.effects, np.clip(values, free.low, free.high)),
     )
 
@@ -205,18 +203,18 @@ def _result(
     passes: int,
 ) -> GapFit:
     head = schur_complement(sweeps, at.equations, at.state, frozen=not laws_free)
-    information, sigma_log_gain = without_gain(head.matrix, gain_free)
-    covariance: Real = np.linalg.inv(information + np.diag(free.sigma**-2.0)).astype(np.float64)
+    left = head.without_gains(gain_free)
+    covariance: Real = np.linalg.inv(left.matrix + np.diag(free.sigma**-2.0)).astype(np.float64)
     values = free.read(at.state.effects)
     wall = (values <= free.low) | (values >= free.high)
-    fitted = len(free.names) + int(gain_free)
+    fitted = len(free.names) + int((head.seen & gain_free).sum())
     if laws_free:  # each error of a reading is fitted to that reading, which cancels
         fitted += 3 * len(sweeps.groups.size)
     return GapFit(
         state=at.state,
         free=free,
         covariance=covariance,
-        information=information,
+        information=left.matrix,
         chi2=np.array([(np.abs(e.residual) ** 2).sum(-1) for e in at.equations]),
         readings=at.readings if laws_free else np.zeros(sweeps.count),
         tilts=at.tilts if laws_free else np.zeros(len(at.tilts)),
@@ -224,23 +222,23 @@ def _result(
         prior=at.prior,
         residual=np.array([e.residual for e in at.equations]),
         predicted=np.array([e.predicted for e in at.equations]),
-        sigma_log_gain=sigma_log_gain,
-        law_sigma=_law_sigma(sweeps, at, head, covariance, sigma_log_gain),
-        alone=np.array([e.matrix[np.ix_(ALONE, ALONE)] for e in at.equations]),
+        sigma_log_gain=np.sqrt(np.diag(left.covariance)),
+        law_sigma=_law_sigma(head, left, covariance),
+        alone=np.array([_alone(e, p.source) for e, p in zip(at.equations, sweeps.points, strict=True)]),
         settled=settled,
         on_wall=tuple(name for name, there in zip(free.names, wall, strict=True) if there),
         passes=passes,
     )
 
 
-def _law_sigma(
-    sweeps: GapSweeps, at: _Trial, head: SchurComplement, covariance: Real, sigma_log_gain: float
-) -> Real:
-    """Return standard deviations of the groups' laws: their own, and what gain and effects hand on."""
-    joint = np.zeros((len(covariance) + 1,) * 2)
-    joint[1:, 1:] = covariance
-    # gain given the parameters, then their spread handed on through the gain's lever
-    lever = -head.matrix[0, 1:] / head.matrix[0, 0] if sigma_log_gain > 0.0 else np.zeros(len(covariance))
-    joint[0, 1:] = joint[1:, 0] = covariance @ lever
-    joint[0, 0] = sigma_log_gain**2 + lever @ covariance @ lever
-    return head.law_sigma(joint)
+def _law_sigma(head: SchurComplement, left: WithoutGains, covariance: Real) -> Real:
+    """Return standard deviations of the groups' laws: their own, and what gains and effects hand on."""
+    # gains given the parameters, then their spread handed on through the gains' lever
+    handed = -left.lever @ covariance
+    return head.law_sigma(np.block([[left.covariance - handed @ left.lever.T, handed], [handed.T, covariance]]))
+
+
+def _alone(equations: SweepEquations, source: int) -> Real:
+    """Return what a sweep's equations hold of its material and its gain, (4, 4)."""
+    columns = [*range(LAWS.stop), GLOBAL + source]
+    return equations.matrix[np.ix_(columns, columns)]

@@ -34,9 +34,10 @@ class GapFit:
         Minus twice the log prior of the parameters, up to a constant.
     residual, predicted : (T, K, n) complex ndarray
         Whitened residual, and the model's spline coefficients [V/V].
-    sigma_log_gain : float
+    sigma_log_gain : (I,) ndarray
+        Of every input's log gain at fixed parameters; 0 where it was held.
     law_sigma : (G, 3) ndarray
-        Standard deviations of log E, nu and log eta of the groups, gain and effects eliminated.
+        Standard deviations of log E, nu and log eta of the groups, gains and effects eliminated.
     alone : (T, 4, 4) ndarray
         Information that each sweep has of its log E, nu and log eta and of log gain.
     settled : bool
@@ -57,7 +58,7 @@ class GapFit:
     prior: float
     residual: NDArray[np.complex128] = field(repr=False)
     predicted: NDArray[np.complex128] = field(repr=False)
-    sigma_log_gain: float
+    sigma_log_gain: Real
     law_sigma: Real
     alone: Real
     settled: bool

@@ -1,7 +1,7 @@
 """Whitened least squares of every sweep at one state.
 
-Columns of a sweep: log E, nu and log eta of its group, their slopes, the plate's temperature, log gain, then
-parameters of effects.
+Columns of a sweep: log E, nu and log eta of its group, their slopes, the plate's temperature, log gain of every
+input, then parameters of effects. The gains of inputs that did not drive the sweep have columns of zeros.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +16,6 @@ from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.state import GapState
 from analysis.local_laws import LocalLaws
-from analysis.sweep_point import SweepPoint
 from analysis.twin_model import Tangent, TwinModel
 
 Made = TypeVar("Made")
@@ -31,9 +30,9 @@ class SweepEquations:
 
     Attributes
     ----------
-    matrix : (8 + P, 8 + P) ndarray
-        J'J of the whitened columns.
-    gradient : (8 + P,) ndarray
+    matrix : (7 + I + P, 7 + I + P) ndarray
+        J'J of the whitened columns, of I inputs and P parameters.
+    gradient : (7 + I + P,) ndarray
         J'r.
     residual : (K, n) complex ndarray
         Data less model in units of noise, real and imaginary part each; zero where left out.
@@ -58,7 +57,7 @@ class WhitenedSweep:
 
     Attributes
     ----------
-    white : (9 + P, K, n) complex ndarray
+    white : (8 + I + P, K, n) complex ndarray
         The columns, and after them the residual.
     predicted : (K, n) complex ndarray
         As in `SweepEquations`.
@@ -75,7 +74,7 @@ class WhitenedSweep:
         return SweepEquations(products[:-1, :-1], products[:-1, -1], self.white[-1].copy(), self.predicted)
 
     def after(self, step: Real) -> NDArray[np.complex128]:
-        """Residual (K, n) that a step (8 + P,) leaves to first order."""
+        """Residual (K, n) that a step (7 + I + P,) leaves to first order."""
         left: NDArray[np.complex128] = self.white[-1] - np.tensordot(step, self.white[:-1], 1)
         return left
 
@@ -168,7 +167,7 @@ def _whitened(
     tangents: Sequence[Tangent],
 ) -> WhitenedSweep:
     point = sweeps.points[sweep]
-    moved = SweepPoint(point.temperature + float(state.away[sweep]), point.rate, point.level)
+    moved = state.circumstances(sweep, point)
     frequency = sweeps.nodes.frequency
     group = sweeps.groups.of_sweep[sweep]
     sigma = sweeps.slope_sigma[group]
@@ -177,12 +176,15 @@ def _whitened(
     local_laws = laws[group].tilted(state.tilt[group] * sigma, moved.temperature)
     line = model.linearise(local_laws, frequency, state.effects, moved, tangents)
     slopes = sigma[:, None, None] * line.by_slope
-    gain = float(np.exp(state.log_gain))
+    driving = np.arange(len(state.log_gain)) == point.source
+    gain = float(np.exp(state.log_gain[point.source]))
     local = np.concatenate([line.by_material, slopes, line.by_temperature[None]])
     splines = gain * sweeps.nodes.coefficients(
-        np.concatenate([local, line.transfer[None], line.by_parameter, np.zeros_like(line.transfer)[None]])
+        np.concatenate(
+            [local, driving[:, None, None] * line.transfer, line.by_parameter, np.zeros_like(line.transfer)[None]]
+        )
     )
-    predicted = splines[GLOBAL].copy()
+    predicted = splines[GLOBAL + point.source].copy()
     compressed = sweeps.compressed[sweep]
     splines[-1] = compressed.coefficients - predicted
     white = compressed.whitened(splines)

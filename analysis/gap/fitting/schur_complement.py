@@ -1,7 +1,7 @@
 """Schur complement of the normal equations of all sweeps.
 
-Laws and their slopes belong to a group of sweeps, temperatures to a sweep, gain and effects to the campaign:
-eliminating group by group leaves a small matrix for gain and effects, in which each effect keeps only the part
+Laws and their slopes belong to a group of sweeps, temperatures to a sweep, gains and effects to the campaign:
+eliminating group by group leaves a small matrix for gains and effects, in which each effect keeps only the part
 that is independent of laws and readings. A reading error common to all sweeps of a group is the same as another
 law at the group's mean reading; only contrasts of the errors are unknowns.
 """
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, helmert
 
-from analysis.arrays import Real
+from analysis.arrays import Mask, Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.normal_equations import GLOBAL, LAWS, SLOPES, TEMPERATURE, SweepEquations
 from analysis.gap.fitting.state import GapState
@@ -34,12 +34,12 @@ class Block:
         Its sweeps.
     contrasts : (m, m - 1) ndarray
         Orthonormal, of its readings.
-    lever : (q, 1 + P) ndarray
-        By how much its unknowns follow gain and effects, with opposite sign.
+    lever : (q, I + P) ndarray
+        By how much its unknowns follow gains and effects, with opposite sign.
     own : (q,) ndarray
-        Their step at fixed gain and effects.
+        Their step at fixed gains and effects.
     variance : (q,) ndarray
-        At fixed gain and effects.
+        At fixed gains and effects.
     """
 
     members: NDArray[np.int_]
@@ -63,21 +63,45 @@ class LocalStep:
 
 
 @dataclass(frozen=True)
+class WithoutGains:
+    """What eliminating the log gains leaves.
+
+    Attributes
+    ----------
+    matrix : (P, P) ndarray
+        For the effects' parameters.
+    gradient : (P,) ndarray
+    covariance : (I, I) ndarray
+        Of the log gains at fixed parameters; 0 for those held.
+    lever : (I, P) ndarray
+        By how much the log gains follow the parameters, with opposite sign.
+    """
+
+    matrix: Real
+    gradient: Real
+    covariance: Real
+    lever: Real
+
+
+@dataclass(frozen=True)
 class SchurComplement:
     """All sweeps together, laws and temperatures eliminated.
 
     Attributes
     ----------
-    matrix : (1 + P, 1 + P) ndarray
-        Schur complement for log gain and the effects' parameters.
-    gradient : (1 + P,) ndarray
-    raw : (1 + P, 1 + P) ndarray
+    gains : int
+        Number I of inputs.
+    matrix : (I + P, I + P) ndarray
+        Schur complement for the log gains and the effects' parameters.
+    gradient : (I + P,) ndarray
+    raw : (I + P, I + P) ndarray
         `matrix` before the elimination: the size of each column.
     predicted_decrease : float
         Predicted decrease of chi2 by the eliminated unknowns alone.
     blocks : tuple of Block
     """
 
+    gains: int
     matrix: Real
     gradient: Real
     raw: Real
@@ -85,7 +109,7 @@ class SchurComplement:
     blocks: tuple[Block, ...] = field(repr=False)
 
     def follow(self, step: Real, sweeps: int) -> LocalStep:
-        """Return the steps of all that was eliminated once gain and effects step by `step` (1 + P,)."""
+        """Return the steps of all that was eliminated once gains and effects step by `step` (I + P,)."""
         local = [block.own - block.lever @ step for block in self.blocks]
         away = np.zeros(sweeps)
         for block, steps in zip(self.blocks, local, strict=True):
@@ -93,8 +117,24 @@ class SchurComplement:
                 away[block.members] = block.contrasts @ steps[OWN:]
         return LocalStep(np.array([x[LAWS] for x in local]), np.array([x[SLOPES] for x in local]), away)
 
+    @property
+    def seen(self) -> Mask:
+        """Which gains the sweeps tell anything of: those of inputs that drove one of them, (I,)."""
+        found: Mask = np.diag(self.raw)[: self.gains] > 0.0
+        return found
+
+    def without_gains(self, free: bool = True) -> "WithoutGains":
+        """Eliminate the log gains, or hold them; those of inputs that drove no sweep are held."""
+        count, moving = self.gains, self.seen & free
+        covariance = np.zeros((count, count))
+        covariance[np.ix_(moving, moving)] = np.linalg.inv(self.matrix[:count, :count][np.ix_(moving, moving)])
+        lever = covariance @ self.matrix[:count, count:]
+        left = self.matrix[count:, count:] - self.matrix[count:, :count] @ lever
+        gradient = self.gradient[count:] - lever.T @ self.gradient[:count]
+        return WithoutGains(0.5 * (left + left.T), gradient, covariance, lever)
+
     def law_sigma(self, joint: Real) -> Real:
-        """Return standard deviations (G, 3) of the laws when gain and effects have covariance `joint`."""
+        """Return standard deviations (G, 3) of the laws when gains and effects have covariance `joint`."""
         variance = [b.variance[LAWS] + ((b.lever[LAWS] @ joint) * b.lever[LAWS]).sum(1) for b in self.blocks]
         sigma: Real = np.sqrt(np.array(variance))
         return sigma
@@ -154,7 +194,9 @@ def schur_complement(
         predicted_decrease += float(pull @ own)
         variance = scale**2 * np.diag(cho_solve(factor, np.eye(len(local))))
         blocks.append(Block(members, contrasts, lever, own, variance))
-    return SchurComplement(0.5 * (matrix + matrix.T), gradient, raw, predicted_decrease, tuple(blocks))
+    return SchurComplement(
+        len(state.log_gain), 0.5 * (matrix + matrix.T), gradient, raw, predicted_decrease, tuple(blocks)
+    )
 
 
 def _group(
@@ -176,11 +218,3 @@ def _group(
     local[OWN:, OWN:] += np.eye(size - OWN) / reading_sigma**2
     pull[OWN:] -= contrasts.T @ away / reading_sigma**2
     return local, coupling, pull
-
-
-def without_gain(matrix: Real, gain_free: bool = True) -> tuple[Real, float]:
-    """Eliminate log gain, the first unknown: what is left (P, P), and the gain's own standard deviation."""
-    if not gain_free:
-        return matrix[1:, 1:], 0.0
-    left = matrix[1:, 1:] - np.outer(matrix[1:, 0], matrix[0, 1:]) / matrix[0, 0]
-    return 0.5 * (left + left.T), float(matrix[0, 0] ** -0.5)

@@ -1,4 +1,4 @@
-"""State of a fit: laws at the groups, errors of the readings, gain and effects."""
+"""State of a fit: laws at the groups, errors of the readings, gains and effects."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from analysis.effect_card import EffectCard, Parameter, Values
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
 from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
 
 
@@ -24,7 +25,8 @@ class GapState:
         What the laws' slopes are off, in their standard deviations.
     away : (T,) ndarray
         True temperature less reading, K.
-    log_gain : float
+    log_gain : (I,) ndarray
+        Of every input.
     effects : mapping
         Values of each effect that is switched on.
     """
@@ -32,8 +34,17 @@ class GapState:
     laws: NDArray[np.float64]
     tilt: NDArray[np.float64]
     away: NDArray[np.float64]
-    log_gain: float
+    log_gain: NDArray[np.float64]
     effects: Mapping[str, Values]
+
+    def circumstances(self, sweep: int, point: SweepPoint) -> SweepPoint:
+        """Return a sweep's circumstances as the fit sees them.
+
+        The temperature is that of the plate. The level is counted by the gain of the first input: amplifiers that
+        differ make of one generator voltage different motions.
+        """
+        louder = float(np.exp(self.log_gain[point.source] - self.log_gain[0]))
+        return replace(point, temperature=point.temperature + float(self.away[sweep]), level=point.level * louder)
 
     def with_effects(self, effects: Mapping[str, Values]) -> "GapState":
         """Return the same state with other effects."""
@@ -81,7 +92,7 @@ class GapState:
 def starting_state(updated: Updated, groups: TemperatureGroups) -> GapState:
     """State without effects from a model updating of the same sweeps; groups take the mean of their sweeps."""
     laws = mean_laws(updated.material, groups)
-    return GapState(laws, np.zeros_like(laws), np.zeros(len(groups.of_sweep)), float(np.log(updated.gain)), {})
+    return GapState(laws, np.zeros_like(laws), np.zeros(len(groups.of_sweep)), np.log(updated.gains), {})
 
 
 def clipped_laws(box: MaterialBox, laws: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ from analysis.arrays import Real
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
 from analysis.gap.fitting.normal_equations import linearise_all
-from analysis.gap.fitting.schur_complement import schur_complement, without_gain
+from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.search.candidate import Candidate, Column, solve_inside
 from analysis.twin_model import Tangent, TwinModel
 
@@ -200,12 +200,12 @@ def score_test(
     ]
     equations = linearise_all(model, sweeps, fit.state, tangents, executor)
     head = schur_complement(sweeps, equations, fit.state)
-    lever = head.matrix[0, 1:] / head.matrix[0, 0]
+    left, gains = head.without_gains(), head.gains
     return ScoreTest(
         columns=tuple(columns),
         active=tuple(on),
-        matrix=without_gain(head.matrix)[0],
-        read=without_gain(schur_complement(sweeps, equations, fit.state, readings=False).matrix)[0],
-        raw=head.raw[1:, 1:],
-        gradient=head.gradient[1:] - lever * head.gradient[0],
+        matrix=left.matrix,
+        read=schur_complement(sweeps, equations, fit.state, readings=False).without_gains().matrix,
+        raw=head.raw[gains:, gains:],
+        gradient=left.gradient,
     )

@@ -58,11 +58,12 @@ def _first_order(
     ]
     white = whiten_all(context.model, sweeps, state, tangents, context.executor)
     head = schur_complement(sweeps, [w.equations() for w in white], state)
-    left, begin = [], 1
+    alone, gains = head.without_gains(), head.gains
+    left, begin = [], gains
     for candidate in candidates:
-        step = np.zeros(1 + len(columns))
+        step = np.zeros(gains + len(columns))
         step[begin : begin + len(candidate.step)] = candidate.step
-        step[0] = (head.gradient[0] - head.matrix[0, 1:] @ step[1:]) / head.matrix[0, 0]
+        step[:gains] = alone.covariance @ head.gradient[:gains] - alone.lever @ step[gains:]
         begin += len(candidate.step)
         local = head.follow(step, sweeps.count)
         residual = []

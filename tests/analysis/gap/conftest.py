@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -103,6 +104,7 @@ class ToyPlate:
             weak = values["gamma"] * np.exp(values["softening"] * (point.temperature - 25.0))
             residue = residue / (1.0 + weak)
             square = square * (1.0 - 0.02 * weak * pattern[2] ** 2)
+        residue = np.roll(residue, 3 * point.source, axis=1)  # another place drives the same modes
         omega = 2 * np.pi * frequency
         dynamic = square[:, None] * (1.0 + 1j * (loss * np.ones(MODES))[:, None]) - omega**2
         h = 0.02 * residue @ ((2 * np.pi * f0[:, None]) ** 2 * eta_scale(f0)[:, None] / dynamic)
@@ -133,7 +135,7 @@ class ToyPlate:
             tilt = 1e-5 * np.eye(3)[law]
             up, down = (laws.tilted(s * tilt, point.temperature) for s in (1, -1))
             by_slope.append((at(laws=up) - at(laws=down)) / 2e-5)
-        warm, cold = (SweepPoint(point.temperature + s * 1e-3, point.rate, point.level) for s in (1, -1))
+        warm, cold = (replace(point, temperature=point.temperature + s * 1e-3) for s in (1, -1))
         by_parameter = []
         for name, parameter, values in tangents:
             values = effects.get(name, values)
@@ -184,6 +186,8 @@ def protocol(temperatures, directions=("up", "down"), levels=(1.0,)):
 
 
 GAIN = 11.0
+GAINS = (11.0, 7.5)
+"""Of the first input and of a second one."""
 
 
 def record(
@@ -199,24 +203,29 @@ def record(
     spacing=1.0,
     extra=None,
     reading_sigma=0.035,
+    sources=(0,),
 ):
-    """FRFs of a toy campaign and its protocol; `stated` is stated over true standard deviation of the noise."""
+    """FRFs of a toy campaign and its protocol; `stated` is stated over true standard deviation of the noise.
+
+    Each of `sources` drives in its turn.
+    """
     rng = np.random.default_rng(seed)
     plate = ToyPlate(channels)
     frequency = np.arange(100.0, 1500.0 + spacing / 2, spacing)
-    h, variance, readings, ways, drives = [], [], [], [], []
+    h, variance, readings, ways, drives, driven_by = [], [], [], [], [], []
     for way in directions:
         for t in temperatures if way == "up" else reversed(temperatures):
-            for level in levels:
+            for level, source in product(levels, sources):
                 true = t + 0.02 * rng.standard_normal()
                 slope = (true_laws(true + 0.01) - true_laws(true - 0.01)) / 0.02
                 curvature = (true_laws(true + 0.1) - 2 * true_laws(true) + true_laws(true - 0.1)) / 0.01
                 laws = LocalLaws(true, true_laws(true), slope, curvature)
-                point = SweepPoint(true, (1 if way == "up" else -1) * 0.4 / 60.0, level)
+                point = SweepPoint(true, (1 if way == "up" else -1) * 0.4 / 60.0, level, source)
+                point = replace(point, level=level * GAINS[source] / GAINS[0])
                 clean = plate.transfer(point, laws, effects or {}, frequency)
                 if extra is not None:
                     clean = clean + extra(frequency, true)
-                clean = GAIN * clean
+                clean = GAINS[source] * clean
                 power = noise**2 * (np.abs(clean) ** 2).mean(-1, keepdims=True) * (300.0 / frequency)
                 error = rng.standard_normal(clean.shape) + 1j * rng.standard_normal(clean.shape)
                 h.append(clean + np.sqrt(power / 2.0) * error)
@@ -224,6 +233,7 @@ def record(
                 readings.append(true + reading_sigma * rng.standard_normal())
                 ways.append(way)
                 drives.append(level)
+                driven_by.append(source)
     frf = Frf(
         temperature=np.array(readings),
         direction=tuple(ways),
@@ -234,14 +244,16 @@ def record(
         coherence=np.full((len(h), channels, len(frequency)), 0.99),
         excluded=np.abs(frequency - 50.0 * np.round(frequency / 50.0)) < 1.5 * spacing,
         channels=tuple(f"S{k + 1}" for k in range(channels)),
+        source=np.array(driven_by) if max(sources) else None,
+        sources=("A1", "A2") if max(sources) else (),
     )
     return frf, protocol(temperatures, directions, levels)
 
 
-def start_near(groups, *, off=0.005):
+def start_near(groups, *, off=0.005, inputs=1):
     """Start as model updating would give it: right to half a percent."""
     laws = true_laws(groups.reference) + off * np.array([1.0, 0.2, 2.0])
-    return GapState(laws, np.zeros_like(laws), np.zeros(len(groups.of_sweep)), float(np.log(GAIN)) + off, {})
+    return GapState(laws, np.zeros_like(laws), np.zeros(len(groups.of_sweep)), np.log(GAINS[:inputs]) + off, {})
 
 
 def updated(frf, *, off=0.004):
@@ -261,6 +273,7 @@ def updated(frf, *, off=0.004):
         noise_floor=zeros,
         chi2_per_dof=zeros,
         settled=np.ones(len(laws), dtype=bool),
+        further=None if frf.source is None else np.array([[GAINS[1] * (1.0 + off), 0.0]]),
     )
 
 
@@ -281,6 +294,7 @@ class ToyTools:
     Plate = ToyPlate
     cards = CARDS
     gain = GAIN
+    gains = GAINS
     record = staticmethod(record)
     laws = staticmethod(true_laws)
     start = staticmethod(start_near)

@@ -11,6 +11,7 @@ from analysis.effect_card import EffectCard
 from analysis.frf import Frf
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
 from analysis.twin_model import Linearisation
 
 
@@ -36,7 +37,7 @@ class AffineModes:
         return self
 
     def sensitivities(
-        self, e: float, nu: float, eta: float, frequency: NDArray[np.float64]
+        self, e: float, nu: float, eta: float, frequency: NDArray[np.float64], source: int = 0
     ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         c1 = e / (1 - nu**2)
         plate = c1 * (self.a + nu * self.b)
@@ -44,15 +45,17 @@ class AffineModes:
         z = (1 + 1j * eta) * plate + self.p - omega2
         slope_nu = c1 * (2 * nu / (1 - nu**2) * (self.a + nu * self.b) + self.b)
         slopes = [(1 + 1j * eta) * plate / e, (1 + 1j * eta) * slope_nu, 1j * plate]
-        h = self.residues @ (1 / z).T
-        return h, np.array([self.residues @ (-slope / z**2).T for slope in slopes])
+        residues = np.roll(self.residues, 3 * source, axis=1)  # another place drives the same modes
+        h = residues @ (1 / z).T
+        return h, np.array([residues @ (-slope / z**2).T for slope in slopes])
 
-    def frf(self, laws: LocalLaws, frequency: NDArray[np.float64], *_: object) -> NDArray[np.complex128]:
-        return self.linearise(laws, frequency).transfer
+    def frf(self, laws: LocalLaws, frequency: NDArray[np.float64], *rest: object) -> NDArray[np.complex128]:
+        return self.linearise(laws, frequency, *rest).transfer
 
-    def linearise(self, laws: LocalLaws, frequency: NDArray[np.float64], *_: object) -> Linearisation:
+    def linearise(self, laws: LocalLaws, frequency: NDArray[np.float64], *rest: object) -> Linearisation:
+        source = next((one.source for one in rest if isinstance(one, SweepPoint)), 0)
         e, nu, eta = np.exp(laws.value[0]), laws.value[1], np.exp(laws.value[2])
-        transfer, slopes = self.sensitivities(e, nu, eta, frequency)
+        transfer, slopes = self.sensitivities(e, nu, eta, frequency, source)
         nothing = np.zeros((0, *transfer.shape), complex)
         by_material = slopes * np.array([e, 1.0, eta])[:, None, None]
         return Linearisation(transfer, by_material, 0.0 * by_material, 0.0 * transfer, nothing)
@@ -64,10 +67,11 @@ class AffineModes:
         gain: float,
         rng: np.random.Generator,
         noise: float = 0.01,
+        source: int = 0,
     ) -> Frf:
         """One sweep at each temperature, with white noise of a share of its rms."""
-        frequency = np.arange(100.0, 1500.0, 1.0)
-        clean = gain * np.array([self.frf(LocalLaws.of_material(*row), frequency) for row in constants])
+        frequency, point = np.arange(100.0, 1500.0, 1.0), SweepPoint(20.0, 0.0, 1.0, source)
+        clean = gain * np.array([self.frf(LocalLaws.of_material(*row), frequency, point) for row in constants])
         variance = np.full(clean.shape, noise**2) * (np.abs(clean) ** 2).mean((1, 2), keepdims=True)
         error = rng.standard_normal((2, *clean.shape)) * np.sqrt(variance / 2)
         return Frf(

@@ -124,3 +124,28 @@ def test_the_estimates_are_the_optimum_over_all_lines(twin) -> None:
     inflated = sigma[:-1].reshape(-1, 3).T * np.sqrt(np.maximum(result.chi2_per_dof, 1.0))
     np.testing.assert_allclose(np.array(stated), inflated, rtol=1e-3)
     assert result.sigma_gain / result.gain == pytest.approx(sigma[-1], rel=0.05)
+
+
+def test_two_inputs_share_a_material_and_have_gains_of_their_own(twin) -> None:
+    rng = np.random.default_rng(5)
+    few = slice(None, None, 2)
+    rows = list(zip(E_TRUE[few], NU_TRUE[few], ETA_TRUE[few], strict=True))
+    first, second = (
+        twin.measured(TEMPERATURE[few], rows, gain, rng, source=source)
+        for source, gain in enumerate((GAIN, 0.5 * GAIN))
+    )
+    count = len(rows)
+    both = replace(
+        first,
+        temperature=np.tile(TEMPERATURE[few], 2), direction=("up",) * 2 * count, level=np.ones(2 * count),
+        **{name: np.concatenate([getattr(first, name), getattr(second, name)])
+           for name in ("h", "variance", "coherence")},
+        source=np.repeat([0, 1], count), sources=("A1", "A2"),
+    )  # fmt: skip
+    result = update(both, twin)
+    assert result.settled.all()
+    np.testing.assert_allclose(result.material.youngs_modulus, np.tile(E_TRUE[few], 2), rtol=2e-3)
+    np.testing.assert_allclose(result.gains, [GAIN, 0.5 * GAIN], atol=4 * result.sigma_gains.max())
+    np.testing.assert_allclose(result.chi2_per_dof, 1.0, atol=0.12)
+    alone = update(both.of_source(0), twin)
+    np.testing.assert_allclose(alone.gain, result.gain, rtol=1e-6)  # a sweep has a material of its own

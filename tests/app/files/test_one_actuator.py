@@ -1,15 +1,19 @@
-"""A recording of two actuators is two campaigns; files that do not say who drove are named."""
+"""A recording of two actuators is one campaign, or one for each; files that do not say who drove are named."""
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from analysis.chosen_actuator import sweeps_of_actuator
+from analysis.frf import campaign_frf
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
 from app.files.one_actuator import driven_by
 from app.files.recorded_campaign import read_recording
+from app.files.uff_campaign import campaign_frfs
 
 HAMMER = '\n[[drive]]\nid = "hammer"\nkind = "force"\npoint = [0.12, 0.1]\n'
 
@@ -39,17 +43,56 @@ def test_each_actuator_is_a_campaign(recorded: Path, run_flexura: Callable[..., 
     assert [patch.role for patch in campaign.experiment.patch] == ["shorted", "sensor", "sensor"]
 
 
-def test_which_one_has_to_be_said(recorded: Path) -> None:
-    with pytest.raises(CampaignFileError, match=r"2 have the role actuator.*flexura import --actuator ID"):
+def test_both_are_one_campaign(recorded: Path, run_flexura: Callable[..., tuple[int, str, str]]) -> None:
+    status, _, message = run_flexura("import", recorded)
+    assert status == 0, message
+    for folder in (recorded, recorded.with_name("plate-campaign")):
+        campaign = load_campaign(folder)
+        assert [one.id for one in campaign.experiment.inputs] == ["A1", "hammer"]
+        assert sorted(sweep.source for sweep in campaign.sweeps) == [0, 0, 0, 1, 1, 1]
+        frf = campaign_frf(campaign)
+        assert frf.sources == ("A1", "hammer")
+        assert [frf.label(0, k) for k, one in enumerate(frf.driven_by) if one][:1] == ["S1/hammer [V/N]"]
+        hammer = frf.of_source(1)
+        assert (hammer.label(1), hammer.unit(1)) == ("S2/hammer [V/N]", "V/N")
+    chosen = sweeps_of_actuator(frf, "hammer")
+    np.testing.assert_array_equal(chosen.h, hammer.h)
+    assert chosen.notes[-1] == "modes of the sweeps that hammer drove, of A1, hammer: --actuator ID"
+    np.testing.assert_array_equal(sweeps_of_actuator(frf, None).h, frf.of_source(0).h)
+    with pytest.raises(ValueError, match="'shaker' drove no sweep; allowed: A1, hammer"):
+        sweeps_of_actuator(frf, "shaker")
+    alone = campaign_frf(read_recording(recorded, actuator="hammer").campaign)
+    np.testing.assert_array_equal(hammer.h, alone.h)
+    names = [(one.name, one.reference, one.units) for one in campaign_frfs(campaign.experiment, frf)]
+    assert [one[1:] for one in names if "hammer" in one[0]] == [("4:-3", ("V", "N"))] * 6
+
+
+def test_a_sweep_of_each_that_is_missing_is_told(recorded: Path) -> None:
+    gone = sorted((recorded / "sweeps").glob("*.tdms"))[-1]
+    gone.unlink()
+    with pytest.raises(CampaignFileError, match=r"missing.*1 of the protocol's sweeps: .* V from input 2"):
         read_recording(recorded)
+
+
+def test_an_actuator_that_drove_nothing_is_told(recorded: Path) -> None:
+    declaration = recorded / "campaign.toml"
+    text = declaration.read_text(encoding="utf-8")
+    declaration.write_text(text + HAMMER.replace("hammer", "shaker"), encoding="utf-8")
+    with pytest.raises(CampaignFileError, match=r"shaker drove no sweep.*remove its \[\[drive\]\]"):
+        read_recording(recorded, allow_missing=True)
+
+
+def test_which_one_has_to_be_known(recorded: Path) -> None:
     with pytest.raises(CampaignFileError, match=r"--actuator.*'shaker'.*A1, hammer"):
         read_recording(recorded, actuator="shaker")
 
 
 def test_a_sweep_that_names_none_is_told(tiny: Any, tmp_path: Path) -> None:
     tiny.toml += HAMMER
-    with pytest.raises(CampaignFileError, match=r"sweeps/000.*actuator = nothing; allowed: A1 or hammer"):
-        read_recording(tiny.write(tmp_path / "plate"), actuator="A1")
+    folder = tiny.write(tmp_path / "plate")
+    for actuator in ("A1", None):
+        with pytest.raises(CampaignFileError, match=r"sweeps/000.*actuator = nothing; allowed: A1 or hammer"):
+            read_recording(folder, actuator=actuator)
 
 
 def test_a_declaration_of_one_stays_as_it_is(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from analysis.channel import Footprint
 from analysis.experiment import Experiment
 from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
+from analysis.sweep_point import SweepPoint
 from simulation.reduction.footprint_reduction import reduce_with_footprints
 from simulation.shell.electric_load import ElectricLoad
 from simulation.shell.factors import factorize
@@ -188,3 +189,23 @@ def test_footprints_that_were_not_reduced_are_refused(experiment, reduced):
         Twin.of(experiment, replace(reduced, footprints=np.zeros((0, reduced.size))))
     with pytest.raises(ValueError, match="a voltage is read of a port"):
         Instruments(0, 1.0, (), (), (Pickup(1),))
+
+
+def test_several_inputs_answer_as_each_alone(experiment, reduced):
+    """Of inputs that drive in turn, patches at rest are held at 0 V and forces do not act."""
+    dumped = experiment.model_dump()
+    drivers = [patch | {"role": "actuator"} if patch["role"] == "shorted" else patch for patch in dumped["patch"]]
+    both = Experiment.model_validate(dumped | {"patch": drivers})
+    joint = Twin.of(both, DeclaredPlate(reduced))
+    assert [one.id for one in both.inputs] == [*(p["id"] for p in drivers if p["role"] == "actuator"), "hammer"]
+    hammer = Twin.of(experiment, DeclaredPlate(reduced))
+    laws = LocalLaws.of_material(*MATERIAL)
+    point = SweepPoint(20.0, 0.0, 1.0, source=1)
+    expected = hammer.linearise(laws, LINES)
+    found = joint.linearise(laws, LINES, point=point)
+    np.testing.assert_allclose(joint.frf(laws, LINES, point=point), expected.transfer, rtol=1e-12)
+    np.testing.assert_allclose(found.by_material, expected.by_material, rtol=1e-9)
+    first = Instruments.of(both, both.inputs[0])
+    alone = Twin(DeclaredPlate(reduced), first, both).frf(laws, LINES)
+    np.testing.assert_allclose(joint.frf(laws, LINES), alone, rtol=1e-12)
+    assert np.abs(alone[-1] - expected.transfer[-1]).max() > 0.1 * np.abs(alone[-1]).max()

@@ -140,3 +140,42 @@ def test_undeclared_footprints_are_refused(experiment, operators):
 def test_ports_are_patches_then_footprints(experiment):
     instruments = Instruments.of(experiment)
     assert (instruments.source, instruments.connected, instruments.seen) == (2, (1, 0), (1, 0, 3, 4))
+
+
+@pytest.fixture(scope="module")
+def joint(experiment, operators):
+    """Make the twin that a patch and the hammer drive in turn, and that of the hammer, the patch held at 0 V."""
+    dumped = experiment.model_dump()
+
+    def with_patch(role):
+        changed = Experiment.model_validate(
+            dumped | {"patch": [dumped["patch"][0] | {"role": role}, dumped["patch"][1]]}
+        )
+        return replace(Twin.of(changed, EffectPlate(operators), library(changed)), reach=np.inf).referred(LAWS)
+
+    return with_patch("actuator"), with_patch("shorted")
+
+
+def test_only_a_voltage_leaks_past_the_plate(joint):
+    both, _ = joint
+    gain = 0.01
+    for source, leaks in ((0, [gain, 0.0, 0.0]), (1, [0.0, 0.0, 0.0])):
+        point = replace(POINT, source=source)
+        plain, fed = (both.frf(LAWS, LINES, on, point) for on in ({}, {"feedthrough": {"gain": gain}}))
+        np.testing.assert_allclose(fed - plain, np.tile(np.array(leaks)[:, None], LINES.size), atol=1e-12)
+
+
+def test_whichever_input_drives_strain_is_counted_from_that_of_the_first(joint):
+    both, hammer = joint
+    on = {"amplitude_softening": {"a": 0.05, "b": 0.1}}
+    louder = SweepPoint(POINT.temperature, POINT.rate, 30.0, source=1)
+    same_unit = replace(hammer, peak_energy=both.peak_energy)
+    expected = same_unit.frf(LAWS, LINES, on, replace(louder, source=0))
+    np.testing.assert_allclose(both.frf(LAWS, LINES, on, louder), expected, rtol=1e-9)
+    assert both.peak_energy != pytest.approx(hammer.peak_energy, rel=0.1)
+    found = both.linearise(LAWS, LINES, on, louder, [("amplitude_softening", "a", {})])
+    stepped = [
+        both.frf(LAWS, LINES, {"amplitude_softening": {"a": 0.05 + s * 1e-5, "b": 0.1}}, louder) for s in (1, -1)
+    ]
+    numeric = (stepped[0] - stepped[1]) / 2e-5
+    assert np.abs(found.by_parameter[0] - numeric).max() < 1e-4 * np.abs(numeric).max()

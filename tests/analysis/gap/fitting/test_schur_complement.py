@@ -6,11 +6,18 @@ import pytest
 from analysis.gap.fitting.normal_equations import GLOBAL, TEMPERATURE, linearise_all
 from analysis.gap.fitting.schur_complement import OWN, schur_complement
 
+DENSE = tuple(np.arange(0.0, 13.0, 2.0))
 
-@pytest.fixture(scope="module", params=[(10.0, 26.0), tuple(np.arange(0.0, 13.0, 2.0))], ids=["sparse", "dense"])
+
+@pytest.fixture(
+    scope="module",
+    params=[((10.0, 26.0), (0,)), (DENSE, (0,)), ((10.0, 26.0), (0, 1))],
+    ids=["sparse", "dense", "two inputs"],
+)
 def problem(request, toy, pool):
-    sweeps, _ = toy.prepared(temperatures=request.param, effects={"mass": {"grams": 0.5}})
-    state = toy.start(sweeps.groups)
+    temperatures, sources = request.param
+    sweeps, _ = toy.prepared(temperatures=temperatures, sources=sources, effects={"mass": {"grams": 0.5}})
+    state = toy.start(sweeps.groups, inputs=len(sources))
     tangents = [("mass", "grams", {"grams": 0.0}), ("lag", "tau", {"tau": 0.0})]
     return sweeps, state, linearise_all(toy.Plate(), sweeps, state, tangents, pool)
 
@@ -78,5 +85,17 @@ def test_known_temperatures_leave_a_lag_more_to_say(problem):
         schur_complement(sweeps, equations, state),
         schur_complement(sweeps, equations, state, readings=False),
     )
-    assert read.matrix[2, 2] > 100.0 * unread.matrix[2, 2]
-    assert read.matrix[2, 2] < 1.0001 * read.raw[2, 2]
+    assert read.matrix[-1, -1] > 100.0 * unread.matrix[-1, -1]
+    assert read.matrix[-1, -1] < 1.0001 * read.raw[-1, -1]
+
+
+def test_eliminating_the_gains_too_is_solving_the_whole(problem):
+    sweeps, state, equations = problem
+    head = schur_complement(sweeps, equations, state)
+    left = head.without_gains()
+    step = np.linalg.solve(head.matrix, head.gradient)
+    assert np.linalg.solve(left.matrix, left.gradient) == pytest.approx(step[head.gains :], rel=1e-6)
+    gains = left.covariance @ head.gradient[: head.gains] - left.lever @ step[head.gains :]
+    assert gains == pytest.approx(step[: head.gains], rel=1e-6)
+    covariance = np.linalg.inv(head.matrix)
+    assert np.linalg.inv(left.matrix) == pytest.approx(covariance[head.gains :, head.gains :], rel=1e-6)

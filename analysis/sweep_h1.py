@@ -1,0 +1,57 @@
+"""H1 of one recorded sweep at all outputs, repeats that stray left out."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.campaign import Sweep
+from analysis.h1 import bad_repeats, h1, single_repeat_power, smooth_power
+
+
+def sweep_h1(
+    sweep: Sweep, lines: slice, excluded: NDArray[np.bool_], names: Sequence[str], notes: list[str]
+) -> tuple[list[NDArray[np.complex128]], list[NDArray[np.float64]], list[NDArray[np.float64]]]:
+    """H1, its variance and the coherence of one sweep.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    lines : slice
+        Of the spectrum, that are wanted.
+    excluded : (F,) bool ndarray
+        Lines that say nothing of the noise.
+    names : sequence of str
+        Of the outputs.
+    notes : list of str
+        One is added for every repeat left out.
+
+    Returns
+    -------
+    h, variance, coherence : list of (F,) ndarray
+        One per output.
+
+    Raises
+    ------
+    ValueError
+        Where too few repeats are left.
+    """
+    h_rows, variance_rows, coherence_rows = [], [], []
+    bad = {
+        r: name
+        for name, response in zip(names, sweep.responses, strict=True)
+        for r in bad_repeats(sweep.drive, response, lines)
+    }
+    good = [r for r in range(sweep.drive.shape[0]) if r not in bad]
+    notes.extend(f"step {sweep.step}: repeat {r + 1} left out, {name} strays" for r, name in bad.items())
+    if len(good) < 2 <= sweep.drive.shape[0]:
+        raise ValueError(f"sweep {sweep.step}: repeats {sorted(r + 1 for r in bad)} stray; too few are left")
+    for response in sweep.responses:
+        h, power, coherence = h1(sweep.drive[good], response[good])
+        h, power = h[lines], power[lines]
+        if len(good) == 1:
+            power = single_repeat_power(h)
+        h_rows.append(h)
+        variance_rows.append(smooth_power(power, excluded) / len(good))
+        coherence_rows.append(np.clip(coherence[lines], 0.0, 1.0))
+    return h_rows, variance_rows, coherence_rows
