@@ -59,6 +59,14 @@ class GapSweeps:
         return len(self.points)
 
     @property
+    def legs(self) -> list[list[int]]:
+        """Sweeps on one ramp, at one level and from one input, the coldest of each first."""
+        legs: dict[tuple[str, float, int], list[int]] = {}
+        for s in sorted(range(self.count), key=lambda s: self.points[s].temperature):
+            legs.setdefault((self.direction[s], self.points[s].level, self.points[s].source), []).append(s)
+        return [legs[leg] for leg in sorted(legs)]
+
+    @property
     def numbers(self) -> int:
         """Real numbers that take part."""
         return 2 * int(self.rows.sum())

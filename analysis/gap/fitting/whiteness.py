@@ -30,14 +30,8 @@ def whiteness(sweeps: GapSweeps, residual: NDArray[np.complex128]) -> tuple[floa
 
 
 def neighbours(sweeps: GapSweeps) -> list[tuple[int, int]]:
-    """Sweeps next to each other in temperature, at one level and on one ramp."""
-    pairs = []
-    legs = sorted({(d, p.level) for d, p in zip(sweeps.direction, sweeps.points, strict=True)})
-    for leg in legs:
-        own = [s for s in range(sweeps.count) if (sweeps.direction[s], sweeps.points[s].level) == leg]
-        own.sort(key=lambda s: sweeps.points[s].temperature)
-        pairs += list(pairwise(own))
-    return pairs
+    """Sweeps next to each other in temperature, at one level of one input and on one ramp."""
+    return [pair for leg in sweeps.legs for pair in pairwise(leg)]
 
 
 def _correlation(a: NDArray[np.complex128], b: NDArray[np.complex128], rows: NDArray[np.bool_]) -> float:

@@ -160,11 +160,15 @@ def splits(sweeps: GapSweeps) -> list[Split]:
         last[:, -1] = True
         name = f"channel {sweeps.channels[-1]}"
         found.append(Split(name, sweeps.masked(~last), sweeps.masked(last), laws_free=False))
-    levels = sorted({p.level for p in sweeps.points})
-    if len(levels) > (2 if found else 1):
-        high = [s for s in range(sweeps.count) if sweeps.points[s].level == levels[-1]]
+    levels: dict[int, set[float]] = {}
+    for point in sweeps.points:  # a volt at one input is none at another
+        levels.setdefault(point.source, set()).add(point.level)
+    top = {source: max(its) for source, its in levels.items() if len(its) > (2 if found else 1)}
+    if top:
+        high = [s for s, p in enumerate(sweeps.points) if p.level == top.get(p.source)]
         low = [s for s in range(sweeps.count) if s not in high]
-        found.append(Split(f"level {levels[-1]:g} V", sweeps.only(low), sweeps.only(high), laws_free=True))
+        what = f"level {top[0]:g} V" if len(levels) == 1 and 0 in top else "highest level of each actuator"
+        found.append(Split(what, sweeps.only(low), sweeps.only(high), laws_free=True))
     if not found:
         block = np.arange(shape[-1]) * FREQUENCY_BLOCKS // shape[-1]
         odd_blocks: NDArray[np.bool_] = np.broadcast_to(block % 2 == 1, shape)

@@ -59,10 +59,8 @@ def _evidence(sweeps: GapSweeps, residual: NDArray[np.complex128], shift: NDArra
     blocks = aligned[..., :usable].reshape(*aligned.shape[:2], -1, NODES_TOGETHER)
     averages = blocks.sum(-1) / np.sqrt(NODES_TOGETHER)
     total = 0.0
-    for leg in sorted({(d, p.level) for d, p in zip(sweeps.direction, sweeps.points, strict=True)}):
-        own = [s for s in range(sweeps.count) if (sweeps.direction[s], sweeps.points[s].level) == leg]
-        own.sort(key=lambda s: sweeps.points[s].temperature)
-        ordered = averages[own]
+    for leg in sweeps.legs:
+        ordered = averages[leg]
         orders = dct(ordered.real, axis=0, norm="ortho") + 1j * dct(ordered.imag, axis=0, norm="ortho")
         for order in orders[:ORDERS]:
             for band in np.array_split(order, BANDS, axis=-1):

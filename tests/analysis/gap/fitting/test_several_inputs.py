@@ -1,10 +1,14 @@
 """Sweeps of several inputs fitted jointly: one set of laws and effects, a gain for each input."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from analysis.gap.fitting.fit import fit_gap
+from analysis.gap.fitting.whiteness import neighbours
 from analysis.gap.gap import find_gap
+from analysis.gap.search.held_out import splits
 
 TEMPERATURES = tuple(np.arange(2.0, 39.0, 4.0))
 MASS = {"mass": {"grams": 1.5}}
@@ -58,3 +62,26 @@ def test_the_effect_is_named_from_both_inputs(toy, pool):
     assert effect.name == "mass"
     assert effect.parameters[0].value == pytest.approx(1.5, abs=4.0 * effect.parameters[0].sigma)
     assert np.abs(np.exp(found.state.log_gain) - toy.gains) == pytest.approx(0.0, abs=5.0 * found.sigma_gain.max())
+
+
+def test_neighbours_in_temperature_have_one_input(fits):
+    sweeps, *_ = fits
+    pairs = neighbours(sweeps)
+    assert len(pairs) == sweeps.count - len(sweeps.legs) > 0
+    assert len(sweeps.legs) == 4  # two ways, two inputs
+    for left, right in pairs:
+        assert sweeps.points[left].source == sweeps.points[right].source
+        assert sweeps.points[left].temperature < sweeps.points[right].temperature
+
+
+def test_the_highest_level_of_each_input_is_held_out_and_no_input_as_a_whole(toy):
+    sweeps, _ = toy.prepared(temperatures=TEMPERATURES[:2], directions=("up",), levels=(1.0, 2.0), sources=(0, 1))
+    volts_and_newtons = tuple(
+        replace(p, level=10.0 * p.level if p.source == 0 else p.level) for p in sweeps.points
+    )
+    *_, split = splits(replace(sweeps, points=volts_and_newtons, channels=("S1",)))
+    assert split.what == "highest level of each actuator"
+    assert {(p.source, p.level) for p in split.test.points} == {(0, 20.0), (1, 2.0)}
+    assert {(p.source, p.level) for p in split.learn.points} == {(0, 10.0), (1, 1.0)}
+    one_each = tuple(replace(p, level=10.0 if p.source == 0 else 1.0) for p in sweeps.points)
+    assert all("level" not in split.what for split in splits(replace(sweeps, points=one_each, channels=("S1",))))
