@@ -2,7 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from analysis.frf import Frf
+from analysis.identification.tracked_modes import TrackedModes
 
 
 def sweeps_of_actuator(frf: Frf, actuator: str | None) -> Frf:
@@ -18,3 +22,41 @@ def sweeps_of_actuator(frf: Frf, actuator: str | None) -> Frf:
     source = 0 if actuator is None else frf.sources.index(actuator)
     note = f"modes of the sweeps that {frf.sources[source]} drove, of {', '.join(frf.sources)}: --actuator ID"
     return replace(frf.of_source(source), notes=(*frf.notes, note))
+
+
+def sweeps_of_modes(frf: Frf, tracked: TrackedModes) -> NDArray[np.int_]:
+    """Find the sweeps that modes were identified from: all, or those of one actuator.
+
+    Parameters
+    ----------
+    frf : Frf
+        T sweeps.
+    tracked : TrackedModes
+
+    Returns
+    -------
+    (T,) int ndarray
+        Place of every sweep in `tracked`, -1 where it is not one of them. Of several actuators whose sweeps have
+        the same temperatures, it is the one whose FRFs the modes miss least.
+    """
+    places = np.full(len(frf.temperature), -1)
+    rows = [np.flatnonzero(frf.driven_by == source) for source in np.unique(frf.driven_by)]
+    fitting = [
+        some for some in (rows if frf.sources else [np.arange(len(places))]) if _same_sweeps(frf, some, tracked)
+    ]
+    if fitting:
+        own = min(fitting, key=lambda some: _missed(frf, some[0], tracked)) if len(fitting) > 1 else fitting[0]
+        places[own] = np.arange(len(own))
+    return places
+
+
+def _same_sweeps(frf: Frf, rows: NDArray[np.int_], tracked: TrackedModes) -> bool:
+    return bool(np.array_equal(frf.temperature[rows], tracked.temperature))
+
+
+def _missed(frf: Frf, row: int, tracked: TrackedModes) -> float:
+    """Share of a sweep's FRFs, in power, that the first modes leave inside the band they were found in."""
+    modes = tracked.modes[0]
+    inside = (frf.frequency >= modes.band[0]) & (frf.frequency <= modes.band[1]) & ~frf.excluded
+    h = frf.h[row][:, inside]
+    return float((np.abs(h - modes.synthesis(frf.frequency[inside])) ** 2).sum() / (np.abs(h) ** 2).sum())

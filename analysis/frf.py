@@ -105,6 +105,13 @@ class Frf:
         """Return the unit of a channel's transfer in a sweep."""
         return self.units[self._place(channel, sweep)] if self.units else "V/V"
 
+    def drive(self, sweep: int) -> str:
+        """Say how a sweep was driven: ``10 V``, and ``2 N at hammer`` where there are several inputs."""
+        unit = self.unit(0, sweep).rsplit("/", 1)[-1]
+        return f"{self.level[sweep]:g} {unit}" + (
+            f" at {self.sources[self.driven_by[sweep]]}" if self.sources else ""
+        )
+
     def _place(self, channel: int, sweep: int) -> int:
         return len(self.channels) * int(self.driven_by[sweep]) + channel
 
@@ -131,7 +138,7 @@ class Frf:
         """Return the FRFs without some sweeps, and a note for each, which `why` goes on."""
         kept = np.setdiff1d(np.arange(len(self.temperature)), sweeps)
         left_out = (
-            f"sweep at {self.temperature[s]:.1f} °C ({self.direction[s]}, {self.level[s]:g} V) left out: {why}"
+            f"sweep at {self.temperature[s]:.1f} °C ({self.direction[s]}, {self.drive(int(s))}) left out: {why}"
             for s in sweeps
         )
         return replace(self._only(kept), notes=(*self.notes, *left_out))

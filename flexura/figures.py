@@ -90,7 +90,7 @@ FIGURES: Mapping[type, Mapping[str, Callable[..., Figure]]] = {
     Updating: {
         "laws": lambda found: updated.laws(found.updated, found.laws),
         "overlays": _twin,
-        "misfit": lambda found: updated.misfit(found.updated),
+        "misfit": lambda found: updated.misfit(found.updated, found.frf),
     },
     GapComparison: {
         "residual": _of_gap(gap.residual_maps),

@@ -17,7 +17,11 @@ def spread(temperature: np.ndarray, count: int) -> list[int]:
 
 
 def waterfall(frf: Frf, channel: int = 0) -> Figure:
-    """Amplitude of one channel over frequency and temperature, and a few temperatures as lines."""
+    """Amplitude of one channel over frequency and temperature, and a few temperatures as lines.
+
+    Of several inputs that drove, the sweeps of the first: `Frf.of_source` gives those of another.
+    """
+    frf = frf.of_source(int(frf.driven_by.min()))
     figure, axes = panels(1, 2, height=4.6, width_ratios=[1.15, 1.0])
     order = np.argsort(frf.temperature, kind="stable")
     level = 20.0 * np.log10(np.abs(frf.h[order, channel]) + 1e-20)
@@ -56,7 +60,8 @@ def noise(frf: Frf, channel: int = 0) -> Figure:
         ms=4,
         label="mains lines, not fitted",
     )
-    axes[0].set(ylabel=f"[{frf.unit(channel)}]", title=f"{frf.channels[channel]} at {frf.temperature[row]:.1f} °C")
+    name = frf.label(channel, row).split(" ")[0] if frf.sources else frf.channels[channel]
+    axes[0].set(ylabel=f"[{frf.unit(channel, row)}]", title=f"{name} at {frf.temperature[row]:.1f} °C")
     axes[0].legend()
     axes[1].plot(frf.frequency, frf.coherence[row, channel], color="0.15", lw=0.8)
     axes[1].set(

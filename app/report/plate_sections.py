@@ -4,12 +4,13 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.chosen_actuator import sweeps_of_modes
 from analysis.experiment import Experiment
 from analysis.frf import Frf
 from analysis.material import MaterialLaws
-from analysis.updated import GOOD_MISFIT
+from analysis.updated import GOOD_MISFIT, Updated
 from app.files.bad_file import ResultFileError
-from app.files.laws_file import load_laws, load_updated
+from app.files.laws_file import TwinFrf, load_laws, load_updated
 from app.files.modes_file import load_modes
 from app.report import identified, measured, paper, updated
 from app.report.declared import experiment_points, picture, pieces_of, plate_words, transducer_rows
@@ -29,7 +30,7 @@ def measurement_section(experiment: Experiment, frf: Frf) -> list[Item]:
             for p in experiment.patch
         ),
         *transducer_rows(experiment),
-        ("transfers", ", ".join(frf.label(k) for k in range(min(len(frf.channels), 8)))),
+        ("transfers", ", ".join((frf.labels or [frf.label(k) for k in range(len(frf.channels))])[:8])),
         (
             "sweeps",
             f"{protocol.sweep}, {protocol.band[0]:g} to {protocol.band[1]:g} Hz, {protocol.sweep_duration:g} s "
@@ -48,11 +49,14 @@ def measurement_section(experiment: Experiment, frf: Frf) -> list[Item]:
             picture(pieces_of(plate, experiment.patch, experiment_points(experiment))),
             "Outline, patches and what holds the plate.",
         ),
-        Picture(
-            "waterfall",
-            "How does the plate's response change with temperature?",
-            measured.waterfall(frf),
-            "Measured H1 over temperature (paper Fig. 7).",
+        *(
+            Picture(
+                f"waterfall{also}",
+                "How does the plate's response change with temperature?",
+                measured.waterfall(frf.of_source(source)),
+                f"Measured H1 over temperature (paper Fig. 7){of}.",
+            )
+            for source, also, of in _each(frf)
         ),
         Picture(
             "noise",
@@ -87,10 +91,9 @@ def identification_section(run: Path, frf: Frf, rows: list[paper.PaperRow]) -> l
         Where modes.h5 cannot be read.
     """
     tracked = load_modes(run / "modes.h5")
-    for source in range(len(frf.sources)):  # update's FRFs are those of all actuators, the modes those of one
-        if np.array_equal(frf.of_source(source).temperature, tracked.temperature):
-            frf = frf.of_source(source)
-            break
+    places = sweeps_of_modes(frf, tracked)
+    if (places >= 0).any():
+        frf = frf.of_source(int(frf.driven_by[places >= 0][0]))
     rows.extend(paper.mode_rows(tracked))
     items: list[Item] = [
         Picture(
@@ -147,28 +150,51 @@ def updating_section(run: Path, experiment: Experiment, frf: Frf, rows: list[pap
     )
     if worst > GOOD_MISFIT and not (run / "gap.h5").is_file():
         text += " It lacks something the plate has; what, may be found with: flexura gap CAMPAIGN."
+    same = np.array_equal(frf.temperature, estimates.temperature)
+    if not same:
+        text += (
+            " frf.h5 holds other sweeps than laws.h5, so that they are not compared; make both: flexura update."
+        )
     return [
         Paragraph(text),
         *([] if laws is None else [_constants(laws)]),
-        Picture(
-            "overlays",
-            "Does the twin answer as the plate does?",
-            updated.overlays(frf, twin, estimates),
-            "Measured and updated FRFs (paper Fig. 11).",
-        ),
+        *(_compared(frf, twin, estimates) if same else []),
         Picture(
             "laws",
             "What is the plate made of, at each temperature?",
             updated.laws(estimates, laws),
             "E, η and ν over temperature, two-sigma bands (paper Fig. 12).",
         ),
+    ]
+
+
+def _compared(frf: Frf, twin: TwinFrf, estimates: Updated) -> list[Item]:
+    """Return the pictures of measurement and twin of the same sweeps."""
+    return [
+        *(
+            Picture(
+                f"overlays{also}",
+                "Does the twin answer as the plate does?",
+                updated.overlays(frf, twin, estimates, source=source),
+                f"Measured and updated FRFs (paper Fig. 11){of}.",
+            )
+            for source, also, of in _each(frf)
+        ),
         Picture(
             "misfit",
             "Does the twin miss more than noise?",
-            updated.misfit(estimates),
+            updated.misfit(estimates, frf),
             "What the twin misses, against the noise of the measurement.",
         ),
     ]
+
+
+def _each(frf: Frf) -> list[tuple[int, str, str]]:
+    """Return the inputs that drove: which, how their pictures' names end, and what their captions say of them."""
+    driving = np.unique(frf.driven_by).tolist()
+    if not frf.sources:
+        return [(0, "", "")]
+    return [(k, "" if k == driving[0] else f"-{k + 1}", f", {frf.sources[k]} driven") for k in driving]
 
 
 def _constants(laws: MaterialLaws) -> PageTable:

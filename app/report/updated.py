@@ -1,5 +1,7 @@
 """The updated twin beside the measurement (the paper's Figs. 11 and 12)."""
 
+from itertools import cycle
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -11,7 +13,7 @@ from app.report.measured import spread
 from app.report.style import BAND, MEASURED, MODEL, frequency_axis, panels
 
 
-def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0) -> Figure:
+def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0, source: int = 0) -> Figure:
     """Measured and updated FRFs, amplitude and phase, cold, in the middle and hot.
 
     Parameters
@@ -22,12 +24,15 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0) -> Fig
     updated : Updated
     channel : int
         From 0.
+    source : int
+        Which input drove the sweeps that are drawn.
 
     Returns
     -------
     Figure
     """
-    rows = spread(frf.temperature, 3)
+    own = np.flatnonzero(frf.driven_by == source)
+    rows = own[spread(frf.temperature[own], 3)].tolist()
     figure, axes = panels(2, len(rows), width=11.0, height=5.2, sharex=True, squeeze=False, height_ratios=[2, 1])
     for column, row in enumerate(rows):
         amplitude, phase = axes[:, column]
@@ -45,7 +50,7 @@ def overlays(frf: Frf, twin: TwinFrf, updated: Updated, channel: int = 0) -> Fig
         )
         amplitude.set_ylim(bottom=0.1 * float(np.median(rest)))
         frequency_axis(phase)
-    axes[0, 0].set_ylabel(f"|H| {frf.label(channel)}")
+    axes[0, 0].set_ylabel(f"|H| {frf.label(channel, rows[0])}")
     axes[1, 0].set_ylabel("phase [°]")
     axes[0, 0].legend()
     return figure
@@ -75,11 +80,17 @@ def laws(updated: Updated, fitted: MaterialLaws | None) -> Figure:
     return figure
 
 
-def misfit(updated: Updated) -> Figure:
-    """Misfit of every sweep against its noise."""
+def misfit(updated: Updated, frf: Frf) -> Figure:
+    """Misfit of every sweep against its noise, a line for the sweeps of each input."""
     figure, axes = panels(1, 1, height=2.8)
-    axes.plot(updated.temperature, 100 * updated.misfit, "o-", color=MODEL, ms=3.5, label="updated twin")
-    axes.plot(updated.temperature, 100 * updated.noise_floor, color=MEASURED, label="noise of the measurement")
+    for source, style in zip(np.unique(frf.driven_by), cycle(("-", "--", "-.", ":")), strict=False):
+        own = np.flatnonzero(frf.driven_by == source)
+        driven = f", {frf.sources[source]} driven" if frf.sources else ""
+        temperature, missed, floor = (
+            each[own] for each in (updated.temperature, 100 * updated.misfit, 100 * updated.noise_floor)
+        )
+        axes.plot(temperature, missed, "o", ls=style, color=MODEL, ms=3.5, label=f"updated twin{driven}")
+        axes.plot(temperature, floor, ls=style, color=MEASURED, label=f"noise of the measurement{driven}")
     axes.set(xlabel="temperature [°C]", ylabel="rms|H - twin| / rms|H| [%]", title="misfit", ylim=(0, None))
     axes.legend()
     return figure

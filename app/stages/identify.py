@@ -127,11 +127,14 @@ class IdentifiedCampaign:
         Of the lines inside the band.
     inputs : mapping
         SHA-256 of every file that all this follows from, by its name.
+    every : Frf
+        The FRFs of all actuators.
     """
 
     frf: Frf
     tracked: TrackedModes
     inputs: Mapping[str, str]
+    every: Frf
 
     def __repr__(self) -> str:
         """Sweeps, modes and misfit in one line, and the notes."""
@@ -177,7 +180,7 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
         tracked = _confirmed(wanted.cut(frf), tracked)
     except ValueError as error:
         raise ResultFileError(f"{campaign.name}: {error}") from error
-    return IdentifiedCampaign(frf, tracked, inputs)
+    return IdentifiedCampaign(frf, tracked, inputs, every)
 
 
 def _confirmed(frf: Frf, tracked: TrackedModes) -> TrackedModes:
@@ -210,7 +213,7 @@ def save(
         Where a file cannot be written.
     """
     made_from = provenance(found.inputs, {"campaign": campaign.name} | wanted.record())
-    save_frf(run / "frf.h5", campaign.experiment, found.frf, made_from)
+    save_frf(run / "frf.h5", campaign.experiment, found.every, made_from)  # as update and gap write it
     if export is not None:
         write_frfs(export, campaign_frfs(campaign.experiment, found.frf))
     save_modes(run / "modes.h5", found.tracked, made_from)

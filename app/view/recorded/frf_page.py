@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from analysis.chosen_actuator import sweeps_of_modes
 from analysis.frf import Frf
 from app.view.chart import Chart
 from app.view.cursors import Cursors
@@ -41,9 +42,9 @@ class FrfPage(QWidget):
         super().__init__()
         self._frf, self._results, self._cursors, self._theme = frf, results, cursors, theme
         self._channel = _choice(list(frf.channels))
-        units = {frf.unit(k) for k in range(len(frf.channels))}
+        units = set(frf.units or [frf.unit(0)])
         self._level = f"|H| [dB re 1 {units.pop()}]" if len(units) == 1 else "|H| [dB]"
-        runs = [f"{way}, {level:g} V" for way, level in zip(frf.direction, frf.level, strict=True)]
+        runs = [f"{way}, {frf.drive(s)}" for s, way in enumerate(frf.direction)]
         self._sweeps = _choice(list(dict.fromkeys(runs)))
         self._of_run = np.array(runs)
         self._waterfall = MapChart("waterfall", "FRF over temperature", FREQUENCY, TEMPERATURE, theme)
@@ -180,7 +181,7 @@ class FrfPage(QWidget):
         """Show another sensor, direction, level or overlay."""
         frf, rows, channel = self._frf, self.rows, self._channel.currentIndex()
         self._waterfall.show_map(Map(frf.frequency, frf.temperature[rows], decibels(frf.h[rows, channel])))
-        self._waterfall.setTitle(f"FRF over temperature: {frf.label(channel)}")
+        self._waterfall.setTitle(f"FRF over temperature: {frf.label(channel, int(rows[0]))}")
         span = float(frf.temperature[rows].min()), float(frf.temperature[rows].max())
         reach = 0.55 * (span[1] - span[0]) / max(len(rows) - 1, 1) or 0.5
         self._waterfall.setYRange(span[0] - reach, span[1] + reach, padding=0.0)
@@ -189,10 +190,11 @@ class FrfPage(QWidget):
         self._lines = []
         self._every.show_sweeps(frf.frequency, decibels(frf.h[rows, channel]), frf.temperature[rows])
         modes, shown = self._results.modes, frf.temperature[rows]
-        if self._tracks.isChecked() and modes is not None and len(modes.temperature) == len(frf.temperature):
+        found = None if modes is None else sweeps_of_modes(frf, modes)[rows]
+        if self._tracks.isChecked() and modes is not None and found is not None and (found >= 0).all():
             self._lines = [
                 self._waterfall.curve(f, shown, f"mode {j}", OVER_MAP, style="dot", width=1.4)
-                for j, f in enumerate(modes.reading().frequency_hz[rows].T, start=1)
+                for j, f in enumerate(modes.reading().frequency_hz[found].T, start=1)
             ]
         self._cut_frequency()
         self._cut_temperature()

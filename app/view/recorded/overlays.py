@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
+from analysis.chosen_actuator import sweeps_of_modes
 from analysis.frf import Frf
 from analysis.identification.tracked_modes import TrackedModes
 from app.view.recorded.results import Results
@@ -42,18 +43,25 @@ class Identified:
 
     frequency: Real
     modes: TrackedModes
+    places: NDArray[np.int_]
+    """Of every sweep among those of `modes`, -1 where it is none of them: there is nothing to draw."""
 
     def __len__(self) -> int:
         """Sweeps."""
-        return len(self.modes.modes)
+        return len(self.places)
 
     def sweep(self, row: int) -> Complex:
         """One sweep, (K, F)."""
-        return self.modes.modes[row].synthesis(self.frequency)
+        return self._rebuilt(row, self.frequency)
 
     def line(self, rows: NDArray[np.intp], frequency: float) -> Complex:
         """Several sweeps at one frequency, (R, K)."""
-        return np.array([self.modes.modes[row].synthesis(np.array([frequency]))[:, 0] for row in rows])
+        return np.array([self._rebuilt(int(row), np.array([frequency]))[:, 0] for row in rows])
+
+    def _rebuilt(self, row: int, frequency: Real) -> Complex:
+        if self.places[row] < 0:
+            return np.full((len(self.modes.channels), len(frequency)), complex(np.nan, np.nan))
+        return self.modes.modes[int(self.places[row])].synthesis(frequency)
 
 
 Answer = Identified | Computed
@@ -62,8 +70,9 @@ Answer = Identified | Computed
 def answers(frf: Frf, results: Results) -> dict[str, Answer]:
     """All that may be laid over the FRFs measured, by name."""
     found: dict[str, Answer] = {}
-    if results.modes is not None:
-        found["from poles and residues"] = Identified(frf.frequency, results.modes)
+    places = None if results.modes is None else sweeps_of_modes(frf, results.modes)
+    if results.modes is not None and places is not None and (places >= 0).any():
+        found["from poles and residues"] = Identified(frf.frequency, results.modes, places)
     for name, held in (("updated twin", results.updated), ("corrected twin", results.corrected)):
         if held is not None:
             found[name] = Computed(held[1].frequency, held[1].h)

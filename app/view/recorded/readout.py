@@ -27,9 +27,9 @@ def readout(frf: Frf, row: int, channel: int, line: int, more: Sequence[tuple[st
     told = [
         ("frequency", f"{frf.frequency[line]:.2f} Hz"),
         ("temperature", f"{frf.temperature[row]:.3f} °C"),
-        ("|H1|", f"{abs(value):.4g} {frf.unit(channel)} = {decibels(value):.2f} dB"),
+        ("|H1|", f"{abs(value):.4g} {frf.unit(channel, row)} = {decibels(value):.2f} dB"),
         ("phase", f"{np.degrees(np.angle(value)):.1f}°"),
-        ("σ of H1", f"{np.sqrt(frf.variance[row, channel, line]):.2g} {frf.unit(channel)}"),
+        ("σ of H1", f"{np.sqrt(frf.variance[row, channel, line]):.2g} {frf.unit(channel, row)}"),
         ("coherence", f"{frf.coherence[row, channel, line]:.6f}"),
     ]
     if frf.excluded[line]:

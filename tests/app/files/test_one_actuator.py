@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.chosen_actuator import sweeps_of_actuator
+from analysis.chosen_actuator import sweeps_of_actuator, sweeps_of_modes
 from analysis.frf import campaign_frf
 from app.files.campaign import load_campaign
 from app.files.campaign_error import CampaignFileError
+from app.files.frf_file import load_frf
+from app.files.modes_file import load_modes
 from app.files.one_actuator import driven_by
 from app.files.recorded_campaign import read_recording
 from app.files.uff_campaign import campaign_frfs
@@ -65,6 +67,20 @@ def test_both_are_one_campaign(recorded: Path, run_flexura: Callable[..., tuple[
     np.testing.assert_array_equal(hammer.h, alone.h)
     names = [(one.name, one.reference, one.units) for one in campaign_frfs(campaign.experiment, frf)]
     assert [one[1:] for one in names if "hammer" in one[0]] == [("4:-3", ("V", "N"))] * 6
+
+
+def test_identifying_one_leaves_the_frfs_of_all_in_the_run(
+    recorded: Path, run_flexura: Callable[..., tuple[int, str, str]]
+) -> None:
+    """Update and gap of the same run folder have sweeps of all, and whoever reads it compares them with these."""
+    run = recorded.with_name("run")
+    status, _, message = run_flexura("identify", recorded, "--actuator", "hammer", "--out", run)
+    assert status == 0, message
+    _, frf = load_frf(run / "frf.h5")
+    tracked = load_modes(run / "modes.h5")
+    assert sorted(frf.driven_by.tolist()) == [0, 0, 0, 1, 1, 1]
+    assert len(tracked.temperature) == 3
+    np.testing.assert_array_equal(sweeps_of_modes(frf, tracked) >= 0, frf.driven_by == 1)
 
 
 def test_a_sweep_of_each_that_is_missing_is_told(recorded: Path) -> None:

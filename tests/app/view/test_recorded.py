@@ -3,6 +3,7 @@
 import csv
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import pyqtgraph
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage
 
+from app.files.frf_file import load_frf, save_frf
 from app.view.application import application
 from app.view.chart import Chart
 from app.view.folder import viewed
@@ -296,3 +298,35 @@ def test_a_zoomed_plot_is_whole_again_after_home(opened: Open, run: Path, qtbot:
     waterfall.setXRange(300.0, 310.0)
     qtbot.keyClick(window, Qt.Key.Key_Home)
     np.testing.assert_allclose(waterfall.viewRange()[0], whole[0], rtol=1e-3)
+
+
+def test_sweeps_of_several_actuators_are_shown_apart(opened: Open, run: Path) -> None:
+    experiment, one = load_frf(run / "frf.h5")
+    both = replace(
+        one, temperature=np.tile(one.temperature, 2), direction=one.direction * 2, level=np.tile(one.level, 2),
+        h=np.concatenate([3.0 * one.h, one.h]), variance=np.tile(one.variance, (2, 1, 1)),
+        coherence=np.tile(one.coherence, (2, 1, 1)), source=np.repeat([0, 1], len(one.level)),
+        labels=("S1/A1 [V/V]", "S2/A1 [V/V]", "S1/hammer [V/N]", "S2/hammer [V/N]"),
+        units=("V/V", "V/V", "V/N", "V/N"), sources=("A1", "hammer"),
+    )  # fmt: skip
+    save_frf(run / "frf.h5", experiment, both, {})
+    (run / "laws.h5").unlink()
+    window = opened(run)
+    page = window.page(0)
+    assert isinstance(page, FrfPage)
+    for place, (choice, label, unit) in enumerate(
+        (("up, 1 V at A1", "S1/A1 [V/V]", "V/V"), ("up, 1 N at hammer", "S1/hammer [V/N]", "V/N"))
+    ):
+        page._sweeps.setCurrentIndex(place)
+        assert page._sweeps.currentText() == choice
+        assert page._waterfall.plotItem.titleLabel.text.endswith(label)
+        assert f"{unit} =" in page._readout.text()
+        np.testing.assert_array_equal(np.sort(page.rows), np.flatnonzero(both.source == place))
+        drawn = {name: y for name, _, y in chart(window, "frf-at-temperature").curves}
+        np.testing.assert_allclose(drawn["measured"], decibels(both.h[page.row, 0]))
+        rebuilt = drawn["from poles and residues"]
+        assert len(page._lines) == 3 * place  # the modes are the hammer's: its FRFs they explain
+        if place:
+            np.testing.assert_allclose(rebuilt, drawn["measured"], atol=1e-9)
+        else:
+            assert not np.isfinite(rebuilt).any()
