@@ -91,7 +91,7 @@ class Compensation:
     peak_drive : (m, T, N) ndarray
         Largest drive any audio within ±1 can bring about, V or N.
     seconds : (m,) ndarray
-        Training or fitting, and all T evaluations.
+        Training or fitting, and all T evaluations: processor time, or wall time where trained on another device.
     size : (m,) ndarray
         Of what has to be kept where the filters run, bytes in single precision.
     update_cost : (m,) ndarray

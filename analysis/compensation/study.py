@@ -63,7 +63,8 @@ def compensate(
         Between training temperatures, K.
     training : Training
     clock : callable
-        Present time, s: of the processor where others shall not count that compute beside.
+        Present time, s. Other threads compute beside the methods that are timed: on the processor it is best the
+        processor time of the calling thread, `time.thread_time`.
     step : float
         Between the temperatures judged at, K.
     device : str

@@ -9,6 +9,7 @@ that they exist, belong to the deviations.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,7 +156,7 @@ def look_for_unseen(
         size = np.minimum((score / known) ** 2, LARGEST**2) + 1.0 / known
         moved.append(steps * np.sqrt(size))
     odds = density * np.exp(np.minimum(0.5 * gain + logarithm, MOST_CERTAIN))
-    apart = np.abs(place[:, :, None, 0] - place[:, None, :, 0]).min(axis=0)
+    apart = reduce(np.minimum, (np.abs(row[:, None] - row) for row in place[:, :, 0]))  # one (G, G) at a time
     rivals = apart < ALIKE * np.exp(np.median(place[:, :, 1]))
     probable = np.sqrt(np.repeat(odds / (1.0 + rivals @ odds), 2))
     each = (np.concatenate(moved, axis=2) * np.tile(probable, len(moved))).reshape(*now.x.shape, -1)

@@ -27,7 +27,9 @@ def run_folder(campaign: Path, out: Path | None) -> Iterator[Path]:
     written.
     """
     folder = out or _beside(campaign)
-    made = [one for one in (folder, *folder.parents) if not one.exists()]
+    made: list[Path] = []
+    with suppress(OSError):  # a name that is too long, or a folder that may not be searched: told below
+        made = [one for one in (folder, *folder.parents) if not one.exists()]
     try:
         yield writable_folder(folder, "--out")
     except BaseException:

@@ -28,9 +28,10 @@ def test_a_folder_made_for_what_was_refused_goes_and_one_that_holds_something_st
     assert (tmp_path / "new").exists() is bool(written)
 
 
-def test_a_place_that_cannot_be_written_asks_for_out(tmp_path) -> None:
+@pytest.mark.parametrize("name", ["file/run", 300 * "a"], ids=["in a file", "too long"])
+def test_a_place_that_cannot_be_written_asks_for_out(tmp_path, name: str) -> None:
     (tmp_path / "file").write_text("")
-    out = tmp_path / "file" / "run"
+    out = tmp_path / name
     with pytest.raises(ResultFileError, match="name another with --out"), run_folder(tmp_path / "plate", out):
         pass
 
