@@ -244,10 +244,7 @@ def uff_records(frfs: Sequence[MeasuredTransfer], wanted: Wanted, report: Progre
         except ValueError as error:
             found = {"residual_terms": None, "misfit": None, "modes": [], "rejected": []}
             said = [*said, str(error)]
-        records.append(_named(frf) | found | ({"note": "; ".join(said)} if said else {}))
+        named = {key: getattr(frf, key) for key in ("name", "response", "reference", "quantity")}
+        records.append(named | found | ({"note": "; ".join(said)} if said else {}))
     report("identify", 1.0)
     return records
-
-
-def _named(frf: MeasuredTransfer) -> dict[str, Any]:
-    return {"name": frf.name, "response": frf.response, "reference": frf.reference, "quantity": frf.quantity}
