@@ -40,10 +40,8 @@ def sweeps_of_modes(frf: Frf, tracked: TrackedModes) -> NDArray[np.int_]:
         the same temperatures, it is the one whose FRFs the modes miss least.
     """
     places = np.full(len(frf.temperature), -1)
-    rows = [np.flatnonzero(frf.driven_by == source) for source in np.unique(frf.driven_by)]
-    fitting = [
-        some for some in (rows if frf.sources else [np.arange(len(places))]) if _same_sweeps(frf, some, tracked)
-    ]
+    rows = (np.flatnonzero(frf.driven_by == source) for source in frf.driving)
+    fitting = [some for some in rows if _same_sweeps(frf, some, tracked)]
     if fitting:
         own = min(fitting, key=lambda some: _missed(frf, some[0], tracked)) if len(fitting) > 1 else fitting[0]
         places[own] = np.arange(len(own))

@@ -93,6 +93,11 @@ class Frf:
         """Which input drove each sweep: (T,) int ndarray."""
         return np.zeros(len(self.temperature), dtype=int) if self.source is None else self.source
 
+    @property
+    def driving(self) -> list[int]:
+        """Inputs that drove, ascending."""
+        return [int(source) for source in np.unique(self.driven_by)]
+
     def of_source(self, source: int) -> "Frf":
         """Return the sweeps that one input drove."""
         return self._only(np.flatnonzero(self.driven_by == source))

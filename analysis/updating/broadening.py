@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from analysis.arrays import Real
-from analysis.twin_model import NO_EFFECTS, TwinModel
+from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.sweep_fit import fit_sweep
 
@@ -78,7 +78,7 @@ def _followed(model: TwinModel, data: SweepData, material: Real, broad: float) -
 
 def _misfit(model: TwinModel, data: SweepData, e: float, nu: float, eta: float) -> float:
     """Share of the data, in power, that the best real gain leaves; half of each power where signs disagree."""
-    transfer = model.frf(data.laws((e, nu, eta)), data.frequency, NO_EFFECTS, data.point)
+    transfer = data.answer(model, (e, nu, eta))
     product = float((transfer.conj() * data.h).real.sum())
     size = float((np.abs(transfer) ** 2).sum() * (np.abs(data.h) ** 2).sum())
     return 1.0 - max(product, 0.0) ** 2 / size

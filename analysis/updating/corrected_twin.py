@@ -11,11 +11,10 @@ from analysis.estimates import Estimate, FittedLaws
 from analysis.experiment import Protocol
 from analysis.frf import Frf
 from analysis.gap.data.groups import TemperatureGroups, mean_laws
-from analysis.gap.data.preparation import prepare
+from analysis.gap.data.preparation import prepare, sweep_points
 from analysis.gap.fitting.fit import fit_gap
 from analysis.gap.fitting.state import GapState, starting_state
 from analysis.material import Material, MaterialLaws
-from analysis.sweep_point import SweepPoint
 from analysis.twin_model import TwinModel
 from analysis.updated import Updated
 from analysis.updating.laws import fit_laws
@@ -135,15 +134,13 @@ def corrected_twin(
     open_slopes = groups.slope_sigma(mean_laws(plain.material, groups))
     local = groups.laws(fitted.state.laws)
     model = model.counted(local, fitted.state.effects)
-    rate, gain = protocol.ramp_rate / 60.0, np.exp(fitted.state.log_gain)
+    gain = np.exp(fitted.state.log_gain)
     answers, material = [], []
-    circumstances = zip(frf.temperature, frf.direction, frf.level, frf.driven_by, strict=True)
-    for sweep, (reading, way, level, source) in enumerate(circumstances):
-        group = groups.of_sweep[sweep]
-        read = SweepPoint(float(reading), rate if way == "up" else -rate, float(level), int(source))
+    for sweep, read in enumerate(sweep_points(frf, protocol.ramp_rate / 60.0)):
+        group, reading = groups.of_sweep[sweep], read.temperature
         point = fitted.state.circumstances(sweep, read)
         laws = local[group].tilted(fitted.state.tilt[group] * open_slopes[group], point.temperature)
-        answers.append(gain[source] * model.frf(laws, frf.frequency, fitted.state.effects, point))
+        answers.append(gain[point.source] * model.frf(laws, frf.frequency, fitted.state.effects, point))
         material.append([laws.youngs_modulus(reading), laws.poisson_ratio(reading), laws.loss_factor(reading)])
     h = np.array(answers)
     return CorrectedTwin(

@@ -40,6 +40,10 @@ class SweepData:
         """Circumstances of a sweep by itself: a steady temperature, 1 V."""
         return SweepPoint(self.temperature, 0.0, 1.0, self.source)
 
+    def answer(self, model: TwinModel, material: ArrayLike) -> NDArray[np.complex128]:
+        """Transfer (K, F) of a model with a material (E, nu, eta), at the sweep's lines and circumstances."""
+        return model.frf(self.laws(material), self.frequency, NO_EFFECTS, self.point)
+
     def laws(self, material: ArrayLike) -> LocalLaws:
         """Laws through a material (E, nu, eta) at the sweep's temperature."""
         return LocalLaws.of_material(*map(float, np.asarray(material)), reference=self.temperature)

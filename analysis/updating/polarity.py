@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.frf import Frf
-from analysis.twin_model import NO_EFFECTS, TwinModel
+from analysis.twin_model import TwinModel
 from analysis.updating.normal_equations import SweepData
 from analysis.updating.start import in_phase, start_material
 from analysis.updating.update import middle_sweep, stride
@@ -48,7 +48,7 @@ def polarity_corrected(
     """
     frf.require_noise()
     begins = []
-    for source in np.unique(frf.driven_by):
+    for source in frf.driving:
         names, begin = _inverted(frf.of_source(source), model, progress)
         begins.append(begin)
         frf = frf.turned(names, source)
@@ -64,7 +64,7 @@ def _inverted(
     if _explained(model, data, begin):
         return [], begin
     other = start_material(model, data, lambda share: progress("start grid, any signs", share), signed=False)
-    inverted = in_phase(model.frf(data.laws(other), data.frequency, NO_EFFECTS, data.point), data) < 0.0
+    inverted = in_phase(data.answer(model, other), data) < 0.0
     sign = np.where(inverted, -1.0, 1.0)[:, None]
     if inverted.any() and _explained(model, replace(data, h=sign * data.h), other):
         return [name for name, wrong in zip(frf.channels, inverted, strict=True) if wrong], other
@@ -73,6 +73,4 @@ def _inverted(
 
 def _explained(model: TwinModel, data: SweepData, begin: NDArray[np.float64]) -> bool:
     """Whether the material `begin` (3,), fitted to the data, agrees with every channel."""
-    return bool(
-        (in_phase(model.frf(data.laws(begin), data.frequency, NO_EFFECTS, data.point), data) > AGREES).all()
-    )
+    return bool((in_phase(data.answer(model, begin), data) > AGREES).all())

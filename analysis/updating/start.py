@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.arrays import Real
-from analysis.twin_model import NO_EFFECTS, TwinModel
+from analysis.twin_model import TwinModel
 from analysis.updating.broadening import narrowed
 from analysis.updating.normal_equations import SweepData, best_gain
 from analysis.updating.sweep_fit import fit_sweep
@@ -72,7 +72,7 @@ def start_material(
         return 1.0 if signed else np.where(in_phase(transfer, data) < 0.0, -1.0, 1.0)[:, None]
 
     def misfit(e: float, nu: float, eta: float) -> float:
-        transfer = model.frf(data.laws((e, nu, eta)), data.frequency, NO_EFFECTS, data.point)
+        transfer = data.answer(model, (e, nu, eta))
         return best_gain(turned(transfer) * transfer, data)[1]
 
     eta_low, eta_high = max(model.box.loss_factor[0], LEAST_LOSS), 0.8 * model.box.loss_factor[1]
@@ -99,7 +99,7 @@ def start_material(
 
     best, least = np.zeros(3), np.inf
     for start in starts():
-        sign = turned(model.frf(data.laws(start), data.frequency, NO_EFFECTS, data.point))
+        sign = turned(data.answer(model, start))
         found = fit_sweep(model, replace(data, h=sign * data.h), start)
         if found.misfit < least:
             best, least = found.material, found.misfit

@@ -76,8 +76,8 @@ def update(
         report("sweeps", len(fits) / len(coarse))
 
     with ThreadPoolExecutor(2) as pool:
-        for source in np.unique(frf.driven_by):
-            order = by_temperature(frf, int(source))
+        for source in frf.driving:
+            order = by_temperature(frf, source)
             middle = len(order) // 2
             if fits:  # the plate is the same whichever input drives it
                 nearest = min(fits, key=lambda t: abs(frf.temperature[t] - frf.temperature[order[middle]]))

@@ -21,7 +21,7 @@ def waterfall(frf: Frf, channel: int = 0) -> Figure:
 
     Of several inputs that drove, the sweeps of the first: `Frf.of_source` gives those of another.
     """
-    frf = frf.of_source(int(frf.driven_by.min()))
+    frf = frf.of_source(frf.driving[0])
     figure, axes = panels(1, 2, height=4.6, width_ratios=[1.15, 1.0])
     order = np.argsort(frf.temperature, kind="stable")
     level = 20.0 * np.log10(np.abs(frf.h[order, channel]) + 1e-20)

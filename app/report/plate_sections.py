@@ -191,10 +191,10 @@ def _compared(frf: Frf, twin: TwinFrf, estimates: Updated) -> list[Item]:
 
 def _each(frf: Frf) -> list[tuple[int, str, str]]:
     """Return the inputs that drove: which, how their pictures' names end, and what their captions say of them."""
-    driving = np.unique(frf.driven_by).tolist()
     if not frf.sources:
         return [(0, "", "")]
-    return [(k, "" if k == driving[0] else f"-{k + 1}", f", {frf.sources[k]} driven") for k in driving]
+    first = frf.driving[0]
+    return [(k, "" if k == first else f"-{k + 1}", f", {frf.sources[k]} driven") for k in frf.driving]
 
 
 def _constants(laws: MaterialLaws) -> PageTable:

@@ -83,7 +83,7 @@ def laws(updated: Updated, fitted: MaterialLaws | None) -> Figure:
 def misfit(updated: Updated, frf: Frf) -> Figure:
     """Misfit of every sweep against its noise, a line for the sweeps of each input."""
     figure, axes = panels(1, 1, height=2.8)
-    for source, style in zip(np.unique(frf.driven_by), cycle(("-", "--", "-.", ":")), strict=False):
+    for source, style in zip(frf.driving, cycle(("-", "--", "-.", ":")), strict=False):
         own = np.flatnonzero(frf.driven_by == source)
         driven = f", {frf.sources[source]} driven" if frf.sources else ""
         temperature, missed, floor = (

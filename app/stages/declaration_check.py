@@ -43,7 +43,7 @@ def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tup
         model = CoarsePlate.of(experiment, scanned_box(box))
     except (RuntimeError, GeometryError, np.linalg.LinAlgError):
         return ()  # where the check cannot be made, updating goes on
-    frf = frf.of_source(int(frf.driven_by.min()))
+    frf = frf.of_source(frf.driving[0])
     used, middle = ~frf.excluded, middle_sweep(frf)
     report(STAGE, 0.4)
     looks: dict[int, ModulusScan] = {}

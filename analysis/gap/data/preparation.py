@@ -139,10 +139,7 @@ def grouped(
     nodes = sweeps[0].nodes
     return GapSweeps(
         nodes=nodes,
-        points=tuple(
-            SweepPoint(float(t), rate if way == "up" else -rate, float(level), int(source))
-            for t, way, level, source in zip(frf.temperature, frf.direction, frf.level, frf.driven_by, strict=True)
-        ),
+        points=sweep_points(frf, rate),
         direction=frf.direction,
         channels=frf.channels,
         compressed=tuple(sweeps),
@@ -153,4 +150,12 @@ def grouped(
         twin_error=twin_error,
         rows=np.ones((len(sweeps), len(frf.channels), nodes.frequency.size), dtype=bool),
         original=np.arange(len(sweeps)),
+    )
+
+
+def sweep_points(frf: Frf, rate: float) -> tuple[SweepPoint, ...]:
+    """Return the circumstances of every sweep; `rate` is the oven's on the way up, K/s."""
+    return tuple(
+        SweepPoint(float(t), rate if way == "up" else -rate, float(level), int(source))
+        for t, way, level, source in zip(frf.temperature, frf.direction, frf.level, frf.driven_by, strict=True)
     )
