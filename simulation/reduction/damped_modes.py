@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import scipy.linalg
 
 from analysis.arrays import Complex, Real
 from simulation.reduction.dashpots import connected, forces
@@ -51,7 +50,7 @@ class DampedModes:
         -------
         DampedModes
         """
-        squares, shapes = scipy.linalg.eigh(0.5 * (stiffness + stiffness.T), driver="evd", check_finite=False)
+        squares, shapes = np.linalg.eigh(0.5 * (stiffness + stiffness.T))  # scipy's keeps other threads waiting
         columns = np.zeros((len(squares), 0)) if dashpots is None else shapes.T @ dashpots
         return cls(squares, shapes, shapes.T @ coupling, columns)
 
@@ -83,6 +82,16 @@ class DampedModes:
         """Real and imaginary parts of Z**-1 b for every patch and line, (r, 2 P F)."""
         modal = self.modal(lines, loss_factor).reshape(len(self.squares), -1)
         return np.asarray(self.shapes @ np.hstack([modal.real, modal.imag]))
+
+    def gram(self, lines: Real, loss_factor: float) -> Real:
+        """Product of the `responses` with their transpose, (r, r), without making them where no dashpot acts."""
+        if self.dashpots.size:
+            modal = self.modal(lines, loss_factor).reshape(len(self.squares), -1)
+            product = modal.real @ modal.real.T + modal.imag @ modal.imag.T
+        else:
+            terms = self.terms(lines, loss_factor)
+            product = (self.force @ self.force.T) * (terms.real @ terms.real.T + terms.imag @ terms.imag.T)
+        return np.asarray(self.shapes @ product @ self.shapes.T)
 
 
 def relative_error(value: Complex, reference: Complex, lines: Real | None = None) -> float:

@@ -16,71 +16,104 @@ from simulation.reduction.damped_modes import DampedModes, relative_error
 from simulation.shell.factors import factorize
 from simulation.shell.shell_model import ShellModel
 
-STEPS = 4
+STEPS = 2
 """Blocks added to every chain between two looks at the convergence."""
 
 LONGEST = 90
 """Blocks of a chain at which a space that has not converged is given up."""
 
 
+class GrowingRows:
+    """Vectors that grow in number, one a row, along which their products are taken.
+
+    They stand in an array with room for more: adding a few does not copy all.
+    """
+
+    def __init__(self, size: int) -> None:
+        self._store = np.empty((64, size))
+        self._count = 0
+
+    @property
+    def all(self) -> Real:
+        """Return the vectors, (k, n)."""
+        return self._store[: self._count]
+
+    def add(self, columns: Real) -> None:
+        """Append the columns of an (n, s) array."""
+        count = self._count + columns.shape[1]
+        if count > len(self._store):
+            grown = np.empty((2 * count, self._store.shape[1]))
+            grown[: self._count] = self.all
+            self._store = grown
+        self._store[self._count : count] = columns.T
+        self._count = count
+
+
 @dataclass
 class Chain:
     """Orthonormal blocks spanning (K - s M)**-1 b, (K - s M)**-1 M (K - s M)**-1 b, ... of one shift s.
 
-    Vectors stand in rows, along which their products are taken; `weighed` holds the mass times every one.
+    `weighed` holds the mass times every vector.
     """
 
     factors: SuperLU
     mass: csr_matrix
     load: Real
-    vectors: Real = field(init=False)
-    weighed: Real = field(init=False)
+    vectors: GrowingRows = field(init=False)
+    weighed: GrowingRows = field(init=False)
 
     def __post_init__(self) -> None:
-        self.vectors = self.weighed = np.zeros((0, len(self.load)))
+        self.vectors, self.weighed = GrowingRows(len(self.load)), GrowingRows(len(self.load))
+        self._recent = 0
 
     def extend(self, steps: int) -> tuple[Real, Real]:
-        """Add blocks, orthonormal to all before in the mass's inner product: (n, k), and mass times them."""
-        start = len(self.vectors)
+        """Add blocks, orthonormal to all before in the mass's inner product: (n, k), and mass times them.
+
+        The operator is symmetric in this product: but for rounding, a block's image has shares in the last two
+        only (Lanczos). These are taken out first; then, of all, what rounding left.
+        """
+        start = len(self.vectors.all)
         for _ in range(steps):
+            count = len(self.vectors.all)
             block = self.factors.solve(self.load)
             weighed = self.mass @ block
-            for _ in range(2):  # once leaves what rounding kept of the vectors before
-                share = self.vectors @ weighed
-                block = block - self.vectors.T @ share
-                weighed = weighed - self.weighed.T @ share
-                values, vectors = np.linalg.eigh(block.T @ weighed)
+            for first in (self._recent, 0):
+                vectors, products = self.vectors.all[first:], self.weighed.all[first:]
+                share = vectors @ weighed
+                block = block - vectors.T @ share
+                weighed = weighed - products.T @ share
+                values, directions = np.linalg.eigh(block.T @ weighed)
                 kept = values > 1e-14 * values[-1]
-                scale = vectors[:, kept] / np.sqrt(values[kept])
+                scale = directions[:, kept] / np.sqrt(values[kept])
                 block, weighed = block @ scale, weighed @ scale
-            self.vectors = np.vstack([self.vectors, block.T])
-            self.weighed = np.vstack([self.weighed, weighed.T])
+            self._recent = max(count - self.load.shape[1], 0)
+            self.vectors.add(block)
+            self.weighed.add(weighed)
             self.load = weighed
-        return self.vectors[start:].T, self.weighed[start:].T
+        return self.vectors.all[start:].T, self.weighed.all[start:].T
 
 
-@dataclass
 class Galerkin:
-    """Gram matrices of a growing set of vectors, one a row: nothing is multiplied twice."""
+    """Gram matrices of a growing set of vectors: nothing is multiplied twice."""
 
-    stiffness: csr_matrix
-    coupling: Real
-    vectors: Real
-    projected_stiffness: Real = field(default_factory=lambda: np.zeros((0, 0)))
-    projected_mass: Real = field(default_factory=lambda: np.zeros((0, 0)))
+    def __init__(self, stiffness: csr_matrix, coupling: Real) -> None:
+        self.stiffness, self.coupling = stiffness, coupling
+        self.vectors = GrowingRows(len(coupling))
+        self.projected_stiffness = self.projected_mass = np.zeros((0, 0))
 
     def add(self, block: Real, weighed: Real) -> None:
         """Append vectors (n, k), given the mass times them."""
-        self.vectors = np.vstack([self.vectors, block.T])
-        self.projected_stiffness = _bordered(self.projected_stiffness, self.vectors @ (self.stiffness @ block))
-        self.projected_mass = _bordered(self.projected_mass, self.vectors @ weighed)
+        self.vectors.add(block)
+        of_all = self.vectors.all
+        self.projected_stiffness = _bordered(self.projected_stiffness, of_all @ (self.stiffness @ block))
+        self.projected_mass = _bordered(self.projected_mass, of_all @ weighed)
 
     def modes(self) -> DampedModes:
         """Modes of the projected plate, nearly dependent vectors left out."""
         values, basis = np.linalg.eigh(self.projected_mass)
         kept = values > 1e-12 * values[-1]
         basis = basis[:, kept] / np.sqrt(values[kept])
-        force = basis.T @ (self.vectors @ self.coupling)
+        force = basis.T @ (self.vectors.all @ self.coupling)
         return DampedModes.of(basis.T @ self.projected_stiffness @ basis, force)
 
 
@@ -128,14 +161,14 @@ def material_space(
         Chain(factorize(stiffness - (2 * np.pi * shift) ** 2 * model.mass), model.mass, model.coupling)
         for shift in shifts
     ]
-    space = Galerkin(stiffness, model.coupling, np.zeros((0, model.size)))
+    space = Galerkin(stiffness, model.coupling)
     last: DampedModes | None = None
     for _ in range(0, LONGEST, STEPS):
         for chain in chains:
             space.add(*chain.extend(STEPS))
         now = space.modes()
         if last is not None and _change(last, now, loss_factor, now.lines(loss_factor, lines)) < tolerance:
-            return space.vectors.T
+            return space.vectors.all.T
         last = now
     raise RuntimeError(
         f"the Krylov space at E {youngs_modulus:.4g} Pa, nu {poisson_ratio:.3g} did not converge to {tolerance:g}"

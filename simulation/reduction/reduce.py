@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
 
 from analysis.arrays import Real
 from analysis.material import MaterialBox
@@ -92,7 +93,8 @@ def reduce(
     swung = _damped_answers(model, box, band, training)
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
     vectors = np.hstack([_candidates(model, box, band, lines, training, report), swung])
-    vectors = mass_orthonormal(vectors, energy, model.mass)
+    with threadpool_limits(WORKERS, user_api="blas"):  # large products, one after the other
+        vectors = mass_orthonormal(vectors, energy, model.mass)
     larger = projected(model, vectors, box, band, columns(model.damping, swung))
     larger = replace(larger, deflection=probe[counted] @ vectors, points=places[counted])
     report(STAGE, 0.65)
@@ -152,7 +154,7 @@ def _candidates(
             shifts=shifts,
             lines=lines,
             loss_factor=training_loss(box),
-            tolerance=0.1 * training.tolerance,
+            tolerance=training.tolerance,
         )
 
     spaces = []

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from analysis.arrays import Complex, Real
 from analysis.material import MaterialBox
 from simulation.reduction.certified_lines import certified_lines
+from simulation.reduction.damped_modes import DampedModes
 from simulation.reduction.modal_form import ModalForm
 from simulation.shell.plane_stress import plane_stress_moduli
 
@@ -168,6 +169,22 @@ class ReducedModel:
         """
         self.require(youngs_modulus, poisson_ratio, loss_factor)
         return ModalForm.of(self.stiffness(youngs_modulus, poisson_ratio, loss_factor), self.dashpots)
+
+    def damped_modes(self, youngs_modulus: float, poisson_ratio: float) -> DampedModes:
+        """Real modes, and the couplings of patches and dashpots to them: see there what they are good for.
+
+        Parameters
+        ----------
+        youngs_modulus : float
+            Pa.
+        poisson_ratio : float
+
+        Returns
+        -------
+        DampedModes
+        """
+        stiffness = self.stiffness(youngs_modulus, poisson_ratio, 0.0).real
+        return DampedModes.of(stiffness, self.coupling, self.dashpots)
 
     def compliance(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike

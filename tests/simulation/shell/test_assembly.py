@@ -233,6 +233,6 @@ def test_a_round_plate_is_assembled_with_progress_from_nothing_to_all() -> None:
     )
     assert shares == sorted(shares)
     assert (shares[0], shares[-1]) == (0.0, 1.0)
-    assert len(shares) == 7
+    assert len(shares) == 6
     assert 0 < model.size < 5 * model.shell.space.size
     assert abs(model.shell.space.dx.sum() / plate.area - 1.0) < 1e-9
