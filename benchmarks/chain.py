@@ -27,6 +27,7 @@ def run(campaign: Path, folder: Path, cache: Path) -> tuple[dict[str, float], li
         ["update", str(folder / "campaign"), "--out", str(folder / "run"), "--json"],
         ["focus", str(folder / "run")],
         ["compensate", str(folder / "run")],
+        ["study", "all", str(folder / "run")],
         ["report", str(folder / "run")],
     ]
     seconds, estimates = {}, []

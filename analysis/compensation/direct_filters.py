@@ -79,12 +79,14 @@ def direct_filters(
     band = panel.filters.in_band(lines)
     design, error = tap_design(method, model, panel, laws), panel.filters.thermometer_error
 
+    plates = constants_at(laws, temperature)
+
     def known(around: Real) -> list[Constants]:
         return constants_at(laws, np.clip(around, *laws.temperature_range))
 
     def at(t: int) -> tuple[Real, EnergyForms]:
         local = local_to[t]
-        (constants,) = constants_at(laws, temperature[t : t + 1])
+        constants = plates[t]
         form = local.forms(*constants, lines, panel.target.displacement)
         wanted = robust_forms(local, panel, laws, float(temperature[t]), form)
         # Its lowest modes may lie below all lines, where the coordinates of a local model are not tried.

@@ -1,12 +1,14 @@
 """Filters between the training temperatures by interpolation: what a network has to beat."""
 
+from dataclasses import dataclass
+from typing import Self
+
 import numpy as np
+from numpy.polynomial.chebyshev import chebpts1, chebvander
+from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.fir import FirBank
-
-FINER = 32
-"""Lines of a response in the width of one peak its taps can resolve: a spline through them is exact to 1e-5."""
 
 
 def linear(filters: FirBank, temperature: Real) -> Real:
@@ -71,23 +73,60 @@ def reduced_frequency(filters: FirBank, knots: Real, places: Real, frequency: Re
     (T, F, N) complex ndarray
         Responses of the filters wanted.
     """
-    from scipy.interpolate import CubicSpline
-
     ascending = np.argsort(knots)
     knots = knots[ascending]
+    width, places = min(4, len(knots)), np.clip(places, knots[0], knots[-1])
+    firsts = np.clip(np.searchsorted(knots, places) - width // 2, 0, len(knots) - width)
     reach = np.exp(knots[-1] - knots[0])
-    spacing = filters.sample_rate / (FINER * filters.taps.shape[2])
-    lines = np.arange(frequency[0] / reach, frequency[-1] * reach + 2.0 * spacing, spacing)
-    along = [CubicSpline(lines, response) for response in filters.response(lines)[ascending]]
-    width = min(4, len(knots))
+    series = _Series.of(filters, frequency[0] / reach, frequency[-1] * reach)
     result = np.empty((len(places), len(frequency), filters.taps.shape[1]), dtype=complex)
-    for t, place in enumerate(np.clip(places, knots[0], knots[-1])):
-        first = int(np.clip(np.searchsorted(knots, place) - width // 2, 0, len(knots) - width))
-        stencil = np.arange(first, first + width)
-        total = np.zeros(result.shape[1:], dtype=complex)
-        for i in stencil:
-            others = knots[stencil[stencil != i]]
-            weight = np.prod((place - others) / (knots[i] - others))
-            total += weight * np.exp(2.0 * (place - knots[i])) * along[i](frequency * np.exp(knots[i] - place))
-        result[t] = total
+    for t, (place, first) in enumerate(zip(places, firsts, strict=True)):
+        stencil = slice(first, first + width)
+        stretch = np.exp(knots[stencil] - place)
+        near = series.at(ascending[stencil], frequency * stretch[:, None])
+        result[t] = np.tensordot(_lagrange(knots[stencil], place) / stretch**2, near, axes=1)
     return result
+
+
+def _lagrange(points: Real, place: float) -> Real:
+    """Weights (n,) at a `place` of values at `points` (n,), for the polynomial through them."""
+    own = np.eye(len(points), dtype=bool)
+    shares = np.where(own, 1.0, place - points) / np.where(own, 1.0, points[:, None] - points)
+    return np.asarray(shares.prod(axis=1))
+
+
+@dataclass(frozen=True)
+class _Series:
+    """Chebyshev series of the responses of a bank at n temperatures over a range of frequencies.
+
+    Attributes
+    ----------
+    middle, half : float
+        Of the range, Hz.
+    coefficients : (n, d, 2 N) ndarray
+        Of the real parts, then of the imaginary ones.
+    """
+
+    middle: float
+    half: float
+    coefficients: Real
+
+    @classmethod
+    def of(cls, filters: FirBank, low: float, high: float) -> Self:
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        # A tap turns by so many radians over half of the range, and its series ends soon after as many terms:
+        # Bessel functions fall below rounding ten cube roots beyond their argument.
+        reach = max(filters.delay, filters.taps.shape[2] - filters.delay)
+        turned = 2.0 * np.pi * half * reach / filters.sample_rate
+        count = int(np.ceil(turned + 10.0 * np.cbrt(turned + 1.0)))
+        points = chebpts1(count)
+        weights = chebvander(points, count - 1).T * (2.0 / count)
+        weights[0] *= 0.5
+        heard = filters.response(middle + half * points)
+        return cls(middle, half, weights @ np.concatenate([heard.real, heard.imag], axis=2))
+
+    def at(self, which: NDArray[np.intp], frequency: Real) -> Complex:
+        """Responses (k, F, N) at the temperatures `which` (k,), each at frequencies of its own (k, F), Hz."""
+        terms = chebvander((frequency - self.middle) / self.half, self.coefficients.shape[1] - 1)
+        real, imaginary = np.split(terms @ self.coefficients[which], 2, axis=2)
+        return np.asarray(real + 1j * imaginary)

@@ -140,7 +140,8 @@ def _aims(measured: MeasuredPanel, like: FirBank, banks: dict[str, Real]) -> dic
     heard = {name: replace(like, taps=taps).response(settings.frequency[band]) for name, taps in banks.items()}
     found: dict[str, list[Aimed]] = {name: [] for name in banks}
     for t in range(len(like.temperature)):
-        amplitude, (_, judged) = measured.amplitudes(t + 1), measured.forms(t + 1, displacement)
+        amplitude, (_, judged) = measured.amplitudes(t + 1)[:, band], measured.forms(t + 1, displacement)
+        judged = judged.at(slice(None), band)
         for name, rows in found.items():
-            rows.append(aim(measured.space, judged, amplitude, band, heard[name][t], asked))
+            rows.append(aim(measured.space, judged, amplitude, heard[name][t], asked))
     return {name: joined(rows) for name, rows in found.items()}

@@ -212,7 +212,6 @@ class _Truth:
     def aims(self, places: NDArray[np.intp], *banks: Real) -> list[Aim]:
         """Judge the taps (T, N, M) of several banks at a few of the T temperatures, those of the rows `places`."""
         temperature, lines = self.direct.bank.temperature[places], self.lines
-        whole = np.ones(len(lines), dtype=bool)
         asked = self.model.space.asked(self.panel.target.displacement)
         heard = [
             replace(self.direct.bank, taps=taps[places], temperature=temperature).response(lines) for taps in banks
@@ -222,5 +221,5 @@ class _Truth:
             model, forms = self.direct.models[places[t]], self.direct.forms.at(places[t : t + 1])
             amplitude = model.amplitudes(*constants, lines)
             for rows, one in zip(found, heard, strict=True):
-                rows.append(aim(model.space, forms, amplitude, whole, one[t], asked))
+                rows.append(aim(model.space, forms, amplitude, one[t], asked))
         return [joined(rows) for rows in found]

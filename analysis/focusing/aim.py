@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
 from analysis.focusing.energy import EnergyForms, FieldSpace
@@ -46,27 +45,17 @@ class Aim:
         return np.asarray(np.abs(np.angle(self.response, deg=True)).max(axis=1))
 
 
-def aim(
-    space: FieldSpace,
-    forms: EnergyForms,
-    amplitude: Complex,
-    band: NDArray[np.bool_],
-    filters: Complex,
-    asked: float,
-) -> Aimed:
+def aim(space: FieldSpace, forms: EnergyForms, amplitude: Complex, filters: Complex, asked: float) -> Aimed:
     """Contrast, spot error and response of filters in the band of one temperature.
 
     Parameters
     ----------
     space : FieldSpace
     forms : EnergyForms
-        Of this temperature, at all lines.
-    amplitude : (N, L, r) ndarray
-        Generalised coordinates of this temperature, at all L lines.
-    band : (L,) ndarray of bool
-        The F lines of the band.
+        Of this temperature, at the F lines of the band.
+    amplitude : (N, F, r) ndarray
+        Generalised coordinates there.
     filters : (F, N) ndarray
-        On the lines of the band.
     asked : float
         φᵀ W φ (`FieldSpace.asked`), m4.
 
@@ -75,9 +64,8 @@ def aim(
     Aimed
         Three arrays (F,).
     """
-    within = forms.at(slice(None), band)
-    spot = spot_error(space, amplitude[:, band], filters)
-    return contrast(within, filters)[0], spot, mean_response(within, filters, asked)[0]
+    spot = spot_error(space, amplitude, filters)
+    return contrast(forms, filters)[0], spot, mean_response(forms, filters, asked)[0]
 
 
 def joined(rows: list[Aimed]) -> Aim:

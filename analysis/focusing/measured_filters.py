@@ -69,10 +69,11 @@ def compare_measured(measured: MeasuredPanel) -> MethodComparison:
     t = measured.reference
     amplitude = measured.amplitudes(t)
     forms, judged = measured.forms(t, panel.target.displacement)
+    within, fields = judged.at(slice(None), band), amplitude[:, band]
     methods: tuple[Method, ...] = ("stif", "time-reversal", "none")
     found = []
     for method in methods:
         filters = designer(method, NoModes(space), panel, lines)((0.0, 0.0, 0.0), lambda: amplitude, forms)
-        found.append(aim(space, judged, amplitude, band, filters[band], 1.0))
+        found.append(aim(space, within, fields, filters[band], 1.0))
     contrasts, spots = np.array([one[0] for one in found]), np.array([one[1] for one in found])
     return MethodComparison(methods, (0.0, 0.0, 0.0), lines[band], contrasts, spots)

@@ -142,10 +142,11 @@ def compare(model: PanelModel, panel: Panel, constants: Constants) -> MethodComp
     lines = panel.filters.frequency
     band = panel.filters.in_band(lines)
     amplitude = model.amplitudes(*constants, lines)
-    forms = model.space.forms([amplitude], panel.target.displacement)
+    forms = model.forms(*constants, lines, panel.target.displacement)
+    within, fields = forms.at(slice(None), band), amplitude[:, band]
     contrasts, spots = [], []
     for method in METHODS:
         filters = designer(method, model, panel, lines)(constants, lambda: amplitude, forms)
-        contrasts.append(contrast(forms, filters)[0, band])
-        spots.append(spot_error(model.space, amplitude[:, band], filters[band]))
+        contrasts.append(contrast(within, filters[band])[0])
+        spots.append(spot_error(model.space, fields, filters[band]))
     return MethodComparison(METHODS, constants, lines[band], np.array(contrasts), np.array(spots))

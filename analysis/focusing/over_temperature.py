@@ -142,7 +142,7 @@ def focus(
 
     def answer(here: float) -> Answer:
         ((constants, amplitude),) = responses(model, laws, np.array([here]), lines)
-        judged = model.space.forms([amplitude], panel.target.displacement)
+        judged = model.forms(*constants, lines, panel.target.displacement)
         forms = robust_forms(model, panel, laws, here, judged)
         return Answer(amplitude, forms, judged, rule(constants, lambda: amplitude, forms))
 
@@ -200,7 +200,8 @@ def tried(
         taps = design.taps(here.forms, here.wanted)
         plant = invert(here.forms, settings.tolerance, settings.regularisation)
         tried = (here.wanted[band], heard(taps), fixed_filters)
-        aims = [aim(space, here.judged, here.amplitude, band, one, asked) for one in tried]
+        judged, amplitude = here.judged.at(slice(None), band), here.amplitude[:, band]
+        aims = [aim(space, judged, amplitude, one, asked) for one in tried]
         return here.wanted, taps, plant, aims
 
     found = []

@@ -14,7 +14,6 @@ from analysis.focusing.panel import Panel
 from app.files.bad_file import ResultFileError
 from app.files.filter_files import load_method, load_panel, made_from_transfers
 from app.files.panel_file import SECTION_2, panel_of_text, read_panel
-from app.files.transfers_file import read_transfers
 
 
 def panel_of(path: Path | None, changes: Mapping[str, Any]) -> tuple[Panel, Path]:
@@ -115,6 +114,8 @@ def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) ->
     ResultFileError
         For more than one temperature, and where panel and transfers do not fit each other.
     """
+    from app.files.transfers_file import read_transfers  # with what reads universal files
+
     if len(temperatures) > 1 or not np.isfinite(temperatures).all():
         raise ResultFileError(f"--temperature {temperatures}: one, at which {path} was measured, in °C")
     transfers = read_transfers(path, panel.filters.edges, *temperatures or (panel.filters.reference_temperature,))

@@ -59,8 +59,8 @@ def uncorrected_aim(
         guessed = robust_forms(model, panel, uncorrected, float(here), guessed)
         taps = design.taps(guessed, rule(constants, partial(model.amplitudes, *constants, lines), guessed))
         filters = design.bank(taps[None], np.zeros(1)).response(lines[band])[0]
-        forms = model.space.forms([amplitude], panel.target.displacement)
-        reached.append(aim(model.space, forms, amplitude, band, filters, asked))
+        forms = model.space.forms([amplitude[:, band]], panel.target.displacement)
+        reached.append(aim(model.space, forms, amplitude[:, band], filters, asked))
     return joined(reached)
 
 

@@ -1,7 +1,8 @@
 """A focusing panel joined to its reduced twin."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Self
 
 import numpy as np
@@ -19,6 +20,7 @@ from app.files.basis_cache import cached_reduction
 from simulation.reduction.basis_training import BasisTraining
 from simulation.reduction.energy_sums import EnergySums
 from simulation.reduction.lowest_modes import lowest_modes
+from simulation.reduction.modal_form import ModalForm
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.fineness import Fineness
 
@@ -73,8 +75,9 @@ class PanelTwin:
         -------
         (N, F, r) complex ndarray
         """
-        found = self.reduced.amplitudes(youngs_modulus, poisson_ratio, loss_factor, frequency)
-        return self.signs[:, None, None] * found
+        constants = (youngs_modulus, poisson_ratio, loss_factor)
+        self.reduced.require(*constants, frequency)
+        return self._modal_form(*constants).solve(-self.reduced.ports * self.signs, frequency)
 
     def forms(
         self,
@@ -106,9 +109,14 @@ class PanelTwin:
         if reduced.dashpots.shape[1]:
             return space.forms([self.amplitudes(*constants, frequency)], displacement)
         reduced.require(*constants, frequency)
-        sums = EnergySums.of(reduced.modal_form(*constants), -reduced.ports * self.signs, frequency)
+        sums = EnergySums.of(self._modal_form(*constants), -reduced.ports * self.signs, frequency)
         plate, target = sums.energy(space.plate), sums.energy(space.target)
         return EnergyForms(plate[None], target[None], displacement * sums.along(space.aim)[None])
+
+    @cached_property
+    def _modal_form(self) -> Callable[[float, float, float], ModalForm]:
+        """`ReducedModel.modal_form`, the last ones kept: fields and energies are asked for one after the other."""
+        return lru_cache(maxsize=16)(self.reduced.modal_form)
 
     def restricted(self, basis: Real) -> Self:
         """Return the twin on the columns of `basis` (r, s), orthonormal."""

@@ -77,8 +77,8 @@ class ModalForm:
     def solve(self, force: Real, frequency: ArrayLike) -> Complex:
         """Coordinates Z**-1 b for every column b of `force` (r, N): (N, F, r)."""
         weights = (self.inverse @ self.with_dashpots(force)).T
-        terms = self.terms(frequency)
-        answers = np.stack([(terms * weight) @ self.shapes.T for weight in weights])
+        sums = PoleSums.of(self.poles, frequency)
+        answers = sums.simple(weights[:, None] * self.shapes).swapaxes(1, 2)
         if not self.count:
             return np.asarray(answers)
         moved = np.einsum("rq,nfr->qnf", self.dashpots, answers)

@@ -62,7 +62,7 @@ class PoleSums:
     def _summed(self, weights: Complex, near: Complex, beyond: Complex) -> Complex:
         total = weights[..., ~self.far] @ near
         if len(beyond):
-            total = total + (weights[..., self.far] @ beyond) @ self.interpolation
+            total += (weights[..., self.far] @ beyond) @ self.interpolation
         return np.asarray(total)
 
 

@@ -1,6 +1,9 @@
 """What the shipped panel's filters reach on its own twin from 0 to 60 °C, every quarter of a degree."""
 
+import subprocess
+import sys
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +16,11 @@ from analysis.material import Material, MaterialLaws
 from analysis.material_table import laws_through
 from app.stages.panel_inputs import panel_of
 from app.twins.panel_twin import panel_twin
+from tests.app.test_focus_compensate import write_laws
 
 pytestmark = pytest.mark.slow
 
+ROOT = Path(__file__).resolve().parents[2]
 EVERYWHERE = np.linspace(0.0, 60.0, 241)
 TURN = 540.0
 """Hz; below it the paper reaches a contrast of 0.9."""
@@ -30,9 +35,12 @@ def polypropylene() -> MaterialLaws:
 
 
 @cache
-def designed(**changes: float) -> tuple[Panel, DirectFilters]:
-    """Shipped panel with other filter settings, and its filters; at four temperatures where a weight is tried."""
-    panel, _ = panel_of(None, changes)
+def designed(file: Path | None = None, **changes: float) -> tuple[Panel, DirectFilters]:
+    """Panel of a file, or the shipped one, with other filter settings, and its filters.
+
+    At four temperatures where a weight is tried.
+    """
+    panel, _ = panel_of(file, changes)
     laws = panel.plate.grown(polypropylene())
     temperature = np.array([0.0, 20.0, 40.0, 60.0]) if "outside_weight" in changes else EVERYWHERE
     model = panel_twin(panel, laws, lambda _stage, _share: None)
@@ -81,3 +89,25 @@ def test_a_free_weight_reaches_the_paper_s_nine_tenths_at_the_price_of_level() -
     assert below.mean() >= 0.88
     level = decibels(mean_response(found.forms, reached, asked))[1, low].mean()
     assert -16.0 < level < -9.0
+
+
+def placed(folder: Path, panel: Path, *words: str) -> Path:
+    """Panel file of `examples/place_actuators.py`, placed at four temperatures for a weight of 10 outside."""
+    script, out = ROOT / "examples" / "place_actuators.py", folder / f"{len(words)}.toml"
+    told = ["--laws", folder, "--outside-weight", "10", "--refine", *words, "--out", out]
+    subprocess.run([sys.executable, script, panel, *told], check=True, cwd=ROOT, capture_output=True)
+    return out
+
+
+def test_patches_placed_over_temperature_reach_it_from_0_to_60_degrees(tmp_path: Path) -> None:
+    """Below 540 Hz, in the mean over the temperatures and at each of them, judged by the twin."""
+    write_laws(tmp_path, polypropylene())
+    six = placed(tmp_path, ROOT / "examples" / "section2-panel.toml")
+    eight = placed(tmp_path, six, "--patches", "8")
+    for file, count, mean, least in ((six, 6, 0.88, 0.86), (eight, 8, 0.90, 0.88)):
+        panel, found = designed(file, outside_weight=10.0)
+        assert len(panel.centers) == count
+        lines, reached = heard(panel, found)
+        below = contrast(found.forms, reached)[:, lines < TURN].mean(axis=1)
+        assert below.mean() >= mean
+        assert below.min() >= least

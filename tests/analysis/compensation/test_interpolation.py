@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,6 +57,16 @@ def test_both_hold_the_end_outside_the_range(thirteen):
 def test_the_rigidity_s_logarithm():
     u = log_root_rigidity(np.array([1.0e9, 4.0e9]), np.array([0.3, 0.3]))
     assert np.diff(u).item() == pytest.approx(np.log(2.0))
+
+
+@pytest.mark.parametrize("delay", [0, 16, 31])
+def test_at_the_training_temperatures_equal_reduced_frequency_gives_their_responses(thirteen, delay):
+    """To rounding, wherever the taps' middle lies: the series of a response ends where nothing is left of it."""
+    bank = replace(thirteen, delay=delay)
+    u, frequency = np.linspace(0.3, 0.0, 13), np.arange(20.0, 900.0, 7.0)
+    exact = bank.response(frequency)
+    found = reduced_frequency(bank, u, u, frequency)
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
 
 
 def test_filters_of_one_reduced_frequency_are_met_exactly():
