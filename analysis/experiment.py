@@ -138,6 +138,11 @@ class Experiment(Sparse):
         """Where forces act and motions are read: of the inputs, then of the outputs."""
         return tuple(c.footprint for c in (*self.inputs, *self.outputs) if c.footprint is not None)
 
+    @property
+    def level_units(self) -> tuple[str, ...]:
+        """Unit of the levels of each input."""
+        return tuple(source.unit for source in self.inputs)
+
     def labels(self, source: Channel | None = None) -> tuple[str, ...]:
         """Name the transfers from an input, the first unless given, to all outputs, with their units."""
         return tuple(transfer_label(output, source or self.inputs[0]) for output in self.outputs)

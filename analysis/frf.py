@@ -82,11 +82,9 @@ class Frf:
     def __repr__(self) -> str:
         """Sweeps, temperatures, channels and lines in one line, and the notes, a line each."""
         t, lines = self.temperature, self.frequency
-        told = (
-            f"<Frf: {len(t)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C, sensors {', '.join(self.channels)}, "
-            f"{len(lines)} lines from {lines[0]:g} to {lines[-1]:g} Hz>"
-        )
-        return "\n".join([told, *(f"  {note}" for note in self.notes)])
+        sweeps = f"{len(t)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C, sensors {', '.join(self.channels)}"
+        told = f"<Frf: {sweeps}, {len(lines)} lines from {lines[0]:g} to {lines[-1]:g} Hz>"
+        return "\n  ".join([told, *self.notes])
 
     @property
     def driven_by(self) -> NDArray[np.int_]:
@@ -110,12 +108,14 @@ class Frf:
         """Return the unit of a channel's transfer in a sweep."""
         return self.units[self._place(channel, sweep)] if self.units else "V/V"
 
+    def level_unit(self, sweep: int = 0) -> str:
+        """Return the unit of the level at which a sweep was driven."""
+        return self.unit(0, sweep).rsplit("/", 1)[-1]
+
     def drive(self, sweep: int) -> str:
         """Say how a sweep was driven: ``10 V``, and ``2 N at hammer`` where there are several inputs."""
-        unit = self.unit(0, sweep).rsplit("/", 1)[-1]
-        return f"{self.level[sweep]:g} {unit}" + (
-            f" at {self.sources[self.driven_by[sweep]]}" if self.sources else ""
-        )
+        where = f" at {self.sources[self.driven_by[sweep]]}" if self.sources else ""
+        return f"{self.level[sweep]:g} {self.level_unit(sweep)}{where}"
 
     def _place(self, channel: int, sweep: int) -> int:
         return len(self.channels) * int(self.driven_by[sweep]) + channel
@@ -125,8 +125,7 @@ class Frf:
         """Noise of each sweep over its lines, as a share of rms|h|: (T,) ndarray."""
         used = ~self.excluded
         noise = self.variance[:, :, used].sum((1, 2))
-        floor: NDArray[np.float64] = np.sqrt(noise / (np.abs(self.h[:, :, used]) ** 2).sum((1, 2)))
-        return floor
+        return np.asarray(np.sqrt(noise / (np.abs(self.h[:, :, used]) ** 2).sum((1, 2))))
 
     def require_noise(self) -> None:
         """Raise ValueError where a sweep's repeats tell no noise, so that its lines cannot be weighed."""
@@ -195,8 +194,8 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     hums = other_hums(frequency, rough / np.maximum(frf.variance, np.finfo(float).tiny), frf.excluded)
     if not hums:
         return frf
-    masked = [mains_lines(frequency, hum, record) for hum in hums]
-    frf = _all_sweeps(campaign, lines, frequency, np.any([frf.excluded, *masked], axis=0))
+    masked = np.any([frf.excluded, *(mains_lines(frequency, hum, record) for hum in hums)], axis=0)
+    frf = _all_sweeps(campaign, lines, frequency, masked)
     told = " and ".join(f"{hum:.2f}" for hum in hums)
     return replace(frf, notes=(*frf.notes, f"mains hum at multiples of {told} Hz: these lines are left out too"))
 
@@ -223,9 +222,9 @@ def _all_sweeps(
 ) -> Frf:
     samples = campaign.sweeps[0].drive.shape[1]
     notes: list[str] = []
-    names = tuple(output.id for output in campaign.experiment.outputs)
-    experiment, inputs = campaign.experiment, campaign.experiment.inputs
-    several = len(inputs) > 1
+    experiment = campaign.experiment
+    inputs, several = experiment.inputs, len(experiment.inputs) > 1
+    names = tuple(output.id for output in experiment.outputs)
     rows = []
     for sweep in campaign.sweeps:
         if sweep.drive.shape[1] != samples:

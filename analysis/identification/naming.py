@@ -132,6 +132,7 @@ def tabulated(done: NamedModes, frf: Frf, start: int) -> TrackedModes:
         temperature=frf.temperature,
         direction=frf.direction,
         level=frf.level,
+        level_unit=frf.level_unit(),
         channels=frf.channels,
         modes=tuple(done.modes[t] for t in range(len(frf.temperature))),
         track=table,

@@ -22,7 +22,7 @@ class TrackedModes:
     direction : tuple of str
         ``up`` or ``down``, per sweep.
     level : (T,) ndarray
-        Drive amplitude, V.
+        Drive amplitude, in `level_unit`.
     channels : tuple of str
         Sensor names.
     modes : tuple of Modes
@@ -34,6 +34,7 @@ class TrackedModes:
         Sweep that was identified without a model to start from.
     notes : tuple of str
         Sweeps that need a look, for people.
+    level_unit : str
     """
 
     temperature: NDArray[np.float64]
@@ -44,6 +45,7 @@ class TrackedModes:
     track: NDArray[np.int64]
     start: int
     notes: tuple[str, ...] = ()
+    level_unit: str = "V"
 
     def __post_init__(self) -> None:
         sweeps = len(self.modes)

@@ -133,11 +133,11 @@ def read_campaign_folder(folder: Path) -> Campaign:
             sweeps[name] = sweep
         if wrong:
             problems.append(wrong)
-    problems += coverage_problems(experiment.protocol, sweeps)
+    problems += coverage_problems(experiment.protocol, sweeps, experiment.level_units)
     known = {event["place"] for event in read_events(folder) if event.get("event") == "missing"}
     gone = [
         str(place)
-        for place in missing_places(experiment.protocol, sweeps, len(experiment.inputs))
+        for place in missing_places(experiment.protocol, sweeps, experiment.level_units)
         if str(place) not in known
     ]
     if gone and not problems:

@@ -1,7 +1,7 @@
 """The sweeps a protocol asks for, held against those that are there."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise, product
 
 from analysis.campaign import Sweep
@@ -16,16 +16,17 @@ FURTHEST = 2.0
 
 @dataclass(frozen=True)
 class Place:
-    """Where in the protocol a sweep belongs."""
+    """Where in the protocol a sweep belongs; `unit` is that of the input's levels."""
 
     temperature: float
     direction: str
     level: float
     source: int = 0
+    unit: str = field(default="V", compare=False)
 
     def __str__(self) -> str:
         driven = f" from input {self.source + 1}" if self.source else ""
-        return f"{self.temperature:g} °C {self.direction} {self.level:g} V{driven}"
+        return f"{self.temperature:g} °C {self.direction} {self.level:g} {self.unit}{driven}"
 
 
 def places(protocol: Protocol) -> tuple[Place, ...]:
@@ -44,7 +45,7 @@ def places(protocol: Protocol) -> tuple[Place, ...]:
     )
 
 
-def place_of(protocol: Protocol, sweep: Sweep) -> Place | None:
+def place_of(protocol: Protocol, sweep: Sweep, unit: str = "V") -> Place | None:
     """Find where a sweep belongs; None if its level, direction or temperature fits nowhere.
 
     The reading must be nearer to its nominal temperature than 0.4 of the way to a neighbour.
@@ -57,10 +58,12 @@ def place_of(protocol: Protocol, sweep: Sweep) -> Place | None:
     near = abs(nominal[nearest] - sweep.temperature) <= reach
     if level is None or not near or sweep.direction not in protocol.directions:
         return None
-    return Place(nominal[nearest], sweep.direction, level, sweep.source)
+    return Place(nominal[nearest], sweep.direction, level, sweep.source, unit)
 
 
-def coverage_problems(protocol: Protocol, sweeps: Mapping[str, Sweep]) -> Iterator[Problem]:
+def coverage_problems(
+    protocol: Protocol, sweeps: Mapping[str, Sweep], units: Sequence[str] = ("V",)
+) -> Iterator[Problem]:
     """Yield sweeps that fit nowhere, come twice, or were recorded out of order.
 
     Parameters
@@ -68,6 +71,8 @@ def coverage_problems(protocol: Protocol, sweeps: Mapping[str, Sweep]) -> Iterat
     protocol : Protocol
     sweeps : mapping
         By file name.
+    units : sequence of str
+        Of each input's levels.
     """
     minutes = protocol.repeats * (protocol.sweep_duration + protocol.tail) / 60.0
     most_drift = FURTHEST + 3.0 * protocol.ramp_rate * minutes
@@ -83,9 +88,10 @@ def coverage_problems(protocol: Protocol, sweeps: Mapping[str, Sweep]) -> Iterat
         if drift > most_drift:
             seen = f"{sweep.oven_temperature_end:g} °C, {drift:.3g} K from oven_temperature_start"
             yield Problem(name, "oven_temperature_end", seen, f"0 to {most_drift:.3g} K at protocol.ramp_rate")
-        place = place_of(protocol, sweep)
+        unit = units[sweep.source]
+        place = place_of(protocol, sweep, unit)
         if place is None:
-            yield _fits_nowhere(protocol, name, sweep)
+            yield _fits_nowhere(protocol, name, sweep, unit)
         elif place in found:
             yield Problem(name, "sweep", str(place), f"one file for it; {found[place]} is another")
         else:
@@ -93,7 +99,9 @@ def coverage_problems(protocol: Protocol, sweeps: Mapping[str, Sweep]) -> Iterat
     yield from _out_of_order(found, sweeps)
 
 
-def missing_places(protocol: Protocol, sweeps: Mapping[str, Sweep], inputs: int = 1) -> tuple[Place, ...]:
+def missing_places(
+    protocol: Protocol, sweeps: Mapping[str, Sweep], units: Sequence[str] = ("V",)
+) -> tuple[Place, ...]:
     """Return what the protocol asks for and no sweep brings.
 
     Parameters
@@ -101,9 +109,9 @@ def missing_places(protocol: Protocol, sweeps: Mapping[str, Sweep], inputs: int 
     protocol : Protocol
     sweeps : mapping
         By file name.
-    inputs : int
-        Number of inputs that drive in turn. Of several, each is asked for the levels at which it drove anywhere,
-        or at all levels where nowhere: a level in volts is none of a force's.
+    units : sequence of str
+        Of the levels of each input; the inputs drive in turn. Of several, each is asked for the levels at which it
+        drove anywhere, or at all levels where nowhere: a level in volts is none of a force's.
 
     Returns
     -------
@@ -111,22 +119,24 @@ def missing_places(protocol: Protocol, sweeps: Mapping[str, Sweep], inputs: int 
     """
     there = {place for sweep in sweeps.values() if (place := place_of(protocol, sweep)) is not None}
     used = {(place.source, place.level) for place in there}
-    idle = set(range(inputs)) - {source for source, _ in used}
-    wanted = (replace(place, source=source) for source in range(inputs) for place in places(protocol))
+    idle = set(range(len(units))) - {source for source, _ in used}
+    wanted = (
+        replace(place, source=source, unit=unit) for source, unit in enumerate(units) for place in places(protocol)
+    )
     return tuple(
         place
         for place in wanted
-        if place not in there and (inputs == 1 or place.source in idle or (place.source, place.level) in used)
+        if place not in there and (len(units) == 1 or place.source in idle or (place.source, place.level) in used)
     )
 
 
-def _fits_nowhere(protocol: Protocol, name: str, sweep: Sweep) -> Problem:
+def _fits_nowhere(protocol: Protocol, name: str, sweep: Sweep, unit: str) -> Problem:
     if sweep.direction not in protocol.directions:
         return Problem(
             name, "direction", repr(sweep.direction), f"protocol.directions {list(protocol.directions)}"
         )
     if not any(abs(v - sweep.level) <= 1e-6 * v for v in protocol.levels):
-        return Problem(name, "level", f"{sweep.level:g} V", f"protocol.levels {list(protocol.levels)}")
+        return Problem(name, "level", f"{sweep.level:g} {unit}", f"protocol.levels {list(protocol.levels)}")
     nearest = min(protocol.temperatures, key=lambda t: abs(t - sweep.temperature))
     seen = f"{sweep.oven_temperature_start:g} to {sweep.oven_temperature_end:g} °C"
     allowed = f"near one of protocol.temperatures, of which {nearest:g} °C is the nearest"

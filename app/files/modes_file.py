@@ -52,6 +52,7 @@ class _Track:
     track: NDArray[np.int64]
     start: int
     notes: tuple[str, ...]
+    level_unit: str = "V"
 
 
 ARRAYS = ("poles", "residues", "covariance", "coefficients")
@@ -134,7 +135,8 @@ def write_table(target: Path, tracked: TrackedModes, damping: Damping) -> None:
         "loss_factor",
         "sigma_loss_factor",
     )
-    rows.writerow(["temperature_c", "direction", "level_v", "mode", *names, "status", "confirmation", "reason"])
+    level = f"level_{tracked.level_unit.lower()}"
+    rows.writerow(["temperature_c", "direction", level, "mode", *names, "status", "confirmation", "reason"])
     for t, modes in enumerate(tracked.modes):
         reasons = modes.explanation(damping)
         for j, pole in enumerate(tracked.track[t]):

@@ -99,8 +99,8 @@ def read_recording(
         if sweep:
             sweeps[name] = sweep
     report("reading", 1.0)
-    problems += coverage_problems(experiment.protocol, sweeps)
-    missing = missing_places(experiment.protocol, sweeps, len(experiment.inputs))
+    problems += coverage_problems(experiment.protocol, sweeps, experiment.level_units)
+    missing = missing_places(experiment.protocol, sweeps, experiment.level_units)
     if len(sweeps) == len(files):
         problems += _idle(experiment, sweeps)
     if missing and not allow_missing and len(sweeps) == len(files):

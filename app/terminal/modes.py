@@ -72,7 +72,7 @@ def campaign_record(tracked: TrackedModes, damping: Damping, seconds: float) -> 
         for n, mode in zip(real, record["modes"], strict=True):
             mode["track"] = numbers.get(n)
         place = {"temperature_c": float(tracked.temperature[t]), "direction": tracked.direction[t]}
-        sweeps.append(place | {"level_v": float(tracked.level[t])} | record)
+        sweeps.append(place | {f"level_{tracked.level_unit.lower()}": float(tracked.level[t])} | record)
     return {"temperatures": sweeps, "notes": list(tracked.notes), "seconds": seconds}
 
 

@@ -6,10 +6,12 @@ makes the effects of the library takes part in it: a mass is one more accelerome
 
 import json
 import runpy
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from analysis.experiment import Experiment
@@ -122,3 +124,42 @@ def test_a_mass_on_a_plate_with_patch_accelerometer_and_laser(tmp_path: Path, ru
     found = found_effects(record)
     assert set(found) == {"point_mass"}, record["verdict"]
     assert found["point_mass"]["mass"][0] == pytest.approx(0.0008, rel=0.03)
+
+
+def test_a_mass_on_a_plate_that_two_hammers_hit(tmp_path: Path, run_flexura: Run) -> None:
+    """One campaign of both, a gain for each: the cell of the second reads a quarter more than there is."""
+    table = mixed().model_dump(mode="json")
+    table["drive"].append({"id": "second", "kind": "force", "point": [0.05, 0.045]})
+    declared = Experiment.model_validate(table)
+    folder, maker = tmp_path / "plate", runpy.run_path(str(MAKER))
+    (folder / "sweeps").mkdir(parents=True)
+    (folder / DECLARATION).write_text(toml_text(declared.model_dump(mode="json"), ""), encoding="utf-8")
+    rng = np.random.default_rng(12)
+    temperatures = declared.protocol.temperatures
+    for source, (drive, read) in enumerate(zip(declared.drive, (1.0, 1.25), strict=True)):
+        alone = declared.model_copy(update={"drive": (drive,)})
+        twin = maker["plate"](with_mass(alone, 0.001), polypropylene)
+        for step, temperature in enumerate(temperatures):
+            root = {
+                "oven_temperature_start": temperature,
+                "oven_temperature_end": temperature,
+                "direction": "up",
+                "level": 2.0,
+                "actuator": drive.id,
+                "step": source * len(temperatures) + step,
+                "start_time": f"2026-01-05T{8 + step:02d}:{10 * source:02d}:00",
+            }
+            hits = maker["hits"](alone, twin, polypropylene(temperature), rng)
+            hits = [{**channels, "drive": read * channels["drive"]} for channels in hits]
+            path = folder / "sweeps" / f"{drive.id}_{step:03d}.tdms"
+            maker["write_sweep"](path, alone, root, hits)
+    run = tmp_path / "run"
+    status, output, message = run_flexura("gap", folder, "--json", "--out", run)
+    assert status == 0, message
+    record = json.loads(output)
+    found = found_effects(record)
+    assert set(found) == {"point_mass"}, record["verdict"]
+    assert found["point_mass"]["mass"][0] == pytest.approx(0.001, rel=0.03)
+    twin = tomllib.loads((run / "twin.toml").read_text(encoding="utf-8"))
+    gains = [twin["gain"]["value"], twin["further_gain"][0]["value"]]
+    assert gains == pytest.approx([maker["CALIBRATION"], maker["CALIBRATION"] / 1.25], rel=2e-3)

@@ -39,6 +39,7 @@ def residual(size: float) -> ResidualMap:
         temperature=TEMPERATURE,
         direction=("up", "up", "down", "down"),
         level=np.ones(4),
+        drives=("1 N",) * 4,
         channels=CHANNELS,
         sigma=sigma,
         excess=50.0 * (sigma**2 - 1.0),

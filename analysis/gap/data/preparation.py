@@ -141,6 +141,7 @@ def grouped(
         nodes=nodes,
         points=sweep_points(frf, rate),
         direction=frf.direction,
+        drives=tuple(frf.drive(sweep) for sweep in range(len(frf.direction))),
         channels=frf.channels,
         compressed=tuple(sweeps),
         groups=groups,

@@ -22,6 +22,8 @@ class GapSweeps:
         Common to all sweeps and channels.
     points : tuple of SweepPoint
     direction : tuple of str
+    drives : tuple of str
+        Level of each sweep, as people write it: ``10 V``, ``2 N at hammer``.
     channels : tuple of str
     compressed : tuple of CompressedSweep
         With the noise rescaled to what was seen.
@@ -43,6 +45,7 @@ class GapSweeps:
     nodes: Nodes
     points: tuple[SweepPoint, ...]
     direction: tuple[str, ...]
+    drives: tuple[str, ...]
     channels: tuple[str, ...]
     compressed: tuple[CompressedSweep, ...]
     groups: TemperatureGroups
@@ -113,6 +116,7 @@ class GapSweeps:
             self,
             points=tuple(self.points[s] for s in kept),
             direction=tuple(self.direction[s] for s in kept),
+            drives=tuple(self.drives[s] for s in kept),
             compressed=tuple(self.compressed[s] for s in kept),
             groups=groups,
             rough=rough,

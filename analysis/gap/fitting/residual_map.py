@@ -55,7 +55,9 @@ class ResidualMap:
         Of the sweeps, degrees Celsius.
     direction : tuple of str
     level : (T,) ndarray
-        V.
+        Of the drive, in the unit of its input.
+    drives : tuple of str
+        The same as people write it, see `GapSweeps`.
     channels : tuple of str
     sigma : (T, K, B) ndarray
         rms residual in units of noise: 1 is noise.
@@ -71,6 +73,7 @@ class ResidualMap:
     temperature: Real
     direction: tuple[str, ...]
     level: Real
+    drives: tuple[str, ...]
     channels: tuple[str, ...]
     sigma: Real
     excess: Real
@@ -96,8 +99,8 @@ class ResidualMap:
             "level": {},
             "readings": {"temperature readings": float(self.readings.sum() / total)},
         }
-        for t, way, level, share in zip(self.temperature, self.direction, self.level, by_sweep, strict=True):
-            for kind, name in (("temperature", f"{t:.0f} °C"), ("direction", way), ("level", f"{level:g} V")):
+        for t, way, level, share in zip(self.temperature, self.direction, self.drives, by_sweep, strict=True):
+            for kind, name in (("temperature", f"{t:.0f} °C"), ("direction", way), ("level", level)):
                 table[kind][name] = table[kind].get(name, 0.0) + float(share)
         return table
 
@@ -122,6 +125,7 @@ def residual_map(sweeps: GapSweeps, noise: NoiseCheck, fit: GapFit) -> ResidualM
         temperature=np.array([p.temperature for p in sweeps.points]),
         direction=sweeps.direction,
         level=np.array([p.level for p in sweeps.points]),
+        drives=sweeps.drives,
         channels=sweeps.channels,
         sigma=sigma,
         excess=excess,

@@ -167,7 +167,7 @@ def splits(sweeps: GapSweeps) -> list[Split]:
     if top:
         high = [s for s, p in enumerate(sweeps.points) if p.level == top.get(p.source)]
         low = [s for s in range(sweeps.count) if s not in high]
-        what = f"level {top[0]:g} V" if len(levels) == 1 and 0 in top else "highest level of each actuator"
+        what = f"level {sweeps.drives[high[0]]}" if len(levels) == 1 else "highest level of each actuator"
         found.append(Split(what, sweeps.only(low), sweeps.only(high), laws_free=True))
     if not found:
         block = np.arange(shape[-1]) * FREQUENCY_BLOCKS // shape[-1]

@@ -30,7 +30,10 @@ class ModesPage(QWidget):
         super().__init__()
         self._tracked, self.shape, self._cursors, self._theme = tracked, shape, cursors, theme
         runs = np.array(
-            [f"{way}, {level:g} V" for way, level in zip(tracked.direction, tracked.level, strict=True)]
+            [
+                f"{way}, {level:g} {tracked.level_unit}"
+                for way, level in zip(tracked.direction, tracked.level, strict=True)
+            ]
         )
         first = np.flatnonzero(runs == runs[0])
         self._rows = first[np.argsort(tracked.temperature[first], kind="stable")]

@@ -86,7 +86,7 @@ def test_identifying_one_leaves_the_frfs_of_all_in_the_run(
 def test_a_sweep_of_each_that_is_missing_is_told(recorded: Path) -> None:
     gone = sorted((recorded / "sweeps").glob("*.tdms"))[-1]
     gone.unlink()
-    with pytest.raises(CampaignFileError, match=r"missing.*1 of the protocol's sweeps: .* V from input 2"):
+    with pytest.raises(CampaignFileError, match=r"missing.*1 of the protocol's sweeps: .* N from input 2"):
         read_recording(recorded)
 
 
