@@ -30,6 +30,7 @@
 ``confirmation``           which modes are found again when band, lines or channels change
 ``parameters``             poles as numbers a search moves, with bounds
 ``variable_projection``    residues eliminated: misfit, gradient and Hessian of the poles alone
+``normal_equations``       the triangular factor of a weighted least-squares problem
 ``pole_search``            least squares over the poles
 ``vector_fitting``         start poles from nothing
 ``order``                  backward elimination and residual terms by BIC

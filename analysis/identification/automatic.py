@@ -24,6 +24,9 @@ CLEARLY = 10.0
 FULL = 0.6
 """Share of the start poles that stay from which there may have been too few."""
 
+LACKING = 1.5
+"""Correlation of a narrower search's errors, in that of a wider one's, from which it lacks modes."""
+
 
 def identify(measured: Measured, settings: Settings | None = None) -> Modes:
     """Identify FRFs that share their poles.
@@ -90,10 +93,20 @@ def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tupl
 
 
 def _better(measured: Measured, lines: Lines, wider: PoleFit, found: PoleFit, margin: float) -> bool:
-    """Whether the BIC of a wider search is lower than another's, by a margin in prices of a pole."""
-    weighed = measured.reweighted(lines, wider)
-    rival = fit(weighed, found.poles, found.terms, tolerance=1e-3, max_iterations=5)
-    return bic(wider, weighed) + margin * pole_price(weighed) < bic(rival, weighed)
+    """Whether a wider search has a lower BIC than another, by a margin in prices of a pole.
+
+    A few poles too many make errors look smaller and less alike, and then pay for themselves: so it has to be
+    lower by the other's errors, too, unless these are what lacking modes leave.
+    """
+    own, others = (averaged(measured.reweighted(lines, judge)) for judge in (wider, found))
+    for weighed in (own, others) if others.correlation < LACKING * own.correlation else (own,):
+        one, other = (
+            bic(fit(weighed, rival.poles, rival.terms, tolerance=1e-3, max_iterations=5), weighed)
+            for rival in (wider, found)
+        )
+        if one + margin * pole_price(weighed) >= other:
+            return False
+    return True
 
 
 def _left_out(f: float, why: str) -> Rejected:

@@ -6,13 +6,15 @@ Gauss-Newton steps on the posterior. Its Hessian gives the deviations, with neig
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.lines import Lines
 from analysis.identification.parameters import LARGEST_DAMPING
+from analysis.identification.pole_search import PATIENCE
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.sweeps_search import SweepsAt, SweepsSearch
@@ -41,18 +43,27 @@ class JointFit:
     ----------
     place : (T, J, 2) ndarray
         Log |lambda| and log damping ratio, on the curves where a mode takes no part in a sweep.
-    covariance : (T, J, 2, 2) ndarray
-        Of them.
     looks : tuple of Projection
         Every sweep's residues and misfit.
     active : (T, J) ndarray of bool
         Which modes take part.
+    search : SweepsSearch
+        What was searched.
+    hidden : (T, J, 2, 2) ndarray or float
+        What hidden modes add to the covariance.
     """
 
     place: NDArray[np.float64]
-    covariance: NDArray[np.float64]
     looks: tuple[Projection, ...]
     active: NDArray[np.bool_]
+    search: SweepsSearch
+    hidden: NDArray[np.float64] | float = 0.0
+
+    @cached_property
+    def covariance(self) -> NDArray[np.float64]:
+        """Covariance of every pole's log |lambda| and log damping ratio, (T, J, 2, 2)."""
+        every = np.ones(len(self.looks), dtype=bool)
+        return _covariance(self.search, self.search.at(self.place, every)) + self.hidden
 
     @property
     def loss(self) -> NDArray[np.float64]:
@@ -72,6 +83,8 @@ def fit_together(
     *,
     settled: float = SETTLED,
     most: int = MOST_STEPS,
+    target: float | None = None,
+    known: Sequence[Projection] = (),
 ) -> JointFit:
     """Fit poles of all sweeps and their tracks.
 
@@ -90,12 +103,16 @@ def fit_together(
         Fall of the sum of squares, in units of one number's variance, at which to stop.
     most : int
         Steps at most.
+    target : float, optional
+        Stop once the Gauss-Newton model promises no sum of squares, in one number's variance, as low as this.
+    known : sequence of Projection
+        Of the same lines and terms, one per sweep: taken where the poles are the same.
 
     Returns
     -------
     JointFit
     """
-    search = SweepsSearch(lines, terms, active, tracks)
+    search = SweepsSearch(lines, terms, active, tracks, known)
     wide = np.maximum(tracks.scatter, 1e-3)
     numbers = search.nearest(np.where(active[:, :, None], start, tracks.base), np.zeros(tracks.count), wide)
     every = np.ones(len(lines), dtype=bool)
@@ -107,7 +124,7 @@ def fit_together(
         step = search.step(now, numbers, damping)
         share = 1.0 / (np.abs(step) / _farthest(now.x) * active[:, :, None]).max(axis=(1, 2), initial=1.0)
         moving = ~resting & (_worth(step, now, search.held) > settled)
-        if not moving.any():
+        if not moving.any() or (target is not None and _promised(step, now) > target):
             break
         ahead = now.x + np.where(moving, share, 0.0)[:, None, None] * step
         ahead[:, :, 1] = np.minimum(ahead[:, :, 1], np.log(LARGEST_DAMPING))
@@ -129,7 +146,7 @@ def fit_together(
         # while a sweep that was sent back still tries, those that have arrived rest
         arrived = fall < settled * len(lines) and (share[moving] == 1.0).all()
         resting = resting | better if arrived else ~every
-    return JointFit(now.x, _covariance(search, now), tuple(now.looks), active)
+    return JointFit(now.x, tuple(now.looks), active, replace(search, known=tuple(now.looks)))
 
 
 def _farthest(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -144,6 +161,13 @@ def _worth(step: NDArray[np.float64], point: SweepsAt, held: NDArray[np.float64]
         axis=1
     )
     return worth
+
+
+def _promised(step: NDArray[np.float64], point: SweepsAt) -> float:
+    """Sum of squares that a step leads to, its fall credited with `PATIENCE` times its promise."""
+    flat = step.reshape(len(step), -1)
+    bent = np.einsum("ti,tij,tj->", flat, point.hessian, flat)
+    return float(point.misfit.sum() + PATIENCE * min(2.0 * (flat * point.gradient).sum() + bent, 0.0))
 
 
 def _covariance(search: SweepsSearch, point: SweepsAt) -> NDArray[np.float64]:

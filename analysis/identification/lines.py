@@ -10,6 +10,36 @@ from analysis.identification.residual_terms import ResidualTerms
 
 
 @dataclass(frozen=True)
+class WeightGroup:
+    """Responses with weights in proportion.
+
+    Attributes
+    ----------
+    weight : (2F,) ndarray
+        Of the real and the imaginary part of every line, in turns.
+    rows : (N,) ndarray of int
+        Responses.
+    scales : (N,) ndarray
+        1/deviation = scale * weight.
+    data : (N, 2F) ndarray
+        Measured, weighted, in units of the deviations.
+    """
+
+    weight: NDArray[np.float64]
+    rows: NDArray[np.intp]
+    scales: NDArray[np.float64]
+    data: NDArray[np.float64]
+
+    @classmethod
+    def of(
+        cls, h: NDArray[np.complex128], weight: NDArray[np.float64], rows: list[int], scales: list[float]
+    ) -> "WeightGroup":
+        """Weigh some rows of `h` (K, F) by weight (F,) and a scale each."""
+        data = h[rows] * np.array(scales)[:, None] * weight
+        return cls(np.repeat(weight, 2), np.array(rows), np.array(scales), data.view(float))
+
+
+@dataclass(frozen=True)
 class Lines:
     """FRFs of one condition with the standard deviation of every line.
 
@@ -87,32 +117,28 @@ class Lines:
         return self.values / self.correlation
 
     @cached_property
-    def _term_columns(self) -> dict[ResidualTerms, NDArray[np.float64]]:
+    def _term_columns(self) -> dict[ResidualTerms, NDArray[np.complex128]]:
         return {}
 
-    def term_columns(self, terms: ResidualTerms) -> NDArray[np.float64]:
-        """Columns of residual terms on these lines, real parts and then imaginary parts: (P, 2F), made once."""
+    def term_columns(self, terms: ResidualTerms) -> NDArray[np.complex128]:
+        """Columns of residual terms on these lines, (P, F), made once."""
         if terms not in self._term_columns:
-            columns = terms.columns(self.s, self.scale, self.spread)
-            self._term_columns[terms] = np.concatenate([columns.real, columns.imag], axis=1)
+            self._term_columns[terms] = terms.columns(self.s, self.scale, self.spread)
         return self._term_columns[terms]
 
-    def room(self, rows: int) -> NDArray[np.float64]:
-        """Return two arrays (2, rows, 2F) to be filled, the same at every call: fresh memory is slow."""
+    def room(self, rows: int) -> NDArray[np.complex128]:
+        """Return two arrays (2, rows, F) to be filled, the same at every call: fresh memory is slow."""
         if self._room[0].shape[1] < rows:
-            self._room[0] = np.empty((2, rows + rows // 4, 2 * len(self.frequency)))
+            self._room[0] = np.empty((2, rows + rows // 4, len(self.frequency)), dtype=complex)
         return self._room[0][:, :rows]
 
     @cached_property
-    def _room(self) -> list[NDArray[np.float64]]:
-        return [np.empty((2, 0, 2 * len(self.frequency)))]
+    def _room(self) -> list[NDArray[np.complex128]]:
+        return [np.empty((2, 0, len(self.frequency)), dtype=complex)]
 
     @cached_property
-    def weight_groups(self) -> list[tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.float64]]]:
-        """Responses whose deviations are proportional, so that they share one factorisation.
-
-        A list of (weight (F,), rows, scale of each row): 1/deviation[row] = scale * weight.
-        """
+    def weight_groups(self) -> list["WeightGroup"]:
+        """Responses whose deviations are proportional, so that they share one factorisation."""
         groups: list[tuple[NDArray[np.float64], list[int], list[float]]] = []
         for row, deviation in enumerate(self.deviation):
             level = float(np.sqrt(np.mean(deviation**2)))
@@ -124,4 +150,4 @@ class Lines:
                     break
             else:
                 groups.append((weight, [row], [1.0 / level]))
-        return [(weight, np.array(rows), np.array(scales)) for weight, rows, scales in groups]
+        return [WeightGroup.of(self.h, *group) for group in groups]

@@ -1,5 +1,7 @@
 """Poles that elimination lost or vector fitting never found: a look at what the model leaves over."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,18 +45,17 @@ def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> N
     place = np.round((lines.frequency - lines.frequency[0]) / spacing).astype(int)
     span = place[-1] + 1
     length = int(2 ** np.ceil(np.log2(2 * span)))
-    offset = np.fft.fftfreq(length, 1.0 / length) * spacing
     white = np.zeros((len(left), span), dtype=complex)
     weight = np.zeros((len(left), span))
     white[:, place] = left / lines.deviation**2
     weight[:, place] = lines.deviation**-2.0
+    white, weight = np.fft.fft(white, length), np.fft.fft(weight, length)
     found: list[tuple[float, complex]] = []
     width = 1.5 * spacing
     while width < 0.08 * (lines.frequency[-1] - lines.frequency[0]):
-        shape = 1.0 / (1j * offset + width)
-        reach = np.fft.fft(shape).conj()
-        overlap = np.fft.ifft(np.fft.fft(white, length) * reach)[:, :span]
-        energy = np.fft.ifft(np.fft.fft(weight, length) * np.fft.fft(np.abs(shape) ** 2).conj()).real[:, :span]
+        reach, reach_squared = _line_shape(length, spacing, width)
+        overlap = np.fft.ifft(white * reach)[:, :span]
+        energy = np.fft.ifft(weight * reach_squared).real[:, :span]
         gain = (np.abs(overlap) ** 2 / np.maximum(energy, 1e-12 * energy.max())).sum(0)
         peaks = np.flatnonzero((gain >= np.roll(gain, 1)) & (gain > np.roll(gain, -1)))
         for peak in peaks[np.argsort(gain[peaks])[::-1][:shortlist]]:
@@ -63,6 +64,15 @@ def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> N
         width *= 2.0
     found.sort(key=lambda pair: -pair[0])
     return np.array([pole for _, pole in found[:shortlist]], dtype=complex)
+
+
+@lru_cache(maxsize=32)  # of a campaign's sweeps all are the same
+def _line_shape(
+    length: int, spacing: float, width: float
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Conjugate spectra of 1/(j f + width), f on `length` lines, and of its square of magnitude."""
+    shape = 1.0 / (1j * np.fft.fftfreq(length, 1.0 / length) * spacing + width)
+    return np.fft.fft(shape).conj(), np.fft.fft(np.abs(shape) ** 2).conj()
 
 
 def gains(lines: Lines, fitted: PoleFit, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
@@ -80,28 +90,22 @@ def gains(lines: Lines, fitted: PoleFit, poles: NDArray[np.complex128]) -> NDArr
     (N,) ndarray
     """
     s = lines.s
-    model = np.concatenate(
-        [pole_columns(s, fitted.poles, lines.spread), fitted.terms.columns(s, lines.scale, lines.spread)]
-    )
+    model = np.concatenate([pole_columns(s, fitted.poles, lines.spread), lines.term_columns(fitted.terms)])
     new = pole_columns(s, poles, lines.spread)
     left = residual(lines, fitted)
     total = np.zeros(len(poles))
     for row, deviation in enumerate(lines.deviation):
-        known = _real(model / deviation)
+        known = (model / deviation).view(float)
         known /= np.linalg.norm(known, axis=1)[:, None]
         q = np.linalg.qr(known.T)[0]
-        fresh = _real(new / deviation).T
+        fresh = (new / deviation).view(float).T.copy()
         fresh -= q @ (q.T @ fresh)
-        y = _real(left[row : row + 1] / deviation)[0]
+        y = (left[row] / deviation).view(float)
         for n in range(len(poles)):
             pair = fresh[:, 2 * n : 2 * n + 2]
             overlap = pair.T @ y
             total[n] += overlap @ np.linalg.lstsq(pair.T @ pair, overlap, rcond=1e-10)[0]
     return total
-
-
-def _real(columns: NDArray[np.complex128]) -> NDArray[np.float64]:
-    return np.concatenate([columns.real, columns.imag], axis=1)
 
 
 def add_missing(lines: Lines, blocks: Lines, fitted: PoleFit, *, most: int = 6) -> PoleFit:

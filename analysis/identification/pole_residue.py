@@ -12,7 +12,7 @@ from analysis.identification.residual_terms import ResidualTerms
 Spread = NDArray[np.float64] | None
 
 CACHED = 8192
-"""Numbers in an array that passes through many operations and stays in the processor's cache between them."""
+"""Complex numbers in an array that stays in the processor's cache between many operations."""
 
 
 def pole_columns(
@@ -36,26 +36,22 @@ def pole_columns(
         s/rad.
     """
     columns = np.empty((2 * len(poles), len(s)), dtype=complex)
-    upper, lower = 1.0 / (s - poles[:, None]), 1.0 / (s - poles.conj()[:, None])
-    if spread is not None:
-        upper *= 1.0 - spread * upper * upper
-        lower *= 1.0 - spread * lower * lower
-    _pair(upper, lower, columns)
+    fill_columns(s, poles, spread, columns)
     return columns
 
 
-def real_columns_with_derivatives(
+def fill_columns(
     s: NDArray[np.complex128],
     poles: NDArray[np.complex128],
     spread: Spread,
-    columns: NDArray[np.float64],
-    moved: NDArray[np.float64],
+    columns: NDArray[np.complex128],
+    moved: NDArray[np.complex128] | None = None,
 ) -> None:
-    """Fill in `pole_columns` and, in the same arrangement, the columns of 1/(s - lambda)^2, as real numbers.
+    """Fill in `pole_columns` and, in the same arrangement, the columns of 1/(s - lambda)^2.
 
     Moving a pole by d changes its share of the FRF by R d/(s - lambda)^2 + conj(R d)/(s - conj(lambda))^2, which
     lies in the real span of the latter whatever R and d are. This is the innermost loop of every search: it is
-    written in real arithmetic, without a complex division, a few poles at a time.
+    written without a complex division, a few poles at a time.
 
     Parameters
     ----------
@@ -65,51 +61,52 @@ def real_columns_with_derivatives(
         Upper half plane, rad/s.
     spread : (F,) ndarray or None
         As in `pole_columns`, (rad/s)^2.
-    columns, moved : (2J, 2F) ndarray
-        Filled: real parts on all lines, then imaginary parts.
+    columns : (2J, F) complex ndarray
+        Filled.
+    moved : (2J, F) complex ndarray, optional
+        Filled as well.
     """
     few = max(CACHED // (2 * len(s)), 1)
+    twice = None if spread is None else np.repeat(spread, 2)
     for start in range(0, len(poles), few):
         rows = slice(2 * start, 2 * (start + few))
-        _fill(s.imag, poles[start : start + few], spread, columns[rows], moved[rows])
+        _fill(s.imag, poles[start : start + few], twice, columns[rows], None if moved is None else moved[rows])
 
 
 def _fill(
     w: NDArray[np.float64],
     poles: NDArray[np.complex128],
     spread: Spread,
-    columns: NDArray[np.float64],
-    moved: NDArray[np.float64],
+    columns: NDArray[np.complex128],
+    moved: NDArray[np.complex128] | None,
 ) -> None:
     """Columns and derivative columns of a few poles, written where they belong."""
-    count, points = len(poles), len(w)
-    real = np.concatenate([poles.real, poles.real])[:, None]
-    im = np.concatenate([poles.imag, -poles.imag])[:, None] - w
-    re = im * im
-    re += real * real
-    np.divide(1.0, re, out=re)
-    im *= re  # 1/(s - lambda) = re + j im, then 1/(s - conj(lambda))
-    re *= -real
-    re2, im2 = re * re, re * im
-    re2 -= im * im
-    im2 *= 2.0
+    both = np.concatenate([poles, poles.conj()])
+    away = both.imag[:, None] - w
+    inverse = away * away
+    inverse += (both.real**2)[:, None]
+    np.divide(1.0, inverse, out=inverse)
+    once = np.empty(away.shape, dtype=complex)  # 1/(s - lambda), then 1/(s - conj(lambda))
+    np.multiply(away, inverse, out=once.imag)
+    np.multiply(-both.real[:, None], inverse, out=once.real)
+    squared = np.square(once)
     if spread is not None:
-        bend, bend_im = 1.0 - spread * re2, -spread * im2
-        re, im = re * bend - im * bend_im, re * bend_im + im * bend
-        bend, bend_im = 3.0 * bend - 2.0, 3.0 * bend_im
-        re2, im2 = re2 * bend - im2 * bend_im, re2 * bend_im + im2 * bend
-    for target, a, b in ((columns, re, im), (moved, re2, im2)):
-        np.add(a[:count], a[count:], out=target[0::2, :points])
-        np.add(b[:count], b[count:], out=target[0::2, points:])
-        np.subtract(b[count:], b[:count], out=target[1::2, :points])
-        np.subtract(a[:count], a[count:], out=target[1::2, points:])
+        bend = (squared.view(float) * spread).view(complex)
+        once -= bend * once
+        if moved is not None:
+            bend *= squared
+            squared.view(float)[:] -= 3.0 * bend.view(float)
+    _pair(once, columns)
+    if moved is not None:
+        _pair(squared, moved)
 
 
-def _pair(upper: NDArray[np.complex128], lower: NDArray[np.complex128], columns: NDArray[np.complex128]) -> None:
+def _pair(both: NDArray[np.complex128], columns: NDArray[np.complex128]) -> None:
     """Fill `columns` with upper + lower and j (upper - lower), in turns."""
+    upper, lower = both[: len(both) // 2], both[len(both) // 2 :]
     np.add(upper, lower, out=columns[0::2])
-    np.subtract(upper, lower, out=columns[1::2])
-    columns[1::2] *= 1j
+    np.subtract(lower.imag, upper.imag, out=columns[1::2].real)
+    np.subtract(upper.real, lower.real, out=columns[1::2].imag)
 
 
 def residues_from_columns(coefficients: NDArray[np.float64]) -> NDArray[np.complex128]:

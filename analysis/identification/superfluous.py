@@ -51,12 +51,16 @@ def paying(
     """
     price = np.array([2.0 * len(one.h) * np.log(one.independent) for one in blocks])
 
-    def fit(left: NDArray[np.bool_], steps: int) -> JointFit:
-        place = np.where(now.active[:, :, None], now.place, fitted.place)
-        return fit_together(blocks, terms, place, left, tracks, settled=settled, most=steps)
+    def fit(left: NDArray[np.bool_], target: float | None) -> JointFit:
+        place, steps = (
+            np.where(now.active[:, :, None], now.place, fitted.place),
+            0 if target is None else TRIAL_STEPS,
+        )
+        return fit_together(
+            blocks, terms, place, left, tracks, settled=settled, most=steps, target=target, known=now.looks
+        )
 
-    now = fitted
-    now = fit(now.active, 0)  # with the final weights
+    now = fit_together(blocks, terms, fitted.place, fitted.active, tracks, most=0)  # with the final weights
     tried: set[int] = set()
     while True:
         due = now.active.T @ price
@@ -68,10 +72,11 @@ def paying(
             return now
         weakest = rivals[0]
         left = now.active & (np.arange(len(due)) != weakest)
-        trial = fit(left, 0 if sure else TRIAL_STEPS)
+        target = sum_of_squares(blocks, now) + due[weakest]
+        trial = fit(left, None if sure else target)
         if not sure:
             tried.add(weakest)
-        if sure or sum_of_squares(blocks, trial) - sum_of_squares(blocks, now) < due[weakest]:
+        if sure or sum_of_squares(blocks, trial) < target:
             now = trial
 
 

@@ -87,7 +87,8 @@ def fit_sweeps(
     if must_pay:
         rough = paying(blocks, terms, rough, tracks, ROUGHLY)
         told("identify", 0.7)
-    last = fit_together(blocks, terms, rough.place, rough.active, tracks)
+    known = rough.looks if must_pay else ()  # others have other weights
+    last = fit_together(blocks, terms, rough.place, rough.active, tracks, known=known)
     if must_pay and last.active.any():
         last = add_unseen(blocks, terms, last, tracks, np.array(excess) <= UNLIKE_OTHERS * np.median(excess))
     active = last.active

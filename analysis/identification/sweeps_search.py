@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
 
 from analysis.identification.lines import Lines
 from analysis.identification.parameters import to_poles
@@ -37,12 +39,13 @@ class SweepsAt:
 
 @dataclass
 class SweepsSearch:
-    """Sweeps, and what is known of their tracks."""
+    """Sweeps, what is known of their tracks, and projections known already, one per sweep, or none."""
 
     lines: Sequence[Lines]
     terms: Sequence[ResidualTerms]
     active: NDArray[np.bool_]
     tracks: SmoothTracks
+    known: Sequence[Projection] = ()
 
     def at(self, x: NDArray[np.float64], sweeps: NDArray[np.bool_], before: SweepsAt | None = None) -> SweepsAt:
         """Project some sweeps at their poles (J, 2); the others are as before.
@@ -62,7 +65,7 @@ class SweepsSearch:
         misfit, gradient = np.zeros(count), np.zeros((count, 2 * modes))
         hessian, looks = np.zeros((count, 2 * modes, 2 * modes)), list(before.looks) if before else []
         for t in np.flatnonzero(sweeps).tolist():
-            now = project(self.lines[t], to_poles(x[t, self.active[t]]), self.terms[t])
+            now = self._projected(t, x[t])
             own, error = np.flatnonzero(np.repeat(self.active[t], 2)), 0.5 * self.lines[t].correlation
             gradient[t, own] = now.gradient / error
             hessian[t][np.ix_(own, own)] = now.hessian / error
@@ -70,6 +73,14 @@ class SweepsSearch:
             looks[t : t + 1] = [now]
         here = SweepsAt(x, looks, misfit, gradient, hessian)
         return here if before is None else before.moved(here, sweeps)
+
+    def _projected(self, sweep: int, x: NDArray[np.float64]) -> Projection:
+        """Project a sweep at its poles (J, 2), unless it has been."""
+        poles = to_poles(x[self.active[sweep]])
+        for known in self.known[sweep : sweep + 1]:
+            if np.array_equal(known.poles, poles):
+                return known
+        return project(self.lines[sweep], poles, self.terms[sweep])
 
     @property
     def held(self) -> NDArray[np.float64]:
@@ -105,10 +116,18 @@ class SweepsSearch:
         (count,) ndarray
         """
         weight = self.active[:, :, None] / scatter**2
-        seen = weight.reshape(len(x), -1, 1) * np.eye(x.shape[1] * 2)
-        outer = self.tracks.information(seen) + np.diag(self.tracks.certainty)
+        outer = self._nearness.get(scatter.tobytes())
+        if outer is None:
+            seen = weight.reshape(len(x), -1, 1) * np.eye(x.shape[1] * 2)
+            outer = cho_factor(self.tracks.information(seen) + np.diag(self.tracks.certainty))
+            self._nearness[scatter.tobytes()] = outer
         slope = self.tracks.gathered(weight * (x - self.tracks.place(numbers))) - self.tracks.certainty * numbers
-        return numbers + np.asarray(np.linalg.solve(outer, slope), dtype=np.float64)
+        return numbers + np.asarray(cho_solve(outer, slope), dtype=np.float64)
+
+    @cached_property
+    def _nearness(self) -> dict[bytes, tuple[NDArray[np.float64], bool]]:
+        """Factors of the equations for the nearest tracks, by the scatter about them: they do not change."""
+        return {}
 
     def curvature(
         self, point: SweepsAt, damping: NDArray[np.float64]

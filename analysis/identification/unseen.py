@@ -7,18 +7,20 @@ tried in turn, poles and tracks going along. A mode that pays is added; the othe
 that they exist, belong to the deviations.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dtrtrs
 
 from analysis.identification.following import active_in
 from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.lines import Lines
+from analysis.identification.normal_equations import triangular_factor
 from analysis.identification.parameters import to_poles
-from analysis.identification.pole_residue import pole_columns, real_columns_with_derivatives
+from analysis.identification.pole_residue import fill_columns, pole_columns
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.superfluous import sum_of_squares
@@ -106,7 +108,7 @@ def add_unseen(
         if sum_of_squares(lines, fitted) - sum_of_squares(lines, trial) < price:
             break
         fitted, tracks = trial, wider
-    return replace(fitted, covariance=fitted.covariance + found.spread)
+    return replace(fitted, hidden=found.spread)
 
 
 def look_for_unseen(
@@ -134,7 +136,7 @@ def look_for_unseen(
     -------
     Unseen
     """
-    search = SweepsSearch(lines, terms, fitted.active, tracks)
+    search = SweepsSearch(lines, terms, fitted.active, tracks, fitted.looks)
     now = search.at(fitted.place, np.ones(len(lines), dtype=bool))
     inverse, _, outer = search.curvature(now, np.zeros(len(lines)))
     numbers = search.nearest(now.x, np.zeros(tracks.count), tracks.scatter)
@@ -144,8 +146,7 @@ def look_for_unseen(
     active = _inside(place, lines) & told[:, None]
     logarithm, moved = np.zeros(place.shape[1]), []
     gain = np.zeros(place.shape[1])
-    for response in range(len(lines[0].h)):
-        pull, seen, score = _pulls(search, now, place, active, response)
+    for pull, seen, score in _pulls(search, now, place, active):
         slope = np.tensordot(follows, search.held[:, None] * (inverse @ pull), ((0, 1), (0, 1)))
         along = follows @ np.linalg.solve(outer, slope)
         steps = inverse @ (pull + search.held[:, None] * along)
@@ -193,42 +194,56 @@ def _inside(place: NDArray[np.float64], lines: Sequence[Lines]) -> NDArray[np.bo
 
 
 def _pulls(
-    search: SweepsSearch, now: SweepsAt, place: NDArray[np.float64], active: NDArray[np.bool_], response: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return what modes of the others' typical residue do to one response.
+    search: SweepsSearch, now: SweepsAt, place: NDArray[np.float64], active: NDArray[np.bool_]
+) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
+    """Yield what modes of the others' typical residue do to one response after the other.
 
     Their pull (T, 2J, 2G) on the poles, real and imaginary residue in turns, their squares (2G,) and those with
     the data (2G,), residues of the other modes refitted, in one number's variance.
     """
-    count = place.shape[1]
-    pull = np.zeros((len(place), 2 * now.x.shape[1], 2 * count))
-    seen, score = np.zeros(2 * count), np.zeros(2 * count)
-    for t, look in enumerate(now.looks):
-        lines, poles = search.lines[t], look.poles
-        known = _inside(now.x[t : t + 1], [lines])[0, search.active[t]]
-        if not known.any():
-            continue
-        weight = np.tile(1.0 / lines.deviation[response], 2) / np.sqrt(0.5 * lines.correlation)
-        typical = np.median(np.abs(look.residues[response] * poles)[known])
-        size = np.where(active[t], typical * np.exp(-place[t, :, 0]), 0.0)
-        columns = _weighted(pole_columns(lines.s, to_poles(place[t]), lines.spread), weight)
-        columns *= np.repeat(size, 2)[:, None]
-        own, moves = np.empty((2, 2 * len(poles), 2 * len(lines.s)))
-        real_columns_with_derivatives(lines.s, poles, lines.spread, own, moves)
-        own = np.concatenate([own, lines.term_columns(search.terms[t])]) * weight
-        q = np.linalg.qr((own / np.linalg.norm(own, axis=1)[:, None]).T)[0]
-        model = change_with_poles(look.residues[response], poles).T @ moves * weight
-        data = _weighted(lines.h[response : response + 1], weight)
-        left = np.concatenate([model, data])
-        left -= (left @ q) @ q.T
-        overlap = left @ columns.T
-        numbers = np.flatnonzero(np.repeat(search.active[t], 2))
-        pull[t, numbers] = overlap[:-1]
-        score += overlap[-1]
-        seen += (columns**2).sum(axis=1) - ((columns @ q) ** 2).sum(axis=1)
-    return pull, seen, score
+    sweeps, responses = range(len(place)), range(len(search.lines[0].h))
+    each = [_pulls_of_sweep(search, now, t, place[t], active[t]) for t in sweeps]
+    for response in responses:
+        pull = np.zeros((len(place), 2 * now.x.shape[1], 2 * place.shape[1]))
+        seen, score = np.zeros((2, 2 * place.shape[1]))
+        for t in sweeps:
+            numbers = np.flatnonzero(np.repeat(search.active[t], 2))
+            for own_pull, own_seen, own_score in each[t][response : response + 1]:
+                pull[t, numbers] = own_pull
+                seen += own_seen
+                score += own_score
+        yield pull, seen, score
 
 
-def _weighted(columns: NDArray[np.complex128], weight: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Real parts, then imaginary parts, of weighted columns."""
-    return np.concatenate([columns.real, columns.imag], axis=1) * weight
+def _pulls_of_sweep(
+    search: SweepsSearch, now: SweepsAt, t: int, place: NDArray[np.float64], active: NDArray[np.bool_]
+) -> list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
+    """Return the same of one sweep, a row per number of its own poles; nothing where none is in band."""
+    lines, look = search.lines[t], now.looks[t]
+    poles, count = look.poles, len(look.poles)
+    known = _inside(now.x[t : t + 1], [lines])[0, search.active[t]]
+    if not known.any():
+        return []
+    fixed = lines.term_columns(search.terms[t])
+    linear = 2 * count + len(fixed)
+    own, moves = (
+        np.empty((linear, len(lines.s)), dtype=complex),
+        np.empty((2 * count, len(lines.s)), dtype=complex),
+    )
+    fill_columns(lines.s, poles, lines.spread, own[: 2 * count], moves)
+    own[2 * count :] = fixed
+    columns = pole_columns(lines.s, to_poles(place), lines.spread)
+    found = []
+    for h, deviation, residues in zip(lines.h, lines.deviation, look.residues, strict=True):
+        weight = np.repeat(1.0 / deviation, 2) / np.sqrt(0.5 * lines.correlation)
+        size = np.where(active, np.median(np.abs(residues * poles)[known]) * np.exp(-place[:, 0]), 0.0)
+        change = change_with_poles(residues, poles).swapaxes(1, 2)
+        model = (change @ moves.view(float).reshape(count, 2, -1)).reshape(2 * count, -1)
+        rows = np.concatenate([own.view(float), model, h[None].view(float)]) * weight
+        weighted = columns.view(float) * weight * np.repeat(size, 2)[:, None]
+        triangle, lengths = triangular_factor(rows, linear)
+        overlap = rows @ weighted.T
+        onto = dtrtrs(triangle[:linear, :linear], overlap[:linear] / lengths[:, None], trans=1)[0]
+        left = overlap[linear:] - triangle[:linear, linear:].T @ onto
+        found.append((left[:-1], (weighted**2).sum(axis=1) - (onto**2).sum(axis=0), left[-1]))
+    return found

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from analysis.identification.lines import Lines
+from analysis.identification.normal_equations import triangular_factor
 from analysis.identification.pole_residue import pole_columns
 from analysis.identification.residual_terms import ResidualTerms
 
@@ -51,24 +52,24 @@ def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) 
     (N,) complex ndarray
         New poles, rad/s, upper half plane only; real zeros are left out.
     """
-    s, count = lines.s, len(poles)
-    basis = pole_columns(s, poles, lines.spread)
-    model = np.concatenate([basis, terms.columns(s, lines.scale, lines.spread)])
-    sigma = np.concatenate([basis, np.ones((1, len(s)))])
+    count, fixed = len(poles), lines.term_columns(terms)
+    sigma = np.concatenate([pole_columns(lines.s, poles, lines.spread), np.ones((1, len(lines.frequency)))])
     norms = np.linalg.norm(sigma, axis=1)
+    model = np.concatenate([sigma[:-1], fixed])
+    sigma /= norms[:, None]
+    rows = lines.room(len(model) + len(sigma))[0]
     reduced = []
     for h, deviation in zip(lines.h, lines.deviation, strict=True):
-        weighted = np.concatenate([model, -h * (sigma / norms[:, None])]) / deviation
-        real = np.concatenate([weighted.real, weighted.imag], axis=1)
-        real[: len(model)] /= np.linalg.norm(real[: len(model)], axis=1)[:, None]
-        triangle: NDArray[np.float64] = np.asarray(np.linalg.qr(real.T, mode="r"))
+        np.multiply(model.view(float), np.repeat(1.0 / deviation, 2), out=rows[: len(model)].view(float))
+        np.multiply(sigma, -h / deviation, out=rows[len(model) :])
+        triangle, _ = triangular_factor(rows.view(float), len(model))
         reduced.append(triangle[len(model) :, len(model) :])
     size = np.sqrt(np.mean([np.mean((np.abs(h) / d) ** 2) for h, d in zip(lines.h, lines.deviation, strict=True)]))
     # sum over the lines of Re sigma = their number: sigma is neither zero nor bound to a fixed asymptote
-    relaxation = size / np.sqrt(len(s)) * (sigma / norms[:, None]).real.sum(1)
+    relaxation = size / np.sqrt(len(lines.s)) * sigma.real.sum(1)
     system = np.vstack([*reduced, relaxation[None, :]])
     target = np.zeros(len(system))
-    target[-1] = size * np.sqrt(len(s))
+    target[-1] = size * np.sqrt(len(lines.s))
     c = np.linalg.lstsq(system, target, rcond=None)[0] / norms
     constant = c[-1] if abs(c[-1]) > 1e-8 * np.abs(c).max() / lines.scale else 1e-8
     return _zeros(poles, c[: 2 * count], constant)

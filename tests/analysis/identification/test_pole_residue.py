@@ -1,6 +1,6 @@
 import numpy as np
 
-from analysis.identification.pole_residue import pole_columns, real_columns_with_derivatives, synthesis
+from analysis.identification.pole_residue import fill_columns, pole_columns, synthesis
 from analysis.identification.residual_terms import NONE, REAL_E_F
 
 
@@ -23,16 +23,16 @@ def test_residual_terms_are_flexibility_and_inertia() -> None:
 
 
 def filled(s: np.ndarray, poles: np.ndarray, spread: np.ndarray | None = None) -> np.ndarray:
-    """Columns and derivative columns, (2, 2J, 2F)."""
-    both = np.empty((2, 2 * len(poles), 2 * len(s)))
-    real_columns_with_derivatives(s, poles, spread, *both)
+    """Columns and derivative columns, (2, 2J, F)."""
+    both = np.empty((2, 2 * len(poles), len(s)), dtype=complex)
+    fill_columns(s, poles, spread, *both)
     return both
 
 
 def test_derivative_columns_are_the_derivative() -> None:
     s = 2j * np.pi * np.linspace(50.0, 150.0, 21)
     pole, residue, step = complex(-20.0, 600.0), 0.7 - 0.3j, (1.0 + 2.0j) * 1e-5
-    columns, moved = (part[:, :21] + 1j * part[:, 21:] for part in filled(s, np.array([pole])))
+    columns, moved = filled(s, np.array([pole]))
     np.testing.assert_allclose(columns, pole_columns(s, np.array([pole])), rtol=1e-12)
     change = residue * step
     ahead = pole_columns(s, np.array([pole + step]))
@@ -48,5 +48,5 @@ def test_averaged_columns_are_the_mean_of_their_lines() -> None:
     poles = np.array([complex(-30.0, 660.0)])
     one, mean = filled(1j * w, poles), filled(np.array([700j]), poles, spread)
     for lines, block in zip(one, mean, strict=True):
-        wanted = np.column_stack([lines[:, :9].mean(1), lines[:, 9:].mean(1)])
+        wanted = lines.mean(axis=1, keepdims=True)
         np.testing.assert_allclose(block, wanted, rtol=2e-3, atol=2e-3 * np.abs(wanted).max())
