@@ -34,7 +34,21 @@ class WeightGroup:
     def of(
         cls, h: NDArray[np.complex128], weight: NDArray[np.float64], rows: list[int], scales: list[float]
     ) -> "WeightGroup":
-        """Weigh some rows of `h` (K, F) by weight (F,) and a scale each."""
+        """Weigh some rows of FRFs.
+
+        Parameters
+        ----------
+        h : (K, F) complex ndarray
+        weight : (F,) ndarray
+        rows : list of int
+            N of the K.
+        scales : list of float
+            One for each of these.
+
+        Returns
+        -------
+        WeightGroup
+        """
         data = h[rows] * np.array(scales)[:, None] * weight
         return cls(np.repeat(weight, 2), np.array(rows), np.array(scales), data.view(float))
 

@@ -12,17 +12,20 @@ EXAMPLES = """\b
 Examples:
   flexura import examples/pp-plate --out plate
   flexura import recording --allow-missing --json
+  flexura import plate-A1 plate-A2 --out plate
 """
 
 
 @click.command(name="import", epilog=EXAMPLES, short_help="Turn a recorded campaign into a campaign folder.")
-@click.argument("folder", type=CAMPAIGN)
+@click.argument("folders", metavar="FOLDER...", type=CAMPAIGN, nargs=-1, required=True)
 @click.option("--allow-missing", is_flag=True, help="Go on without sweeps that are not there or clipped.")
 @click.option("--actuator", metavar="ID", help="Of several that drove one after the other: take its sweeps.")
 @out_folder("Campaign folder (default: FOLDER-campaign beside FOLDER).")
 @output_options("the summary")
 @bad_input
-def command(folder: Path, allow_missing: bool, actuator: str | None, out: Path | None, output: Output) -> None:
+def command(
+    folders: tuple[Path, ...], allow_missing: bool, actuator: str | None, out: Path | None, output: Output
+) -> None:
     """Import FOLDER, a recorded campaign (campaign.toml and NI TDMS files), as a campaign folder.
 
     Every file is checked against the declaration: channels, lengths, sample rate, units, clipping, silence,
@@ -30,12 +33,21 @@ def command(folder: Path, allow_missing: bool, actuator: str | None, out: Path |
     that cannot be. An import that was killed is completed by the same command; importing the same recording
     again changes nothing. Where several actuators drove the plate one after the other, each gives a campaign of
     its own: name it with --actuator.
+
+    Several FOLDERs are joined to one campaign in --out: campaigns of one plate, recorded, imported or acquired,
+    each with actuators of its own.
     """
-    from app.files.import_recording import import_recording
+    from app.files.import_recording import import_joined, import_recording
     from drivers.ni.modules import find_module
 
+    if len(folders) > 1 and (out is None or actuator is not None):
+        wrong = "--actuator is for one FOLDER" if actuator is not None else "several FOLDERs are joined into --out"
+        raise click.UsageError(f"{wrong}; {'leave it out' if actuator is not None else 'give it'}")
     with output.progress() as report:
-        imported = import_recording(folder, out, allow_missing, report, actuator)
+        if out is not None and len(folders) > 1:
+            imported = import_joined(folders, out, allow_missing, report)
+        else:
+            imported = import_recording(folders[0], out, allow_missing, report, actuator)
     recording, experiment = imported.recording, imported.recording.campaign.experiment
     output.result(
         lambda: {

@@ -46,6 +46,7 @@ Campaigns:
 ``tdms_layout``           groups, channels and lengths there against those declared
 ``signal_checks``         samples that can be a measurement
 ``one_actuator``          a recording of several actuators taken apart
+``joined_campaign``       campaigns with an actuator each put together
 ``uff58``                 FRFs in universal files: ``uff_sets``, ``uff58_text``
 ``uff_campaign``          FRFs of a campaign as universal files name them
 ========================  ===============================================================================

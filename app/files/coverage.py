@@ -49,6 +49,17 @@ def place_of(protocol: Protocol, sweep: Sweep, unit: str = "V") -> Place | None:
     """Find where a sweep belongs; None if its level, direction or temperature fits nowhere.
 
     The reading must be nearer to its nominal temperature than 0.4 of the way to a neighbour.
+
+    Parameters
+    ----------
+    protocol : Protocol
+    sweep : Sweep
+    unit : str
+        Of the input's levels.
+
+    Returns
+    -------
+    Place or None
     """
     nominal = protocol.temperatures
     nearest = min(range(len(nominal)), key=lambda i: abs(nominal[i] - sweep.temperature))
@@ -73,6 +84,10 @@ def coverage_problems(
         By file name.
     units : sequence of str
         Of each input's levels.
+
+    Yields
+    ------
+    Problem
     """
     minutes = protocol.repeats * (protocol.sweep_duration + protocol.tail) / 60.0
     most_drift = FURTHEST + 3.0 * protocol.ramp_rate * minutes

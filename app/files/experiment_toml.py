@@ -134,7 +134,8 @@ class AcquiredExperiment(Sparse):
         if len(named) > 1:
             raise ValueError(
                 f"patch, drive: {len(named)} would drive ({', '.join(named)}), but the cards have one output; "
-                'give the other patches role = "shorted", remove other drives, and acquire a campaign with each'
+                'give the other patches role = "shorted", remove other drives, and acquire a campaign with each; '
+                "flexura import joins them"
             )
         patch_driven = not self.drive
         for key, given, wanted in (

@@ -6,6 +6,7 @@ same, bit by bit, as that of an undisturbed one.
 """
 
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -29,6 +30,7 @@ from app.files.campaign_folder import (
 from app.files.campaign_kind import PROTOCOL, is_campaign_folder, is_recorded_campaign
 from app.files.coverage import place_of
 from app.files.folder_lock import folder_lock
+from app.files.joined_campaign import read_joined
 from app.files.recorded_campaign import Recording, read_recording
 from app.files.sweep_file import Source, digest, file_name, read_sweep_file, write_sweep
 
@@ -94,10 +96,43 @@ def import_recording(
     source = folder.resolve()
     which = "" if actuator is None else f"-{actuator}"
     target = (out or source.with_name(f"{source.name}{which}-campaign")).resolve()
-    if target == source or source in target.parents:
-        raise CampaignFileError(
-            target, [Problem("", "--out", str(target), f"a folder outside the recording {source.name}")]
-        )
+    return _into(target, recording, [folder], report)
+
+
+def import_joined(
+    folders: Sequence[Path], out: Path, allow_missing: bool = False, report: Progress = lambda stage, share: None
+) -> Imported:
+    """Import campaigns that differ in who drove the plate as one.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Recorded, imported or acquired campaigns.
+    out : Path
+        The campaign folder to make.
+    allow_missing : bool
+        As of `import_recording`.
+    report : callable, optional
+
+    Returns
+    -------
+    Imported
+
+    Raises
+    ------
+    CampaignFileError
+        For everything wrong with them, and where they do not belong together.
+    """
+    return _into(out.resolve(), read_joined(folders, allow_missing, report), folders, report)
+
+
+def _into(target: Path, recording: Recording, folders: Sequence[Path], report: Progress) -> Imported:
+    """Make the campaign folder."""
+    for source in (folder.resolve() for folder in folders):
+        if target == source or source in target.parents:
+            raise CampaignFileError(
+                target, [Problem("", "--out", str(target), f"a folder outside the recording {source.name}")]
+            )
     campaign = recording.campaign
     protocol = frozen_protocol(campaign.name, campaign.experiment, campaign.hashes)
     try:

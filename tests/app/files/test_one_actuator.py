@@ -16,24 +16,7 @@ from app.files.modes_file import load_modes
 from app.files.one_actuator import driven_by
 from app.files.recorded_campaign import read_recording
 from app.files.uff_campaign import campaign_frfs
-
-HAMMER = '\n[[drive]]\nid = "hammer"\nkind = "force"\npoint = [0.12, 0.1]\n'
-
-
-@pytest.fixture
-def recorded(tiny: Any, tmp_path: Path) -> Path:
-    """Make the way down, relabelled as up, the hammer's."""
-    tiny.toml = tiny.toml.replace('["up", "down"]', '["up"]') + HAMMER
-    for file in tiny.files.values():
-        hammered = file.properties["direction"] == "down"
-        file.properties |= {"actuator": "hammer" if hammered else "A1", "direction": "up"}
-        if hammered:
-            file.properties["step"] = 8 - file.properties["step"]  # warming up, as the first
-        if hammered:
-            for channels in file.channel_properties.values():
-                channels["drive"] = {**channels["drive"], "unit_string": "N"}
-    folder: Path = tiny.write(tmp_path / "plate")
-    return folder
+from tests.app.files.conftest import HAMMER
 
 
 def test_each_actuator_is_a_campaign(recorded: Path, run_flexura: Callable[..., tuple[int, str, str]]) -> None:
