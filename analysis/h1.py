@@ -35,13 +35,23 @@ def h1(
     coherence : (M // 2 + 1,) ndarray
         |G_yu|^2 / (G_uu G_yy); identically 1 for one repeat, which says nothing.
     """
-    u = np.fft.rfft(drive.astype(float), axis=1)
-    y = np.fft.rfft(response.astype(float), axis=1)
+    return h1_of_spectra(spectra(drive), spectra(response))
+
+
+def spectra(signals: NDArray[np.float32]) -> NDArray[np.complex128]:
+    """Spectra (..., M // 2 + 1) of repeats (..., M)."""
+    return np.fft.rfft(signals.astype(float), axis=-1)
+
+
+def h1_of_spectra(
+    u: NDArray[np.complex128], y: NDArray[np.complex128]
+) -> tuple[NDArray[np.complex128], NDArray[np.float64], NDArray[np.float64]]:
+    """Estimate H1 as `h1` does, at those lines of the `spectra` (R, F) of drive and response that are given."""
     g_uu = (np.abs(u) ** 2).sum(0)
     g_yu = (y * u.conj()).sum(0)
     g_yy = (np.abs(y) ** 2).sum(0)
     h = _ratio(g_yu, g_uu)
-    repeats = drive.shape[0]
+    repeats = len(u)
     residual, freedom = y - h * u, repeats - 1
     if repeats > 2:
         # hits come when and as hard as they happen to: what drifts is the ratio, not the response
@@ -55,7 +65,7 @@ def h1(
     return h, power, _ratio(np.abs(g_yu) ** 2, g_uu * g_yy)
 
 
-def bad_repeats(drive: NDArray[np.float32], response: NDArray[np.float32], lines: slice) -> list[int]:
+def bad_repeats(u: NDArray[np.complex128], y: NDArray[np.complex128]) -> list[int]:
     """Repeats whose ratio lies far from the others': a knock, a dropout, a loose cable.
 
     Each repeat's energy about the median repeat is compared with the median of these energies; more than sixteen
@@ -63,19 +73,16 @@ def bad_repeats(drive: NDArray[np.float32], response: NDArray[np.float32], lines
 
     Parameters
     ----------
-    drive, response : (R, M) ndarray, V
-        Repeats as recorded.
-    lines : slice
-        Lines of the real FFT that are divided: beyond the band a drive may be exactly zero.
+    u, y : (R, F) complex ndarray
+        `spectra` of drive and response in the band: beyond it a drive may be exactly zero.
 
     Returns
     -------
     list of int
         Numbers of the bad repeats, from 0; empty for fewer than three repeats.
     """
-    if drive.shape[0] < 3:
+    if len(u) < 3:
         return []
-    u, y = (np.fft.rfft(signal.astype(float), axis=1)[:, lines] for signal in (drive, response))
     ratio = _ratio(y, u)
     middle = np.median(ratio.real, axis=0) + 1j * np.median(ratio.imag, axis=0)
     energy = (np.abs(ratio - middle) ** 2).sum(1)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
-from analysis.h1 import bad_repeats, h1, single_repeat_power, smooth_power
+from analysis.h1 import bad_repeats, h1_of_spectra, single_repeat_power, smooth_power, spectra
 
 
 def sweep_h1(
@@ -37,21 +37,17 @@ def sweep_h1(
         Where too few repeats are left.
     """
     h_rows, variance_rows, coherence_rows = [], [], []
-    bad = {
-        r: name
-        for name, response in zip(names, sweep.responses, strict=True)
-        for r in bad_repeats(sweep.drive, response, lines)
-    }
-    good = [r for r in range(sweep.drive.shape[0]) if r not in bad]
+    u, answers = spectra(sweep.drive)[:, lines], spectra(sweep.responses)[..., lines]
+    bad = {r: name for name, y in zip(names, answers, strict=True) for r in bad_repeats(u, y)}
+    good = [r for r in range(len(u)) if r not in bad]
     notes.extend(f"step {sweep.step}: repeat {r + 1} left out, {name} strays" for r, name in bad.items())
-    if len(good) < 2 <= sweep.drive.shape[0]:
+    if len(good) < 2 <= len(u):
         raise ValueError(f"sweep {sweep.step}: repeats {sorted(r + 1 for r in bad)} stray; too few are left")
-    for response in sweep.responses:
-        h, power, coherence = h1(sweep.drive[good], response[good])
-        h, power = h[lines], power[lines]
+    for y in answers:
+        h, power, coherence = h1_of_spectra(u[good], y[good])
         if len(good) == 1:
             power = single_repeat_power(h)
         h_rows.append(h)
         variance_rows.append(smooth_power(power, excluded) / len(good))
-        coherence_rows.append(np.clip(coherence[lines], 0.0, 1.0))
+        coherence_rows.append(np.clip(coherence, 0.0, 1.0))
     return h_rows, variance_rows, coherence_rows
