@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from itertools import product
+from itertools import product, repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,12 +68,14 @@ def start_material(
         E [Pa], nu and eta.
     """
 
-    def turned(transfer: NDArray[np.complex128]) -> Real | float:
-        return 1.0 if signed else np.where(in_phase(transfer, data) < 0.0, -1.0, 1.0)[:, None]
+    def facing(transfer: NDArray[np.complex128]) -> SweepData:
+        if signed:
+            return data
+        return replace(data, h=np.where(in_phase(transfer, data) < 0.0, -1.0, 1.0)[:, None] * data.h)
 
     def misfit(e: float, nu: float, eta: float) -> float:
         transfer = data.answer(model, (e, nu, eta))
-        return best_gain(turned(transfer) * transfer, data)[1]
+        return best_gain(transfer, facing(transfer))[1]
 
     eta_low, eta_high = max(model.box.loss_factor[0], LEAST_LOSS), 0.8 * model.box.loss_factor[1]
     moduli = _moduli(model, eta_high)
@@ -82,14 +84,15 @@ def start_material(
 
     def from_grid(ratios: Real, before: int) -> Iterator[Real]:
         misfits = np.empty((moduli.size, ratios.size))
-        places = [(float(e), float(nu)) for e, nu in product(moduli, ratios)]
+        places = product(moduli.tolist(), ratios.tolist())
         with ThreadPoolExecutor(WORKERS) as pool:
-            for done, found in enumerate(pool.map(lambda place: misfit(place[0], place[1], eta_high), places)):
+            for done, found in enumerate(pool.map(misfit, *zip(*places, strict=True), repeat(eta_high))):
                 misfits.flat[done] = found
                 progress((before * moduli.size + done + 1) / (moduli.size * sum(map(len, RATIOS))))
-        for i, j in _minima(misfits)[:STARTS]:
-            e, nu = float(moduli[i]), float(ratios[j])
-            yield np.array([e, nu, etas[int(np.argmin([misfit(e, nu, float(eta)) for eta in etas]))]])
+            for i, j in _minima(misfits)[:STARTS]:
+                e, nu = float(moduli[i]), float(ratios[j])
+                damped = list(pool.map(misfit, repeat(e), repeat(nu), etas.tolist()))
+                yield np.array([e, nu, etas[int(np.argmin(damped))]])
 
     def starts() -> Iterator[Real]:
         for grid, places in enumerate(RATIOS):
@@ -99,8 +102,7 @@ def start_material(
 
     best, least = np.zeros(3), np.inf
     for start in starts():
-        sign = turned(data.answer(model, start))
-        found = fit_sweep(model, replace(data, h=sign * data.h), start)
+        found = fit_sweep(model, data if signed else facing(data.answer(model, start)), start)
         if found.misfit < least:
             best, least = found.material, found.misfit
         if least < max(ROUGH, NOISY * _noise(data)):
