@@ -16,7 +16,7 @@ from simulation.reduction.damped_modes import DampedModes, relative_error
 from simulation.shell.factors import factorize
 from simulation.shell.shell_model import ShellModel
 
-STEPS = 2
+STEPS = 4
 """Blocks added to every chain between two looks at the convergence."""
 
 LONGEST = 90
