@@ -21,8 +21,8 @@ def symmetric_poles(matrix: Complex) -> tuple[Complex, Complex] | None:
     None where eigenvalues lie closer than their modes are coupled, so that corrections do not converge.
     """
     matrix = 0.5 * (matrix + matrix.T)  # eigh reads one half only, and rounding has its own in each
-    squares, modes = np.linalg.eigh(matrix.real)
-    coupled = np.diag(squares) + 1j * (modes.T @ matrix.imag @ modes)
+    modes = np.linalg.eigh(matrix.real)[1]
+    coupled = modes.T @ matrix @ modes
     own = np.arange(len(modes))
     poles = coupled[own, own]
     with np.errstate(all="ignore"):  # poles that meet are found by what becomes of the correction
