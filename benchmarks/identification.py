@@ -2,8 +2,10 @@
 
     python benchmarks/identification.py [--draws 20] [--noise 0.01] [--cases] [--peers] [--campaign FOLDER]
 
-`--cases` runs what real lines have besides: noise that lines share, ripple, near pairs, forty modes. `--peers`
-runs other packages on the same FRFs, where they are installed (docs/dependencies.md).
+`--cases` runs what real lines have besides: noise that lines share, ripple, near pairs, forty modes. On the same
+FRFs it prints what is missed where the true poles are told (`identification_bound.py`): by BIC, and where noise is
+white by the Cramér-Rao bound alone. `--peers` runs other packages, where they are installed
+(docs/dependencies.md). Errors of one FRF go together, so "+-" is the standard error of the coverage over FRFs.
 
 `--campaign` takes a recorded campaign: its sweeps fitted together against sweeps taken one by one.
 
@@ -20,6 +22,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from identification_bound import told_the_poles, too_far
 from identification_peers import PEERS
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, linear_sum_assignment
@@ -37,6 +40,9 @@ from analysis.identification.variable_projection import project
 from analysis.identification.vector_fitting import start_poles
 
 ROOT = Path(__file__).resolve().parents[1]
+WHITE = ("R10", "pairs", "forty modes")
+"""Cases whose lines have independent errors of one size."""
+
 Found = tuple[NDArray[np.complex128], NDArray[np.float64] | None]
 
 
@@ -78,12 +84,13 @@ def plain_refinement(
 def score(cases: list[SyntheticFrf], way: Callable[[SyntheticFrf], Found]) -> dict[str, float]:
     """Missed, spurious, errors in per cent, coverage of 95 % intervals, and CPU seconds per FRF."""
     missed = spurious = 0
-    errors, standardised, seconds = [], [], []
+    errors, covered, seconds = [], [], []
     for case in cases:
         started = time.process_time()
         poles, sigma = way(case)
         seconds.append(time.process_time() - started)
         matched = set()
+        standardised = []
         away = np.abs(np.log(np.abs(case.poles)[:, None] / np.abs(poles)))
         rows, columns = linear_sum_assignment(np.minimum(away, 0.2))
         missed += len(case.poles) - len(rows)
@@ -98,6 +105,8 @@ def score(cases: list[SyntheticFrf], way: Callable[[SyntheticFrf], Found]) -> di
             else:
                 missed += 1
         spurious += len(poles) - len(matched)
+        if standardised:
+            covered.append(np.mean(np.abs(standardised) < 1.96))
     percent = 100 * np.abs(np.array(errors).reshape(-1, 2))
     result = {
         "missed": missed,
@@ -108,18 +117,21 @@ def score(cases: list[SyntheticFrf], way: Callable[[SyntheticFrf], Found]) -> di
         "damping_rms_percent": float(np.sqrt((percent[:, 1] ** 2).mean())),
         "seconds_per_frf": float(np.mean(seconds)),
     }
-    if standardised:
-        result["coverage_of_95_percent"] = float(np.mean(np.abs(standardised) < 1.96))
+    if covered:
+        result["coverage_of_95_percent"] = float(np.mean(covered))
+        result["coverage_standard_error"] = float(np.std(covered) / np.sqrt(max(len(covered) - 1, 1)))
     return result
 
 
 def table(draws: int, noise: float, every: bool, peers: bool) -> None:
     """Print missed, spurious, error, coverage and CPU time of every way on every case."""
     ways: dict[str, Callable[[SyntheticFrf], Found]] = {"Flexura": ours} | (PEERS if peers else {})
+    if every:
+        ways |= {"BIC, told the true poles": told_the_poles}
     made: dict[str, Callable[[np.random.Generator], SyntheticFrf]] = {"R10": lambda rng: r10(rng, noise=noise)}
     if every:
         made |= {"shared noise": shared_noise, "ripple": rippled, "pairs": pairs, "forty modes": crowded}
-    print("case            way                               missed %  spurious  df/f %   covered %  s")
+    print("case            way                               missed %  spurious  df/f %    covered %        s")
     for name, make in made.items():
         cases = [make(np.random.default_rng(1000 + n)) for n in range(draws)]
         modes = sum(len(case.poles) for case in cases)
@@ -129,12 +141,18 @@ def table(draws: int, noise: float, every: bool, peers: bool) -> None:
             except ImportError as error:
                 print(f"{name:15} {way:33} not installed ({error})")
                 continue
-            covered = 100 * found.get("coverage_of_95_percent", np.nan)
+            covered, error = (
+                100 * found.get(key, np.nan) for key in ("coverage_of_95_percent", "coverage_standard_error")
+            )
             print(
                 f"{name:15} {way:33} {100 * found['missed'] / modes:7.1f} {found['spurious_per_frf']:9.2f} "
-                f"{found['frequency_median_percent']:9.4f} {covered:9.1f} {found['seconds_per_frf']:7.2f}",
+                f"{found['frequency_median_percent']:9.4f} {covered:9.1f} +- {error:3.1f} "
+                f"{found['seconds_per_frf']:7.2f}",
                 flush=True,
             )
+        if every and name in WHITE:
+            far = sum(too_far(case) for case in cases)
+            print(f"{name:15} {'Cramér-Rao bound':33} {100 * far / modes:7.1f}", flush=True)
 
 
 def together(folder: Path) -> None:

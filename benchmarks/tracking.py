@@ -1,10 +1,12 @@
 """Tracking of a recorded campaign from its cold and from its warm end: agreement, identity, error.
 
-    python benchmarks/tracking.py CAMPAIGN TRUTH.npz [--twin-error 0.003]
+    python benchmarks/tracking.py CAMPAIGN TRUTH.npz [--twin-error 0.003] [--bound]
 
 TRUTH.npz holds `poles` (T, J), rad/s, and `relative_height` (T, J), each mode's peak over the largest in band, as
 `tests/analysis/identification/data/pp-plate-nominal.npz` does. Large modes make more than a tenth of that peak.
 Both ends are searched, whichever one begins at, so that both ways have to agree.
+`--bound` says of every mode that changed its track, and of those within its half width, what the sweeps have
+for it (`tracking_bound.py`): where that is less than BIC asks, a search by BIC cannot tell how many stand there.
 `--twin-error` also fits with a twin whose frequencies are off by so much, each by a draw of its own.
 """
 
@@ -15,8 +17,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
+from tracking_bound import worth
 
-from analysis.frf import campaign_frf
+from analysis.frf import Frf, campaign_frf
 from analysis.identification.expected_modes import ExpectedModes
 from analysis.identification.tracked_modes import TrackedModes
 from analysis.identification.tracking import track
@@ -38,8 +41,10 @@ def readings(tracked: TrackedModes) -> tuple[NDArray[np.float64], NDArray[np.flo
     )
 
 
-def against(tracked: TrackedModes, poles: NDArray[np.complex128], large: NDArray[np.bool_]) -> str:
-    """Say how the large modes were found.
+def against(
+    tracked: TrackedModes, poles: NDArray[np.complex128], large: NDArray[np.bool_]
+) -> tuple[str, list[tuple[int, int]]]:
+    """Say how the large modes were found, and at which sweeps which modes changed their track.
 
     A mode has changed its track where the one it had does not hold it within its 95 % interval any longer. The
     nearest track alone tells nothing where two stand closer than either is known.
@@ -47,7 +52,7 @@ def against(tracked: TrackedModes, poles: NDArray[np.complex128], large: NDArray
     true = np.stack([np.sqrt((-(poles**2)).real) / (2.0 * np.pi), (poles**2).imag / (poles**2).real])
     found, spread = readings(tracked)
     own, kept = np.full(large.shape, -1), {}
-    error, standard, changes = [], [], 0
+    error, standard, changes = [], [], []
     for t, j in np.argwhere(large):
         away = np.abs(found[0, t] / true[0, t, j] - 1.0)
         n = int(np.nanargmin(away))
@@ -59,15 +64,17 @@ def against(tracked: TrackedModes, poles: NDArray[np.complex128], large: NDArray
             if before != n and not away[before] < 1.96 * np.hypot(
                 spread[0, t, before] / true[0, t, j], TRUTH_ERROR[0]
             ):
-                kept[j], changes = n, changes + 1
+                kept[j] = n
+                changes.append((int(t), int(j)))
     nearest = sum(int((np.diff(row[row >= 0]) != 0).sum()) for row in own.T)
     covered = 100 * np.mean(np.abs(standard) < 1.96, axis=0)
     middle = 100 * np.median(np.abs(error), axis=0)
-    return (
-        f"{(own >= 0).sum()} of {large.sum()} large modes, {changes} identity changes ({nearest} by the nearest "
-        f"track), median error {middle[0]:.3f} % of f, {middle[1]:.2f} % of eta, "
+    told = (
+        f"{(own >= 0).sum()} of {large.sum()} large modes, {len(changes)} identity changes "
+        f"({nearest} by the nearest track), median error {middle[0]:.3f} % of f, {middle[1]:.2f} % of eta, "
         f"95 % intervals hold {covered[0]:.0f} % and {covered[1]:.0f} %"
     )
+    return told, changes
 
 
 def agreement(one: TrackedModes, other: TrackedModes) -> tuple[int, int, int]:
@@ -86,12 +93,25 @@ def agreement(one: TrackedModes, other: TrackedModes) -> tuple[int, int, int]:
     return count, close, near
 
 
+def bound(frf: Frf, poles: NDArray[np.complex128], changes: list[tuple[int, int]]) -> None:
+    """Print what the sweeps have for the modes that changed their track and for their neighbours."""
+    near = set()
+    for t, j in changes:
+        print(
+            f"mode {j} changes its track at {frf.temperature[t]:.1f} °C, {abs(poles[t, j]) / (2 * np.pi):.1f} Hz"
+        )
+        near |= set(np.flatnonzero(np.abs(poles[t] - poles[t, j]) < -poles[t, j].real).tolist())
+    for j, one in worth(frf, poles, sorted(near)).items():
+        print(f"leaving out mode {j} costs {one.rise:.0f}; BIC asks {one.price:.0f}")
+
+
 def main() -> None:
     """Run and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("campaign", type=Path)
     parser.add_argument("truth", type=Path)
     parser.add_argument("--twin-error", type=float, help="also with a twin, relative error of its frequencies")
+    parser.add_argument("--bound", action="store_true", help="what the sweeps have for modes that changed track")
     options = parser.parse_args()
     frf = campaign_frf(load_campaign(options.campaign), mains=50.0)
     data = np.load(options.truth)
@@ -106,12 +126,17 @@ def main() -> None:
     if options.twin_error:
         off = np.exp(options.twin_error * np.random.default_rng(0).normal(size=poles.shape[1]))
         ways["twin"] = {"expected": ExpectedModes(poles.real + 1j * off * poles.imag)}
-    done = {}
+    done, changes = {}, set()
     with threadpool_limits(1):
         for way, how in ways.items():
             started = time.process_time()
             done[way] = track(frf, **how)  # type: ignore[arg-type]
-            print(f"{way}: {against(done[way], poles, large)}; {time.process_time() - started:.1f} s", flush=True)
+            seconds = time.process_time() - started
+            told, changed = against(done[way], poles, large)
+            changes |= set(changed)
+            print(f"{way}: {told}; {seconds:.1f} s", flush=True)
+        if options.bound:
+            bound(frf, poles, sorted(changes))
     for one, other in (("cold end", "warm end"), ("warm end", "cold end")):
         count, close, near = agreement(done[one], done[other])
         print(
