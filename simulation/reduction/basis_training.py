@@ -16,7 +16,7 @@ class BasisTraining:
     tolerance : float
         Error allowed, relative to a transfer's rms over the band.
     modulus_ratio, poisson_step : float
-        Widest gaps between trained materials.
+        Widest gaps between trained materials; along E of every other one.
     lines : int
         Frequencies at which responses are compared and decomposed.
     rounds : int
@@ -30,11 +30,15 @@ class BasisTraining:
     rounds: int = 3
 
     def materials(self, box: MaterialBox) -> list[tuple[float, float]]:
-        """(E, nu) of a grid that covers the box, and of the middle of every cell."""
+        """(E, nu) that cover the box: the softest, which has most modes, at every nu; others between two nu.
+
+        A stiffer plate moves nearly as a soft one does at a lower frequency.
+        """
         (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
-        cells_e = int(np.ceil(np.log(e1 / e0) / np.log(self.modulus_ratio) - 1e-6))
+        steps_e = 2 * int(np.ceil(np.log(e1 / e0) / np.log(self.modulus_ratio) - 1e-6))
         cells_n = int(np.ceil((n1 - n0) / self.poisson_step - 1e-6))
-        e, n = np.geomspace(e0, e1, cells_e + 1), np.linspace(n0, n1, cells_n + 1)
-        grid = [(x, y) for x in e for y in n]
-        centers = [(x, y) for x in np.sqrt(e[1:] * e[:-1]) for y in 0.5 * (n[1:] + n[:-1])]
-        return [(float(x), float(y)) for x, y in grid + centers]
+        n = np.linspace(n0, n1, cells_n + 1)
+        between = 0.5 * (n[1:] + n[:-1]) if cells_n else n
+        soft = [(e0, y) for y in n]
+        stiffer = [(x, y) for x in np.geomspace(e0, e1, steps_e + 1)[1:] for y in between]
+        return [(float(x), float(y)) for x, y in soft + stiffer]

@@ -17,7 +17,7 @@ from simulation.state.state_matrices import StateMatrices
 
 SHIFTS = (0.55, 1.0)
 """Places of the band, as shares of its end, at which a state's stiffness is factorized."""
-BLOCKS = 10
+BLOCKS = 14
 """Krylov vectors of every load and shift."""
 LOSS_FACTOR = 0.04
 LINES = 150
