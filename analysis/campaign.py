@@ -20,7 +20,7 @@ class Sweep:
     direction : str
         ``up`` or ``down``.
     level : float
-        Amplitude of the drive, in its unit: V, or N of a force.
+        Amplitude of the drive: V, or N of a force; of the generator, V, where Flexura drove an exciter.
     oven_temperature_start, oven_temperature_end : float
         Oven reading before the first and after the last repeat, degrees Celsius.
     start_time : str
@@ -83,12 +83,15 @@ class Campaign:
         One for each temperature step, direction and level.
     hashes : dict
         SHA-256 of every file the campaign was read from, by name.
+    level_units : tuple of str
+        Of the levels of each input, where these are not in the inputs' own units: volts before an exciter.
     """
 
     name: str
     experiment: Experiment
     sweeps: tuple[Sweep, ...]
     hashes: dict[str, str] = field(default_factory=dict)
+    level_units: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.sweeps:

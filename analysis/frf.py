@@ -46,6 +46,8 @@ class Frf:
     labels, units : tuple of str
         Name with unit, and unit, of every channel's transfer; of sensor volts by drive volts where empty. Those of
         the first input come first, then those of the next.
+    level_units : tuple of str
+        Of the levels of each input; as `units` have it where empty.
     source : (T,) int ndarray or None
         Which input drove each sweep; None where there is but one.
     sources : tuple of str
@@ -64,6 +66,7 @@ class Frf:
     notes: tuple[str, ...] = ()
     labels: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
+    level_units: tuple[str, ...] = ()
     source: NDArray[np.int_] | None = None
     sources: tuple[str, ...] = ()
 
@@ -83,8 +86,8 @@ class Frf:
         """Sweeps, temperatures, channels and lines in one line, and the notes, a line each."""
         t, lines = self.temperature, self.frequency
         sweeps = f"{len(t)} sweeps, {t.min():z.1f} to {t.max():z.1f} °C, sensors {', '.join(self.channels)}"
-        told = f"<Frf: {sweeps}, {len(lines)} lines from {lines[0]:g} to {lines[-1]:g} Hz>"
-        return "\n  ".join([told, *self.notes])
+        band = f"{len(lines)} lines from {lines[0]:g} to {lines[-1]:g} Hz"
+        return "\n  ".join([f"<Frf: {sweeps}, {band}>", *self.notes])
 
     @property
     def driven_by(self) -> NDArray[np.int_]:
@@ -110,7 +113,7 @@ class Frf:
 
     def level_unit(self, sweep: int = 0) -> str:
         """Return the unit of the level at which a sweep was driven."""
-        return self.unit(0, sweep).rsplit("/", 1)[-1]
+        return self.level_units[self.driven_by[sweep]] if self.level_units else self.unit(0, sweep).split("/")[-1]
 
     def drive(self, sweep: int) -> str:
         """Say how a sweep was driven: ``10 V``, and ``2 N at hammer`` where there are several inputs."""
@@ -179,16 +182,14 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     Lines at harmonics of `mains` [Hz] are excluded, and where a hum is heard at others, these too.
     Raises ValueError where the sweeps differ in length, so that they share no frequency lines.
     """
-    rate = campaign.experiment.acquisition.sample_rate
-    samples = campaign.sweeps[0].drive.shape[1]
+    samples, rate = campaign.sweeps[0].drive.shape[1], campaign.experiment.acquisition.sample_rate
     grid = np.fft.rfftfreq(samples, 1.0 / rate).astype(np.float64)
     low, high = campaign.experiment.protocol.band
     inside = np.flatnonzero((grid >= low - 1e-9) & (grid <= high + 1e-9))
     lines = slice(int(inside[0]), int(inside[-1]) + 1)
     frequency, record = grid[lines], samples / rate
     frf = _all_sweeps(campaign, lines, frequency, mains_lines(frequency, mains, record))
-    rings = _still_ringing(campaign)
-    if rings:  # leakage has lines of its own, some of them where a hum would have its harmonics
+    if rings := _still_ringing(campaign):  # leakage has lines of its own, some where a hum would have them
         return replace(frf, notes=(*frf.notes, rings))
     rough = np.array([[single_repeat_power(h) for h in sweep] for sweep in frf.h])
     hums = other_hums(frequency, rough / np.maximum(frf.variance, np.finfo(float).tiny), frf.excluded)
@@ -213,8 +214,8 @@ def _still_ringing(campaign: Campaign) -> str:
     if not seen:
         return ""
     worst, sweep, name = max(seen, key=lambda one: one[0].share)
-    of_all = f"{len(seen)} of {len(campaign.sweeps) * len(names)} responses"
-    return f"{name} at {sweep.temperature:.1f} °C ({of_all}) {worst.told(tail, 'lengthen protocol.tail')}"
+    where = f"{name} at {sweep.temperature:.1f} °C ({len(seen)} of {len(campaign.sweeps) * len(names)} responses)"
+    return f"{where} {worst.told(tail, 'lengthen protocol.tail')}"
 
 
 def _all_sweeps(
@@ -222,8 +223,7 @@ def _all_sweeps(
 ) -> Frf:
     samples = campaign.sweeps[0].drive.shape[1]
     notes: list[str] = []
-    experiment = campaign.experiment
-    inputs, several = experiment.inputs, len(experiment.inputs) > 1
+    experiment, inputs = campaign.experiment, campaign.experiment.inputs
     names = tuple(output.id for output in experiment.outputs)
     rows = []
     for sweep in campaign.sweeps:
@@ -244,6 +244,7 @@ def _all_sweeps(
         notes=tuple(notes),
         labels=tuple(label for one in inputs for label in experiment.labels(one)),
         units=tuple(transfer_unit(output, one) for one in inputs for output in experiment.outputs),
-        source=np.array([s.source for s in campaign.sweeps]) if several else None,
-        sources=tuple(one.id for one in inputs) if several else (),
+        level_units=campaign.level_units,
+        source=np.array([s.source for s in campaign.sweeps]) if len(inputs) > 1 else None,
+        sources=tuple(one.id for one in inputs) if len(inputs) > 1 else (),
     )

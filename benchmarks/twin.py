@@ -3,8 +3,8 @@
 The plain way factorizes the full complex dynamic stiffness at every line; it is done on a few lines and stated for
 all. Both ways have to agree within the error that is certified. Memory is the largest resident set so far.
 
-    python benchmarks/twin.py             the plates without effects, a minute
-    python benchmarks/twin.py --effects   with the plate with effects, two minutes more
+    python benchmarks/twin.py             the plates without effects, under a minute
+    python benchmarks/twin.py --effects   with the plate with effects, half a minute more
 """
 
 import json

@@ -113,7 +113,7 @@ class _Series:
 
     @classmethod
     def of(cls, filters: FirBank, low: float, high: float) -> Self:
-        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        middle, half = 0.5 * (low + high), 0.5 * (high - low) or 1.0  # a single line lies in any range
         # A tap turns by so many radians over half of the range, and its series ends soon after as many terms:
         # Bessel functions fall below rounding ten cube roots beyond their argument.
         reach = max(filters.delay, filters.taps.shape[2] - filters.delay)

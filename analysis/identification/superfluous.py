@@ -52,10 +52,8 @@ def paying(
     price = np.array([2.0 * len(one.h) * np.log(one.independent) for one in blocks])
 
     def fit(left: NDArray[np.bool_], target: float | None) -> JointFit:
-        place, steps = (
-            np.where(now.active[:, :, None], now.place, fitted.place),
-            0 if target is None else TRIAL_STEPS,
-        )
+        place = np.where(now.active[:, :, None], now.place, fitted.place)
+        steps = 0 if target is None else TRIAL_STEPS
         return fit_together(
             blocks, terms, place, left, tracks, settled=settled, most=steps, target=target, known=now.looks
         )

@@ -226,10 +226,7 @@ def _pulls_of_sweep(
         return []
     fixed = lines.term_columns(search.terms[t])
     linear = 2 * count + len(fixed)
-    own, moves = (
-        np.empty((linear, len(lines.s)), dtype=complex),
-        np.empty((2 * count, len(lines.s)), dtype=complex),
-    )
+    own, moves = np.split(np.empty((linear + 2 * count, len(lines.s)), dtype=complex), [linear])
     fill_columns(lines.s, poles, lines.spread, own[: 2 * count], moves)
     own[2 * count :] = fixed
     columns = pole_columns(lines.s, to_poles(place), lines.spread)

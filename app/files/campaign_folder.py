@@ -15,6 +15,7 @@ The files are the truth: what has been done is what is there and matches its dig
 
 import hashlib
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -133,12 +134,14 @@ def read_campaign_folder(folder: Path) -> Campaign:
             sweeps[name] = sweep
         if wrong:
             problems.append(wrong)
-    problems += coverage_problems(experiment.protocol, sweeps, experiment.level_units)
+    played = ("V",) * len(experiment.inputs) if "acquired" in protocol else ()  # the generator's, of a force too
+    units = played or experiment.level_units
+    problems += coverage_problems(experiment.protocol, sweeps, units)
     known = {event["place"] for event in read_events(folder) if event.get("event") == "missing"}
     gone = [
         str(place)
-        for place in missing_places(experiment.protocol, sweeps, experiment.level_units)
-        if str(place) not in known
+        for place in missing_places(experiment.protocol, sweeps, units)
+        if known.isdisjoint({str(place), str(replace(place, unit="V"))})  # older logs have V for forces
     ]
     if gone and not problems:
         remedy = "go on with the same: flexura acquire" if "acquired" in protocol else REMEDY
@@ -147,4 +150,4 @@ def read_campaign_folder(folder: Path) -> Campaign:
     if problems:
         raise CampaignFileError(folder, problems)
     hashes = {PROTOCOL: sha256(folder / PROTOCOL)} | {name: sha256(folder / name) for name in sweeps}
-    return Campaign(protocol["name"], experiment, tuple(sweeps.values()), hashes)
+    return Campaign(protocol["name"], experiment, tuple(sweeps.values()), hashes, played)

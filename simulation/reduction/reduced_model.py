@@ -171,7 +171,7 @@ class ReducedModel:
         return ModalForm.of(self.stiffness(youngs_modulus, poisson_ratio, loss_factor), self.dashpots)
 
     def damped_modes(self, youngs_modulus: float, poisson_ratio: float) -> DampedModes:
-        """Real modes, and the couplings of patches and dashpots to them: see there what they are good for.
+        """Real modes, and the couplings of patches and dashpots to them; `DampedModes` says where they suffice.
 
         Parameters
         ----------

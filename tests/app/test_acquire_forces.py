@@ -17,7 +17,10 @@ from analysis.local_laws import LocalLaws
 from analysis.material import MaterialBox
 from app.files.acquired_campaign import AcquiredCampaign
 from app.files.campaign import load_campaign
+from app.files.campaign_error import CampaignFileError
+from app.files.events import append_event
 from app.files.experiment_toml import AcquiredExperiment, read_acquired_experiment
+from app.files.frf_file import load_frf, save_frf
 from app.files.sweep_file import digest
 from app.main import flexura
 from simulation.meshing.recipe import MeshRecipe
@@ -140,3 +143,20 @@ def test_a_sensitivity_is_not_changed_in_the_middle_of_a_campaign(folder: Path, 
     result = run("acquire", changed, "--out", folder)
     assert result.exit_code != 0
     assert "begun with another experiment; different: drive" in result.output
+
+
+def test_a_sweep_that_was_given_up_is_not_missed_and_levels_stay_the_generator_s_volts(
+    folder: Path, tmp_path: Path
+) -> None:
+    """The input is a force in N; its level is not."""
+    lacking = shutil.copytree(folder, tmp_path / "campaign")
+    sorted((lacking / "sweeps").glob("*.h5"))[0].unlink()
+    with pytest.raises(CampaignFileError, match="missing = 15 °C up 1 V"):
+        load_campaign(lacking)
+    event = {"event": "missing", "date": "2000-01-01T00:00:00+00:00", "step": 0, "place": "15 °C up 1 V"}
+    append_event(lacking, event)
+    frf = campaign_frf(load_campaign(lacking))
+    assert len(frf.temperature) == 3
+    assert (frf.unit(0), frf.drive(0)) == ("V/N", "1 V")
+    save_frf(tmp_path / "frf.h5", load_campaign(lacking).experiment, frf, {})
+    assert load_frf(tmp_path / "frf.h5")[1].level_unit() == "V"

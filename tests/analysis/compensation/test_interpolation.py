@@ -69,6 +69,12 @@ def test_at_the_training_temperatures_equal_reduced_frequency_gives_their_respon
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
 
 
+def test_a_single_line_of_a_single_temperature_has_its_own_response(thirteen):
+    bank = replace(thirteen, taps=thirteen.taps[:1], temperature=thirteen.temperature[:1])
+    line = np.array([300.0])
+    np.testing.assert_allclose(reduced_frequency(bank, np.zeros(1), np.zeros(1), line), bank.response(line))
+
+
 def test_filters_of_one_reduced_frequency_are_met_exactly():
     """R(f, D) = D g(f/√D): taps sampled from one impulse response, stretched, leave nothing to interpolate."""
     rate, count = 8_000.0, 800

@@ -98,3 +98,20 @@ def test_a_declaration_of_one_stays_as_it_is(tmp_path: Path) -> None:
     table = {"patch": [{"id": "A1", "role": "actuator"}, {"id": "S1", "role": "sensor"}]}
     assert driven_by(tmp_path / "campaign.toml", table, "A1") == table
     assert driven_by(tmp_path / "campaign.toml", table, None) is table
+
+
+def test_what_an_older_log_notes_as_missing_in_volts_is_not_missed(
+    recorded: Path, run_flexura: Callable[..., tuple[int, str, str]]
+) -> None:
+    sorted((recorded / "sweeps").glob("*.tdms"))[-1].unlink()
+    status, _, message = run_flexura("import", recorded, "--allow-missing")
+    assert status == 0, message
+    folder = recorded.with_name("plate-campaign")
+    log = folder / "events.jsonl"
+    told = log.read_text(encoding="utf-8")
+    assert " N from input 2" in told
+    log.write_text(told.replace(" N from input 2", " V from input 2"), encoding="utf-8")
+    assert len(load_campaign(folder).sweeps) == 5
+    log.write_text("", encoding="utf-8")
+    with pytest.raises(CampaignFileError, match=" N from input 2"):
+        load_campaign(folder)
