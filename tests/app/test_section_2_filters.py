@@ -12,6 +12,7 @@ from analysis.compensation.direct_filters import DirectFilters, direct_filters
 from analysis.focusing.inversion import tikhonov
 from analysis.focusing.panel import Panel
 from analysis.focusing.performance import contrast, decibels, mean_response
+from analysis.focusing.played import play_methods
 from analysis.material import Material, MaterialLaws
 from analysis.material_table import laws_through
 from app.stages.panel_inputs import panel_of
@@ -111,3 +112,11 @@ def test_patches_placed_over_temperature_reach_it_from_0_to_60_degrees(tmp_path:
         below = contrast(found.forms, reached)[:, lines < TURN].mean(axis=1)
         assert below.mean() >= mean
         assert below.min() >= least
+
+
+def test_a_sweep_in_time_is_what_its_spectrum_says():
+    panel, laws = panel_of(None, {})[0], polypropylene()
+    local = laws.at(20.0)
+    constants = (local.youngs_modulus.item(), local.poisson_ratio.item(), local.loss_factor.item())
+    played = play_methods(panel_twin(panel, laws, lambda _stage, _share: None), panel, constants)
+    np.testing.assert_allclose(played.total, played.expected, atol=1e-3)

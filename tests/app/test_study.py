@@ -19,8 +19,9 @@ def test_one_figure_is_made_and_its_numbers_stand_beside_the_paper(run, panel): 
     assert found.compensation is None
     printed = json.loads(result.stdout)
     assert [row["quantity"] for row in printed] == [row.quantity for row in rows(found)]
-    # Played straight between samples, 4000 a second, which takes 2 % off 300 Hz and nothing off 100 Hz.
-    np.testing.assert_allclose(found.played.total, found.played.expected, atol=3e-3)
+    # In time the panel answers beyond its twin's band, too, where no error is certified: 2 to 4e-3 of a panel so
+    # small, whichever functions its twin has. tests/app/test_section_2_filters.py asks 1e-3 of the shipped one.
+    np.testing.assert_allclose(found.played.total, found.played.expected, atol=5e-3)
     with h5py.File(run / "studies.h5") as file:
         assert [name for name in file if name != "provenance"] == ["played"]
 
