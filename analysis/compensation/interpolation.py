@@ -1,10 +1,10 @@
 """Filters between the training temperatures by interpolation: what a network has to beat."""
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebpts1, chebvander
+from numpy.polynomial.chebyshev import chebinterpolate, chebvander
 from numpy.typing import NDArray
 
 from analysis.arrays import Complex, Real
@@ -119,11 +119,13 @@ class _Series:
         reach = max(filters.delay, filters.taps.shape[2] - filters.delay)
         turned = 2.0 * np.pi * half * reach / filters.sample_rate
         count = int(np.ceil(turned + 10.0 * np.cbrt(turned + 1.0)))
-        points = chebpts1(count)
-        weights = chebvander(points, count - 1).T * (2.0 / count)
-        weights[0] *= 0.5
-        heard = filters.response(middle + half * points)
-        return cls(middle, half, weights @ np.concatenate([heard.real, heard.imag], axis=2))
+
+        def heard(points: Real) -> Any:  # NumPy's types know of numbers only, its code of arrays as well
+            found = filters.response(middle + half * points).swapaxes(0, 1)
+            return np.concatenate([found.real, found.imag], axis=2).reshape(len(points), -1)
+
+        coefficients = chebinterpolate(heard, count - 1).reshape(count, len(filters.taps), -1)
+        return cls(middle, half, coefficients.swapaxes(0, 1))
 
     def at(self, which: NDArray[np.intp], frequency: Real) -> Complex:
         """Responses (k, F, N) at the temperatures `which` (k,), each at frequencies of its own (k, F), Hz."""

@@ -40,11 +40,12 @@ def command(
     from app.files.import_recording import import_joined, import_recording
     from drivers.ni.modules import find_module
 
-    if len(folders) > 1 and (out is None or actuator is not None):
-        wrong = "--actuator is for one FOLDER" if actuator is not None else "several FOLDERs are joined into --out"
-        raise click.UsageError(f"{wrong}; {'leave it out' if actuator is not None else 'give it'}")
+    if len(folders) > 1 and actuator is not None:
+        raise click.UsageError("--actuator is for one FOLDER; leave it out")
+    if len(folders) > 1 and out is None:
+        raise click.UsageError("several FOLDERs are joined into --out; give it")
     with output.progress() as report:
-        if out is not None and len(folders) > 1:
+        if len(folders) > 1 and out is not None:
             imported = import_joined(folders, out, allow_missing, report)
         else:
             imported = import_recording(folders[0], out, allow_missing, report, actuator)

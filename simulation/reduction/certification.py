@@ -78,14 +78,12 @@ def measured_error(
 
     def at(place: int) -> tuple[float, Complex]:
         material, rng, also_drawn = materials[place], generators[place], place >= len(materials) - DRAWN
-        modes, loss = small.damped_modes(*material[:2]), material[2]
+        *moduli, loss = material
+        modes, of_candidate = small.damped_modes(*moduli), candidate.damped_modes(*moduli)
         places = modes.lines(loss, lines)
-        departure = np.abs(
-            modes.transfers(places, loss) - candidate.damped_modes(*material[:2]).transfers(places, loss)
-        )
         form, ports = small.modal_form(*material), small.coupling
         rms = root_mean_square(form.compliance(ports, ports, places), places)[..., None]
-        departure = departure / rms
+        departure = np.abs(modes.transfers(places, loss) - of_candidate.transfers(places, loss)) / rms
         flanks = np.setdiff1d(places, lines)
         drawn = rng.choice(flanks) if flanks.size else rng.uniform(*small.band)
         chosen = np.array([places[departure.max(axis=(0, 1)).argmax()], drawn][: 2 if also_drawn else 1])

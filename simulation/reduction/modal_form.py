@@ -69,11 +69,6 @@ class ModalForm:
         squares = roots[roots.real > np.abs(roots.imag)] ** 2
         return np.asarray(squares[np.argsort(squares.real)])
 
-    def terms(self, frequency: ArrayLike) -> Complex:
-        """1/(pole - w**2), (F, r)."""
-        omega2 = (2 * np.pi * np.asarray(frequency, float)) ** 2
-        return np.asarray(1.0 / (self.poles - omega2[:, None]))
-
     def solve(self, force: Real, frequency: ArrayLike) -> Complex:
         """Coordinates Z**-1 b for every column b of `force` (r, N): (N, F, r)."""
         weights = (self.inverse @ self.with_dashpots(force)).T
