@@ -41,7 +41,11 @@ LARGEST = 20_000_000
 
 
 def frozen_protocol(
-    name: str, experiment: Experiment, source: dict[str, str], acquired: dict[str, Any] | None = None
+    name: str,
+    experiment: Experiment,
+    source: dict[str, str],
+    acquired: dict[str, Any] | None = None,
+    level_units: tuple[str, ...] = (),
 ) -> dict[str, Any]:
     """Return what ``protocol.json`` holds.
 
@@ -53,6 +57,8 @@ def frozen_protocol(
         SHA-256 of every file imported, or of the experiment's file, by name.
     acquired : dict, optional
         Everything the rig was told, for a campaign of Flexura's own.
+    level_units : tuple of str
+        As of `Campaign`; those of an acquired campaign follow from `acquired`.
 
     Returns
     -------
@@ -67,6 +73,8 @@ def frozen_protocol(
     }
     if acquired is not None:
         content["acquired"] = acquired
+    if level_units:
+        content["level_units"] = list(level_units)
     return content | {"sha256": _digest(content)}
 
 
@@ -91,6 +99,21 @@ def read_protocol(folder: Path) -> tuple[dict[str, Any], Experiment]:
     except (OSError, KeyError, AttributeError, TypeError, ValueError, ValidationError) as error:
         wrong = Problem(PROTOCOL, "", f"unreadable ({error})", "a frozen protocol", REMEDY)
         raise CampaignFileError(folder, [wrong]) from error
+
+
+def _level_units(folder: Path, protocol: dict[str, Any], experiment: Experiment) -> tuple[str, ...]:
+    """Return those of `Campaign`; CampaignFileError where they are not one for each input, V or its own."""
+    if "acquired" in protocol:
+        return ("V",) * len(experiment.inputs)  # the generator's, of a force too
+    seen, own = protocol.get("level_units", []), experiment.level_units
+    if seen and not (
+        isinstance(seen, list)
+        and len(seen) == len(own)
+        and all(one in ("V", unit) for one, unit in zip(seen, own, strict=True))
+    ):
+        allowed = f"one of V or its own for each input: {', '.join(own)}"
+        raise CampaignFileError(folder, [Problem(PROTOCOL, "level_units", repr(seen)[:200], allowed, REMEDY)])
+    return tuple(seen)
 
 
 def _digest(content: dict[str, Any]) -> str:
@@ -134,7 +157,7 @@ def read_campaign_folder(folder: Path) -> Campaign:
             sweeps[name] = sweep
         if wrong:
             problems.append(wrong)
-    played = ("V",) * len(experiment.inputs) if "acquired" in protocol else ()  # the generator's, of a force too
+    played = _level_units(folder, protocol, experiment)
     units = played or experiment.level_units
     problems += coverage_problems(experiment.protocol, sweeps, units)
     known = {event["place"] for event in read_events(folder) if event.get("event") == "missing"}

@@ -134,7 +134,9 @@ def _into(target: Path, recording: Recording, folders: Sequence[Path], report: P
                 target, [Problem("", "--out", str(target), f"a folder outside the recording {source.name}")]
             )
     campaign = recording.campaign
-    protocol = frozen_protocol(campaign.name, campaign.experiment, campaign.hashes)
+    protocol = frozen_protocol(
+        campaign.name, campaign.experiment, campaign.hashes, level_units=campaign.level_units
+    )
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with folder_lock(target):

@@ -62,12 +62,26 @@ def read_joined(
             files[first + sweep.step] = within + part.files[sweep.step]
             sweeps.append(replace(sweep, step=first + sweep.step, source=places[inputs[sweep.source].id]))
     named = {files[sweep.step]: sweep for sweep in sweeps}
-    problems = list(coverage_problems(experiment.protocol, named, experiment.level_units))
+    units = _level_units(experiment, [part.campaign for part in parts])
+    problems = list(coverage_problems(experiment.protocol, named, units))
     if problems:
         raise CampaignFileError(folders[0], problems)
-    missing = missing_places(experiment.protocol, named, experiment.level_units)
+    missing = missing_places(experiment.protocol, named, units)
     left_out = tuple(problem for part in parts for problem in part.left_out)
-    return Recording(Campaign(folders[0].name, experiment, tuple(sweeps), hashes), files, missing, left_out)
+    other = units if units != experiment.level_units else ()
+    return Recording(Campaign(folders[0].name, experiment, tuple(sweeps), hashes, other), files, missing, left_out)
+
+
+def _level_units(experiment: Experiment, parts: Sequence[Campaign]) -> tuple[str, ...]:
+    """Return the unit of every input's levels: an acquired campaign's are volts before its exciter."""
+    unit = {
+        source.id: unit
+        for part in parts
+        for source, unit in zip(
+            part.experiment.inputs, part.level_units or part.experiment.level_units, strict=True
+        )
+    }
+    return tuple(unit[source.id] for source in experiment.inputs)
 
 
 def _read(folder: Path, allow_missing: bool) -> Recording:

@@ -2,12 +2,15 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from analysis.frf import Frf, campaign_frf
 from app.files.campaign import load_campaign
+from app.files.campaign_error import CampaignFileError
+from app.files.campaign_folder import frozen_protocol, read_protocol, write_protocol
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -79,3 +82,27 @@ def test_what_joining_needs_is_told(
 ) -> None:
     status, _, message = run_flexura("import", *apart, *words)
     assert (status, told in message) == (2, True)
+
+
+def test_levels_of_an_acquired_campaign_stay_volts(apart: tuple[Path, Path], run_flexura: Run) -> None:
+    """A rig's levels are those of its generator, before an exciter too; a hammer's are its force."""
+    hammer, both = apart[1], apart[0].with_name("both")
+    protocol, experiment = read_protocol(hammer)
+    write_protocol(hammer, frozen_protocol(protocol["name"], experiment, protocol["source"], acquired={}))
+    status, _, message = run_flexura("import", *apart, "--out", both)
+    assert status == 0, message
+    campaign = load_campaign(both)
+    assert campaign.experiment.level_units == ("V", "N")
+    assert campaign.level_units == ("V", "V")
+    assert campaign_frf(campaign).level_unit(len(campaign.sweeps) - 1) == "V"
+
+
+@pytest.mark.parametrize("units", [("V",), ("V", "m"), ("N", "N"), (["V"], "N"), ("V", "N", "N")])
+def test_units_that_no_input_has_are_told(apart: tuple[Path, Path], run_flexura: Run, units: Any) -> None:
+    both = apart[0].with_name("both")
+    status, _, message = run_flexura("import", *apart, "--out", both)
+    assert status == 0, message
+    protocol, experiment = read_protocol(both)
+    write_protocol(both, frozen_protocol("both", experiment, protocol["source"], level_units=units))
+    with pytest.raises(CampaignFileError, match="level_units"):
+        load_campaign(both)
