@@ -1,4 +1,4 @@
-"""What is hidden in one campaign: effects of wanted sizes, and a protocol that can show them."""
+"""What is hidden in one campaign: effects of wanted sizes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,9 +7,8 @@ import numpy as np
 
 from analysis.arrays import Complex
 from analysis.effect_card import EffectCard, Values
-from app.blind_trial.assignments import KINDS, Assignment, shuffled
+from app.blind_trial.assignments import Assignment
 from app.blind_trial.effect_size import EffectSize
-from app.blind_trial.unlisted_effects import UNLISTED_EFFECTS
 from simulation.effects.library import LIBRARY
 
 SIZES = (6.0, 15.0, 30.0)
@@ -23,7 +22,6 @@ SHRUNK = 0.7
 SETTLED = 0.03
 ALIKE = 0.8
 """Cosine from which two effects are called alike."""
-STRANGE = ("resonator", *UNLISTED_EFFECTS)
 
 
 @dataclass(frozen=True)
@@ -47,46 +45,6 @@ class DrawnEffects:
     size: dict[str, float]
     cosine: float | None
     imitations: dict[str, float]
-
-
-def wanted(assignment: Assignment, names: Sequence[str], stream: str, seed: int) -> tuple[str, ...]:
-    """Names that an assignment is about; the second of a pair is chosen with the plate at hand.
-
-    Parameters
-    ----------
-    assignment : Assignment
-    names : sequence of str
-        Effects to choose from, but for the kind ``outside``, which has its own.
-    stream, seed : str, int
-        See `shuffled`.
-
-    Returns
-    -------
-    tuple of str
-        One name; empty for the kind ``null``.
-    """
-    word = KINDS.index(assignment.kind)
-    match assignment.kind:
-        case "null":
-            return ()
-        case "outside":
-            return (shuffled(STRANGE, stream, seed, assignment.ordinal, word),)
-        case _:
-            return (shuffled(names, stream, seed, assignment.ordinal, word),)
-
-
-def ways(names: Sequence[str], rng: np.random.Generator) -> tuple[tuple[str, ...], tuple[float, ...]]:
-    """Legs and levels that can show all `names`; two legs else in a third of the campaigns."""
-    legs = ("up", "down") if "thermal_lag" in names or rng.random() < 1.0 / 3.0 else ("up",)
-    levels = (1.0, 2.0) if "amplitude_softening" in names else (1.0,)
-    return legs, levels
-
-
-def partners(legs: Sequence[str], levels: Sequence[float]) -> tuple[str, ...]:
-    """Effects of the library that a campaign with these legs and levels can show."""
-    blind = {"thermal_lag"} if len(legs) < 2 else set()
-    blind |= {"amplitude_softening"} if len(levels) < 2 else set()
-    return tuple(name for name in LIBRARY if name not in blind)
 
 
 def draw_effects(

@@ -11,7 +11,6 @@ import numpy as np
 
 from analysis.arrays import Complex
 from analysis.effect_card import Values
-from analysis.frf import Frf
 from analysis.gap.data.preparation import prepare
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.fit import fit_gap
@@ -20,16 +19,9 @@ from analysis.gap.fitting.normal_equations import linearise_all
 from analysis.gap.fitting.schur_complement import schur_complement
 from analysis.gap.fitting.state import GapState, starting_state
 from analysis.gap.search.score_test import score_test
-from analysis.mains import mains_lines
-from analysis.material import Material
-from analysis.protocol.drive import drive_signal
-from analysis.sweep_point import SweepPoint
-from analysis.updated import Updated
+from app.blind_trial.expected_frf import expected_frf, true_updating
 from app.blind_trial.specimen import Specimen
-from app.rig.plate_transfer import PlateTransfer
 from simulation.effects.library import LIBRARY
-
-MAINS = 50.0
 
 
 @dataclass(frozen=True)
@@ -77,8 +69,8 @@ class EffectSize:
         -------
         EffectSize
         """
-        frf, noise = _expected_frf(specimen, share, rng)
-        updated = _as_updated(specimen, frf)
+        frf, noise = expected_frf(specimen, share, rng)
+        updated = true_updating(specimen, frf)
         sweeps = prepare(frf, specimen.declared.protocol, updated)[0]
         return cls(specimen, sweeps, starting_state(updated, sweeps.groups), noise, executor)
 
@@ -88,22 +80,21 @@ class EffectSize:
         return float(np.sqrt(self.sweeps.overstated))
 
     def signal(self, effects: Mapping[str, Values]) -> Complex:
-        """Return what `effects` add to the recorded FRFs, as spline coefficients (T, K, n), V/V."""
+        """Return what `effects` add to the recorded FRFs, as spline coefficients (T, K, n)."""
         plain, other = self.specimen.transfer({}), self.specimen.transfer(effects)
         lines = self.sweeps.nodes.frequency
-        added = np.array([other(p, lines) - plain(p, lines) for p in self.sweeps.points])
-        return np.asarray(float(np.exp(self.state.log_gain[0])) * self.sweeps.nodes.coefficients(added))
+        points = [self.state.circumstances(*sweep) for sweep in enumerate(self.sweeps.points)]
+        gains = self.specimen.gains
+        added = np.array([gains[p.source] * (other(p, lines) - plain(p, lines)) for p in points])
+        return np.asarray(self.sweeps.nodes.coefficients(added))
 
     def size(self, signal: Complex) -> float:
         """Of a signal, in sigma, once laws, readings and gain have taken what they can of it, to first order."""
         seen = self._with(signal)
         equations = linearise_all(self.specimen.twin, seen, self.state, (), self.executor)
         head = schur_complement(seen, equations, self.state)
-        chi2 = (
-            sum(e.chi2 for e in equations)
-            - head.predicted_decrease
-            - float(head.gradient[0] ** 2 / head.matrix[0, 0])
-        )
+        by_gains = float(head.gradient @ np.linalg.solve(head.matrix, head.gradient))
+        chi2 = sum(e.chi2 for e in equations) - head.predicted_decrease - by_gains
         return float(np.sqrt(max(chi2, 0.0))) / self.sigma
 
     def left(self, signal: Complex) -> float:
@@ -143,57 +134,3 @@ class EffectSize:
             for sweep, e, own in zip(self.sweeps.compressed, plain, signal, strict=True)
         )
         return replace(self.sweeps, compressed=compressed)
-
-
-def _expected_frf(specimen: Specimen, share: float, rng: np.random.Generator) -> tuple[Frf, float]:
-    """FRFs of the plain specimen with the noise that H1 over the repeats leaves, and the inputs' noise."""
-    sweep, programme = specimen.experiment.sweep, specimen.experiment.programme
-    rate, gain = specimen.declared.acquisition.sample_rate, specimen.gain
-    drive = drive_signal(sweep, 1.0, rate)
-    grid = np.fft.rfftfreq(drive.size, 1.0 / rate).astype(np.float64)
-    inside = (grid >= sweep.band[0]) & (grid <= sweep.band[1])
-    lines, power = grid[inside], np.abs(np.fft.rfft(drive)[inside]) ** 2 * sweep.repeats / drive.size
-    places = [
-        (float(t), leg, level)
-        for leg in programme.legs
-        for t in (programme.temperatures if leg == "up" else programme.temperatures[::-1])
-        for level in sweep.levels
-    ]
-    plain: PlateTransfer = specimen.transfer({})
-    answers = {t: gain * plain(SweepPoint(t, 0.0, 1.0), lines) for t in programme.temperatures}
-    middle = answers[programme.temperatures[len(answers) // 2]]
-    noise = float(share * np.sqrt(np.mean(np.abs(middle) ** 2) / np.mean(1.0 / power)))
-    h = np.array([answers[t] for t, _, _ in places])
-    level = np.array([level for _, _, level in places])
-    variance = noise**2 * (1.0 + np.abs(h) ** 2) / power / level[:, None, None] ** 2
-    spread = rng.standard_normal(h.shape) + 1j * rng.standard_normal(h.shape)
-    frf = Frf(
-        temperature=np.array([t for t, _, _ in places]),
-        direction=tuple(leg for _, leg, _ in places),
-        level=level,
-        frequency=lines,
-        h=h + np.sqrt(0.5 * variance) * spread,
-        variance=variance,
-        coherence=np.ones(h.shape),
-        excluded=mains_lines(lines, MAINS, drive.size / rate),
-        channels=tuple(output.id for output in specimen.declared.outputs),
-    )
-    return frf, noise
-
-
-def _as_updated(specimen: Specimen, frf: Frf) -> Updated:
-    """Model updating as if it had found the truth."""
-    nothing = np.zeros(len(frf.temperature))
-    return Updated(
-        temperature=frf.temperature,
-        material=specimen.laws.at(frf.temperature),
-        sigma=Material(nothing, nothing, nothing),
-        correlation=np.zeros((nothing.size, 4, 4)),
-        gain=specimen.gain,
-        sigma_gain=0.0,
-        misfit_start=nothing,
-        misfit=nothing,
-        noise_floor=nothing,
-        chi2_per_dof=nothing,
-        settled=np.ones(nothing.size, dtype=bool),
-    )

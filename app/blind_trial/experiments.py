@@ -1,24 +1,37 @@
 """Campaigns of a trial: protocol, material laws, electronics, all drawn anew for each."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from analysis.channel import Motion
+from analysis.experiment import Experiment
 from app.blind_trial.plates import PlateKind
 from app.files.experiment_toml import AcquiredExperiment, experiment_model
+from app.files.joined_campaign import joined_declaration
 from app.files.simulation_section import Laws
 
 TABLE = np.arange(-20.0, 91.0, 10.0)
 """Degrees Celsius at which laws are drawn."""
 SWEEP, TAPER, TAIL, REPEATS = 1.0, 0.1, 0.3, 4
+EXCITER = 0.04
+"""N/V that an exciter makes where an amplifier makes 1 V/V: a force of about half a newton."""
+FORCE = 1.0
+"""V/N of the force sensor with its conditioner."""
+MOTION: dict[Motion, float] = {"acceleration": 0.01, "velocity": 20.0}
+"""V per m/s2 and m/s: the sensors answer with a few tenths of a volt, as the force does."""
 ALIAS_FREE = 0.44
 """Share of the sample rate at which the drive's fade ends: just inside what the cards allow."""
 
 
-def draw_experiment(
+def draw_experiments(
     rng: np.random.Generator, kind: PlateKind, title: str, legs: tuple[str, ...], levels: tuple[float, ...]
-) -> AcquiredExperiment:
+) -> tuple[AcquiredExperiment, ...]:
     """Draw a campaign of seven to nine temperatures on a plate; what is hidden is not in it, nor the noise.
+
+    Of several inputs each drives an experiment of its own, with another amplifier and other noise: a rig has one
+    output.
 
     Parameters
     ----------
@@ -32,20 +45,21 @@ def draw_experiment(
 
     Returns
     -------
-    AcquiredExperiment
-        Of a simulated rig, checked as one read from a file.
+    tuple of AcquiredExperiment
+        One for each of the plate's inputs, of a simulated rig, checked as one read from a file.
     """
     count, every = int(rng.integers(7, 10)), float(rng.integers(5, 8))
     lowest = float(rng.integers(0, 9))
     gain = float(rng.uniform(10.0, 16.0))
     sweep = {"kind": "logarithmic", "band": kind.band, "duration": SWEEP, "taper": TAPER, "tail": TAIL}
-    sensors = sum(patch.role == "sensor" for patch in kind.patches)
+    sensors = sum(patch.role == "sensor" for patch in kind.patches) + len(kind.sensors)
     table: dict[str, Any] = {
         "format": "experiment/1",
         "title": title,
         "rig": "simulated",
         "plate": kind.plate,
-        "patch": [patch.model_dump(exclude_none=True) for patch in kind.patches],
+        "drive": [drive.model_dump() | {"sensitivity": FORCE} for drive in kind.drives],
+        "sensor": [sensor.model_dump() | {"sensitivity": MOTION[sensor.kind]} for sensor in kind.sensors],
         "string": kind.strings,
         "cable": kind.cables,
         "acquisition": {
@@ -53,7 +67,7 @@ def draw_experiment(
             "input_resistance": 305e3,
             "input_capacitance": round(float(rng.uniform(0.8e-10, 2e-10)), 12),
         },
-        "amplifier": {"gain": round(gain * float(rng.uniform(0.95, 1.05)), 1)},
+        **_driver(kind, gain * float(rng.uniform(0.95, 1.05))),
         "cards": {
             "sample_rate": _sample_rate(kind.band),
             "output": "cDAQ1Mod2/ao0",
@@ -74,13 +88,50 @@ def draw_experiment(
         "limits": {
             "coldest": -20.0,
             "hottest": 90.0,
-            "patch_voltage": 100.0,
+            "patch_voltage": None if kind.drives else 100.0,
             "coherence": 0.0,
             "silence": 0.0,
         },
-        "simulation": {"seed": int(rng.integers(2**31)), "gain": gain, "laws": draw_laws(rng)},
     }
-    return experiment_model(table).model_validate(table)
+    simulation = {"seed": int(rng.integers(2**31)), "gain": _true_gain(kind, gain), "laws": draw_laws(rng)}
+    first, *others = kind.inputs
+    tables = [table | {"patch": _driven_by(kind, first), "simulation": simulation}]
+    for other in others:
+        gain = float(rng.uniform(10.0, 16.0))
+        own = _driver(kind, gain * float(rng.uniform(0.95, 1.05)))
+        simulation = simulation | {"seed": int(rng.integers(2**31)), "gain": _true_gain(kind, gain)}
+        tables.append(table | own | {"patch": _driven_by(kind, other), "simulation": simulation})
+    return tuple(experiment_model(one).model_validate(one) for one in tables)
+
+
+def any_declaration(kind: PlateKind) -> Experiment:
+    """Declare any campaign on a plate: the reduced models hang on its geometry and band alone."""
+    return declared(draw_experiments(np.random.default_rng(0), kind, "plate", ("up",), (1.0,)))
+
+
+def declared(experiments: Sequence[AcquiredExperiment]) -> Experiment:
+    """Declare the campaign in which the inputs of all experiments drive in turn."""
+    return joined_declaration([one.recorded(one.sample_rate) for one in experiments])
+
+
+def _driven_by(kind: PlateKind, name: str) -> list[dict[str, Any]]:
+    """Return the patches, those shorted that could drive and do not."""
+    return [
+        patch.model_dump(exclude_none=True)
+        | ({"role": "shorted"} if patch.role == "actuator" and patch.id != name else {})
+        for patch in kind.patches
+    ]
+
+
+def _driver(kind: PlateKind, gain: float) -> dict[str, Any]:
+    """Return the table of the amplifier of this gain, or of the exciter in its place."""
+    if kind.drives:
+        return {"exciter": {"gain": round(EXCITER * gain, 3), "rated_force": 5.0}}
+    return {"amplifier": {"gain": round(gain, 1)}}
+
+
+def _true_gain(kind: PlateKind, gain: float) -> float:
+    return EXCITER * gain if kind.drives else gain
 
 
 def _programme(

@@ -4,7 +4,7 @@ import time
 from collections.abc import Collection
 from pathlib import Path
 
-from app.blind_trial.effect_size import MAINS
+from app.blind_trial.expected_frf import MAINS
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
 from app.files.campaign import load_campaign

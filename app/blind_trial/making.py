@@ -9,18 +9,20 @@ from typing import Any
 import numpy as np
 
 from app.blind_trial.assignments import Assignment
-from app.blind_trial.draw_effects import DrawnEffects, draw_effects, partners, wanted, ways
+from app.blind_trial.draw_effects import DrawnEffects, draw_effects
 from app.blind_trial.effect_size import EffectSize
-from app.blind_trial.experiments import draw_experiment
+from app.blind_trial.experiments import any_declaration, draw_experiments
 from app.blind_trial.plates import OTHER_MESH, PlateKind
 from app.blind_trial.specimen import Specimen
+from app.blind_trial.wanted_effects import partners, wanted, ways
 from app.files.atomic import write_json
+from app.files.import_recording import import_joined
 from app.files.provenance import sha256
 from app.files.sweep_file import Source
 from app.stages.acquire import acquire_campaign
 from drivers.rig.campaign import unobserved
 from drivers.rig.session import Session
-from simulation.effects.library import LIBRARY
+from simulation.effects.library import LIBRARY, library
 
 SCHEMA = "flexura-blind-truth/1"
 NOISE = (0.01, 0.03)
@@ -42,23 +44,51 @@ def make_campaign(
     truth : Path
         File to write the truth to before anything is recorded: the campaign carries its SHA-256.
     folder : Path
-        The campaign's; what an interrupted run left there is removed.
+        The campaign's; what an interrupted run left there is removed. Of several inputs, each has its own folder
+        beside it, and this one holds them joined.
     """
     rng = assignment.rng(stream, seed)
-    first = wanted(assignment, tuple(LIBRARY), stream, seed)
+    possible = library(any_declaration(kind))
+    names = tuple(name for name in LIBRARY if name in possible)
+    first = wanted(assignment, names, stream, seed)
     legs, levels = ways(first, rng)
-    experiment = draw_experiment(rng, kind, f"trial {assignment.name}", legs, levels)
-    specimen = Specimen.of(experiment, kind)
+    experiments = draw_experiments(rng, kind, f"trial {assignment.name}", legs, levels)
+    specimen = Specimen.of(experiments, kind)
     share = float(np.exp(rng.uniform(*np.log(NOISE))))
     with ThreadPoolExecutor(1) as executor:
         yard = EffectSize.of(specimen, share, rng, executor)
-        hidden = draw_effects(assignment, first, partners(legs, levels), yard, rng)
+        hidden = draw_effects(assignment, first, partners(names, legs, levels), yard, rng)
     write_json(truth, record(assignment, kind, specimen, hidden, yard))
+    record_on_rig(specimen, hidden, yard.noise, truth, folder)
+
+
+def record_on_rig(specimen: Specimen, hidden: DrawnEffects, noise: float, truth: Path, folder: Path) -> None:
+    """Record the campaign of every input, and join them where they are several.
+
+    Parameters
+    ----------
+    specimen : Specimen
+    hidden : DrawnEffects
+    noise : float
+        On every input of the cards, V rms.
+    truth : Path
+        Written already: every campaign carries its SHA-256.
+    folder : Path
+        The campaign's, see `make_campaign`.
+    """
     shutil.rmtree(folder, ignore_errors=True)
-    rig = specimen.rig(hidden.effects, yard.noise, truth)
-    acquired = experiment.model_dump(mode="json", exclude={"simulation"})
-    session, source = Session(rig, experiment.limits), Source(truth.name, sha256(truth))
-    acquire_campaign(session, experiment, folder, source, acquired, unobserved)
+    several = len(specimen.experiments) > 1
+    parts = []
+    for source, experiment in enumerate(specimen.experiments):
+        part = folder.with_name(f"{folder.name}-{specimen.declared.inputs[source].id}") if several else folder
+        shutil.rmtree(part, ignore_errors=True)
+        rig = specimen.rig(source, hidden.effects, noise, truth)
+        acquired = experiment.model_dump(mode="json", exclude={"simulation"})
+        session, file = Session(rig, experiment.limits), Source(truth.name, sha256(truth))
+        acquire_campaign(session, experiment, part, file, acquired, unobserved)
+        parts.append(part)
+    if several:
+        import_joined(parts, folder)
 
 
 def record(
@@ -80,7 +110,7 @@ def record(
     dict
         Of values that JSON holds.
     """
-    simulation, shown = specimen.simulation, yard.sweeps
+    simulation, shown = specimen.simulations[0], yard.sweeps
     return {
         "schema": SCHEMA,
         "number": assignment.number,
@@ -96,9 +126,9 @@ def record(
         "imitations": hidden.imitations,
         "legs": sorted(set(shown.direction), reverse=True),
         "levels": sorted({point.level for point in shown.points}),
-        "gain": simulation.gain,
+        "gain": dict(zip(kind.inputs, specimen.driven.tolist(), strict=True)),
         "noise": yard.noise,
-        "seed": simulation.seed,
+        "seed": [one.seed for one in specimen.simulations],
         "laws": simulation.laws.model_dump(mode="json"),
         "plate": kind.record(),
         "mesh": asdict(OTHER_MESH),

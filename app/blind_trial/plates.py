@@ -1,11 +1,15 @@
-"""Plates of a trial: polymer plates of random geometry on which every effect of the library is possible."""
+"""Plates of a trial: polymer plates of random geometry, outline, drive and sensors.
+
+Plates driven by patches can hold every effect of the library; without a sensor patch some are not possible.
+"""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from analysis.experiment import Attachment, Patch, Plate, Point
+from analysis.transducers import Drive, Sensor
 from simulation.meshing.recipe import MeshRecipe
 from simulation.shell.fineness import Fineness
 
@@ -17,6 +21,13 @@ MODES = (11.0, 15.0)
 """How many modes the band holds, by Weyl's law, at room temperature: to tell effects apart."""
 LOWEST = 100.0
 """Hz, where bands begin."""
+Driven = Literal["patch", "exciter", "two patches"]
+DRIVEN: tuple[Driven, ...] = get_args(Driven)
+"""How plates are driven, in turn: by a patch, by an exciter, by one patch and then another."""
+OUTWARD = 0.02
+"""How far the corners of a quadrilateral plate may lie outside a rectangle's, along either axis, m."""
+ACCELEROMETER = 6e-4
+"""kg."""
 OTHER_MESH = Fineness(MeshRecipe(spacing=0.055, strip=1.07, edge_strip=1.27, growth=0.9), degree=9, tolerance=2e-9)
 """How the plates that are measured are meshed: other cells and another degree than the twin's."""
 
@@ -34,6 +45,10 @@ class PlateKind:
         An undeclared point on which a hidden effect may act, m.
     band : tuple of float
         Hz.
+    drives : tuple of Drive
+        Forces; none where patches drive.
+    sensors : tuple of Sensor
+        Of motion; none where patches alone are read.
     """
 
     plate: Plate
@@ -42,6 +57,14 @@ class PlateKind:
     cables: tuple[Attachment, ...]
     hidden: Point
     band: tuple[float, float]
+    drives: tuple[Drive, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """What drives it, in turn."""
+        patches = (patch.id for patch in self.patches if patch.role == "actuator")
+        return (*patches, *(drive.id for drive in self.drives))
 
     def record(self) -> dict[str, Any]:
         """Return it for a file."""
@@ -52,11 +75,32 @@ class PlateKind:
             "cable": [attached.point for attached in self.cables],
             "hidden": self.hidden,
             "band": self.band,
+            "drive": [drive.model_dump() for drive in self.drives],
+            "sensor": [sensor.model_dump() for sensor in self.sensors],
         }
 
 
-def draw_plate(rng: np.random.Generator) -> PlateKind:
-    """Draw a plate of 2.5 to 3.5 mm with an actuator and one or two sensors, two strings and a cable."""
+def plate_kind(number: int, rng: np.random.Generator) -> PlateKind:
+    """Draw the plate of a number: drives take turns, and so do rectangles and quadrilaterals."""
+    return draw_plate(rng, DRIVEN[number % len(DRIVEN)], rectangular=number % 2 == 0)
+
+
+def draw_plate(rng: np.random.Generator, driven: Driven = "patch", *, rectangular: bool = True) -> PlateKind:
+    """Draw a plate of 2.5 to 3.5 mm with one to three sensors, two strings and a cable.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    driven : str
+        One of `DRIVEN`. A plate on an exciter is read by an accelerometer, a laser and, in half of the cases, a
+        patch; others by one or two patches.
+    rectangular : bool
+        A quadrilateral otherwise, the corners of a rectangle moved outwards.
+
+    Returns
+    -------
+    PlateKind
+    """
     a, b = (round(float(rng.uniform(*limits)), 3) for limits in ((0.21, 0.27), (0.17, 0.21)))
     thickness = round(float(rng.uniform(0.0025, 0.0035)), 4)
     density = float(rng.uniform(900.0, 1300.0))
@@ -65,24 +109,55 @@ def draw_plate(rng: np.random.Generator) -> PlateKind:
     spare = b - 2.0 * CLEAR - 3.0 * PATCH - 2.0 * CLEAR
     shares = spare * np.sort(rng.uniform(0.0, 1.0, 3))
     rows = [CLEAR + 0.5 * PATCH + k * (PATCH + CLEAR) + float(share) for k, share in enumerate(shares)]
-    places = [("A1", "actuator", (right, rows[2])), ("S1", "sensor", (left, rows[0]))]
-    if rng.random() < 0.5:
-        places.append(("S2", "sensor", (right, rows[1])))
-    patches = tuple(
-        Patch.model_validate(
-            {"id": name, "role": role, "center": _millimetres(*at), "size": (PATCH,) * 2, "thickness": 5e-4}
-        )
-        for name, role, at in places
-    )
+    further = bool(rng.random() < 0.5)
     along = float(rng.uniform(0.018, 0.026))
+    hidden = _millimetres(a * float(rng.uniform(0.35, 0.65)), b * float(rng.uniform(0.3, 0.8)))
+    modes = float(rng.uniform(*MODES))
+    patches = [_patch("S1", "sensor", left, rows[0])]
+    drives: tuple[Drive, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
+    if driven == "exciter":
+        drives = (Drive(id="exciter", point=_millimetres(right, rows[2])),)
+        sensors = (
+            Sensor(id="acc", kind="acceleration", point=_millimetres(right, rows[1]), mass=ACCELEROMETER),
+            Sensor(id="laser", kind="velocity", point=_millimetres(left, rows[2])),
+        )
+        patches = patches if further else []
+    else:
+        patches = [_patch("A1", "actuator", right, rows[2]), *patches]
+        patches += [_patch("S2", "sensor", right, rows[1])] if further else []
+        patches += [_patch("A2", "actuator", left, rows[2])] if driven == "two patches" else []
+    if not rectangular:
+        plate = _quadrilateral(plate, rng)
     return PlateKind(
         plate=plate,
-        patches=patches,
+        patches=tuple(patches),
         strings=tuple(Attachment(point=_millimetres(x * a, b - 0.004)) for x in (0.12, 0.86)),
         cables=(Attachment(point=_millimetres(left + along, rows[0] + 0.3 * along)),),
-        hidden=_millimetres(a * float(rng.uniform(0.35, 0.65)), b * float(rng.uniform(0.3, 0.8))),
-        band=(LOWEST, _band_end(plate, float(rng.uniform(*MODES)))),
+        hidden=hidden,
+        band=(LOWEST, _band_end(plate, modes)),
+        drives=drives,
+        sensors=sensors,
     )
+
+
+def _patch(name: str, role: str, x: float, y: float) -> Patch:
+    return Patch.model_validate(
+        {"id": name, "role": role, "center": _millimetres(x, y), "size": (PATCH,) * 2, "thickness": 5e-4}
+    )
+
+
+def _quadrilateral(plate: Plate, rng: np.random.Generator) -> Plate:
+    """Return a plate of the same thickness and density whose corners lie outside the rectangle's."""
+    away = rng.uniform(0.0, OUTWARD, (4, 2))
+    signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    corners = 0.5 * (1 + signs) * [plate.length_x, plate.length_y] + signs * away
+    table = {
+        "outline": {"kind": "polygon", "points": [_millimetres(*corner) for corner in corners]},
+        "thickness": plate.thickness,
+    }
+    area = Plate.model_validate({**table, "mass": plate.mass}).area
+    return Plate.model_validate({**table, "mass": round(plate.density * area * plate.thickness, 5)})
 
 
 def _band_end(plate: Plate, modes: float, youngs_modulus: float = 1.9e9) -> float:

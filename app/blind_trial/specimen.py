@@ -1,22 +1,25 @@
 """The plate that is measured: a twin on another mesh than the analysis's, with anything hidden in it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from analysis.arrays import Real
 from analysis.effect_card import EffectCard, Values
 from analysis.experiment import Attachment, Experiment
 from analysis.material import MaterialLaws
 from analysis.plate_material import material_box
 from analysis.progress import Progress
+from app.blind_trial.experiments import declared
 from app.blind_trial.plates import OTHER_MESH, PlateKind
+from app.blind_trial.transfers import KnownTransfer, OneInput
 from app.blind_trial.unlisted_effects import RESONATOR, UNLISTED_EFFECTS, ResonatorTransfer
 from app.files.effect_cache import cached_operators
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.simulation_section import Simulation
-from app.rig.plate_transfer import Followed, PlateTransfer, TwinTransfer
+from app.rig.plate_transfer import PlateTransfer
 from app.rig.simulated_plate import TwinPlate
 from app.rig.simulated_rig import REFERENCE, parts_around
 from drivers.rig.rig import Rig
@@ -32,54 +35,43 @@ TAIL = 4e-4
 """What these may leave out, see `simulation.reduction.campaign_basis`; a quarter of what the analysis allows."""
 
 
-FOLLOWING: Mapping[str, Followed] = {
-    "thermal_lag": frozenset({"rate"}),
-    "amplitude_softening": frozenset({"level"}),
-}
-"""Effects that look at more than the temperature."""
-
-
-class KnownTransfer(TwinTransfer):
-    """Effects of which is known what they follow: fewer answers need to be computed."""
-
-    @property
-    def follows(self) -> Followed:
-        """What any of the effects follows."""
-        return frozenset().union(*(FOLLOWING.get(name, frozenset()) for name in self.effects))
-
-
 @dataclass(frozen=True)
 class Specimen:
     """A plate of known laws in its rig.
 
     Attributes
     ----------
-    experiment : AcquiredExperiment
-    simulation : Simulation
-        Laws, gain and seed.
+    experiments : (I,) tuple of AcquiredExperiment
+        One for each input.
+    simulations : (I,) tuple of Simulation
+        Laws, the same in all, gain and seed.
     twin : Twin
-        Its library holds the project's effects and the unlisted ones; its last cable point is not declared.
+        Of all inputs. Its library holds the project's effects and the unlisted ones; its last cable point is not
+        declared.
     laws : MaterialLaws
     declared : Experiment
         What `twin` is made of: as recorded, with that point.
     """
 
-    experiment: AcquiredExperiment
-    simulation: Simulation
+    experiments: tuple[AcquiredExperiment, ...]
+    simulations: tuple[Simulation, ...]
     twin: Twin[EffectPlate]
     laws: MaterialLaws
     declared: Experiment
 
     @classmethod
     def of(
-        cls, experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators | None = None
+        cls,
+        experiments: Sequence[AcquiredExperiment],
+        kind: PlateKind,
+        operators: EffectOperators | None = None,
     ) -> "Specimen":
         """Make the specimen of one campaign.
 
         Parameters
         ----------
-        experiment : AcquiredExperiment
-            With a simulation.
+        experiments : sequence of AcquiredExperiment
+            With simulations, as of `draw_experiments`.
         kind : PlateKind
         operators : EffectOperators, optional
             Of `specimen_operators`, which gives them by default.
@@ -93,24 +85,31 @@ class Specimen:
         ValueError
             For an experiment that simulates nothing.
         """
-        simulation = experiment.simulation
-        if simulation is None:
+        simulations = tuple(one.simulation for one in experiments if one.simulation is not None)
+        if len(simulations) < len(experiments):
             raise ValueError("an experiment that simulates nothing has no specimen")
-        declared = experiment.recorded(experiment.sample_rate)
+        recorded = declared(experiments)
         if operators is None:
-            operators = specimen_operators(declared, kind)
-        laws, temperatures = simulation.laws.laws(), declared.protocol.temperatures
+            operators = specimen_operators(recorded, kind)
+        laws, temperatures = simulations[0].laws.laws(), recorded.protocol.temperatures
         materials = [laws.local(t) for t in np.linspace(temperatures[0] - 8.0, temperatures[-1] + 8.0, MATERIALS)]
         smaller = for_materials(operators, materials, TAIL)
-        known = {**library(declared), **UNLISTED_EFFECTS}
-        declared = with_hidden_point(declared, kind)
-        twin = Twin.of(declared, EffectPlate(smaller), known).referred(laws.local(REFERENCE))
-        return cls(experiment, simulation, twin, laws, declared)
+        known = {**library(recorded), **UNLISTED_EFFECTS}
+        recorded = with_hidden_point(recorded, kind)
+        twin = Twin.of(recorded, EffectPlate(smaller), known).referred(laws.local(REFERENCE))
+        return cls(tuple(experiments), simulations, twin, laws, recorded)
 
     @property
-    def gain(self) -> float:
-        """The amplifier's true one, V/V."""
-        return self.simulation.gain or self.experiment.drive_gain
+    def driven(self) -> Real:
+        """True gains of the amplifiers, V/V, or of the exciters, N/V, (I,)."""
+        pairs = zip(self.simulations, self.experiments, strict=True)
+        return np.array([simulation.gain or experiment.drive_gain for simulation, experiment in pairs])
+
+    @property
+    def gains(self) -> Real:
+        """True gains between what is recorded of the inputs and the inputs, (I,); 1 where a force is recorded."""
+        forced = [bool(experiment.drive) for experiment in self.experiments]
+        return np.where(forced, 1.0, self.driven)
 
     @property
     def cards(self) -> Mapping[str, EffectCard]:
@@ -126,15 +125,17 @@ class Specimen:
         ridden = effects["resonator"]
         return ResonatorTransfer(transfer, ridden["mass"], ridden["resonance"])
 
-    def rig(self, effects: Mapping[str, Values], noise: float, file: Path) -> Rig:
+    def rig(self, source: int, effects: Mapping[str, Values], noise: float, file: Path) -> Rig:
         """Return the simulated rig around it.
 
         Parameters
         ----------
+        source : int
+            The input that drives.
         effects : mapping of str to Values
             What is hidden: parameters' values by effect.
         noise : float
-            On every input, V rms.
+            On every input of the cards, V rms.
         file : Path
             The experiment's, for messages.
 
@@ -142,21 +143,26 @@ class Specimen:
         -------
         Rig
         """
-        noisy = self.simulation.model_copy(update={"noise": noise})
-        return parts_around(self.experiment, noisy, TwinPlate(self.transfer(effects), self.gain), file).rig()
+        experiment = self.experiments[source]
+        noisy = self.simulations[source].model_copy(update={"noise": noise})
+        louder = float(self.gains[source] / self.gains[0])
+        volts = np.array([response.volts for response in experiment.sensitivities.responses])
+        transfer = OneInput(self.transfer(effects), source, louder)
+        plate = TwinPlate(transfer, float(self.driven[source]), sensitivity=volts)
+        return parts_around(experiment, noisy, plate, file).rig()
 
 
-def with_hidden_point(declared: Experiment, kind: PlateKind) -> Experiment:
+def with_hidden_point(experiment: Experiment, kind: PlateKind) -> Experiment:
     """Return the experiment with one more point on which something can act."""
-    return declared.model_copy(update={"cable": (*declared.cable, Attachment(point=kind.hidden))})
+    return experiment.model_copy(update={"cable": (*experiment.cable, Attachment(point=kind.hidden))})
 
 
-def specimen_operators(declared: Experiment, kind: PlateKind, report: Progress | None = None) -> EffectOperators:
+def specimen_operators(experiment: Experiment, kind: PlateKind, report: Progress | None = None) -> EffectOperators:
     """Operators on the trial's own mesh, from the cache or made and kept there.
 
     Parameters
     ----------
-    declared : Experiment
+    experiment : Experiment
     kind : PlateKind
         Gives the point that is not declared.
     report : callable, optional
@@ -167,5 +173,5 @@ def specimen_operators(declared: Experiment, kind: PlateKind, report: Progress |
     EffectOperators
     """
     silent: Progress = report or (lambda stage, share: None)
-    box = material_box(declared.plate.material)
-    return cached_operators(with_hidden_point(declared, kind), box, silent, OTHER_MESH)
+    box = material_box(experiment.plate.material)
+    return cached_operators(with_hidden_point(experiment, kind), box, silent, OTHER_MESH)

@@ -23,12 +23,12 @@ import numpy as np
 
 import analysis.gap.thresholds as frozen
 from analysis.progress import Progress
-from app.blind_trial.assignments import STREAMS, Assignment, Kind, assignments
-from app.blind_trial.experiments import draw_experiment
+from app.blind_trial.assignments import SHARES, STREAMS, Assignment, Kind, assignments
+from app.blind_trial.experiments import any_declaration
 from app.blind_trial.judging import is_judged, judge_campaign
 from app.blind_trial.making import make_campaign
 from app.blind_trial.outcome import read_record
-from app.blind_trial.plates import PlateKind, draw_plate
+from app.blind_trial.plates import PlateKind, plate_kind
 from app.blind_trial.specimen import specimen_operators
 from app.files.atomic import write_json
 from app.files.bad_file import ResultFileError
@@ -37,8 +37,8 @@ from app.twins.campaign_twin import campaign_twin, effect_twin
 
 SCHEMA = "flexura-blind-trial/1"
 TRIAL = "trial.json"
-CAMPAIGNS_PER_PLATE = 100
-"""Reducing a plate, twice, takes longer than many campaigns on it."""
+CAMPAIGNS_PER_PLATE = 25
+"""Reducing a plate, twice, takes as long as a few campaigns on it."""
 
 
 @dataclass(frozen=True)
@@ -81,13 +81,13 @@ class Trial:
     def plates(self) -> tuple[PlateKind, ...]:
         """Every plate of the trial."""
         count = -(-self.count // CAMPAIGNS_PER_PLATE)
-        seeds = [[STREAMS[self.stream], self.seed, 0, number] for number in range(count)]
-        return tuple(draw_plate(np.random.default_rng(words)) for words in seeds)
+        words = [STREAMS[self.stream], self.seed, 0]
+        return tuple(plate_kind(number, np.random.default_rng([*words, number])) for number in range(count))
 
     def plate(self, assignment: Assignment) -> PlateKind:
-        """Return the plate of a campaign: they take turns."""
-        plates = self.plates
-        return plates[assignment.number % len(plates)]
+        """Return the plate of a campaign: they take turns, and begin each round of kinds one plate further."""
+        plates, turn = self.plates, assignment.number // sum(SHARES.values())
+        return plates[(assignment.number + turn) % len(plates)]
 
     def record(self) -> dict[str, Any]:
         """Return what ``trial.json`` holds."""
@@ -169,19 +169,13 @@ def run_trial(trial: Trial, executor: Executor, report: Progress, told: Callable
 
 def prepare_specimen(kind: PlateKind) -> None:
     """Put the operators of a plate as it is measured into the cache."""
-    specimen_operators(_declared(kind), kind)
+    specimen_operators(any_declaration(kind), kind)
 
 
 def prepare_twin(kind: PlateKind) -> None:
     """Put what the analysis will ask for into the cache."""
-    campaign_twin(_declared(kind), lambda stage, share: None)
-    effect_twin(_declared(kind), lambda stage, share: None)
-
-
-def _declared(kind: PlateKind) -> Any:
-    """Any experiment on a plate: the reduced models hang on its geometry and band alone."""
-    experiment = draw_experiment(np.random.default_rng(0), kind, "plate", ("up",), (1.0,))
-    return experiment.recorded(experiment.sample_rate)
+    campaign_twin(any_declaration(kind), lambda stage, share: None)
+    effect_twin(any_declaration(kind), lambda stage, share: None)
 
 
 def one_campaign(trial: Trial, assignment: Assignment) -> None:

@@ -133,10 +133,8 @@ def _into(target: Path, recording: Recording, folders: Sequence[Path], report: P
             raise CampaignFileError(
                 target, [Problem("", "--out", str(target), f"a folder outside the recording {source.name}")]
             )
-    campaign = recording.campaign
-    protocol = frozen_protocol(
-        campaign.name, campaign.experiment, campaign.hashes, level_units=campaign.level_units
-    )
+    read = recording.campaign
+    protocol = frozen_protocol(read.name, read.experiment, read.hashes, level_units=read.level_units)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with folder_lock(target):

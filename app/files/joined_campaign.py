@@ -111,6 +111,13 @@ def _joined(folders: Sequence[Path], experiments: Sequence[Experiment]) -> Exper
         problems.append(Problem("", "actuator", f"{', '.join(twice)} drove in several", "each in one campaign"))
     if problems:
         raise CampaignFileError(folders[1], problems)
+    return joined_declaration(experiments)
+
+
+def joined_declaration(experiments: Sequence[Experiment]) -> Experiment:
+    """Return the declaration of one campaign in which the inputs of all drive in turn; all else is the first's."""
+    first = experiments[0]
+    driving = {one.id for experiment in experiments for one in experiment.inputs}
     return Experiment.model_validate(
         first.model_dump(mode="json")
         | {

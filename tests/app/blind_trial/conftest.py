@@ -7,7 +7,7 @@ import pytest
 
 from analysis.experiment import Experiment
 from analysis.material import MaterialBox
-from app.blind_trial.experiments import draw_experiment
+from app.blind_trial.experiments import draw_experiments
 from app.blind_trial.plates import PlateKind, draw_plate
 from app.blind_trial.specimen import with_hidden_point
 from app.files.experiment_toml import AcquiredExperiment
@@ -35,7 +35,7 @@ def kind() -> PlateKind:
 
 @pytest.fixture(scope="session")
 def experiment(kind: PlateKind) -> AcquiredExperiment:
-    return draw_experiment(np.random.default_rng(4), kind, "plate", ("up", "down"), (1.0,))
+    return draw_experiments(np.random.default_rng(4), kind, "plate", ("up", "down"), (1.0,))[0]
 
 
 @pytest.fixture(scope="session")

@@ -17,7 +17,7 @@ from simulation.reduction.effect_operators import EffectOperators
 @pytest.fixture(scope="module")
 def yard(experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators) -> Iterator[EffectSize]:
     with ThreadPoolExecutor(1) as executor:
-        specimen = Specimen.of(experiment, kind, operators)
+        specimen = Specimen.of([experiment], kind, operators)
         yield EffectSize.of(specimen, 0.02, np.random.default_rng(0), executor)
 
 

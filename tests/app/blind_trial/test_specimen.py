@@ -22,7 +22,7 @@ POINT = SweepPoint(20.0, 0.0, 1.0)
 
 @pytest.fixture(scope="module")
 def specimen(experiment: AcquiredExperiment, kind: PlateKind, operators: EffectOperators) -> Specimen:
-    return Specimen.of(experiment, kind, operators)
+    return Specimen.of([experiment], kind, operators)
 
 
 def with_load(specimen: Specimen, **load: float) -> np.ndarray:
