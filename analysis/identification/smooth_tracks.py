@@ -22,7 +22,13 @@ FREE = 1e6
 """Variance of what nothing is known of."""
 
 BEND = 0.3
-"""Standard deviation of a curve's coefficients beyond its constant, log |lambda|."""
+"""Standard deviation of a curve's coefficients beyond its constant, log |lambda|, before any is known."""
+
+NORMAL = 1.4826
+"""Standard deviation of normal numbers over their median departure from the median."""
+
+FEWEST = 5
+"""Tracks that tell how much curves differ, at least."""
 
 OWN_DAMPING = (0.02, 0.005)
 """Standard deviations of a mode's own log damping ratio: constant, and along temperature."""
@@ -91,6 +97,33 @@ class SmoothTracks:
         own[:, :, 0] = np.square([frequency[0], *(later[min(p, len(later) - 1)] for p in range(degree))])
         own[:, : min(2, degree + 1), 1] = np.square(damping)[: degree + 1]
         return cls(basis, base, own, np.array(SCATTER))
+
+    def learned(self, place: NDArray[np.float64], active: NDArray[np.bool_]) -> "SmoothTracks":
+        """Tracks that bend no more than those of one plate do, as the modes seen in every sweep tell.
+
+        Free to bend as they like, tracks pass from one mode to its neighbour where either is hidden.
+
+        Parameters
+        ----------
+        place : (T, J, 2) ndarray
+            Log |lambda| and log damping ratio, of a fit.
+        active : (T, J) ndarray of bool
+            Modes that take part in a sweep.
+
+        Returns
+        -------
+        SmoothTracks
+        """
+        modes = self.own[:, 0, 1] == self.own[:, 0, 1].min(initial=np.inf)  # background bends as it likes
+        whole = modes & active.all(axis=0)
+        if whole.sum() < FEWEST:
+            return self
+        curves = np.linalg.lstsq(self.basis, (place - self.base)[:, whole, 0], rcond=None)[0][1:]
+        away = np.abs(curves - np.median(curves, axis=1, keepdims=True))
+        unlike = NORMAL * np.median(away, axis=1)
+        own = self.own.copy()
+        own[modes, 1:, 0] = np.minimum(own[modes, 1:, 0], np.maximum(unlike, self.scatter[0]) ** 2)
+        return replace(self, own=own)
 
     def one_more(self) -> "SmoothTracks":
         """Tracks with one more, of which nothing is known but that it is a mode of the same plate."""

@@ -85,6 +85,7 @@ def fit_sweeps(
     blocks = [averaged(one) for one in weighed]
     blocks = [replace(one, deviation=by * one.deviation) for one, by in zip(blocks, excess, strict=True)]
     if must_pay:
+        tracks = tracks.learned(rough.place, rough.active)
         rough = paying(blocks, terms, rough, tracks, ROUGHLY)
         told("identify", 0.7)
     known = rough.looks if must_pay else ()  # others have other weights
