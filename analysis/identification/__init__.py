@@ -37,6 +37,7 @@
 ``bic``                    the criterion, and what it asks for a pole
 ``resolution``             what a record is too short to tell apart
 ``missing``                poles the residual asks for
+``splitting``              one pole that stands for two
 ``harmonics``              lines the mains have spoilt
 ``synthetic``              R10, the hard case with its truth
 =========================  ==================================================================

@@ -11,6 +11,7 @@ from analysis.identification.modes import Modes
 from analysis.identification.order import choose_terms, covariance, eliminate
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.settings import Settings
+from analysis.identification.splitting import split
 from analysis.identification.status import judge
 
 EXACT = 2e-2
@@ -49,6 +50,8 @@ def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
         blocks = averaged(lines)
         found = fit(blocks, _widened(found.poles, lines.spacing), found.terms, tolerance=1e-4)
         found = add_missing(lines, blocks, found)
+        while (two := split(blocks, found)) is not None:
+            found = two
         found = choose_terms(blocks, found, settings.terms)
         found = fit(blocks, eliminate(blocks, found).poles, found.terms, tolerance=EXACT / len(lines.frequency))
         if measured.reweighted(lines, found).correlation < MORE_CORRELATED * lines.correlation:

@@ -96,13 +96,13 @@ def _fill(
         if moved is not None:
             bend *= squared
             squared.view(float)[:] -= 3.0 * bend.view(float)
-    _pair(once, columns)
+    paired(once, columns)
     if moved is not None:
-        _pair(squared, moved)
+        paired(squared, moved)
 
 
-def _pair(both: NDArray[np.complex128], columns: NDArray[np.complex128]) -> None:
-    """Fill `columns` with upper + lower and j (upper - lower), in turns."""
+def paired(both: NDArray[np.complex128], columns: NDArray[np.complex128]) -> None:
+    """Fill `columns` (2J, F) with upper + lower and j (upper - lower), in turns, of upper and lower in `both`."""
     upper, lower = both[: len(both) // 2], both[len(both) // 2 :]
     np.add(upper, lower, out=columns[0::2])
     np.subtract(lower.imag, upper.imag, out=columns[1::2].real)

@@ -1,0 +1,77 @@
+"""One pole that stands for two: which one, and how far apart they are.
+
+Poles at lambda + d and lambda - d with a residue R in all differ from one between them by R d^2/(s - lambda)^3 and
+higher powers; a term in 1/(s - lambda)^2 has moved the one already. What the residual has of such a term tells d,
+complex, so that the search starts at the separation and the orientation that the data ask for.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.identification.bic import bic, misfit_worth
+from analysis.identification.lines import Lines
+from analysis.identification.missing import residual
+from analysis.identification.order import attempt
+from analysis.identification.pole_residue import fill_columns, paired
+from analysis.identification.pole_search import PATIENCE, PoleFit
+
+FARTHEST = 0.5
+"""Half widths from a pole to either of the two at most: farther ones have two peaks."""
+
+
+def split(lines: Lines, fitted: PoleFit) -> PoleFit | None:
+    """Put two poles in the place of the one that gains most by it.
+
+    Parameters
+    ----------
+    lines : Lines
+    fitted : PoleFit
+        About as good as its number of poles lets it be.
+
+    Returns
+    -------
+    PoleFit or None
+        None where BIC does not fall.
+    """
+    gain, apart = _thirds(lines, fitted)
+    level, now = bic(fitted, lines), fitted.projection
+    target = misfit_worth(lines, level, fitted.parameters + 2 + 2 * len(lines.h))
+    if not len(gain) or now.misfit - PATIENCE * gain.max() > target:
+        return None
+    j = int(gain.argmax())
+    pole, half_width = fitted.poles[j], -fitted.poles[j].real
+    d = np.sqrt(apart[j])
+    d *= min(1.0, FARTHEST * half_width / abs(d))
+    return attempt(lines, np.append(np.delete(fitted.poles, j), [pole + d, pole - d]), fitted.terms, level)
+
+
+def _thirds(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Fall of the misfit with a term in 1/(s - lambda)^3 for each pole, and the d^2 that it tells, (J,) each."""
+    poles, residues, count = fitted.poles, fitted.projection.residues, len(fitted.poles)
+    known = np.empty((4 * count, len(lines.s)), dtype=complex)
+    fill_columns(lines.s, poles, lines.spread, known[: 2 * count], known[2 * count :])
+    known = np.concatenate([known, lines.term_columns(fitted.terms)])
+    inverse = 1.0 / (lines.s - np.concatenate([poles, poles.conj()])[:, None])
+    cubed = inverse**3
+    if lines.spread is not None:
+        cubed -= 6.0 * lines.spread * inverse**5
+    new = np.empty((2 * count, len(lines.s)), dtype=complex)
+    paired(cubed, new)
+    gain, told = np.zeros(count), np.zeros(count, dtype=complex)
+    for row, deviation, residue in zip(residual(lines, fitted), lines.deviation, residues, strict=True):
+        seen = (known / deviation).view(float)
+        seen /= np.linalg.norm(seen, axis=1)[:, None]
+        q = np.linalg.qr(seen.T)[0]
+        fresh = (new / deviation).view(float)
+        size = np.linalg.norm(fresh, axis=1)
+        fresh = fresh / size[:, None]
+        fresh -= (fresh @ q) @ q.T
+        y = (row / deviation).view(float)
+        for j in range(count):
+            pair = fresh[2 * j : 2 * j + 2]
+            overlap = pair @ y
+            solved = np.linalg.lstsq(pair @ pair.T, overlap, rcond=1e-10)[0]
+            gain[j] += overlap @ solved
+            a, b = solved / size[2 * j : 2 * j + 2]
+            told[j] += residue[j].conj() * complex(a, b)
+    return gain, told / (np.abs(residues) ** 2).sum(axis=0)
