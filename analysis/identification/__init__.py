@@ -28,6 +28,7 @@
 ``noise``                  weights of FRFs without a variance
 ``running_median``         a running median along frequency
 ``confirmation``           which modes are found again when band, lines or channels change
+``alike_damping``          what modes tell of one another's damping
 ``parameters``             poles as numbers a search moves, with bounds
 ``variable_projection``    residues eliminated: misfit, gradient and Hessian of the poles alone
 ``normal_equations``       the triangular factor of a weighted least-squares problem

@@ -1,14 +1,17 @@
 """From poles that are about right to modes: the order BIC prefers, a last fit on all lines, a judgement."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.alike_damping import AlikeDamping
 from analysis.identification.averaging import averaged
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import add_missing, residual
 from analysis.identification.modes import Modes
-from analysis.identification.order import choose_terms, covariance, eliminate
+from analysis.identification.order import choose_terms, covariance, eliminate, relative_deviations
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.settings import Settings
 from analysis.identification.splitting import split
@@ -47,7 +50,7 @@ def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
     """
     for _ in range(MOST_SETTLINGS):
         lines = measured.reweighted(lines, found)
-        blocks = averaged(lines)
+        blocks = averaged(_with_damping(lines, found))
         found = fit(blocks, _widened(found.poles, lines.spacing), found.terms, tolerance=1e-4)
         found = add_missing(lines, blocks, found)
         while (two := split(blocks, found)) is not None:
@@ -57,6 +60,14 @@ def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
         if measured.reweighted(lines, found).correlation < MORE_CORRELATED * lines.correlation:
             break
     return found
+
+
+def _with_damping(lines: Lines, found: PoleFit) -> Lines:
+    """Lines with what the poles of a fit tell of one another's damping."""
+    low, high = 2.0 * np.pi * lines.frequency[[0, -1]]
+    told = found if found.projection.hessian.size else fit(lines, found.poles, found.terms, max_iterations=1)
+    known = relative_deviations(told, lines)[:, 1]
+    return replace(lines, damping=AlikeDamping.learned(told.poles, known, (float(low), float(high))))
 
 
 def _widened(poles: NDArray[np.complex128], spacing: float) -> NDArray[np.complex128]:
@@ -83,7 +94,7 @@ def finish(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
     place : (J,) ndarray of int
         Place of each pole of `found` in `modes`.
     """
-    lines = measured.reweighted(lines, found)
+    lines = _with_damping(measured.reweighted(lines, found), found)
     tolerance = EXACT / len(lines.frequency) / len(lines.h)
     last = fit(lines, found.poles, found.terms, tolerance=tolerance, max_iterations=LAST_STEPS)
     return judged(lines, last, settings)

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.alike_damping import AlikeDamping
 from analysis.identification.residual_terms import ResidualTerms
 
 
@@ -75,6 +76,8 @@ class Lines:
     correlation : float
         Neighbouring lines that carry the information of one, tau = 1 + 2 sum rho_k of their errors; 1 where
         lines are independent.
+    damping : AlikeDamping, optional
+        What is known beforehand of the modes' damping ratios: belongs to the misfit of a fit.
     """
 
     frequency: NDArray[np.float64]
@@ -84,6 +87,7 @@ class Lines:
     line_spacing: float | None = None
     spread: NDArray[np.float64] | None = None
     correlation: float = 1.0
+    damping: AlikeDamping | None = None
 
     def __post_init__(self) -> None:
         if self.h.ndim != 2 or self.h.shape[1] != len(self.frequency) or self.deviation.shape != self.h.shape:

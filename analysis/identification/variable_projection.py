@@ -100,6 +100,13 @@ def project(
             turned = (bend.swapaxes(1, 2) @ own).reshape(moving, linear)
             hessian += seen @ seen.T + turned @ turned.T
             gradient -= seen @ y[moved, k]
+    if lines.damping is not None:
+        value, slope, bend = lines.damping.departure(poles)
+        error = 0.5 * lines.correlation  # variance of one number
+        misfit += error * value
+        if derivatives:
+            gradient[1::2] += error * slope
+            hessian[np.diag_indices(moving)] += error * np.repeat(bend, 2) * np.tile([0.0, 1.0], count)
     return Projection(
         poles=poles,
         residues=residues_from_columns(solved[:, : 2 * count]),

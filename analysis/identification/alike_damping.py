@@ -1,0 +1,95 @@
+"""Damping ratios of one plate, which are alike: what most modes tell of those that their neighbours hide.
+
+Two modes that overlap look like one of more damping, and where many overlap each one's damping is hardly known.
+What damps a plate damps its modes by about as much, so the others say which is likely. How alike they are is taken
+from the modes themselves; a Student distribution leaves alone a mode that plainly is not.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FREEDOM = 4.0
+"""Degrees of freedom of the distribution: low ones leave alone what is far from the others."""
+
+FEWEST = 8
+"""Modes that tell how alike all are, at least."""
+
+LEAST_DEVIATION = 0.02
+"""Of the log damping ratio, at least."""
+
+NORMAL = 1.4826
+"""Standard deviation of normal numbers over their median departure from the median."""
+
+HARDLY_KNOWN = 0.5
+"""Deviation of a mode's log damping ratio, in that of all, from which it has something to learn."""
+
+UNLIKE = 3.0
+"""Departure from the others, in the same, from which it may be two modes."""
+
+
+@dataclass(frozen=True)
+class AlikeDamping:
+    """Distribution of log damping ratios of the modes in a band.
+
+    Attributes
+    ----------
+    middle, deviation : float
+    band : (float, float)
+        rad/s.
+    """
+
+    middle: float
+    deviation: float
+    band: tuple[float, float]
+
+    @classmethod
+    def learned(
+        cls, poles: NDArray[np.complex128], deviations: NDArray[np.float64], band: tuple[float, float]
+    ) -> "AlikeDamping | None":
+        """Distribution that poles tell.
+
+        Parameters
+        ----------
+        poles : (J,) complex ndarray
+            rad/s.
+        deviations : (J,) ndarray
+            Of their log damping ratios.
+        band : (float, float)
+            rad/s.
+
+        Returns
+        -------
+        AlikeDamping or None
+            None where they are few, or all better known than they are alike.
+        """
+        inside = (poles.imag > band[0]) & (poles.imag < band[1])
+        if inside.sum() < FEWEST:
+            return None
+        damping = np.log(-poles.real / np.abs(poles))[inside]
+        middle = float(np.median(damping))
+        away = np.abs(damping - middle)
+        deviation = max(NORMAL * float(np.median(away)), LEAST_DEVIATION)
+        if not ((deviations[inside] > HARDLY_KNOWN * deviation) | (away > UNLIKE * deviation)).any():
+            return None
+        return cls(middle, deviation, band)
+
+    def departure(self, poles: NDArray[np.complex128]) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+        """Twice the negative logarithm of the probability, from its least.
+
+        Parameters
+        ----------
+        poles : (J,) complex ndarray
+            rad/s.
+
+        Returns
+        -------
+        value : float
+        slope, bend : (J,) ndarray
+            Half the first derivative by each log damping ratio, and half the second, as if it did not change.
+        """
+        inside = (poles.imag > self.band[0]) & (poles.imag < self.band[1])
+        away = np.where(inside, (np.log(-poles.real / np.abs(poles)) - self.middle) / self.deviation, 0.0)
+        bend = np.where(inside, (FREEDOM + 1.0) / (FREEDOM + away**2) / self.deviation**2, 0.0)
+        return float((FREEDOM + 1.0) * np.log1p(away**2 / FREEDOM).sum()), away * bend * self.deviation, bend
