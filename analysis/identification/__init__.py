@@ -24,6 +24,7 @@
 ``residual_terms``         what stands for the modes out of band
 ``measured``               FRFs as they come
 ``lines``                  measured lines with their weights
+``room``                   memory that fits share
 ``averaging``              fewer lines for the search
 ``noise``                  weights of FRFs without a variance
 ``running_median``         a running median along frequency

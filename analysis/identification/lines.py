@@ -1,6 +1,6 @@
 """The lines of an FRF that a fit uses, each with its weight."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.identification.alike_damping import AlikeDamping
 from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.room import Room
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,8 @@ class Lines:
         lines are independent.
     damping : AlikeDamping, optional
         What is known beforehand of the modes' damping ratios: belongs to the misfit of a fit.
+    room : Room
+        Where columns of a fit are put.
     """
 
     frequency: NDArray[np.float64]
@@ -88,6 +91,7 @@ class Lines:
     spread: NDArray[np.float64] | None = None
     correlation: float = 1.0
     damping: AlikeDamping | None = None
+    room: Room = field(default_factory=Room, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.h.ndim != 2 or self.h.shape[1] != len(self.frequency) or self.deviation.shape != self.h.shape:
@@ -143,16 +147,6 @@ class Lines:
         if terms not in self._term_columns:
             self._term_columns[terms] = terms.columns(self.s, self.scale, self.spread)
         return self._term_columns[terms]
-
-    def room(self, rows: int) -> NDArray[np.complex128]:
-        """Return two arrays (2, rows, F) to be filled, the same at every call: fresh memory is slow."""
-        if self._room[0].shape[1] < rows:
-            self._room[0] = np.empty((2, rows + rows // 4, len(self.frequency)), dtype=complex)
-        return self._room[0][:, :rows]
-
-    @cached_property
-    def _room(self) -> list[NDArray[np.complex128]]:
-        return [np.empty((2, 0, len(self.frequency)), dtype=complex)]
 
     @cached_property
     def weight_groups(self) -> list["WeightGroup"]:

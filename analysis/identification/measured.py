@@ -1,6 +1,6 @@
 """FRFs of one condition as they come, and the lines they give a fit."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from analysis.identification.lines import Lines
 from analysis.identification.missing import residual
 from analysis.identification.noise import correlation, deviation_from_residual
 from analysis.identification.pole_search import PoleFit
+from analysis.identification.room import Room
 
 
 @dataclass(frozen=True)
@@ -24,11 +25,14 @@ class Measured:
         One drive, K responses.
     variance : (K, F) ndarray or None
         E|h - H|^2; None, or not above zero on some line, where it is not known.
+    room : Room
+        Where columns of fits are put; sweeps of a campaign share it.
     """
 
     frequency: NDArray[np.float64]
     h: NDArray[np.complex128]
     variance: NDArray[np.float64] | None = None
+    room: Room = field(default_factory=Room, repr=False, compare=False)
 
     @property
     def known(self) -> bool:
@@ -38,13 +42,13 @@ class Measured:
     def without(self, spoilt: NDArray[np.bool_]) -> "Measured":
         """Leave out lines (F,)."""
         variance = None if self.variance is None else self.variance[:, ~spoilt]
-        return Measured(self.frequency[~spoilt], self.h[:, ~spoilt], variance)
+        return Measured(self.frequency[~spoilt], self.h[:, ~spoilt], variance, self.room)
 
     def lines(self) -> Lines:
         """Lines weighted by the variance if it is known, by the roughness along frequency otherwise."""
         if self.known and self.variance is not None:
-            return Lines(self.frequency, self.h, np.sqrt(self.variance))
-        return Lines(self.frequency, self.h, roughness(self.h))
+            return Lines(self.frequency, self.h, np.sqrt(self.variance), room=self.room)
+        return Lines(self.frequency, self.h, roughness(self.h), room=self.room)
 
     def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
         """Lines weighted by what a fit leaves over, unless the variance is known, and how many are independent."""

@@ -50,7 +50,7 @@ def _factor(
         gram.flat[: columns * (len(gram) + 1) : len(gram) + 1] += ridge
         factor, failed = dpotrf(gram.T, lower=0)
         apart = np.diagonal(factor)
-        if not failed and apart[:columns].min(initial=1.0) > least and apart[columns:].min() > WELL_APART:
+        if not failed and (apart > np.where(np.arange(len(apart)) < columns, least, WELL_APART)).all():
             upper: NDArray[np.float64] = factor
             return upper
     factor = np.asarray(np.linalg.qr((rows / lengths[:, None]).T, mode="r"))

@@ -22,6 +22,7 @@ from analysis.identification.following import Followed, active_in, follow
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.naming import NamedModes, enter, tabulated
+from analysis.identification.room import Room
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
@@ -87,7 +88,8 @@ def track(
     settings = settings or Settings()
     if start is not None and not 0 <= start < len(frf.temperature):
         raise ValueError(f"start is sweep {start}; allowed 0 to {len(frf.temperature) - 1}")
-    measured = [sweep_measured(frf, t) for t in range(len(frf.temperature))]
+    room = Room()
+    measured = [replace(sweep_measured(frf, t), room=room) for t in range(len(frf.temperature))]
     if expected is not None:
         return _as_expected(frf, *fit_expected(frf.temperature, measured, expected, settings, progress))
     order = np.argsort(frf.temperature, kind="stable")

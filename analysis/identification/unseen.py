@@ -20,7 +20,7 @@ from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.lines import Lines
 from analysis.identification.normal_equations import triangular_factor
 from analysis.identification.parameters import to_poles
-from analysis.identification.pole_residue import fill_columns, pole_columns
+from analysis.identification.pole_residue import fill_columns
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.superfluous import sum_of_squares
@@ -226,21 +226,25 @@ def _pulls_of_sweep(
         return []
     fixed = lines.term_columns(search.terms[t])
     linear = 2 * count + len(fixed)
-    own, moves = np.split(np.empty((linear + 2 * count, len(lines.s)), dtype=complex), [linear])
-    fill_columns(lines.s, poles, lines.spread, own[: 2 * count], moves)
+    parts = [linear, linear + 2 * count + 1]
+    columns, room = lines.room.arrays(parts[-1] + 2 * len(place), len(lines.s))
+    own, moves, new = np.split(columns, parts)
+    fill_columns(lines.s, poles, lines.spread, own[: 2 * count], moves[:-1])
     own[2 * count :] = fixed
-    columns = pole_columns(lines.s, to_poles(place), lines.spread)
+    fill_columns(lines.s, to_poles(place), lines.spread, new)
     found = []
     for h, deviation, residues in zip(lines.h, lines.deviation, look.residues, strict=True):
+        moves[-1] = h
         weight = np.repeat(1.0 / deviation, 2) / np.sqrt(0.5 * lines.correlation)
-        size = np.where(active, np.median(np.abs(residues * poles)[known]) * np.exp(-place[:, 0]), 0.0)
+        np.multiply(columns.view(float), weight, out=room.view(float))
+        linears, others, added = np.split(room.view(float), parts)
+        triangle, lengths = triangular_factor(linears, linear)
+        onto = dtrtrs(triangle, linears @ others.T / lengths[:, None], trans=1)[0]
+        added_onto = dtrtrs(triangle, linears @ added.T / lengths[:, None], trans=1)[0]
+        left = others @ added.T - onto.T @ added_onto
+        size = np.median(np.abs(residues * poles)[known]) * np.repeat(np.exp(-place[:, 0]) * active, 2)
         change = change_with_poles(residues, poles).swapaxes(1, 2)
-        model = (change @ moves.view(float).reshape(count, 2, -1)).reshape(2 * count, -1)
-        rows = np.concatenate([own.view(float), model, h[None].view(float)]) * weight
-        weighted = columns.view(float) * weight * np.repeat(size, 2)[:, None]
-        triangle, lengths = triangular_factor(rows, linear)
-        overlap = rows @ weighted.T
-        onto = dtrtrs(triangle[:linear, :linear], overlap[:linear] / lengths[:, None], trans=1)[0]
-        left = overlap[linear:] - triangle[:linear, linear:].T @ onto
-        found.append((left[:-1], (weighted**2).sum(axis=1) - (onto**2).sum(axis=0), left[-1]))
+        pull = (change @ left[:-1].reshape(count, 2, -1)).reshape(2 * count, -1)
+        alone = np.einsum("gf,gf->g", added, added) - (added_onto**2).sum(axis=0)
+        found.append((pull * size, alone * size**2, left[-1] * size))
     return found

@@ -70,7 +70,7 @@ def project(
     """
     count, fixed = len(poles), lines.term_columns(terms)
     linear, moving = 2 * count + len(fixed), 2 * count * derivatives
-    columns, spare = lines.room(linear + moving + len(lines.h))
+    columns, spare = lines.room.arrays(linear + moving + len(lines.h), len(lines.frequency))
     moved = slice(linear, linear + moving)
     fill_columns(lines.s, poles, lines.spread, columns[: 2 * count], columns[moved] if derivatives else None)
     columns[2 * count : linear] = fixed

@@ -8,7 +8,7 @@ noise only costs accuracy, which variable projection brings back.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
+from scipy.linalg import lstsq
 
 from analysis.identification.lines import Lines
 from analysis.identification.normal_equations import triangular_factor
@@ -57,7 +57,7 @@ def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) 
     norms = np.linalg.norm(sigma, axis=1)
     model = np.concatenate([sigma[:-1], fixed])
     sigma /= norms[:, None]
-    rows = lines.room(len(model) + len(sigma))[0]
+    rows = lines.room.arrays(len(model) + len(sigma), len(lines.frequency))[0]
     reduced = []
     for h, deviation in zip(lines.h, lines.deviation, strict=True):
         np.multiply(model.view(float), np.repeat(1.0 / deviation, 2), out=rows[: len(model)].view(float))
@@ -70,7 +70,9 @@ def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) 
     system = np.vstack([*reduced, relaxation[None, :]])
     target = np.zeros(len(system))
     target[-1] = size * np.sqrt(len(lines.s))
-    c = np.linalg.lstsq(system, target, rcond=None)[0] / norms
+    # pivoted QR takes a fourth of the time of the singular values
+    rank = np.finfo(float).eps * len(system)
+    c = lstsq(system, target, cond=rank, lapack_driver="gelsy", check_finite=False)[0] / norms
     constant = c[-1] if abs(c[-1]) > 1e-8 * np.abs(c).max() / lines.scale else 1e-8
     return _zeros(poles, c[: 2 * count], constant)
 
@@ -79,9 +81,14 @@ def _zeros(
     poles: NDArray[np.complex128], coefficients: NDArray[np.float64], constant: float
 ) -> NDArray[np.complex128]:
     """Zeros of constant + sum of pole pairs, as eigenvalues of a real matrix."""
-    blocks = [np.array([[p.real, p.imag], [-p.imag, p.real]]) for p in poles]
-    b = np.tile([2.0, 0.0], len(poles))
-    zeros = np.linalg.eigvals(block_diag(*blocks) - np.outer(b, coefficients) / constant)
+    even = np.arange(0, 2 * len(poles), 2)
+    matrix = np.zeros((2 * len(poles), 2 * len(poles)))
+    matrix[even] = -2.0 / constant * coefficients
+    matrix[even, even] += poles.real
+    matrix[even, even + 1] += poles.imag
+    matrix[even + 1, even] = -poles.imag
+    matrix[even + 1, even + 1] = poles.real
+    zeros = np.linalg.eigvals(matrix)
     zeros = zeros[zeros.imag > 0.0]
     mirrored: NDArray[np.complex128] = -np.abs(zeros.real) + 1j * zeros.imag
     return mirrored[np.argsort(mirrored.imag)]
