@@ -4,9 +4,11 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dtrtrs
 
 from analysis.identification.bic import bic
 from analysis.identification.lines import Lines
+from analysis.identification.normal_equations import triangular_factor
 from analysis.identification.order import attempt
 from analysis.identification.pole_residue import pole_columns, synthesis
 from analysis.identification.pole_search import PoleFit
@@ -95,16 +97,16 @@ def gains(lines: Lines, fitted: PoleFit, poles: NDArray[np.complex128]) -> NDArr
     left = residual(lines, fitted)
     total = np.zeros(len(poles))
     for row, deviation in enumerate(lines.deviation):
-        known = (model / deviation).view(float)
-        known /= np.linalg.norm(known, axis=1)[:, None]
-        q = np.linalg.qr(known.T)[0]
-        fresh = (new / deviation).view(float).T.copy()
-        fresh -= q @ (q.T @ fresh)
-        y = (left[row] / deviation).view(float)
+        weight = np.repeat(1.0 / deviation, 2)
+        known = model.view(float) * weight
+        fresh = np.concatenate([new, left[[row]]]).view(float) * weight
+        triangle, lengths = triangular_factor(known, len(known))
+        onto = dtrtrs(triangle, known @ fresh.T / lengths[:, None], trans=1)[0]
+        among = fresh @ fresh.T - onto.T @ onto
         for n in range(len(poles)):
-            pair = fresh[:, 2 * n : 2 * n + 2]
-            overlap = pair.T @ y
-            total[n] += overlap @ np.linalg.lstsq(pair.T @ pair, overlap, rcond=1e-10)[0]
+            pair = slice(2 * n, 2 * n + 2)
+            overlap = among[pair, -1]
+            total[n] += overlap @ np.linalg.lstsq(among[pair, pair], overlap, rcond=1e-10)[0]
     return total
 
 

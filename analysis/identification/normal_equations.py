@@ -35,28 +35,24 @@ def triangular_factor(rows: NDArray[np.float64], columns: int) -> tuple[NDArray[
     gram = rows @ rows.T
     lengths = np.sqrt(np.diagonal(gram))
     lengths[lengths == 0.0] = 1.0
-    triangle = _factor(rows, gram, lengths, columns)
-    triangle[:, columns:] *= lengths[columns:]
-    return triangle, lengths[:columns]
-
-
-def _factor(
-    rows: NDArray[np.float64], gram: NDArray[np.float64], lengths: NDArray[np.float64], columns: int
-) -> NDArray[np.float64]:
-    """Return the upper triangular factor of rows brought to unit length."""
-    gram /= lengths[:, None]
-    gram /= lengths
+    needed = np.full(len(rows), WELL_APART)
     for ridge, least in ((0.0, WELL_APART), (RIDGE, 0.5 * RIDGE**0.5)):
-        gram.flat[: columns * (len(gram) + 1) : len(gram) + 1] += ridge
-        factor, failed = dpotrf(gram.T, lower=0)
-        apart = np.diagonal(factor)
-        if not failed and (apart > np.where(np.arange(len(apart)) < columns, least, WELL_APART)).all():
-            upper: NDArray[np.float64] = factor
-            return upper
+        gram.flat[: columns * (len(gram) + 1) : len(gram) + 1] += ridge * lengths[:columns] ** 2
+        triangle, failed = dpotrf(gram.T, lower=0)
+        needed[:columns] = least
+        if not failed and (np.diagonal(triangle) > needed * lengths).all():
+            triangle[:, :columns] /= lengths[:columns]
+            return triangle, lengths[:columns]
+    return _orthogonal(rows, lengths, columns), lengths[:columns]
+
+
+def _orthogonal(rows: NDArray[np.float64], lengths: NDArray[np.float64], columns: int) -> NDArray[np.float64]:
+    """Return the triangle of an orthogonal factor."""
     factor = np.asarray(np.linalg.qr((rows / lengths[:, None]).T, mode="r"))
     short = len(rows) - len(factor)
     if short > 0:  # fewer lines than columns: pad, so that the parts can be cut out all the same
         factor = np.vstack([factor, np.zeros((short, factor.shape[1]))])
     diagonal = np.einsum("ii->i", factor)
     diagonal += np.where(np.abs(diagonal) < 1e-12, 1e-12, 0.0)
+    factor[:, columns:] *= lengths[columns:]
     return factor

@@ -104,8 +104,9 @@ def add_unseen(
         place = np.concatenate([fitted.place, new], axis=1)
         active = np.concatenate([fitted.active, takes_part], axis=1)
         wider = tracks.one_more()
-        trial = fit_together(lines, terms, place, active, wider)
-        if sum_of_squares(lines, fitted) - sum_of_squares(lines, trial) < price:
+        target = sum_of_squares(lines, fitted) - price
+        trial = fit_together(lines, terms, place, active, wider, target=target)
+        if sum_of_squares(lines, trial) > target:
             break
         fitted, tracks = trial, wider
     return replace(fitted, hidden=found.spread)
@@ -236,8 +237,7 @@ def _pulls_of_sweep(
     for h, deviation, residues in zip(lines.h, lines.deviation, look.residues, strict=True):
         moves[-1] = h
         weight = np.repeat(1.0 / deviation, 2) / np.sqrt(0.5 * lines.correlation)
-        np.multiply(columns.view(float), weight, out=room.view(float))
-        linears, others, added = np.split(room.view(float), parts)
+        linears, others, added = np.split(np.multiply(columns.view(float), weight, out=room.view(float)), parts)
         triangle, lengths = triangular_factor(linears, linear)
         onto = dtrtrs(triangle, linears @ others.T / lengths[:, None], trans=1)[0]
         added_onto = dtrtrs(triangle, linears @ added.T / lengths[:, None], trans=1)[0]
