@@ -48,11 +48,11 @@ def command(
     """Make campaigns with hidden effects, judge them blind, and set the verdicts beside the truth.
 
     Each campaign is recorded on the simulated rig from a plate on another mesh than the twin's, with its own
-    material laws, gain, noise and protocol. Every 25 campaigns add a plate: rectangles and quadrilaterals, driven by a
-    patch, by an exciter, or by two patches in turn. What is hidden goes into OUT/truth, never into OUT/campaigns; the
-    comparison is given the campaign's folder alone. null: nothing is hidden; single, pair: effects of the library;
-    outside: physics that it has not; ablated: an effect that it lacks today. Run again, it goes on where it was
-    stopped. Writes proof.json and proof.png. Exit status 1 where a figure misses its target.
+    material laws, gain, noise and protocol. Every 25 campaigns add a plate: rectangles and quadrilaterals, driven
+    by a patch, by an exciter, or by two patches in turn. What is hidden goes into OUT/truth, never into
+    OUT/campaigns; the comparison is given the campaign's folder alone. null: nothing is hidden; single, pair:
+    effects of the library; outside: physics that it has not; ablated: an effect that it lacks today. Run again, it
+    goes on where it was stopped. Writes proof.json and proof.png. Exit status 1 where a figure misses its target.
     """
     from app.files.run_folder import writable_folder
 

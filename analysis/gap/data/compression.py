@@ -75,7 +75,9 @@ class Nodes:
         # below this frequency nodes would have to be closer than lines let them: there each line is a node
         sharp = float(np.clip(2.0 * per_half_width * LINES_PER_NODE * spacing / loss_factor, lines[0], lines[-1]))
         single = lines[lines < sharp]
-        grid = np.linspace(sharp, float(lines[-1]), 4001)
+        # nodes that nearly met would count for more degrees of freedom than there are lines
+        begin = min(max(sharp, single[-1] + spacing), lines[-1]) if single.size else sharp
+        grid = np.linspace(begin, lines[-1], 4001)
         step = np.maximum(loss_factor * grid / 2.0 / per_half_width, LINES_PER_NODE * spacing)
         count = np.concatenate([[0.0], np.cumsum(0.5 * (1.0 / step[1:] + 1.0 / step[:-1]) * np.diff(grid))])
         further = max(int(np.ceil(count[-1])) + 1, 2 * DEGREE - single.size)
