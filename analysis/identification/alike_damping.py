@@ -75,8 +75,10 @@ class AlikeDamping:
             return None
         return cls(middle, deviation, band)
 
-    def departure(self, poles: NDArray[np.complex128]) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
-        """Twice the negative logarithm of the probability, from its least.
+    def departure(
+        self, poles: NDArray[np.complex128]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Twice the negative logarithm of each pole's probability, from its least.
 
         Parameters
         ----------
@@ -85,11 +87,11 @@ class AlikeDamping:
 
         Returns
         -------
-        value : float
+        value : (J,) ndarray
         slope, bend : (J,) ndarray
             Half the first derivative by each log damping ratio, and half the second, as if it did not change.
         """
         inside = (poles.imag > self.band[0]) & (poles.imag < self.band[1])
         away = np.where(inside, (np.log(-poles.real / np.abs(poles)) - self.middle) / self.deviation, 0.0)
         bend = np.where(inside, (FREEDOM + 1.0) / (FREEDOM + away**2) / self.deviation**2, 0.0)
-        return float((FREEDOM + 1.0) * np.log1p(away**2 / FREEDOM).sum()), away * bend * self.deviation, bend
+        return (FREEDOM + 1.0) * np.log1p(away**2 / FREEDOM), away * bend * self.deviation, bend

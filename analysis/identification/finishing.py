@@ -33,7 +33,8 @@ MORE_CORRELATED = 1.1
 def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings) -> PoleFit:
     """Bring an order that is about right to the one BIC prefers: births, residual terms, deaths.
 
-    It is settled anew while what the fit leaves over shows fewer independent lines than were counted on.
+    It is settled anew while what the fit leaves over shows fewer independent lines than were counted on, or while
+    other modes than before tell how alike all are damped.
 
     Parameters
     ----------
@@ -49,6 +50,7 @@ def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
     PoleFit
     """
     for _ in range(MOST_SETTLINGS):
+        before = len(found.poles)
         lines = measured.reweighted(lines, found)
         blocks = averaged(_with_damping(lines, found))
         found = fit(blocks, _widened(found.poles, lines.spacing), found.terms, tolerance=1e-4)
@@ -57,7 +59,8 @@ def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
             found = two
         found = choose_terms(blocks, found, settings.terms)
         found = fit(blocks, eliminate(blocks, found).poles, found.terms, tolerance=EXACT / len(lines.frequency))
-        if measured.reweighted(lines, found).correlation < MORE_CORRELATED * lines.correlation:
+        taught = blocks.damping is not None and len(found.poles) != before
+        if not taught and measured.reweighted(lines, found).correlation < MORE_CORRELATED * lines.correlation:
             break
     return found
 

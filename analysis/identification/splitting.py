@@ -18,9 +18,12 @@ from analysis.identification.pole_search import PATIENCE, PoleFit
 FARTHEST = 0.5
 """Half widths from a pole to either of the two at most: farther ones have two peaks."""
 
+TRIED = 4
+"""Poles that are tried, the one that promises most first."""
+
 
 def split(lines: Lines, fitted: PoleFit) -> PoleFit | None:
-    """Put two poles in the place of the one that gains most by it.
+    """Put two poles in the place of one that gains much by it.
 
     Parameters
     ----------
@@ -34,15 +37,20 @@ def split(lines: Lines, fitted: PoleFit) -> PoleFit | None:
         None where BIC does not fall.
     """
     gain, apart = _thirds(lines, fitted)
+    if lines.damping is not None:  # two of the others' damping look like one of more
+        gain = gain + 0.5 * lines.correlation * lines.damping.departure(fitted.poles)[0]
     level, now = bic(fitted, lines), fitted.projection
     target = misfit_worth(lines, level, fitted.parameters + 2 + 2 * len(lines.h))
-    if not len(gain) or now.misfit - PATIENCE * gain.max() > target:
-        return None
-    j = int(gain.argmax())
-    pole, half_width = fitted.poles[j], -fitted.poles[j].real
-    d = np.sqrt(apart[j])
-    d *= min(1.0, FARTHEST * half_width / abs(d))
-    return attempt(lines, np.append(np.delete(fitted.poles, j), [pole + d, pole - d]), fitted.terms, level)
+    for j in np.argsort(-gain)[:TRIED]:
+        if now.misfit - PATIENCE * gain[j] > target:
+            break
+        pole, half_width = fitted.poles[j], -fitted.poles[j].real
+        d = np.sqrt(apart[j])
+        d *= min(1.0, FARTHEST * half_width / abs(d))
+        two = attempt(lines, np.append(np.delete(fitted.poles, j), [pole + d, pole - d]), fitted.terms, level)
+        if two is not None:
+            return two
+    return None
 
 
 def _thirds(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:

@@ -103,7 +103,7 @@ def project(
     if lines.damping is not None:
         value, slope, bend = lines.damping.departure(poles)
         error = 0.5 * lines.correlation  # variance of one number
-        misfit += error * value
+        misfit += error * float(value.sum())
         if derivatives:
             gradient[1::2] += error * slope
             hessian[np.diag_indices(moving)] += error * np.repeat(bend, 2) * np.tile([0.0, 1.0], count)
