@@ -13,8 +13,8 @@ from drivers.ni.simulated.answering import Answering, answered
 from drivers.ni.simulated.status import DaqmxStatusError
 from drivers.ni.simulated.task import Task, TaskState
 
-_PATIENCE = 0.2
-"""Wall time that a callback under way is given to read what it was told of, s."""
+_PATIENCE = 2.0
+"""Wall time that a callback under way is given to read what it was told of, s; a busy computer takes a while."""
 
 
 def _after_callbacks(answer: Callable[..., Any]) -> Callable[..., Any]:
