@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.parameters import to_parameters
+
 FREEDOM = 4.0
 """Degrees of freedom of the distribution: low ones leave alone what is far from the others."""
 
@@ -67,7 +69,7 @@ class AlikeDamping:
         inside = (poles.imag > band[0]) & (poles.imag < band[1])
         if inside.sum() < FEWEST:
             return None
-        damping = np.log(-poles.real / np.abs(poles))[inside]
+        damping = to_parameters(poles)[inside, 1]
         middle = float(np.median(damping))
         away = np.abs(damping - middle)
         deviation = max(NORMAL * float(np.median(away)), LEAST_DEVIATION)
@@ -92,6 +94,6 @@ class AlikeDamping:
             Half the first derivative by each log damping ratio, and half the second, as if it did not change.
         """
         inside = (poles.imag > self.band[0]) & (poles.imag < self.band[1])
-        away = np.where(inside, (np.log(-poles.real / np.abs(poles)) - self.middle) / self.deviation, 0.0)
+        away = np.where(inside, (to_parameters(poles)[:, 1] - self.middle) / self.deviation, 0.0)
         bend = np.where(inside, (FREEDOM + 1.0) / (FREEDOM + away**2) / self.deviation**2, 0.0)
         return (FREEDOM + 1.0) * np.log1p(away**2 / FREEDOM), away * bend * self.deviation, bend

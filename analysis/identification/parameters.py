@@ -1,11 +1,13 @@
 """Poles as the numbers a search moves, and how far it may move them."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.lines import Lines
+if TYPE_CHECKING:
+    from analysis.identification.lines import Lines
 
 LARGEST_DAMPING = 0.6
 """Damping ratio beyond which a pole is a background slope, not a mode."""
@@ -24,7 +26,7 @@ class Bounds:
     damping: float = LARGEST_DAMPING
 
     @classmethod
-    def of(cls, lines: Lines) -> "Bounds":
+    def of(cls, lines: "Lines") -> "Bounds":
         """Bounds that belong to a band and its spacing of lines."""
         low, high = lines.frequency[0], lines.frequency[-1]
         return cls((2.0 * np.pi * low * 0.5, 2.0 * np.pi * high * 1.5), 0.2 * np.pi * lines.spacing)

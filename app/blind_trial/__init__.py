@@ -5,7 +5,6 @@
 ``plates``                 plates of random geometry, and the mesh they are measured on
 ``experiments``            protocol, laws and electronics of one campaign
 ``unlisted_effects``       physics that the library has not
-``transfers``              what a plate answers with something hidden in it
 ``specimen``               the plate that is measured, with any effects in it
 ``expected_frf``           FRFs that a campaign on it would give
 ``effect_size``            signal of an effect in sigma, once laws, readings and gain have absorbed what they can

@@ -14,12 +14,11 @@ from analysis.plate_material import material_box
 from analysis.progress import Progress
 from app.blind_trial.experiments import declared
 from app.blind_trial.plates import OTHER_MESH, PlateKind
-from app.blind_trial.transfers import KnownTransfer, OneInput
 from app.blind_trial.unlisted_effects import RESONATOR, UNLISTED_EFFECTS, ResonatorTransfer
 from app.files.effect_cache import cached_operators
 from app.files.experiment_toml import AcquiredExperiment
 from app.files.simulation_section import Simulation
-from app.rig.plate_transfer import PlateTransfer
+from app.rig.plate_transfer import Followed, PlateTransfer, TwinTransfer
 from app.rig.simulated_plate import TwinPlate
 from app.rig.simulated_rig import REFERENCE, parts_around
 from drivers.rig.rig import Rig
@@ -33,6 +32,22 @@ MATERIALS = 6
 """Temperatures whose materials the campaign's smaller operators are made for."""
 TAIL = 4e-4
 """What these may leave out, see `simulation.reduction.campaign_basis`; a quarter of what the analysis allows."""
+
+
+FOLLOWING: Mapping[str, Followed] = {
+    "thermal_lag": frozenset({"rate"}),
+    "amplitude_softening": frozenset({"level"}),
+}
+"""Effects that look at more than the temperature."""
+
+
+class KnownTransfer(TwinTransfer):
+    """Effects of which is known what they follow: fewer answers need to be computed."""
+
+    @property
+    def follows(self) -> Followed:
+        """What any of the effects follows."""
+        return frozenset().union(*(FOLLOWING.get(name, frozenset()) for name in self.effects))
 
 
 @dataclass(frozen=True)
@@ -147,8 +162,9 @@ class Specimen:
         noisy = self.simulations[source].model_copy(update={"noise": noise})
         louder = float(self.gains[source] / self.gains[0])
         volts = np.array([response.volts for response in experiment.sensitivities.responses])
-        transfer = OneInput(self.transfer(effects), source, louder)
-        plate = TwinPlate(transfer, float(self.driven[source]), sensitivity=volts)
+        plate = TwinPlate(
+            self.transfer(effects), float(self.driven[source]), sensitivity=volts, source=source, louder=louder
+        )
         return parts_around(experiment, noisy, plate, file).rig()
 
 

@@ -41,12 +41,18 @@ class TwinPlate:
         How long the plate is followed after the drive ends, s.
     sensitivity : (K,) ndarray or float
         Volts at the cards per unit of each output.
+    source : int
+        Which of the plate's inputs is driven.
+    louder : float
+        Its gain over that of the first input: levels are counted by the first's.
     """
 
     transfer: PlateTransfer
     gain: float
     memory: float = 1.0
     sensitivity: Real | float = 1.0
+    source: int = 0
+    louder: float = 1.0
     _transfers: dict[tuple[SweepPoint, float, int], Complex] = field(default_factory=dict, repr=False)
 
     def __call__(self, drive: Real, sample_rate: float, temperature: Real) -> Real:
@@ -62,7 +68,7 @@ class TwinPlate:
         for node in range(first, last + 1):
             weight = np.clip(1.0 - np.abs(temperature / SPACING - node), 0.0, None)
             if weight.any():
-                point = SweepPoint(round(node * SPACING, 6), rate, level)
+                point = SweepPoint(round(node * SPACING, 6), rate, level * self.louder, self.source)
                 transfer = self._transfer(point, sample_rate, length)
                 answer += weight * irfft(transfer * spectrum, length)[:, : drive.size]
         return np.asarray(np.reshape(self.sensitivity, (-1, 1)) * answer)
