@@ -30,6 +30,13 @@ HARDLY_KNOWN = 0.5
 UNLIKE = 3.0
 """Departure from the others, in the same, from which it may be two modes."""
 
+SHARED = (1.4, 6.0)
+"""Damping of a pole, in that of the others, and its departure from them, in the same, from which it is reported
+that it may be two modes: where forty modes overlap, those that are have 1.5 to 2 and 9 to 30."""
+
+NEIGHBOURHOOD, NEIGHBOURS = 3.0, 2
+"""Modes overlap where so many half-power bandwidths on either side hold at least so many others."""
+
 
 @dataclass(frozen=True)
 class AlikeDamping:
@@ -77,6 +84,19 @@ class AlikeDamping:
             return None
         return cls(middle, deviation, band)
 
+    def above(self, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
+        """How many deviations each pole's log damping ratio lies above the middle, (J,); 0 outside the band."""
+        inside = (poles.imag > self.band[0]) & (poles.imag < self.band[1])
+        return np.where(inside, (to_parameters(poles)[:, 1] - self.middle) / self.deviation, 0.0)
+
+    def shared(self, poles: NDArray[np.complex128]) -> NDArray[np.bool_]:
+        """Which poles may stand for two modes, (J,): damped far more than the others, among modes that overlap."""
+        above, width = self.above(poles), 2.0 * np.exp(self.middle) * np.abs(poles)
+        near = np.abs(poles.imag[:, None] - poles.imag) < NEIGHBOURHOOD * width[:, None]
+        crowded = (near & (np.abs(above) < UNLIKE)).sum(axis=1) >= NEIGHBOURS
+        more = (above > SHARED[1]) & (above * self.deviation > np.log(SHARED[0]))
+        return np.asarray(more & crowded, dtype=np.bool_)
+
     def departure(
         self, poles: NDArray[np.complex128]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -94,6 +114,6 @@ class AlikeDamping:
             Half the first derivative by each log damping ratio, and half the second, as if it did not change.
         """
         inside = (poles.imag > self.band[0]) & (poles.imag < self.band[1])
-        away = np.where(inside, (to_parameters(poles)[:, 1] - self.middle) / self.deviation, 0.0)
+        away = self.above(poles)
         bend = np.where(inside, (FREEDOM + 1.0) / (FREEDOM + away**2) / self.deviation**2, 0.0)
         return (FREEDOM + 1.0) * np.log1p(away**2 / FREEDOM), away * bend * self.deviation, bend

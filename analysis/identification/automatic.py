@@ -21,6 +21,9 @@ from analysis.identification.vector_fitting import start_poles
 CLEARLY = 10.0
 """Prices of a pole by which a wider search must be better for the narrower one to be left unfinished."""
 
+WIDER = 2.5
+"""Start poles of the next search, in those of the one before."""
+
 FULL = 0.6
 """Share of the start poles that stay from which there may have been too few."""
 
@@ -80,8 +83,8 @@ def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tupl
     count = min(settings.start_count, max(len(lines.frequency) // 6, 1))
     found, started = _search(lines, count, settings)
     ended = False
-    while len(found.poles) > FULL * count and 2 * count <= min(settings.most_count, len(lines.frequency) // 6):
-        count *= 2
+    while len(found.poles) > FULL * count and WIDER * count <= min(settings.most_count, len(lines.frequency) // 6):
+        count = int(WIDER * count)
         wider, proposed = _search(lines, count, settings)
         wider = settle(measured, lines, wider, settings)
         if not ended and not _better(measured, lines, wider, found, CLEARLY):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from analysis.identification.averaging import roughness
 from analysis.identification.lines import Lines
 from analysis.identification.missing import residual
-from analysis.identification.noise import correlation, deviation_from_residual
+from analysis.identification.noise import correlation, deviation_from_residual, pooled
 from analysis.identification.pole_search import PoleFit
 from analysis.identification.room import Room
 
@@ -46,9 +46,8 @@ class Measured:
 
     def lines(self) -> Lines:
         """Lines weighted by the variance if it is known, by the roughness along frequency otherwise."""
-        if self.known and self.variance is not None:
-            return Lines(self.frequency, self.h, np.sqrt(self.variance), room=self.room)
-        return Lines(self.frequency, self.h, roughness(self.h), room=self.room)
+        rough = np.sqrt(self.variance) if self.known and self.variance is not None else roughness(self.h)
+        return Lines(self.frequency, self.h, pooled(rough), room=self.room)
 
     def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
         """Lines weighted by what a fit leaves over, unless the variance is known, and how many are independent."""
@@ -59,7 +58,7 @@ class Measured:
         return self._weighed(self.lines(), left, poles)
 
     def _weighed(self, lines: Lines, left: NDArray[np.complex128], poles: NDArray[np.complex128]) -> Lines:
-        deviation = lines.deviation if self.known else deviation_from_residual(left, lines.h)
+        deviation = lines.deviation if self.known else pooled(deviation_from_residual(left, lines.h))
         tau = correlation(left / deviation, _reach(poles, lines.spacing))
         return replace(lines, deviation=deviation, correlation=tau)
 

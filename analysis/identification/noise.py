@@ -18,6 +18,10 @@ LONGEST = 2.0
 LEAST_REACH = 8.0
 """The same in lines, at least."""
 
+ALIKE = 0.1
+"""Root mean square of the relative difference up to which deviations of two responses have one course along
+frequency: about what two estimates from the same noise differ by. Weights off by so much cost 2 % of accuracy."""
+
 
 def deviation_from_residual(
     left: NDArray[np.complex128],
@@ -55,6 +59,36 @@ def deviation_from_residual(
     limited = np.minimum(smooth, CALM * floor + LARGEST_SHARE**2 * np.abs(h - left) ** 2)
     deviation: NDArray[np.float64] = np.sqrt(np.maximum(limited, np.maximum(least, np.finfo(float).tiny)))
     return deviation
+
+
+def pooled(deviation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give responses whose noise takes the same course along frequency the mean of their courses.
+
+    Sensors of one kind on one acquisition device have noise of one course, each at its own level. Together they
+    tell it better than each alone, and responses with weights in proportion share one factorisation in a fit.
+
+    Parameters
+    ----------
+    deviation : (K, F) ndarray
+        Above zero.
+
+    Returns
+    -------
+    (K, F) ndarray
+        Each response keeps its level, the geometric mean.
+    """
+    course = np.log(deviation)
+    level = course.mean(axis=1, keepdims=True)
+    course -= level
+    left = list(range(len(course)))
+    while left:
+        first, *others = left
+        apart = np.sqrt(np.square(course[others] - course[first]).mean(axis=1))
+        alike = [first, *(row for row, distance in zip(others, apart, strict=True) if distance <= ALIKE)]
+        course[alike] = course[alike].mean(axis=0)
+        left = [row for row in left if row not in alike]
+    same: NDArray[np.float64] = np.exp(course + level)
+    return same
 
 
 def correlation(normalised: NDArray[np.complex128], reach: float) -> float:

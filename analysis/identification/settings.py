@@ -12,9 +12,9 @@ class Settings:
     Attributes
     ----------
     start_count : int
-        Pole pairs vector fitting starts with; doubled while more than `FULL` of them stay.
+        Pole pairs vector fitting starts with; two and a half times as many while more than `FULL` of them stay.
     most_count : int
-        Where doubling ends.
+        Start poles at most.
     terms : tuple of ResidualTerms
         BIC chooses among these.
     mains : float or None
@@ -22,7 +22,7 @@ class Settings:
     """
 
     start_count: int = 24
-    most_count: int = 96
+    most_count: int = 150
     terms: tuple[ResidualTerms, ...] = CHOICES
     mains: float | None = 50.0
 

@@ -53,10 +53,12 @@ def judge(
     share, least = _shares(lines, fitted)
     lesser = unresolved(fitted.poles, fitted.projection.residues, lines.spacing)
     limit = _damping_limit(lines, fitted)
+    shared = lines.damping.shared(fitted.poles) if lines.damping is not None else np.zeros(len(gain), dtype=bool)
     verdicts = [
         _verdict(lines, pole, bool(fitted.stuck[j]), mains, limit, gain[j])
         or (("computational", UNRESOLVED) if lesser[j] else None)
         or _weakness(lines, pole, gain[j], float(np.sqrt(spread[j, 1, 1])), share[j] / least[j])
+        or (("weak", _more_damped(lines, pole)) if shared[j] else None)
         or ("kept", f"BIC would rise by {gain[j]:.0f} without it")
         for j, pole in enumerate(fitted.poles)
     ]
@@ -129,3 +131,9 @@ def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: fl
     if edge < 0.5 * width:
         return "weak", f"{edge:.3g} Hz from the edge of the band: only half its peak was seen"
     return None
+
+
+def _more_damped(lines: Lines, pole: complex) -> str:
+    """Say why a pole may stand for two modes."""
+    times = -pole.real / abs(pole) / np.exp(lines.damping.middle) if lines.damping is not None else np.nan
+    return f"damped {times:.2g} times as much as the modes around it: two that the lines cannot tell apart look so"

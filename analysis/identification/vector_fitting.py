@@ -14,6 +14,10 @@ from analysis.identification.lines import Lines
 from analysis.identification.normal_equations import triangular_factor
 from analysis.identification.pole_residue import pole_columns
 from analysis.identification.residual_terms import ResidualTerms
+from analysis.identification.variable_projection import misfit_at
+
+AT_REST = 0.02
+"""Relative change of the misfit, by each of two relocations, from which others bring no more."""
 
 
 def spread_poles(low: float, high: float, count: int, damping: float = 0.01) -> NDArray[np.complex128]:
@@ -112,12 +116,13 @@ def start_poles(lines: Lines, count: int, terms: ResidualTerms, *, iterations: i
         rad/s, upper half plane, sorted by frequency; N is at most `count`.
     """
     poles = spread_poles(lines.frequency[0], lines.frequency[-1], count)
+    misfits = [np.inf, np.inf]
     for _ in range(iterations):
         moved = relocate(lines, poles, terms)
         if len(moved) == 0:
             break
-        settled = len(moved) == len(poles) and np.abs(moved / poles - 1.0).max() < 1e-4
         poles = moved
-        if settled:
+        misfits.append(misfit_at(lines, poles, terms))
+        if all(abs(new - old) < AT_REST * new for old, new in zip(misfits[-3:], misfits[-2:], strict=False)):
             break
     return poles

@@ -166,7 +166,7 @@ def test_sensors_that_share_poles_are_better_than_one() -> None:
     assert np.abs(rebuilt - clean).max() < 6 * noise.max()
 
 
-def test_start_doubles_until_all_modes_fit() -> None:
+def test_search_starts_wider_until_all_modes_fit() -> None:
     rng = np.random.default_rng(3)
     f = np.linspace(150.0, 1450.0, 30)
     poles = 2 * np.pi * f * complex(-0.004, 1.0)
@@ -205,7 +205,7 @@ def test_what_cannot_be_identified_is_refused() -> None:
     with pytest.raises(ValueError, match="7 frequency lines are too few"):
         identify(Measured(FREQUENCY[:7], np.ones((1, 7), complex)))
     with pytest.raises(ValueError, match="not finite"):
-        identify(Measured(FREQUENCY, np.full((1, 2801), np.nan + 0j)))
+        identify(Measured(FREQUENCY, np.full((2, 2801), np.nan + 0j)))
     with pytest.raises(ValueError, match="start_count 0"):
         Settings(start_count=0)
     with pytest.raises(ValueError, match="mains 0 Hz"):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from analysis.identification.harmonics import harmonic_lines
-from analysis.identification.noise import deviation_from_residual
+from analysis.identification.noise import deviation_from_residual, pooled
 
 FREQUENCY = np.arange(40.0, 840.0, 0.5)
 RNG = np.random.default_rng(4)
@@ -24,6 +24,22 @@ def test_exact_fit_still_has_weights() -> None:
     found = deviation_from_residual(np.zeros((1, 100), complex), np.full((1, 100), 5.0 + 0j))
     assert (found > 0.0).all()
     assert found.max() < 1e-10
+
+
+def test_responses_with_one_course_of_noise_share_it() -> None:
+    """Four sensors of one kind at their own levels, estimated from two repeats, and one unlike them."""
+    truth = np.sqrt(0.3 + (FREQUENCY / 400.0) ** 2)
+    level = np.array([1.0, 3.0, 0.2, 50.0])[:, None]
+    drawn = np.concatenate([noise(truth) for _ in range(4)])
+    estimated = level * deviation_from_residual(drawn, np.ones_like(drawn))
+    other = estimated[:1] / truth
+    found = pooled(np.concatenate([estimated[:2], other, estimated[2:]]))
+    assert found[2] == pytest.approx(other[0])
+    shared = found[[0, 1, 3, 4]]
+    ratio = shared / shared[0]
+    np.testing.assert_allclose(ratio, ratio[:, :1] * np.ones(len(truth)), rtol=1e-12)
+    error, before = (np.log(one / (level * truth)).std(axis=1) for one in (shared, estimated))
+    assert (error < 0.8 * before).all()
 
 
 def test_only_outlying_lines_at_harmonics_are_spoilt() -> None:
