@@ -26,7 +26,7 @@
 ``lines``                  measured lines with their weights
 ``room``                   memory that fits share
 ``averaging``              fewer lines for the search
-``noise``                  weights of FRFs without a variance
+``noise``                  weights of FRFs without a variance, and what responses share of them
 ``running_median``         a running median along frequency
 ``confirmation``           which modes are found again when band, lines or channels change
 ``alike_damping``          what modes tell of one another's damping
@@ -38,6 +38,7 @@
 ``order``                  backward elimination and residual terms by BIC
 ``bic``                    the criterion, and what it asks for a pole
 ``resolution``             what a record is too short to tell apart
+``added_columns``          what columns added to a model would explain
 ``missing``                poles the residual asks for
 ``splitting``              one pole that stands for two
 ``harmonics``              lines the mains have spoilt

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.parameters import to_parameters
+from analysis.median_deviation import median_deviation
 
 FREEDOM = 4.0
 """Degrees of freedom of the distribution: low ones leave alone what is far from the others."""
@@ -20,9 +21,6 @@ FEWEST = 8
 
 LEAST_DEVIATION = 0.02
 """Of the log damping ratio, at least."""
-
-NORMAL = 1.4826
-"""Standard deviation of normal numbers over their median departure from the median."""
 
 HARDLY_KNOWN = 0.5
 """Deviation of a mode's log damping ratio, in that of all, from which it has something to learn."""
@@ -79,7 +77,7 @@ class AlikeDamping:
         damping = to_parameters(poles)[inside, 1]
         middle = float(np.median(damping))
         away = np.abs(damping - middle)
-        deviation = max(NORMAL * float(np.median(away)), LEAST_DEVIATION)
+        deviation = max(float(median_deviation(damping)[0]), LEAST_DEVIATION)
         if not ((deviations[inside] > HARDLY_KNOWN * deviation) | (away > UNLIKE * deviation)).any():
             return None
         return cls(middle, deviation, band)

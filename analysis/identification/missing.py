@@ -4,11 +4,10 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dtrtrs
 
+from analysis.identification.added_columns import pair_gains
 from analysis.identification.bic import bic
 from analysis.identification.lines import Lines
-from analysis.identification.normal_equations import triangular_factor
 from analysis.identification.order import attempt
 from analysis.identification.pole_residue import pole_columns, synthesis
 from analysis.identification.pole_search import PoleFit
@@ -94,20 +93,7 @@ def gains(lines: Lines, fitted: PoleFit, poles: NDArray[np.complex128]) -> NDArr
     s = lines.s
     model = np.concatenate([pole_columns(s, fitted.poles, lines.spread), lines.term_columns(fitted.terms)])
     new = pole_columns(s, poles, lines.spread)
-    left = residual(lines, fitted)
-    total = np.zeros(len(poles))
-    for row, deviation in enumerate(lines.deviation):
-        weight = np.repeat(1.0 / deviation, 2)
-        known = model.view(float) * weight
-        fresh = np.concatenate([new, left[[row]]]).view(float) * weight
-        triangle, lengths = triangular_factor(known, len(known))
-        onto = dtrtrs(triangle, known @ fresh.T / lengths[:, None], trans=1)[0]
-        among = fresh @ fresh.T - onto.T @ onto
-        for n in range(len(poles)):
-            pair = slice(2 * n, 2 * n + 2)
-            overlap = among[pair, -1]
-            total[n] += overlap @ np.linalg.lstsq(among[pair, pair], overlap, rcond=1e-10)[0]
-    return total
+    return pair_gains(model, new, residual(lines, fitted), lines.deviation)[0]
 
 
 def add_missing(lines: Lines, blocks: Lines, fitted: PoleFit, *, most: int = 6) -> PoleFit:

@@ -15,6 +15,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.median_deviation import median_deviation
+
 DEGREE = 3
 """Of the polynomial in temperature that belongs to one mode's log |lambda|."""
 
@@ -23,9 +25,6 @@ FREE = 1e6
 
 BEND = 0.3
 """Standard deviation of a curve's coefficients beyond its constant, log |lambda|, before any is known."""
-
-NORMAL = 1.4826
-"""Standard deviation of normal numbers over their median departure from the median."""
 
 FEWEST = 5
 """Tracks that tell how much curves differ, at least."""
@@ -119,8 +118,7 @@ class SmoothTracks:
         if whole.sum() < FEWEST:
             return self
         curves = np.linalg.lstsq(self.basis, (place - self.base)[:, whole, 0], rcond=None)[0][1:]
-        away = np.abs(curves - np.median(curves, axis=1, keepdims=True))
-        unlike = NORMAL * np.median(away, axis=1)
+        unlike = median_deviation(curves, axis=1)[:, 0]
         own = self.own.copy()
         own[modes, 1:, 0] = np.minimum(own[modes, 1:, 0], np.maximum(unlike, self.scatter[0]) ** 2)
         return replace(self, own=own)

@@ -8,6 +8,7 @@ complex, so that the search starts at the separation and the orientation that th
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.added_columns import pair_gains
 from analysis.identification.bic import bic, misfit_worth
 from analysis.identification.lines import Lines
 from analysis.identification.missing import residual
@@ -65,21 +66,5 @@ def _thirds(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray
         cubed -= 6.0 * lines.spread * inverse**5
     new = np.empty((2 * count, len(lines.s)), dtype=complex)
     paired(cubed, new)
-    gain, told = np.zeros(count), np.zeros(count, dtype=complex)
-    for row, deviation, residue in zip(residual(lines, fitted), lines.deviation, residues, strict=True):
-        seen = (known / deviation).view(float)
-        seen /= np.linalg.norm(seen, axis=1)[:, None]
-        q = np.linalg.qr(seen.T)[0]
-        fresh = (new / deviation).view(float)
-        size = np.linalg.norm(fresh, axis=1)
-        fresh = fresh / size[:, None]
-        fresh -= (fresh @ q) @ q.T
-        y = (row / deviation).view(float)
-        for j in range(count):
-            pair = fresh[2 * j : 2 * j + 2]
-            overlap = pair @ y
-            solved = np.linalg.lstsq(pair @ pair.T, overlap, rcond=1e-10)[0]
-            gain[j] += overlap @ solved
-            a, b = solved / size[2 * j : 2 * j + 2]
-            told[j] += residue[j].conj() * complex(a, b)
-    return gain, told / (np.abs(residues) ** 2).sum(axis=0)
+    gain, factor = pair_gains(known, new, residual(lines, fitted), lines.deviation)
+    return gain, (residues.conj() * factor).sum(axis=0) / (np.abs(residues) ** 2).sum(axis=0)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.gap.data.compression import CompressedSweep
 from analysis.gap.thresholds import NOISE_DOF, NOISE_RATIO_RANGE, NOISE_RATIO_SAID, NOISE_SPREAD
+from analysis.median_deviation import median_deviation
 
 LEAST_FREEDOM = 0.25
 """Share of the freest block's degrees of freedom below which a block scatters too much to stand out."""
@@ -92,8 +93,7 @@ def _standing_out(local: NDArray[np.float64]) -> NDArray[np.bool_]:
     """
     root = np.sqrt(local)
     middle = np.median(root, axis=(0, 2), keepdims=True)
-    spread = 1.4826 * np.median(np.abs(root - middle), axis=(0, 2), keepdims=True)
-    out: NDArray[np.bool_] = root > middle + SHARP * spread
+    out: NDArray[np.bool_] = root > middle + SHARP * median_deviation(root, axis=(0, 2))
     return out
 
 
