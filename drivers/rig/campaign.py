@@ -75,11 +75,11 @@ class Outcome:
 
 
 def unobserved(moment: Moment) -> None:
-    """Look away."""
+    """Show nothing of a campaign's progress."""
 
 
 def never() -> bool:
-    """Wish for no pause."""
+    """Say that no pause is asked for."""
     return False
 
 
