@@ -111,7 +111,7 @@ def _held_out(report: GapReport) -> dict[str, Any]:
         same = _plain(report.baseline)
         closure = None if report.unexplained is None else 0.0
         what = "all records: no effect was fitted"
-        return {"what": what, "baseline": same, "final": same, "closure": closure}
+        return {"what": what, "baseline": same, "final": same, "closure": closure, "closure_sigma": None}
     return _tried(report.held_out[0])
 
 
@@ -121,6 +121,7 @@ def _tried(tried: HeldOut) -> dict[str, Any]:
         "baseline": {"chi2_per_dof": tried.baseline_chi2 / tried.dof, "relative_misfit": tried.baseline_misfit},
         "final": {"chi2_per_dof": tried.final_chi2 / tried.dof, "relative_misfit": tried.final_misfit},
         "closure": tried.closure,
+        "closure_sigma": tried.closure_sigma,
     }
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from app.files.gap_file import load_gap
 from app.report import gap
 from app.report.page import Item, PageTable, Paragraph, Picture, VerdictBox
-from app.terminal.gap import estimate, held_out_parts, named, verdict_words
+from app.terminal.gap import estimate, gap_closed, held_out_parts, named, verdict_words
 
 Record = Mapping[str, Any]
 SETTLED = ("none", "explained")
@@ -85,8 +85,7 @@ def verdict(record: Record) -> VerdictBox:
     if share is not None:
         sentences.append(f"{100 * (1.0 - share):.2f} % of the excess over the noise is gone.")
     sentences += [
-        f"On data that the effects were not fitted to ({part['what']}), {100 * part['closure']:.2f} % of the gap "
-        "closes."
+        f"On data that the effects were not fitted to ({part['what']}), {gap_closed(part)} of the gap closes."
         for part in held_out_parts(record)
         if part["closure"] is not None
     ]

@@ -72,6 +72,13 @@ def with_sigma(value: float, sigma: float, unit: str = "1") -> str:
     return f"({value / scale:.{decimals}f} ± {sigma / scale:.{decimals}f})e{power}{unit}"
 
 
+def gap_closed(part: Record) -> str:
+    """Return the share of a gap that closes on held-out data, with its standard deviation; empty without a gap."""
+    if part["closure"] is None:
+        return ""
+    return with_sigma(100.0 * part["closure"], 100.0 * (part.get("closure_sigma") or 0.0), "%")
+
+
 def show(record: Record) -> None:
     """Print the tables."""
     from rich.console import Console
@@ -121,19 +128,19 @@ def _agreement(record: Record) -> Any:
         "Before and after" if found else "Twin and data", "data", "chi2 per dof", "", "misfit", "", "gap closed"
     )
     gap = record["gap"]
-    rows = [("all", gap["baseline"], gap["final"], None)]
+    rows = [("all", gap["baseline"], gap["final"], "")]
     rows += [
-        (f"held out: {part['what']}", part["baseline"], part["final"], part["closure"])
+        (f"held out: {part['what']}", part["baseline"], part["final"], gap_closed(part))
         for part in held_out_parts(record)
     ]
-    for data, before, after, closure in rows:
+    for data, before, after, closed in rows:
         table.add_row(
             data,
             f"{before['chi2_per_dof']:.4g}",
             f"-> {after['chi2_per_dof']:.4g}" if found else "",
             f"{100 * before['relative_misfit']:.2f} %",
             f"-> {100 * after['relative_misfit']:.2f} %" if found else "",
-            "" if closure is None else f"{100 * closure:.2f} %",
+            closed,
         )
     return table
 

@@ -75,8 +75,8 @@ def explained() -> GapReport:
         baseline=Agreement(8.0, 0.05, 90.0, (20.0, 15.0)),
         final=Agreement(1.01, 0.008, 0.5, (0.3, -0.2)),
         held_out=(
-            HeldOut("every second temperature", 8000.0, 1010.0, 1000.0, 0.05, 0.008, 0.9985),
-            HeldOut("channel S2", 4500.0, 530.0, 500.0, 0.06, 0.009, 0.9925),
+            HeldOut("every second temperature", 8000.0, 1010.0, 1000.0, 0.05, 0.008, 0.9985, 0.0064),
+            HeldOut("channel S2", 4500.0, 530.0, 500.0, 0.06, 0.009, 0.9925, None),
         ),
         unexplained=0.001,
         before=residual(9.0),
@@ -142,7 +142,7 @@ def test_gap_json_has_the_keys_of_its_contract(explained: GapReport) -> None:
     assert held["what"] == "every second temperature"
     assert held["baseline"] == {"chi2_per_dof": 8.0, "relative_misfit": 0.05}
     assert held["final"]["chi2_per_dof"] == pytest.approx(1.01)
-    assert held["closure"] == 0.9985
+    assert (held["closure"], held["closure_sigma"]) == (0.9985, 0.0064)
     assert [also["what"] for also in record["gap"]["held_out_also"]] == ["channel S2"]
     assert record["gap"]["held_out_also"][0]["final"]["chi2_per_dof"] == pytest.approx(1.06)
     assert record["unexplained"] == {"share": 0.001, "where": []}
@@ -207,8 +207,9 @@ def test_the_report_shows_verdict_maps_evidence_and_laws(explained: GapReport, t
     assert names == ["gap-map", "gap-shares", "gap-candidates", "gap-laws"]
     assert isinstance(items[0], VerdictBox)
     assert any(isinstance(item, PageTable) for item in items)
-    for wanted in ("point_mass or suspension", "weigh the cable", "an up and a down ramp", "99.85 %", "0.000790"):
+    for wanted in ("point_mass or suspension", "weigh the cable", "an up and a down ramp", "0.000790"):
         assert wanted in html
+    assert "99.85 ± 0.64 % of the gap closes" in html
     assert of_run(tmp_path)["gap"].startswith("gap explained by point_mass or suspension; chi2")
 
 

@@ -34,6 +34,8 @@ class HeldOut:
         rms|H_data - H_twin| / rms|H_data|.
     closure : float or None
         1 - (final - dof) / (baseline - dof), within 0 and 1; None where there was no gap to close.
+    closure_sigma : float or None
+        Its standard deviation by noise.
     """
 
     what: str
@@ -43,6 +45,7 @@ class HeldOut:
     baseline_misfit: float
     final_misfit: float
     closure: float | None
+    closure_sigma: float | None
 
     @property
     def holds(self) -> bool:
@@ -116,7 +119,10 @@ def held_out(
     except ValueError:
         after = before
     gap = before.total - before.dof
-    closure = float(np.clip(1.0 - (after.total - after.dof) / gap, 0.0, 1.0)) if gap > significant else None
+    closure, sigma = None, None
+    if gap > significant:
+        closure = float(np.clip(1.0 - (after.total - after.dof) / gap, 0.0, 1.0))
+        sigma = closure_deviation(closure, gap, before.dof)
     chi2, dof = split.test.between
     return HeldOut(
         what=split.what,
@@ -126,7 +132,30 @@ def held_out(
         baseline_misfit=relative_misfit(split.test, before),
         final_misfit=relative_misfit(split.test, after),
         closure=closure,
+        closure_sigma=sigma,
     )
+
+
+def closure_deviation(closure: float, gap: float, dof: float) -> float:
+    """Return the standard deviation of a closure by noise, to first order.
+
+    chi2 is |s + n|^2 before and |r + n|^2 after, with noise n. Effects fitted by least squares take away a part of
+    s at right angles to the rest r. n moves the ratio of the excesses by its square, whose variance is 2 dof and
+    which is common to both, and by its products with s and r.
+
+    Parameters
+    ----------
+    closure : float
+        0 to 1.
+    gap : float
+        Excess of chi2 over `dof` before.
+    dof : float
+
+    Returns
+    -------
+    float
+    """
+    return float(np.sqrt(closure * (2.0 * dof * closure + 4.0 * gap * (1.0 - closure)))) / gap
 
 
 def _tried(model: TwinModel, sweeps: GapSweeps, split: Split, whole: GapFit, executor: Executor) -> GapFit:

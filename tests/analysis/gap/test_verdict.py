@@ -45,7 +45,7 @@ def judged(monkeypatch: pytest.MonkeyPatch):
         found: Any = SimpleNamespace(
             baseline=before, fit=after if effects else before, effects=tuple("abc"[:effects])
         )
-        tried = HeldOut("every second temperature", 2.0, 1.0 if holds else 3.0, 1.0, 0.1, 0.01, 1.0)
+        tried = HeldOut("every second temperature", 2.0, 1.0 if holds else 3.0, 1.0, 0.1, 0.01, 1.0, 0.0)
         return judge(bench, found, tried if effects else None).verdict
 
     return answer
