@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.identification.alike_damping import AlikeDamping
 from analysis.identification.averaging import averaged
 from analysis.identification.bic import pole_price, support
 from analysis.identification.lines import Lines
@@ -65,7 +66,8 @@ def confirmed(measured: Measured, modes: Modes) -> Modes:
     ValueError
         If fewer than 8 lines are left.
     """
-    blocks = averaged(_weighed(measured, modes))
+    lines = _weighed(measured, modes)
+    blocks = averaged(replace(lines, damping=_alike(lines, modes)))
     lost: list[list[str]] = [[] for _ in modes.poles]
     tried = np.zeros(len(modes.poles), dtype=int)
     for part in _parts(blocks):
@@ -164,6 +166,12 @@ def _weighed(measured: Measured, modes: Modes) -> Lines:
     """All lines but those that were left out of the fit, weighted by what the modes leave over."""
     kept = measured.without(modes.left_out(measured.frequency))
     return kept.weighed(kept.h - modes.synthesis(kept.frequency), modes.poles)
+
+
+def _alike(lines: Lines, modes: Modes) -> AlikeDamping | None:
+    """Distribution of damping ratios that the modes were found with."""
+    low, high = 2.0 * np.pi * lines.frequency[[0, -1]]
+    return AlikeDamping.learned(modes.poles, np.sqrt(modes.covariance[:, 1, 1]), (float(low), float(high)))
 
 
 def _parts(blocks: Lines) -> Iterator[PartOfData]:
