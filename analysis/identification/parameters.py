@@ -1,13 +1,9 @@
 """Poles as the numbers a search moves, and how far it may move them."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from analysis.identification.lines import Lines
 
 LARGEST_DAMPING = 0.6
 """Damping ratio beyond which a pole is a background slope, not a mode."""
@@ -26,10 +22,9 @@ class Bounds:
     damping: float = LARGEST_DAMPING
 
     @classmethod
-    def of(cls, lines: "Lines") -> "Bounds":
-        """Bounds that belong to a band and its spacing of lines."""
-        low, high = lines.frequency[0], lines.frequency[-1]
-        return cls((2.0 * np.pi * low * 0.5, 2.0 * np.pi * high * 1.5), 0.2 * np.pi * lines.spacing)
+    def of(cls, frequency: NDArray[np.float64], spacing: float) -> "Bounds":
+        """Bounds that belong to lines (F,) and their spacing, Hz."""
+        return cls((np.pi * frequency[0], 3.0 * np.pi * frequency[-1]), 0.2 * np.pi * spacing)
 
     def clip(self, parameters: NDArray[np.float64]) -> NDArray[np.float64]:
         """Parameters (J, 2) moved inside."""

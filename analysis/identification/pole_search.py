@@ -71,7 +71,7 @@ def fit(
     -------
     PoleFit
     """
-    bounds = Bounds.of(lines)
+    bounds = Bounds.of(lines.frequency, lines.spacing)
     x = bounds.clip(to_parameters(poles))
     now = start if start is not None else project(lines, to_poles(x), terms, derivatives=max_iterations > 0)
     damping, grow, iterations = 1e-3, 2.0, 0
