@@ -9,6 +9,7 @@ noise only costs accuracy, which variable projection brings back.
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lstsq
+from scipy.linalg.lapack import dtrtrs
 
 from analysis.identification.lines import Lines
 from analysis.identification.normal_equations import triangular_factor
@@ -61,22 +62,26 @@ def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) 
     norms = np.linalg.norm(sigma, axis=1)
     model = np.concatenate([sigma[:-1], fixed])
     sigma /= norms[:, None]
-    rows = lines.room.arrays(len(model) + len(sigma), len(lines.frequency))[0]
-    reduced = []
-    for h, deviation in zip(lines.h, lines.deviation, strict=True):
-        np.multiply(model.view(float), np.repeat(1.0 / deviation, 2), out=rows[: len(model)].view(float))
-        np.multiply(sigma, -h / deviation, out=rows[len(model) :])
-        triangle, _ = triangular_factor(rows.view(float), len(model))
-        reduced.append(triangle[len(model) :, len(model) :])
+    normal = np.zeros((len(sigma), len(sigma)))
+    for group in lines.weight_groups:
+        seen = model.view(float) * group.weight
+        triangle, lengths = triangular_factor(seen, len(model))
+        data = group.data.view(complex)
+        spread = sigma * np.sqrt((np.abs(data) ** 2).sum(axis=0))
+        normal += spread.view(float) @ spread.view(float).T
+        for response in data:
+            onto = seen @ (sigma * response).view(float).T
+            onto = dtrtrs(triangle, onto / lengths[:, None], trans=1)[0]
+            normal -= onto.T @ onto
     size = np.sqrt(np.mean([np.mean((np.abs(h) / d) ** 2) for h, d in zip(lines.h, lines.deviation, strict=True)]))
     # sum over the lines of Re sigma = their number: sigma is neither zero nor bound to a fixed asymptote
     relaxation = size / np.sqrt(len(lines.s)) * sigma.real.sum(1)
-    system = np.vstack([*reduced, relaxation[None, :]])
-    target = np.zeros(len(system))
-    target[-1] = size * np.sqrt(len(lines.s))
-    # pivoted QR takes a fourth of the time of the singular values
-    rank = np.finfo(float).eps * len(system)
-    c = lstsq(system, target, cond=rank, lapack_driver="gelsy", check_finite=False)[0] / norms
+    normal += np.outer(relaxation, relaxation)
+    target = relaxation * size * np.sqrt(len(lines.s))
+    c = (
+        lstsq(normal, target, cond=np.finfo(float).eps * len(normal), lapack_driver="gelsy", check_finite=False)[0]
+        / norms
+    )
     constant = c[-1] if abs(c[-1]) > 1e-8 * np.abs(c).max() / lines.scale else 1e-8
     return _zeros(poles, c[: 2 * count], constant)
 
