@@ -36,3 +36,16 @@ def test_two_wide_modes_may_be_closer_than_two_lines() -> None:
     """Over four lines of half width the sum of two has a shape of its own: BIC decides, not this rule."""
     poles = np.array([at(100.0, 0.4), at(100.15, 0.5)])
     assert not unresolved(poles, np.array([[1.0, 2.0]], complex), 0.1).any()
+
+
+def test_a_mode_whose_frequency_moves_between_responses_is_not_two() -> None:
+    """Two poles describe it with residues that have no common phase; those of two close modes have one each."""
+    poles = np.array([at(100.0, 1.0), at(100.2, 1.0)])
+    shape = np.array([1.0, -0.5, 0.7, 0.3])
+    moved = np.array([0.4, -0.3, 0.5, -0.6]) * 1j  # what one has more the other has less
+    residues = np.column_stack([0.6 * shape + moved, 0.4 * shape - moved])
+    np.testing.assert_array_equal(unresolved(poles, residues, 0.01).sum(), 1)
+    other = np.array([0.2, 0.9, -0.4, 0.8])
+    assert not unresolved(poles, np.column_stack([shape, other]).astype(complex), 0.01).any()
+    apart = np.array([at(100.0, 1.0), at(101.0, 1.0)])
+    assert not unresolved(apart, residues, 0.01).any()
