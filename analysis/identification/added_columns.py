@@ -1,4 +1,4 @@
-"""What columns added to a model would explain, all its own factors refitted."""
+"""Fall of the misfit if columns are added to a linear model and all its coefficients are refitted."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +14,14 @@ def pair_gains(
     left: NDArray[np.complex128],
     deviation: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """Fall of the misfit by each pair of columns alone, as every pole has one, with a factor in every response.
+    """Fall of the misfit if one pair of columns (a pole) is added alone, with a coefficient for every response.
 
     Parameters
     ----------
     known : (P, F) complex ndarray
         Columns of the model.
     pairs : (2N, F) complex ndarray
-        Columns that real and imaginary part of a complex factor multiply, in turns.
+        Columns multiplied by the real and the imaginary part of a complex coefficient, alternating.
     left, deviation : (K, F) ndarray
         Measured minus model, and the standard deviation of every line.
 

@@ -1,8 +1,8 @@
-"""Damping ratios of one plate, which are alike: what most modes tell of those that their neighbours hide.
+"""Distribution of the damping ratios of one plate: a prior for modes that overlap with their neighbours.
 
-Two modes that overlap look like one of more damping, and where many overlap each one's damping is hardly known.
-What damps a plate damps its modes by about as much, so the others say which is likely. How alike they are is taken
-from the modes themselves; a Student distribution leaves alone a mode that plainly is not.
+Two modes that overlap look like one mode with more damping, and where many overlap, the damping of each is hardly
+determined. A plate's material damps all its modes by about as much, so the other modes are a prior. Its width is
+estimated from the modes themselves; the heavy tails of a Student distribution allow outliers.
 """
 
 from dataclasses import dataclass
@@ -14,26 +14,26 @@ from analysis.identification.parameters import to_parameters
 from analysis.median_deviation import median_deviation
 
 FREEDOM = 4.0
-"""Degrees of freedom of the distribution: low ones leave alone what is far from the others."""
+"""Degrees of freedom of the Student distribution: with few, an outlier is hardly pulled to the others."""
 
 FEWEST = 8
-"""Modes that tell how alike all are, at least."""
+"""Modes needed at least to estimate the distribution."""
 
 LEAST_DEVIATION = 0.02
-"""Of the log damping ratio, at least."""
+"""Smallest standard deviation of the distribution of the log damping ratio."""
 
 HARDLY_KNOWN = 0.5
-"""Deviation of a mode's log damping ratio, in that of all, from which it has something to learn."""
+"""A prior is used only if some mode's log damping ratio is known worse than this share of the scatter of all."""
 
 UNLIKE = 3.0
-"""Departure from the others, in the same, from which it may be two modes."""
+"""Standard deviations above the median from which a pole may stand for two modes."""
 
 SHARED = (1.4, 6.0)
-"""Damping of a pole, in that of the others, and its departure from them, in the same, from which it is reported
-that it may be two modes: where forty modes overlap, those that are have 1.5 to 2 and 9 to 30."""
+"""Damping ratio over the median, and standard deviations above it, from which a pole is reported as possibly two
+modes: where forty modes overlap, poles that stand for two have 1.5 to 2 and 9 to 30."""
 
 NEIGHBOURHOOD, NEIGHBOURS = 3.0, 2
-"""Modes overlap where so many half-power bandwidths on either side hold at least so many others."""
+"""Modes overlap where this many half-power bandwidths to either side hold at least this many other modes."""
 
 
 @dataclass(frozen=True)
@@ -55,21 +55,21 @@ class AlikeDamping:
     def learned(
         cls, poles: NDArray[np.complex128], deviations: NDArray[np.float64], band: tuple[float, float]
     ) -> "AlikeDamping | None":
-        """Distribution that poles tell.
+        """Estimate the distribution from poles.
 
         Parameters
         ----------
         poles : (J,) complex ndarray
             rad/s.
         deviations : (J,) ndarray
-            Of their log damping ratios.
+            Standard deviations of their log damping ratios.
         band : (float, float)
             rad/s.
 
         Returns
         -------
         AlikeDamping or None
-            None where they are few, or all better known than they are alike.
+            None where there are too few poles, or all are known better than the prior would tell.
         """
         inside = (poles.imag > band[0]) & (poles.imag < band[1])
         if inside.sum() < FEWEST:
@@ -98,7 +98,7 @@ class AlikeDamping:
     def departure(
         self, poles: NDArray[np.complex128]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Twice the negative logarithm of each pole's probability, from its least.
+        """Twice the negative log probability of each pole's damping ratio, less its minimum, with derivatives.
 
         Parameters
         ----------
@@ -109,7 +109,8 @@ class AlikeDamping:
         -------
         value : (J,) ndarray
         slope, bend : (J,) ndarray
-            Half the first derivative by each log damping ratio, and half the second, as if it did not change.
+            Half the first derivative with respect to the log damping ratio, and half the second, taken as
+            constant.
         """
         inside = (poles.imag > self.band[0]) & (poles.imag < self.band[1])
         away = self.above(poles)

@@ -1,4 +1,4 @@
-"""Poles and residues of FRFs without a human: vector fitting, variable projection, order by BIC."""
+"""Automatic identification of poles and residues: vector fitting, variable projection, model order by BIC."""
 
 from dataclasses import replace
 
@@ -19,24 +19,24 @@ from analysis.identification.settings import Settings
 from analysis.identification.vector_fitting import start_poles
 
 CLEARLY = 10.0
-"""Prices of a pole by which a wider search must be better for the narrower one to be left unfinished."""
+"""Advantage in BIC, in penalties of one pole, from which a wider search replaces an unfinished narrower one."""
 
 WIDER = 2.5
-"""Start poles of the next search, in those of the one before."""
+"""Factor on the number of start poles from one search to the next."""
 
 FULL = 0.6
-"""Share of the start poles that stay from which there may have been too few."""
+"""If more than this share of the start poles is kept, there may have been too few start poles."""
 
 LACKING = 1.5
-"""Correlation of a narrower search's errors, in that of a wider one's, from which it lacks modes."""
+"""Ratio of residual correlations, narrower over wider search, from which the narrower one lacks modes."""
 
 
 def identify(measured: Measured, settings: Settings | None = None) -> Modes:
     """Identify FRFs that share their poles.
 
     Over-specified vector fitting finds the poles roughly, variable projection moves them to the least-squares
-    optimum, elimination by BIC takes away what the data do not pay for, a look at the residual brings back
-    what was lost, BIC chooses the residual terms. The search runs on averaged lines, the last fit on all.
+    optimum, backward elimination by BIC removes unsupported poles, poles that the residual shows are added, BIC
+    chooses the residual terms. The search runs on averaged lines, the last fit on all.
 
     Parameters
     ----------
@@ -76,9 +76,9 @@ def identify(measured: Measured, settings: Settings | None = None) -> Modes:
 
 
 def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tuple[PoleFit, NDArray[np.complex128]]:
-    """Search from more and more start poles, until far fewer stay or BIC gains nothing.
+    """Search with more and more start poles, until far fewer are kept or BIC no longer falls.
 
-    A search is brought to its end only where it is the widest, or a wider one is not clearly better.
+    A search is completed only if it is the widest, or if a wider one is not clearly better.
     """
     count = min(settings.start_count, max(len(lines.frequency) // 6, 1))
     found, started = _search(lines, count, settings)
@@ -96,10 +96,10 @@ def _widest_search(measured: Measured, lines: Lines, settings: Settings) -> tupl
 
 
 def _better(measured: Measured, lines: Lines, wider: PoleFit, found: PoleFit, margin: float) -> bool:
-    """Whether a wider search has a lower BIC than another, by a margin in prices of a pole.
+    """Whether a wider search has a lower BIC than another, by a margin in penalties of one pole.
 
-    A few poles too many make errors look smaller and less alike, and then pay for themselves: so it has to be
-    lower by the other's errors, too, unless these are what lacking modes leave.
+    With too many poles the noise is estimated too small and too little correlated, which favours them. So BIC has
+    to be lower with the noise estimated from the other search too, unless missing modes dominate its residual.
     """
     own, others = (averaged(measured.reweighted(lines, judge)) for judge in (wider, found))
     for weighed in (own, others) if others.correlation < LACKING * own.correlation else (own,):
@@ -118,7 +118,7 @@ def _left_out(f: float, why: str) -> Rejected:
 
 
 def _hums(lines: Lines, found: PoleFit, mains: float) -> NDArray[np.bool_]:
-    """Poles of a fit that are needles at a mains harmonic: (J,) ndarray."""
+    """Poles of a fit narrower than a line at a mains harmonic: (J,) ndarray of bool."""
     return np.array([needle_hum(p, mains, lines.spacing) is not None for p in found.poles], dtype=bool)
 
 
@@ -128,7 +128,7 @@ def _hum(f: float, mains: float, spacing: float) -> str:
 
 
 def _search(lines: Lines, count: int, settings: Settings) -> tuple[PoleFit, NDArray[np.complex128]]:
-    """Find the order on averaged lines, from `count` start poles; also the start poles it came from."""
+    """Find the order on averaged lines, from `count` start poles; also return the start poles."""
     richest = max(settings.terms, key=lambda terms: terms.parameters)
     blocks = averaged(lines)
     started = start_poles(blocks, min(count, max(len(blocks.frequency) // 4, 1)), richest)
@@ -137,7 +137,7 @@ def _search(lines: Lines, count: int, settings: Settings) -> tuple[PoleFit, NDAr
 
 
 def _rejected(started: NDArray[np.complex128], stayed: NDArray[np.complex128]) -> tuple[Rejected, ...]:
-    """Start poles with no final pole of their own within their width."""
+    """Start poles with no final pole within their width."""
     free = list(range(len(stayed)))
     rejected = []
     for pole in sorted(started, key=lambda p: -p.real):

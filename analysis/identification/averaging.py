@@ -12,10 +12,10 @@ from analysis.identification.lines import Lines
 from analysis.identification.running_median import running_median
 
 LONGEST = 64
-"""Lines in a block at most."""
+"""Largest number of lines in a block."""
 
 FEWEST = 64
-"""Blocks that are left at least."""
+"""Smallest number of blocks after averaging."""
 
 
 def roughness(h: NDArray[np.complex128]) -> NDArray[np.float64]:
@@ -63,7 +63,7 @@ def _smooth_blocks(lines: Lines, size: int) -> NDArray[np.bool_]:
     quarters = lines.h[:, :used].reshape(len(lines.h), blocks, 4, size // 4).mean(3)
     noise = (lines.deviation[:, :used] ** 2).reshape(len(lines.h), blocks, 4, size // 4).mean((2, 3))
     bend = quarters[:, :, 0] - quarters[:, :, 1] - quarters[:, :, 2] + quarters[:, :, 3]
-    # four means of size/4 lines: E|bend|^2 = 16 noise / size. Averaging 2m lines leaves a small part of a bend
+    # four means of size/4 lines: E|bend|^2 = 16 noise / size. Averaging 2m lines keeps a small part of a bend
     # over 4m, so four standard deviations of it stay below the noise of the means.
     smooth: NDArray[np.bool_] = (np.abs(bend) ** 2 < 256.0 * noise / size * lines.correlation).all(0)
     span = lines.frequency[:used].reshape(blocks, size)

@@ -1,7 +1,7 @@
-"""Bayesian information criterion of a fit, and what it asks for a pole.
+"""Bayesian information criterion (BIC) of a fit, and its penalty for one pole.
 
-The scale of the noise is taken as unknown (n log misfit), so that a model that cannot follow the plate to the
-last decimal does not ask for a pole in every ripple.
+The scale of the noise is taken as unknown (n log misfit): otherwise every small model error would be fitted with
+poles.
 """
 
 import numpy as np
@@ -38,14 +38,14 @@ def misfit_worth(lines: Lines, level: float, parameters: int) -> float:
 
 
 def pole_price(lines: Lines) -> float:
-    """Return what BIC asks for a pole: two parameters and a complex residue for every response."""
+    """Return the BIC penalty for one pole: two parameters and a complex residue for every response."""
     return float((2 + 2 * len(lines.h)) * np.log(lines.independent))
 
 
 def support(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
-    """How much BIC would rise, at most, were each pole dropped: (J,) ndarray.
+    """Rise of BIC, at most, if each pole were dropped: (J,) ndarray.
 
-    An upper bound, for the other poles stay where they are; below zero the pole has to go.
+    An upper bound, because the other poles are not refitted; a pole with a negative value has to be dropped.
     """
     n, now = lines.independent, fitted.projection
     rise: NDArray[np.float64] = n * np.log1p(now.loss / (now.misfit + lines.hidden)) - pole_price(lines)

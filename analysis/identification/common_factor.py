@@ -8,17 +8,17 @@ from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.variable_projection import misfit_at
 
 WIDEST_STEP = 0.12
-"""Largest shift of log frequency from one sweep to the next that is looked for at first."""
+"""Range of the first scan: largest shift of log frequency from one sweep to the next."""
 
 WIDE_MISFIT = 0.1
-"""Share of the FRF's energy left over by the best factor above which a wider scan is made."""
+"""Unexplained share of the FRF's energy at the best factor above which a wider scan is made."""
 
 
 def common_factor(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> tuple[float, bool]:
-    """Find the factor that moves all poles to where they explain FRFs best.
+    """Find the common factor on all poles that explains the FRFs best.
 
     A scan in steps of half the median half width, no coarser than 0.5 %, then a parabola through the lowest three;
-    three times as wide where the lowest is the last or leaves much over.
+    three times as wide where the lowest is at the edge or leaves a large residual.
 
     Parameters
     ----------

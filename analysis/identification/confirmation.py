@@ -1,9 +1,9 @@
-"""Which modes are found again when band, lines or channels change: confirmed and unconfirmed.
+"""Confirmation of modes: which are found again when band, lines or channels change.
 
-A criterion that counts lines says what one set of data pays for. It does not see that a pole stands for what the
-model lacks near an edge, or that channels of different states of a structure are in one fit: such poles move or
-vanish when the data are changed a little, modes do not. All refits start from the poles that were found and run on
-averaged lines, so that they cost a fraction of the search.
+BIC judges a pole on one set of data. It does not notice that a pole compensates a model error near a band edge, or
+that channels measured on different states of a structure are in one fit. Such poles move or vanish when the data
+are changed a little, modes do not. All refits start from the poles found and run on averaged lines, so that they
+cost a fraction of the search.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,24 +23,24 @@ from analysis.identification.pole_search import fit
 from analysis.identification.tracked_modes import TrackedModes
 
 SHIFT = 0.05
-"""Share of the band that is taken from its lower, then from its upper end."""
+"""Share of the band that is cut off at its lower, then at its upper end."""
 
 SAME_FREQUENCY = 1.0
-"""Distance, in half widths, within which a pole is the same: half the half-power bandwidth."""
+"""Largest distance of the same pole in two fits, in half widths (half the half-power bandwidth)."""
 
 SAME_DAMPING = 0.5
 """The same for the damping ratio, relative."""
 
 LINES_OF_PEAK = 3
-"""Lines within the half-power bandwidth that every other one of the lines needs to show a mode."""
+"""Lines within the half-power bandwidth needed to show a mode when every other line is left out."""
 
 FEWEST = 16
-"""Averaged lines that a part holds at least."""
+"""Smallest number of averaged lines in a part."""
 
 
 @dataclass(frozen=True)
 class PartOfData:
-    """Part of the lines and channels, how it is called, and lines within a peak that it needs to show a mode."""
+    """Part of the lines and channels, its description, and the lines within a peak needed to show a mode."""
 
     told: str
     lines: Lines
@@ -48,12 +48,12 @@ class PartOfData:
 
 
 def confirmed(measured: Measured, modes: Modes) -> Modes:
-    """Refit parts of the data from the poles found, and say of every mode whether it was found again.
+    """Refit parts of the data, starting from the poles found, and report which modes are found again.
 
     Parameters
     ----------
     measured : Measured
-        That the modes were identified from.
+        FRFs that the modes were identified from.
     modes : Modes
 
     Returns
@@ -95,10 +95,10 @@ def confirmed(measured: Measured, modes: Modes) -> Modes:
 
 
 def confirmed_by_neighbours(tracked: TrackedModes, measured: Sequence[Measured]) -> TrackedModes:
-    """Confirm the modes of a campaign by its other sweeps: each is a measurement of its own.
+    """Confirm the modes of a campaign by its other sweeps, which are independent measurements.
 
-    Sweeps that were fitted together, or with a twin, hold modes that only others show. So a sweep counts where its
-    own lines pay for the mode.
+    Sweeps fitted jointly, or with a twin, contain modes that only other sweeps show. So a sweep shows a mode only
+    if BIC of its own lines supports it.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def confirmed_by_neighbours(tracked: TrackedModes, measured: Sequence[Measured])
     -------
     TrackedModes
         A mode is confirmed where its sweep and the next colder or the next hotter one of the same level and
-        direction show it; where a sweep has no such neighbour nothing is said.
+        direction show it; where a sweep has no such neighbour, `confirmation` is left as it is.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def confirmed_by_neighbours(tracked: TrackedModes, measured: Sequence[Measured])
 
 
 def _shown(tracked: TrackedModes, measured: Sequence[Measured]) -> NDArray[np.bool_]:
-    """Whether each sweep's own lines pay for each mode: (T, J) ndarray."""
+    """Whether BIC of each sweep's own lines supports each mode: (T, J) ndarray."""
     shown = np.zeros(tracked.track.shape, dtype=bool)
     for t, (modes, own) in enumerate(zip(tracked.modes, measured, strict=True)):
         blocks = averaged(_weighed(own, modes))
@@ -142,7 +142,7 @@ def _shown(tracked: TrackedModes, measured: Sequence[Measured]) -> NDArray[np.bo
 
 
 def _beside(tracked: TrackedModes, shown: NDArray[np.bool_], t: int, beside: list[int]) -> Modes:
-    """Judge one sweep's modes by whether it shows them, and one of the sweeps beside it."""
+    """Confirm the modes of one sweep that both it and a neighbouring sweep show."""
     modes = tracked.modes[t]
     names = " nor at ".join(f"{tracked.temperature[n]:.1f} °C" for n in beside)
     lacking = dict.fromkeys(range(len(modes.poles)), f"not found at {names}")
@@ -163,7 +163,7 @@ def _beside(tracked: TrackedModes, shown: NDArray[np.bool_], t: int, beside: lis
 
 
 def _weighed(measured: Measured, modes: Modes) -> Lines:
-    """All lines but those that were left out of the fit, weighted by what the modes leave over."""
+    """All lines used in the fit, weighted by the residual of the modes."""
     kept = measured.without(modes.left_out(measured.frequency))
     return kept.weighed(kept.h - modes.synthesis(kept.frequency), modes.poles)
 
@@ -214,7 +214,7 @@ def _part(
 
 
 def _expected(part: PartOfData, modes: Modes) -> NDArray[np.bool_]:
-    """Modes that a part has to show: (J,) ndarray. Their peaks are in it, and pay their price twice."""
+    """Modes that a part has to show, (J,): the peak is in it and BIC supports the mode by twice its penalty."""
     lines, place, half = part.lines, modes.poles.imag / (2.0 * np.pi), -modes.poles.real / (2.0 * np.pi)
     inside = (place - half > lines.frequency[0]) & (place + half < lines.frequency[-1])
     seen = (np.abs(lines.frequency - place[:, None]) <= half[:, None]).sum(axis=1) >= part.least_lines
@@ -224,7 +224,7 @@ def _expected(part: PartOfData, modes: Modes) -> NDArray[np.bool_]:
 
 
 def _found_again(lines: Lines, modes: Modes) -> NDArray[np.bool_]:
-    """Modes that stay where they are when a part of the data is fitted, its order settled anew: (J,) ndarray."""
+    """Modes found again at the same place when part of the data is refitted with its own model order, (J,)."""
     start = fit(lines, modes.poles, modes.terms, tolerance=1e-3, max_iterations=10)
     poles = eliminate(lines, start).poles
     found = np.zeros(len(modes.poles), dtype=bool)

@@ -1,9 +1,9 @@
-"""Sweeps fitted with the modes a twin expects: its frequencies and damping as priors, its numbers as labels.
+"""Sweeps fitted with the modes that a twin predicts: frequencies and damping as priors, mode numbers as labels.
 
-One FRF of a lossy plate cannot tell all modes apart: two that overlap look like one between them, and its stated
-deviation is that of noise alone. A twin knows how many modes there are and where, to some tenths of a per cent.
-With them as priors every mode is fitted in every sweep, so that deviations hold what neighbours may hide, and no
-mode can change its name from one temperature to the next.
+One FRF of a lossy plate cannot separate all modes: two that overlap look like one between them, whose standard
+deviation covers noise alone. A twin predicts the number of modes and their frequencies to some tenths of a per
+cent. With these as priors every mode is fitted in every sweep, so that standard deviations include the effect of
+overlapping neighbours, and a mode keeps its number at all temperatures.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,10 +20,10 @@ from analysis.identification.smooth_tracks import OWN_DAMPING, SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
 
 BEYOND = 0.15
-"""Share of the band's edges up to which modes outside it are fitted as well."""
+"""Modes outside the band are fitted as well up to this distance, as a share of the frequency of its edge."""
 
 FAR = 4.0
-"""Standard deviations from its expected frequency from which a mode's number is in doubt."""
+"""Standard deviations from the expected frequency beyond which a mode's number is doubtful."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class ExpectedModes:
     poles : (T, J) complex ndarray
         rad/s, upper half plane; a column is one mode at all temperatures.
     frequency_deviation, damping_deviation : float
-        How well they are known, relative: each mode's own departure, beside what all modes of a sweep share.
+        Relative standard deviation of each mode's own error, without the part common to all modes of a sweep.
     """
 
     poles: NDArray[np.complex128]
@@ -57,7 +57,7 @@ def fit_expected(
     settings: Settings,
     progress: Callable[[str, float], None] | None = None,
 ) -> tuple[tuple[Modes, ...], NDArray[np.int64]]:
-    """Fit every sweep with the modes that are expected in it.
+    """Fit every sweep with the modes expected in it.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def fit_expected(
         J modes at every sweep.
     settings : Settings
     progress : callable, optional
-        Told the stage and the share done.
+        Called with the stage and the share done.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def fit_expected(
 def _told(
     modes: Modes, index: NDArray[np.int64], departure: NDArray[np.float64], expected: ExpectedModes
 ) -> Modes:
-    """Call a mode weak that is known from the twin alone, or whose number is in doubt."""
+    """Set modes to weak that only the twin determines, or whose number is doubtful."""
     status, reason = list(modes.status), list(modes.reason)
     for j in np.flatnonzero(index >= 0):
         n = index[j]

@@ -1,4 +1,4 @@
-"""From poles that are about right to modes: the order BIC prefers, a last fit on all lines, a judgement."""
+"""From approximate poles to modes: final model order by BIC, last fit on all lines, status of every pole."""
 
 from dataclasses import replace
 
@@ -18,23 +18,23 @@ from analysis.identification.splitting import split
 from analysis.identification.status import judge
 
 EXACT = 2e-2
-"""Fall of the misfit, in units of one line's, at which a fit stops: a seventh of the weakest pole's deviation."""
+"""Fall of the misfit, over that of one line, at which a fit stops: a seventh of a pole's standard deviation."""
 
 LAST_STEPS = 10
-"""Projections on all lines at most: averaged lines have brought all but the weakest poles to rest already."""
+"""Most projections on all lines: the fit on averaged lines has already converged for all but weak poles."""
 
 MOST_SETTLINGS = 4
-"""How often at most an order is settled anew."""
+"""Most repetitions of the choice of the model order."""
 
 MORE_CORRELATED = 1.1
-"""Growth of the lines' correlation from which the order is settled again."""
+"""Growth of the lines' correlation from which the model order is chosen again."""
 
 
 def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings) -> PoleFit:
-    """Bring an order that is about right to the one BIC prefers: births, residual terms, deaths.
+    """Improve an approximate model order to the one of lowest BIC: add poles, choose residual terms, drop poles.
 
-    It is settled anew while what the fit leaves over shows fewer independent lines than were counted on, or while
-    other modes than before tell how alike all are damped.
+    Repeated while the residual shows fewer independent lines than assumed, or while the number of modes from which
+    the distribution of damping ratios is estimated changes.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
 
 
 def _with_damping(lines: Lines, found: PoleFit) -> Lines:
-    """Lines with what the poles of a fit tell of one another's damping."""
+    """Lines with the distribution of damping ratios estimated from the poles of a fit as prior."""
     low, high = 2.0 * np.pi * lines.frequency[[0, -1]]
     told = found if found.projection.hessian.size else fit(lines, found.poles, found.terms, max_iterations=1)
     known = relative_deviations(told, lines)[:, 1]
@@ -74,13 +74,13 @@ def _with_damping(lines: Lines, found: PoleFit) -> Lines:
 
 
 def _widened(poles: NDArray[np.complex128], spacing: float) -> NDArray[np.complex128]:
-    """Poles no narrower than a line: a resonance may have got stuck there while its lines had other weights."""
+    """Poles widened to one line at least: with earlier weights a resonance may have converged to a single line."""
     wide: NDArray[np.complex128] = np.minimum(poles.real, -2.0 * np.pi * spacing) + 1j * poles.imag
     return wide
 
 
 def finish(measured: Measured, lines: Lines, found: PoleFit, settings: Settings) -> tuple[Modes, NDArray[np.intp]]:
-    """Fit once more on all lines and judge every pole.
+    """Fit once more on all lines and determine the status of every pole.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def finish(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
 def judged(
     lines: Lines, last: PoleFit, settings: Settings, spread: NDArray[np.float64] | None = None
 ) -> tuple[Modes, NDArray[np.intp]]:
-    """Judge every pole of a finished fit.
+    """Determine the status of every pole of a finished fit.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def judged(
         Of J poles.
     settings : Settings
     spread : (J, 2, 2) ndarray, optional
-        Covariance of every pole's log |pole| and log damping ratio; the fit's own where there is none.
+        Covariance of every pole's log |pole| and log damping ratio; taken from the fit if not given.
 
     Returns
     -------

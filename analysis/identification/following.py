@@ -1,8 +1,8 @@
-"""Poles of one sweep followed to the others, before all are fitted together.
+"""Poles of one sweep followed to the others: start values of the joint fit of all sweeps.
 
-A polymer's modulus moves all frequencies nearly together, and its loss all damping ratios. So a common step of
-both is sought from one sweep to the next, with every pole held near it: modes that overlap cannot change places,
-and damping hides none. A pole is added where a sweep pays for it: modes that enter the band.
+A polymer's modulus shifts all frequencies by nearly the same factor, and its loss factor all damping ratios. So
+one common step of both is fitted from sweep to sweep, and a prior holds every pole near it: overlapping modes
+cannot change places, and heavily damped ones are not lost. A pole is added where BIC supports it.
 """
 
 from dataclasses import dataclass, field
@@ -27,31 +27,31 @@ from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 
 BEYOND = 0.12
-"""Share of the band's edges up to which poles outside it are fitted as well."""
+"""Poles outside the band are fitted as well up to this distance, as a share of the frequency of its edge."""
 
 OWN_STEP = (2e-3, 0.02)
 """Standard deviations of a mode's own step from one sweep to the next, log |lambda| and log damping ratio."""
 
 BACKGROUND_STEP = (0.02, 0.2)
-"""The same for a pole that stands for what is out of band or bends the background."""
+"""The same for a background pole, which represents modes out of band or curvature of the background."""
 
 MOST_DAMPED = 0.5
-"""Damping ratio that is predicted at most."""
+"""Largest predicted damping ratio."""
 
 MOST_BIRTHS = 4
-"""New poles in one sweep at most."""
+"""Most new poles in one sweep."""
 
 SAME_MODE = 1.5
 """Largest distance, in half widths, between a mode's predicted and found pole after a fresh start."""
 
 AFRESH = 1.5
-"""Misfit, in multiples of the one expected, above which a sweep is searched from nothing."""
+"""Misfit, over the expected one, above which a sweep is identified anew without start values."""
 
 HOPE = 0.5
-"""Share of a pole's price that it must bring with all others held, to be tried."""
+"""A new pole is tried if, with all others held, the misfit falls by this share of its BIC penalty."""
 
 LIKE_OTHERS = 0.5
-"""Departure of log damping ratio from the modes' median up to which a new pole in band is called a mode."""
+"""Largest distance of log damping ratio from the modes' median at which a new pole in band counts as a mode."""
 
 
 @dataclass
@@ -123,11 +123,11 @@ class Followed:
 
     @property
     def guide(self) -> NDArray[np.bool_]:
-        """Poles that tell the common step: the modes, all where there are none."""
+        """Poles from which the common step is computed: the modes, or all poles where there are no modes."""
         return self.mode if self.mode.any() else ~self.mode
 
     def filled(self, sweep: int) -> NDArray[np.float64]:
-        """Poles at a sweep; those not known there as at the nearest that knows them, moved by the common step."""
+        """Poles at a sweep, (J, 2); where unknown, those of the nearest sweep, moved by the common step."""
         place: NDArray[np.float64] = self.place[sweep].copy()
         for j in np.flatnonzero(np.isnan(place[:, 0])):
             known = next(t for t in self.nearest(sweep) if np.isfinite(self.place[t, j, 0]))
@@ -144,19 +144,19 @@ class Followed:
 
 
 def follow(known: Followed, sweep: int, measured: Measured, usual: float, settings: Settings) -> None:
-    """Fit one more sweep from what is known of the others.
+    """Fit one more sweep, starting from the poles of the sweeps done.
 
     Parameters
     ----------
     known : Followed
-        Gets the sweep's poles.
+        The sweep's poles are added to it.
     sweep : int
     measured : Measured
         The sweep.
     usual : float
-        Misfit to be expected of it, as a share of rms |h|.
+        Expected misfit, as a share of rms |h|.
     settings : Settings
-        Of a search from nothing, where following fails.
+        Used if the sweep has to be identified without start values.
     """
     lines = measured.lines()
     blocks = averaged(lines)
@@ -189,7 +189,7 @@ def active_in(place: NDArray[np.float64], lines: Lines) -> NDArray[np.bool_]:
 
 
 def _held(blocks: Lines, start: NDArray[np.float64], known: Followed) -> JointFit:
-    """Fit one sweep with every pole held near the step that all make together."""
+    """Fit one sweep with every pole held near the common step."""
     tracks = SmoothTracks.polynomials(np.zeros(1), start[None])
     tracks.own[:, 0] = np.square(np.where(known.mode[:, None], OWN_STEP, BACKGROUND_STEP))
     return fit_together(
@@ -198,12 +198,12 @@ def _held(blocks: Lines, start: NDArray[np.float64], known: Followed) -> JointFi
 
 
 def _left(lines: Lines, found: JointFit, known: Followed) -> float:
-    """Root mean square of what a fit leaves over, as a share of that of |h|."""
+    """Root mean square of a fit's residual, as a share of that of |h|."""
     return float(np.linalg.norm(residual(lines, _as_fit(found, known.terms))) / np.linalg.norm(lines.h))
 
 
 def _born(known: Followed, sweep: int, lines: Lines, blocks: Lines, found: JointFit) -> JointFit | None:
-    """Add the pole that the residual asks for most, if BIC falls; the sweep's fit with it, or None."""
+    """Add the pole that explains most of the residual, if BIC falls; return the fit with it, or None."""
     now = _as_fit(found, known.terms)
     candidates = matched(lines, residual(lines, now), shortlist=4)
     if len(candidates) == 0:
@@ -229,7 +229,7 @@ def _born(known: Followed, sweep: int, lines: Lines, blocks: Lines, found: Joint
 
 
 def _middle(steps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Median (2,) of the steps (N, 2) of several poles; none where there is no pole to tell it."""
+    """Median (2,) of the steps (N, 2) of several poles; zero where there is no pole."""
     return np.asarray(np.median(steps, axis=0) if len(steps) else np.zeros(2))
 
 
@@ -239,7 +239,7 @@ def _as_fit(found: JointFit, terms: ResidualTerms) -> PoleFit:
 
 
 def _afresh(known: Followed, sweep: int, start: NDArray[np.float64], fresh: Modes) -> None:
-    """Take a sweep's poles from a search of its own, under the names of the predicted ones they are near."""
+    """Take a sweep's poles from an identification of its own, and match them to the predicted ones nearby."""
     place = to_parameters(fresh.poles)
     away = np.abs(start[:, None, 0] - place[None, :, 0]) / np.exp(place[None, :, 1])
     for j, n in zip(*linear_sum_assignment(np.minimum(away, 10.0)), strict=True):

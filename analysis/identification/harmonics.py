@@ -1,4 +1,4 @@
-"""Lines of an FRF that hold something else than the response: mains hum and other tones."""
+"""Lines of an FRF disturbed by mains hum or other tones."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,25 +10,25 @@ OUTLIER = 5.0
 """How far a line must lie from the model, in local standard deviations, to count as mains hum."""
 
 GRIDS = (50.0, 60.0)
-"""Mains of the world, Hz: a recording made elsewhere, or told wrongly, shows the other one's harmonics."""
+"""Mains frequencies in use, Hz: if the wrong one was stated, harmonics of the other appear."""
 
 WANDER = 5e-3
-"""Share of a harmonic's frequency by which a needle may miss it: mains wander, and a needle's place is rough."""
+"""Largest relative distance of a narrow pole from its mains harmonic: the mains frequency drifts."""
 
 NEEDLE = 0.5
-"""Half width in lines up to which a pole may be a tone: its ringing would outlast the record."""
+"""Half width in lines up to which a pole may be a tone: such a resonance would ring longer than the record."""
 
 TONE = 10.0
-"""How far one line stands out of its neighbours, in multiples of their own difference, that no resonance does."""
+"""Height of a line above its neighbours, over their own difference, that no resonance reaches."""
 
 
 def harmonic_of(frequency: float, mains: float, spacing: float) -> tuple[int, float] | None:
-    """Tell which mains harmonic a needle may be, those of `mains` first.
+    """Return the mains harmonic that a narrow pole may be; harmonics of `mains` are tried first.
 
     Parameters
     ----------
     frequency : float
-        Of the needle, Hz.
+        Of the narrow pole, Hz.
     mains : float
         Mains frequency, Hz.
     spacing : float
@@ -47,7 +47,7 @@ def harmonic_of(frequency: float, mains: float, spacing: float) -> tuple[int, fl
 
 
 def needle_hum(pole: complex, mains: float, spacing: float) -> tuple[int, float] | None:
-    """Harmonic that a pole stands for.
+    """Mains harmonic that a pole represents.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def harmonic_lines(
     spacing : float
         Of the lines, Hz.
     mains : float
-        Hz; harmonics of the other grids of the world are looked at as well.
+        Hz; harmonics of the other mains frequency in `GRIDS` are searched as well.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def tones(h: NDArray[np.complex128]) -> NDArray[np.bool_]:
     """Find single lines that no resonance could make: (F,) bool ndarray.
 
     The peak of a resonance as narrow as the search allows (a tenth of a line) is five times the difference of its
-    two neighbours; a tone that was on while the plate was not driven stands on one line alone.
+    two neighbours; a tone that is not part of the response appears on one line alone.
 
     Parameters
     ----------

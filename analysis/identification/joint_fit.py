@@ -1,8 +1,9 @@
-"""All sweeps of a campaign fitted together, their poles held to tracks that are smooth in temperature.
+"""Joint fit of all sweeps of a campaign, with poles held near tracks that are smooth in temperature.
 
-Where damping is high, one FRF cannot tell two modes from one between them; sweeps of less damping can. So poles of
-all sweeps, common parts and curves of their tracks are found together, residues eliminated sweep by sweep, by
-Gauss-Newton steps on the posterior. Its Hessian gives the deviations, with neighbours and curves included.
+Where damping is high, one FRF cannot distinguish two modes from one between them; sweeps with less damping can. So
+the poles of all sweeps and the parameters of their tracks are found jointly, by Gauss-Newton steps on the log
+posterior with the residues eliminated in each sweep. Its Hessian gives the standard deviations, including the
+correlation with neighbouring modes and with the tracks.
 """
 
 from collections.abc import Sequence
@@ -21,18 +22,18 @@ from analysis.identification.sweeps_search import SweepsAt, SweepsSearch
 from analysis.identification.variable_projection import Projection
 
 SETTLED = 0.1
-"""Fall of a sweep's sum of squares, in units of one number's variance, that is not worth another look at it."""
+"""Fall of a sweep's sum of squares, in variances of one number, below which it is not evaluated again."""
 
 LEAST_DAMPING = 1e-5
-"""Share of every second derivative added to it at least: what the lines hardly tell would go far in a step."""
+"""Smallest damping of a step, as a share of every second derivative: badly determined poles would move far."""
 
 MOST_DAMPING = 1e3
-"""The same, at which a search is given up."""
+"""Damping of a step at which the search stops."""
 
 MOST_STEPS = 25
 
 FARTHEST = 3.0
-"""Half widths that a pole may move in one step."""
+"""Largest step of a pole, in half widths."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class JointFit:
     place : (T, J, 2) ndarray
         Log |lambda| and log damping ratio, on the curves where a mode takes no part in a sweep.
     looks : tuple of Projection
-        Every sweep's residues and misfit.
+        Residues and misfit of every sweep at its final poles.
     active : (T, J) ndarray of bool
         Which modes take part.
     search : SweepsSearch
@@ -97,16 +98,16 @@ def fit_together(
     start : (T, J, 2) ndarray
         Log |lambda| and log damping ratio to start from.
     active : (T, J) ndarray of bool
-        Modes that take part in a sweep; the others are where the tracks say.
+        Modes that take part in a sweep; the others are placed on their tracks.
     tracks : SmoothTracks
     settled : float
         Fall of the sum of squares, in units of one number's variance, at which to stop.
     most : int
         Steps at most.
     target : float, optional
-        Stop once the Gauss-Newton model promises no sum of squares, in one number's variance, as low as this.
+        Stop once the Gauss-Newton model predicts no sum of squares as low as this, in variances of one number.
     known : sequence of Projection
-        Of the same lines and terms, one per sweep: taken where the poles are the same.
+        Of the same lines and terms, one per sweep: used instead of a new evaluation where the poles are equal.
 
     Returns
     -------
@@ -143,19 +144,19 @@ def fit_together(
             now, numbers, total = mixed, further, total - fall
         if damping[moving].min() > MOST_DAMPING:
             break
-        # while a sweep that was sent back still tries, those that have arrived rest
+        # sweeps that have converged are not moved while others repeat a rejected step
         arrived = fall < settled * len(lines) and (share[moving] == 1.0).all()
         resting = resting | better if arrived else ~every
     return JointFit(now.x, tuple(now.looks), active, replace(search, known=tuple(now.looks)))
 
 
 def _farthest(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Farthest that poles (T, J, 2) may move in one step."""
+    """Largest step of poles (T, J, 2)."""
     return np.stack([np.maximum(FARTHEST * np.exp(x[:, :, 1]), 1e-5), np.ones(x.shape[:2])], axis=2)
 
 
 def _worth(step: NDArray[np.float64], point: SweepsAt, held: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Square of every sweep's step in the deviations of its poles, (T,)."""
+    """Squared size of every sweep's step, in standard deviations of its poles, (T,)."""
     flat = step.reshape(len(step), -1)
     worth: NDArray[np.float64] = np.einsum("ti,tij,tj->t", flat, point.hessian, flat) + (held * flat**2).sum(
         axis=1
@@ -164,7 +165,7 @@ def _worth(step: NDArray[np.float64], point: SweepsAt, held: NDArray[np.float64]
 
 
 def _promised(step: NDArray[np.float64], point: SweepsAt) -> float:
-    """Sum of squares that a step leads to, its fall credited with `PATIENCE` times its promise."""
+    """Sum of squares after a step if it falls by `PATIENCE` times what the quadratic model predicts."""
     flat = step.reshape(len(step), -1)
     bent = np.einsum("ti,tij,tj->", flat, point.hessian, flat)
     return float(point.misfit.sum() + PATIENCE * min(2.0 * (flat * point.gradient).sum() + bent, 0.0))
@@ -174,7 +175,7 @@ def _covariance(search: SweepsSearch, point: SweepsAt) -> NDArray[np.float64]:
     """Posterior covariance of every pole, (T, J, 2, 2)."""
     inverse, _, outer = search.curvature(point, np.zeros(len(point.x)))
     follow = search.tracks.moves(inverse * search.held)
-    # own 2 x 2 blocks alone: the rows of each pole, and what the numbers' covariance makes of them
+    # only the 2 x 2 block of each pole, with the covariance of the tracks' parameters propagated to it
     rows = follow.reshape(*point.x.shape, search.tracks.count)
     known = np.linalg.inv(outer)
     modes = np.arange(point.x.shape[1])

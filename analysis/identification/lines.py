@@ -13,12 +13,12 @@ from analysis.identification.room import Room
 
 @dataclass(frozen=True)
 class WeightGroup:
-    """Responses with weights in proportion.
+    """Responses whose weights are proportional to each other.
 
     Attributes
     ----------
     weight : (2F,) ndarray
-        Of the real and the imaginary part of every line, in turns.
+        Of the real and the imaginary part of every line, alternating.
     rows : (N,) ndarray of int
         Responses.
     scales : (N,) ndarray
@@ -36,7 +36,7 @@ class WeightGroup:
     def of(
         cls, h: NDArray[np.complex128], weight: NDArray[np.float64], rows: list[int], scales: list[float]
     ) -> "WeightGroup":
-        """Weigh some rows of FRFs.
+        """Apply weights to some rows of FRFs.
 
         Parameters
         ----------
@@ -68,19 +68,19 @@ class Lines:
     deviation : (K, F) ndarray
         Square root of E|h - H|^2; above zero.
     hidden : int
-        Complex values that averaging of neighbouring lines has put out of sight: they still count as
-        measured, each with a misfit of 1.
+        Complex values removed by averaging neighbouring lines: they still count as measured, each with a misfit of
+        1.
     line_spacing : float, optional
         Spacing before any averaging, Hz.
     spread : (F,) ndarray, optional
         Mean squared distance (rad/s)^2 of the lines averaged into one from their middle.
     correlation : float
-        Neighbouring lines that carry the information of one, tau = 1 + 2 sum rho_k of their errors; 1 where
-        lines are independent.
+        Number of lines that carry the information of one independent line, tau = 1 + 2 sum rho_k with the errors'
+        autocorrelation rho_k; 1 where lines are independent.
     damping : AlikeDamping, optional
-        What is known beforehand of the modes' damping ratios: belongs to the misfit of a fit.
+        Prior of the modes' damping ratios, added to the misfit of a fit.
     room : Room
-        Where columns of a fit are put.
+        Work arrays for the columns of a fit.
     """
 
     frequency: NDArray[np.float64]
@@ -130,12 +130,12 @@ class Lines:
 
     @property
     def values(self) -> int:
-        """Real numbers measured."""
+        """Number of real values measured."""
         return 2 * (self.h.size + self.hidden)
 
     @property
     def independent(self) -> float:
-        """Independent real numbers among `values`: what an information criterion may count."""
+        """Number of independent real values among `values`, the n of an information criterion."""
         return self.values / self.correlation
 
     @cached_property
@@ -143,7 +143,7 @@ class Lines:
         return {}
 
     def term_columns(self, terms: ResidualTerms) -> NDArray[np.complex128]:
-        """Columns of residual terms on these lines, (P, F), made once."""
+        """Columns of residual terms on these lines, (P, F), computed once."""
         if terms not in self._term_columns:
             self._term_columns[terms] = terms.columns(self.s, self.scale, self.spread)
         return self._term_columns[terms]

@@ -1,4 +1,4 @@
-"""FRFs of one condition as they come, and the lines they give a fit."""
+"""Measured FRFs of one condition, and the weighted lines made from them for a fit."""
 
 from dataclasses import dataclass, field, replace
 
@@ -15,7 +15,7 @@ from analysis.identification.room import Room
 
 @dataclass(frozen=True)
 class Measured:
-    """FRFs of one condition as they come.
+    """Measured FRFs of one condition.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Measured:
     variance : (K, F) ndarray or None
         E|h - H|^2; None, or not above zero on some line, where it is not known.
     room : Room
-        Where columns of fits are put; sweeps of a campaign share it.
+        Work arrays for the columns of fits, shared by the sweeps of a campaign.
     """
 
     frequency: NDArray[np.float64]
@@ -50,11 +50,11 @@ class Measured:
         return Lines(self.frequency, self.h, pooled(rough), room=self.room)
 
     def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
-        """Lines weighted by what a fit leaves over, unless the variance is known, and how many are independent."""
+        """Lines with weights from a fit's residual, unless the variance is known, and with its correlation."""
         return self._weighed(lines, residual(lines, fitted), fitted.poles)
 
     def weighed(self, left: NDArray[np.complex128], poles: NDArray[np.complex128]) -> Lines:
-        """Do the same where what poles leave over, (K, F), is known."""
+        """Return the same from a residual (K, F) and the poles that it belongs to."""
         return self._weighed(self.lines(), left, poles)
 
     def _weighed(self, lines: Lines, left: NDArray[np.complex128], poles: NDArray[np.complex128]) -> Lines:

@@ -1,4 +1,4 @@
-"""Poles that elimination lost or vector fitting never found: a look at what the model leaves over."""
+"""Missing poles, lost by elimination or never found by vector fitting: searched in the residual of the model."""
 
 from functools import lru_cache
 
@@ -24,7 +24,7 @@ def residual(lines: Lines, fitted: PoleFit) -> NDArray[np.complex128]:
 
 
 def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> NDArray[np.complex128]:
-    """Poles that would explain most of a residual: a bank of matched filters, one per half width.
+    """Poles that would explain most of a residual, from a bank of matched filters, one per half width.
 
     Every filter is the weighted line shape 1/(s - lambda), correlated with the residual over the whole band by
     FFT; the strongest peaks of all widths are returned.
@@ -35,7 +35,7 @@ def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> N
     left : (K, F) complex ndarray
         Measured minus model.
     shortlist : int
-        Poles returned at most.
+        Largest number of poles returned.
 
     Returns
     -------
@@ -67,11 +67,11 @@ def matched(lines: Lines, left: NDArray[np.complex128], shortlist: int = 8) -> N
     return np.array([pole for _, pole in found[:shortlist]], dtype=complex)
 
 
-@lru_cache(maxsize=32)  # of a campaign's sweeps all are the same
+@lru_cache(maxsize=32)  # the same for all sweeps of a campaign
 def _line_shape(
     length: int, spacing: float, width: float
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Conjugate spectra of 1/(j f + width), f on `length` lines, and of its square of magnitude."""
+    """Conjugate spectra of 1/(j f + width), f on `length` lines, and of its squared magnitude."""
     shape = 1.0 / (1j * np.fft.fftfreq(length, 1.0 / length) * spacing + width)
     return np.fft.fft(shape).conj(), np.fft.fft(np.abs(shape) ** 2).conj()
 
@@ -97,18 +97,18 @@ def gains(lines: Lines, fitted: PoleFit, poles: NDArray[np.complex128]) -> NDArr
 
 
 def add_missing(lines: Lines, blocks: Lines, fitted: PoleFit, *, most: int = 6) -> PoleFit:
-    """Add the poles that the residual asks for, one at a time, as long as BIC falls.
+    """Add the poles that explain most of the residual, one at a time, as long as BIC falls.
 
     Parameters
     ----------
     lines : Lines
-        All lines, whose residual proposes poles.
+        All lines; candidates come from their residual.
     blocks : Lines
         The same FRFs averaged, on which BIC is judged.
     fitted : PoleFit
         On `blocks`.
     most : int
-        Poles added at most.
+        Largest number of poles added.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The modes of one condition: poles that FRFs share, residues, and what stands for the rest."""
+"""The modes of one condition: common poles of its FRFs, residues and residual terms."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ class Rejected:
     Attributes
     ----------
     pole : complex
-        rad/s; without a real part for a line.
+        rad/s; purely imaginary for a line.
     reason : str
     status : str
         ``computational`` or ``harmonic``.
@@ -33,7 +33,7 @@ class Rejected:
 
 @dataclass(frozen=True)
 class Modes:
-    """Poles, residues and residual terms that rebuild the FRFs they were identified from.
+    """Poles, residues and residual terms identified from FRFs; `synthesis` rebuilds the FRFs.
 
     Attributes
     ----------
@@ -50,14 +50,15 @@ class Modes:
     band : (float, float)
         Hz.
     misfit : float
-        rms of what the model leaves over, as a share of rms |h|.
+        rms of the residual, as a share of rms |h|.
     lines : int
         Frequency lines fitted.
     rejected : tuple of Rejected
-        Start poles that did not stay.
+        Start poles that were dropped, and lines left out of the fit.
     confirmation : tuple of str
-        Per pole: ``confirmed`` where refits of parts of the data, or a sweep of a neighbouring temperature, find a
-        mode again, ``unconfirmed`` where not, nothing for poles that are no modes; empty where nothing was tried.
+        Per pole: ``confirmed`` where refits of parts of the data, or a sweep at a neighbouring temperature, find a
+        mode again, ``unconfirmed`` where not, an empty string for poles that are no modes; an empty tuple where no
+        refits were made.
     """
 
     poles: NDArray[np.complex128]
@@ -114,19 +115,19 @@ class Modes:
         return near
 
     def confirmed_word(self, pole: int) -> str:
-        """Return ``confirmed`` or ``unconfirmed``; nothing where a pole is no mode, or nothing was tried."""
+        """Return ``confirmed`` or ``unconfirmed``; empty for a pole that is no mode, or without refits."""
         return self.confirmation[pole] if self.confirmation else ""
 
     def standing(self, pole: int) -> str:
-        """Status of a pole and what refits say of it: ``kept, confirmed``."""
+        """Status of a pole, and whether refits confirm it: ``kept, confirmed``."""
         return ", ".join(word for word in (self.status[pole], self.confirmed_word(pole)) if word)
 
     @property
     def overlapped(self) -> NDArray[np.int_]:
-        """Place of the mode that each overlaps, (J,); -1 for none, and for what is no mode of the plate.
+        """Index of the mode that each mode overlaps, (J,); -1 for none, and for poles that are no modes.
 
-        Closer than half of the half-power bandwidth, two modes are known together rather than each alone: the
-        stated deviations are those of noise, and say nothing of how else their sum could be split.
+        Two modes closer than half of the half-power bandwidth are not determined separately: the stated standard
+        deviations cover noise, but not other ways to split the sum of the two.
         """
         circular = np.abs(self.poles)
         nearest = np.full(len(self.poles), -1)

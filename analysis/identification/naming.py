@@ -1,7 +1,7 @@
-"""Names for the modes of sweeps that were identified one by one.
+"""Matching of modes between sweeps that were identified one by one.
 
-A pole belongs to the mode that should be nearest: where the common step of all modes and its own trend put it, and
-with its shape, or its residue's phase where there is one sensor.
+A pole belongs to the nearest predicted mode. The prediction uses the common step of all modes and the mode's own
+trend; the distance includes the shape, or the residue's phase where there is one sensor.
 """
 
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ from analysis.identification.modes import Modes
 from analysis.identification.tracked_modes import TrackedModes
 
 LEAST_BASE = 0.5
-"""Difference of temperature, K, below which two sweeps show no trend."""
+"""Smallest difference of temperature, K, between two sweeps from which a trend is computed."""
 
 SAME_MODE = 1.5
 """Largest distance, in half widths, between a mode's predicted and found pole."""
@@ -32,7 +32,7 @@ class Sighting:
 
 @dataclass
 class NamedModes:
-    """What is known so far: sweeps done, the common factor of each, and where every mode was seen."""
+    """Sweeps done so far, the common factor of each, and the sweeps and poles in which every mode was found."""
 
     modes: dict[int, Modes] = field(default_factory=dict)
     labels: dict[int, NDArray[np.int64]] = field(default_factory=dict)
@@ -41,10 +41,10 @@ class NamedModes:
     notes: list[str] = field(default_factory=list)
 
     def predict(self, label: int, temperature: float) -> Sighting:
-        """Where a mode should be: as the nearest sweep showed it, moved on along its own trend.
+        """Predict a mode at a temperature: its pole in the nearest sweep, extrapolated along its own trend.
 
-        The trend is what the mode did beside the common factor between the two nearest sweeps that showed it,
-        and is believed for one and a half times their distance.
+        The trend is the mode's change relative to the common factor between the two nearest sweeps with it,
+        extrapolated by at most one and a half times their distance.
         """
         nearest, *others = sorted(self.seen[label], key=lambda s: abs(s.temperature - temperature))
         step = temperature - nearest.temperature
@@ -57,12 +57,12 @@ class NamedModes:
 
 
 def enter(done: NamedModes, t: int, temperature: float, modes: Modes, factor: float) -> None:
-    """Name the poles of a sweep: each gets the label of a known mode, a new one, or -1 for no mode.
+    """Label the poles of a sweep: each gets the label of a known mode, a new one, or -1 for no mode.
 
     Parameters
     ----------
     done : NamedModes
-        Gets the sweep.
+        The sweep is added to it.
     t : int
         Sweep.
     temperature : float
@@ -93,7 +93,7 @@ def enter(done: NamedModes, t: int, temperature: float, modes: Modes, factor: fl
 
 
 def _distance(known: Sighting, modes: Modes, n: int, factor: float) -> float:
-    """Distance of a pole from a mode's prediction in half widths, plus up to 1 for another shape or phase."""
+    """Distance of a pole from a mode's prediction in half widths, plus up to 1 for a different shape or phase."""
     predicted, shape = known.pole * factor, known.shape
     pole, residue = modes.poles[n], modes.residues[:, n]
     width = -0.5 * (predicted.real + pole.real)

@@ -1,4 +1,4 @@
-"""What a fit leaves over: how large the error of every line is, and how many lines are independent."""
+"""Noise estimated from a fit's residual: standard deviation of every line, and correlation between lines."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,20 +7,20 @@ from scipy.ndimage import uniform_filter1d
 from analysis.identification.running_median import running_median
 
 CALM = 1.5
-"""Mean power of noise over its median's estimate, at most, where a window holds nothing but noise."""
+"""Largest ratio of mean noise power to the estimate from its median, in a window that holds noise alone."""
 
 LARGEST_SHARE = 1.0
-"""Error of a line, relative to the response of the model, beyond what its calm neighbours show."""
+"""Largest error of a line beyond the noise around it, relative to the response of the model."""
 
 LONGEST = 2.0
-"""Half widths over which errors count as correlated, at most."""
+"""Largest lag at which errors count as correlated, in half widths."""
 
 LEAST_REACH = 8.0
 """The same in lines, at least."""
 
 ALIKE = 0.1
-"""Root mean square of the relative difference up to which deviations of two responses have one course along
-frequency: about what two estimates from the same noise differ by. Weights off by so much cost 2 % of accuracy."""
+"""Relative rms difference up to which the noise of two responses has the same spectrum: two estimates from the
+same noise differ by about as much. Weights with this error cost 2 % of accuracy."""
 
 
 def deviation_from_residual(
@@ -29,18 +29,17 @@ def deviation_from_residual(
     *,
     smallest_width: int = 41,
 ) -> NDArray[np.float64]:
-    """Smooth root mean square of residuals along frequency.
+    """Estimate the standard deviation of every line: rms of residuals, smoothed along frequency.
 
     The window holds a sixteenth of the lines, so that the weights carry a few per cent of noise themselves and
-    cost under one per cent of variance; noise that changes faster than that is averaged. What a resonance leaves
-    over (leakage, a response that is not quite linear) must not make the lines beside it look noisy, or its pole
-    is no longer worth its price: beyond a running median, which it does not move, the mean counts only up to a
-    share of the model.
+    cost under one per cent of variance; noise that changes faster than that is averaged. The model error at a
+    resonance (leakage, slight nonlinearity) must not raise the noise of the lines beside it, or BIC would drop its
+    pole: beyond a running median, which is robust to it, the mean counts only up to a share of the model.
 
     Parameters
     ----------
     left, h : (K, F) complex ndarray
-        Measured minus model, and what was measured, whose rounding is the least deviation.
+        Measured minus model, and measured; rounding of `h` is the smallest deviation.
     smallest_width : int
         Lines in the window at least.
 
@@ -62,10 +61,10 @@ def deviation_from_residual(
 
 
 def pooled(deviation: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give responses whose noise takes the same course along frequency the mean of their courses.
+    """Replace noise spectra of the same shape by their mean shape; each response keeps its level.
 
-    Sensors of one kind on one acquisition device have noise of one course, each at its own level. Together they
-    tell it better than each alone, and responses with weights in proportion share one factorisation in a fit.
+    Sensors of one kind on one acquisition device have noise spectra of one shape, each at its own level. The mean
+    is more accurate than each estimate, and responses with proportional weights share one factorisation in a fit.
 
     Parameters
     ----------
@@ -75,7 +74,7 @@ def pooled(deviation: NDArray[np.float64]) -> NDArray[np.float64]:
     Returns
     -------
     (K, F) ndarray
-        Each response keeps its level, the geometric mean.
+        The level of each response is its geometric mean over the lines.
     """
     course = np.log(deviation)
     level = course.mean(axis=1, keepdims=True)
@@ -92,7 +91,7 @@ def pooled(deviation: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def correlation(normalised: NDArray[np.complex128], reach: float) -> float:
-    """How many neighbouring lines carry the information of one: tau = 1 + 2 sum rho_k, at least 1.
+    """Return how many lines carry the information of one independent line: tau = 1 + 2 sum rho_k, at least 1.
 
     Parameters
     ----------
@@ -101,7 +100,7 @@ def correlation(normalised: NDArray[np.complex128], reach: float) -> float:
         the first value that is not positive; windows, interpolation, slow drifts and whatever a model lacks
         correlate neighbouring lines.
     reach : float
-        Lines, the half width of a resonance here: errors that go together over more than `LONGEST` of it bend the
+        Half width of a resonance, in lines: errors correlated over more than `LONGEST` half widths bend the
         background and do not look like a resonance.
     """
     count = normalised.shape[1]

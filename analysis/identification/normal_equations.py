@@ -1,4 +1,4 @@
-"""The triangular factor of a weighted least-squares problem, which holds all of it."""
+"""Triangular factor of a weighted least-squares problem."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,23 +8,23 @@ WELL_APART = 1e-4
 """Smallest sine between a column and those before it for which normal equations are good enough."""
 
 RIDGE = 1e-10
-"""Share of its length squared added to a column that is nearer to the others than that: residues of poles that the
-lines cannot tell apart stay below 1e4 times what was measured; a plate's own change as little as by rounding."""
+"""Ridge on columns nearer to the others than that, relative to their squared length: residues of poles that the
+lines cannot separate stay below 1e4 times the data; others change by no more than rounding."""
 
 
 def triangular_factor(rows: NDArray[np.float64], columns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Factor [columns at unit length, data].
 
-    Cholesky's of the Gram matrix costs a quarter of an orthogonal one and squares the condition, so it is taken
-    only where every row keeps a ten-thousandth of its length beside the ones before; columns get a ridge if need
-    be.
+    A Cholesky factor of the Gram matrix costs a quarter of an orthogonal one but squares the condition number. So
+    it is used only where every row has a component of a ten-thousandth of its length orthogonal to those before
+    it; if need be, a ridge is added to the columns.
 
     Parameters
     ----------
     rows : (N, 2F) ndarray
         Columns of the problem and data after them, weighted.
     columns : int
-        How many are columns.
+        Number of columns; the other rows are data.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def _orthogonal(rows: NDArray[np.float64], lengths: NDArray[np.float64], columns
     """Return the triangle of an orthogonal factor."""
     factor = np.asarray(np.linalg.qr((rows / lengths[:, None]).T, mode="r"))
     short = len(rows) - len(factor)
-    if short > 0:  # fewer lines than columns: pad, so that the parts can be cut out all the same
+    if short > 0:  # fewer lines than columns: pad, so that the factor has its usual shape
         factor = np.vstack([factor, np.zeros((short, factor.shape[1]))])
     diagonal = np.einsum("ii->i", factor)
     diagonal += np.where(np.abs(diagonal) < 1e-12, 1e-12, 0.0)

@@ -1,4 +1,4 @@
-"""How many poles: backward elimination and one look back, both judged by BIC."""
+"""Model order: backward elimination of poles and choice of residual terms by BIC."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,18 +11,18 @@ from analysis.identification.resolution import unresolved
 from analysis.identification.variable_projection import Projection, project
 
 ROUGH = 3e-4
-"""Relative fall of the misfit that is not worth another iteration while poles still come and go."""
+"""Relative fall of the misfit at which fits stop while the model order is not final."""
 
 
 UNSEEN = 1e-13
-"""Information about a direction, relative to that about a single parameter, which is rounding."""
+"""Relative eigenvalue of the information matrix below which it is rounding error."""
 
 
 def covariance(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
     """Covariance (2J, 2J) of log |pole| and log damping ratio, from the Jacobian and the misfit found.
 
-    Lines whose errors go together count as often as they are independent. What the data do not determine has a
-    variance without end, not none: directions that rounding hides keep the largest that rounding lets through.
+    Lines with correlated errors count as fewer independent ones. A direction that the data do not determine gets
+    the largest variance that rounding error allows, not zero.
     """
     now = fitted.projection
     freedom = max(lines.independent - fitted.parameters, 1.0) * lines.correlation
@@ -40,14 +40,15 @@ def relative_deviations(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
 
 
 def drop_unsupported(lines: Lines, fitted: PoleFit, share: float = 0.0) -> PoleFit:
-    """Drop, weakest first, the poles whose absence costs less than their price, the others held.
+    """Drop, weakest first, the poles that BIC does not support with the others held.
 
     Parameters
     ----------
     lines : Lines
     fitted : PoleFit
     share : float
-        Of the price, a margin: 0 drops whatever does not pay, -0.5 only what pays less than half.
+        Margin as a share of a pole's BIC penalty: 0 drops all unsupported poles, -0.5 only clearly unsupported
+        ones.
 
     Returns
     -------
@@ -59,13 +60,13 @@ def drop_unsupported(lines: Lines, fitted: PoleFit, share: float = 0.0) -> PoleF
         below = int((rise < share * price).sum())
         if below == 0:
             break
-        # bounds of several poles do not add up, so no more than a quarter of them go at once
+        # the bounds hold for one pole at a time, so no more than a quarter of them are dropped at once
         fitted = _at(lines, np.delete(fitted.poles, np.argsort(rise)[: max(below // 4, 1)]), fitted.terms)
     return fitted
 
 
 def _without_unsupported(lines: Lines, fitted: PoleFit) -> PoleFit:
-    """Drop what does not pay, and refit the others."""
+    """Drop poles that BIC does not support, and refit the others."""
     left = drop_unsupported(lines, fitted)
     start = fitted.projection if left is fitted else None
     return fit(lines, left.poles, left.terms, tolerance=ROUGH, max_iterations=8, start=start)
@@ -85,7 +86,7 @@ def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
     fitted : PoleFit
         Over-specified start.
     candidates : int
-        How many of the weakest poles are tried before the order is accepted.
+        Number of weakest poles whose removal is tried before the order is accepted.
 
     Returns
     -------
@@ -104,7 +105,7 @@ def eliminate(lines: Lines, fitted: PoleFit, *, candidates: int = 3) -> PoleFit:
 
 
 def _outstanding(lines: Lines, fitted: PoleFit) -> NDArray[np.bool_]:
-    """Poles in the band that so much rests on that even at a bound only a refit without them may drop them."""
+    """Strong poles in the band, (J,): even at a bound of the search they are dropped only after a refit."""
     place = fitted.poles.imag / (2.0 * np.pi)
     inside = (place > lines.frequency[0]) & (place < lines.frequency[-1])
     strong: NDArray[np.bool_] = inside & (support(fitted, lines) > 10.0 * pole_price(lines))
@@ -112,7 +113,7 @@ def _outstanding(lines: Lines, fitted: PoleFit) -> NDArray[np.bool_]:
 
 
 def drop_unresolved(lines: Lines, fitted: PoleFit) -> PoleFit:
-    """Drop poles that the lines cannot tell apart, refitting the others, until all can be."""
+    """Drop poles that the lines cannot separate and refit the others, until all can be separated."""
     while (lesser := unresolved(fitted.poles, fitted.projection.residues, lines.spacing)).any():
         fitted = fit(lines, fitted.poles[~lesser], fitted.terms, tolerance=ROUGH, max_iterations=8)
     return fitted
@@ -126,7 +127,7 @@ def attempt(
     *,
     start: Projection | None = None,
 ) -> PoleFit | None:
-    """Fit a rival model; given up early where its BIC cannot fall below `level`.
+    """Fit an alternative model; the fit stops early where its BIC cannot fall below `level`.
 
     Parameters
     ----------
@@ -167,17 +168,17 @@ def _smaller(lines: Lines, best: PoleFit, candidates: int) -> PoleFit | None:
 
 
 def suspects(lines: Lines, fitted: PoleFit, count: int) -> list[int]:
-    """Poles worth dropping on trial: those that explain least, then the ill-determined ones.
+    """Candidates for removal: the poles that explain least, then the ill-determined ones.
 
-    One of two poles that share a peak explains much as long as the other stays where it is; what gives it away is
-    that its damping is hardly known.
+    One of two poles at the same peak explains much as long as the other is held; its damping, though, is hardly
+    determined.
 
     Parameters
     ----------
     lines : Lines
     fitted : PoleFit
     count : int
-        How many of those that explain least are looked at.
+        Number of poles taken from those that explain least.
 
     Returns
     -------
@@ -189,7 +190,7 @@ def suspects(lines: Lines, fitted: PoleFit, count: int) -> list[int]:
     listed = [int(j) for j in np.argsort(rise)[:count] if rise[j] < 8.0 * price]
     uncertain = relative_deviations(fitted, lines)[:, 1]
     place = fitted.poles.imag / (2.0 * np.pi)
-    uncertain[(place < lines.frequency[0]) | (place > lines.frequency[-1])] = 0.0  # background, never well known
+    uncertain[(place < lines.frequency[0]) | (place > lines.frequency[-1])] = 0.0  # background poles
     listed += [
         int(j)
         for j in np.argsort(uncertain)[::-1][:2]

@@ -1,4 +1,4 @@
-"""Poles as the numbers a search moves, and how far it may move them."""
+"""Poles as parameters of a search, with bounds."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ LARGEST_DAMPING = 0.6
 
 @dataclass(frozen=True)
 class Bounds:
-    """Where poles may go: undamped frequency in rad/s, damping ratio.
+    """Bounds of poles: undamped frequency in rad/s, damping ratio.
 
     A pole narrower than a tenth of a line's spacing describes one line, not a resonance; one far outside
     the band is a residual term.
@@ -23,11 +23,11 @@ class Bounds:
 
     @classmethod
     def of(cls, frequency: NDArray[np.float64], spacing: float) -> "Bounds":
-        """Bounds that belong to lines (F,) and their spacing, Hz."""
+        """Bounds for a band of lines (F,) and their spacing, Hz."""
         return cls((np.pi * frequency[0], 3.0 * np.pi * frequency[-1]), 0.2 * np.pi * spacing)
 
     def clip(self, parameters: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Parameters (J, 2) moved inside."""
+        """Parameters (J, 2) clipped to the bounds."""
         log_w = np.clip(parameters[:, 0], *np.log(self.frequency))
         narrowest = np.log(self.half_width) - log_w
         log_zeta = np.minimum(np.maximum(parameters[:, 1], narrowest), np.log(self.damping))

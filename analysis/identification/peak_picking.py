@@ -1,7 +1,7 @@
 """The paper's recipe (section 4.2): pick peaks, fit each locally, then refine all poles over the wide band.
 
-It is here so that the paper can be repeated. What shows no peak of its own is not found, and in a lossy plate
-peaks merge: of R10's modes about a tenth is missed, where `automatic` misses none.
+Provided to reproduce the paper. A mode without a peak of its own is not found, and in a lossy plate peaks merge:
+about a tenth of R10's modes is missed, where `automatic` misses none.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from analysis.identification.residual_terms import REAL_E, REAL_E_F, ResidualTer
 from analysis.identification.settings import Settings
 
 PROMINENCE = 10.0
-"""Standard deviations of the noise by which a peak must stand out of its surroundings."""
+"""Smallest prominence of a peak, in standard deviations of the noise."""
 
 
 def identify_by_peaks(
@@ -31,7 +31,7 @@ def identify_by_peaks(
     settings : Settings, optional
         Only the mains frequency is used.
     terms : ResidualTerms
-        The paper's E + F/s^2 unless another choice is asked for.
+        The paper's E + F/s^2 by default.
 
     Returns
     -------
@@ -51,13 +51,13 @@ def identify_by_peaks(
 
 
 def peaks(lines: Lines) -> list[tuple[int, float]]:
-    """Places of peaks, as numbers of lines, and their half-power widths in lines.
+    """Find peaks: the index of each one's line, and its half-power width in lines.
 
     Amplitudes in standard deviations of the band's noise, all responses together.
     """
     from scipy.signal import find_peaks, peak_widths
 
-    noise = np.median(lines.deviation, axis=1, keepdims=True)  # its ripple from line to line would make peaks
+    noise = np.median(lines.deviation, axis=1, keepdims=True)  # scatter over lines would add peaks
     height: NDArray[np.float64] = np.sqrt((np.abs(lines.h / noise) ** 2).mean(axis=0))
     places, _ = find_peaks(height, prominence=PROMINENCE)
     widths = peak_widths(height, places, rel_height=1.0 - np.sqrt(0.5))[0]

@@ -12,13 +12,13 @@ from analysis.identification.residual_terms import ResidualTerms
 Spread = NDArray[np.float64] | None
 
 CACHED = 8192
-"""Complex numbers in an array that stays in the processor's cache between many operations."""
+"""Size of a block that stays in the processor's cache between operations, in complex numbers."""
 
 
 def pole_columns(
     s: NDArray[np.complex128], poles: NDArray[np.complex128], spread: Spread = None
 ) -> NDArray[np.complex128]:
-    """Columns that Re R and Im R multiply, pole by pole.
+    """Columns multiplied by Re R and Im R, pole by pole.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def pole_columns(
         Upper half plane, rad/s.
     spread : (F,) ndarray, optional
         Where `s` is the middle of several averaged lines, their mean squared distance from it, (rad/s)^2:
-        the mean of 1/(s - lambda) over them is taken to fourth order in their reach over s - lambda.
+        the mean of 1/(s - lambda) over them is expanded to fourth order in distance over (s - lambda).
 
     Returns
     -------
@@ -80,7 +80,7 @@ def _fill(
     columns: NDArray[np.complex128],
     moved: NDArray[np.complex128] | None,
 ) -> None:
-    """Columns and derivative columns of a few poles, written where they belong."""
+    """Fill columns and derivative columns of a few poles in place."""
     both = np.concatenate([poles, poles.conj()])
     away = both.imag[:, None] - w
     inverse = away * away
@@ -102,7 +102,7 @@ def _fill(
 
 
 def paired(both: NDArray[np.complex128], columns: NDArray[np.complex128]) -> None:
-    """Fill `columns` (2J, F) with upper + lower and j (upper - lower), in turns, of upper and lower in `both`."""
+    """Fill `columns` (2J, F) with upper + lower and j (upper - lower), alternating, from `both`."""
     upper, lower = both[: len(both) // 2], both[len(both) // 2 :]
     np.add(upper, lower, out=columns[0::2])
     np.subtract(lower.imag, upper.imag, out=columns[1::2].real)

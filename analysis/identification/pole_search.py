@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt search for the poles of lowest misfit, everything else eliminated."""
+"""Levenberg-Marquardt search for the poles of lowest misfit, with residues and residual terms eliminated."""
 
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.variable_projection import Projection, project
 
 PATIENCE = 2.0
-"""How many times its promise a search is credited with before it is given up."""
+"""A search stops if even this many times the predicted fall of the misfit does not reach its target."""
 
 
 @dataclass(frozen=True)
@@ -58,14 +58,14 @@ def fit(
     terms : ResidualTerms
         Eliminated together with the residues.
     tolerance : float
-        Stop once an accepted step promises and brings a relative fall of the misfit below this.
+        Stop once both the predicted and the actual relative fall of the misfit in an accepted step are below this.
     max_iterations : int
-        Projections evaluated at most; where it is none, that at the start has no derivatives.
+        Largest number of projections; with 0, the projection at the start has no derivatives.
     start : Projection, optional
         The projection at `poles`, if it is known already.
     target : float, optional
-        Stop once the Gauss-Newton model promises no misfit as low as this, before the first step if it does not
-        there, or once one is reached.
+        Stop once this misfit is reached, or once the Gauss-Newton model predicts that it cannot be, which may be
+        before the first step.
 
     Returns
     -------
@@ -97,14 +97,14 @@ def fit(
 
 
 def _decided(now: Projection, fall: float, target: float) -> bool:
-    """Whether a target is reached with little to gain beyond, or out of reach."""
+    """Whether a target is reached and little more can be gained, or is out of reach."""
     if now.misfit < target:
         return fall < 0.1 * (target - now.misfit)
     return now.misfit - PATIENCE * _promise(now) > target
 
 
 def _promise(now: Projection) -> float:
-    """Fall of the misfit that a full Gauss-Newton step would bring if the model were quadratic."""
+    """Fall of the misfit that the quadratic Gauss-Newton model predicts for a full step."""
     root = np.sqrt(np.maximum(np.diag(now.hessian), np.finfo(float).tiny))
     scaled = now.hessian / root[:, None] / root + 1e-6 * np.eye(len(root))
     return float(now.gradient / root @ cho_solve(cho_factor(scaled), now.gradient / root))

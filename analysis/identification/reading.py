@@ -1,7 +1,7 @@
-"""What a pole says about frequency and damping, with standard deviations.
+"""Natural frequency and damping of a pole, with standard deviations.
 
 A polymer's damping is hysteretic: with k = -lambda^2 the complex stiffness over mass of the mode, sqrt(Re k)/2 pi
-is the frequency its storage modulus alone would give, and Im k / Re k its loss factor. The frequency of a
+is the frequency from its storage modulus alone, and Im k / Re k its loss factor. The frequency of a
 viscous oscillator, |lambda|/2 pi, lies higher by a share of eta^2/4 for the same pole (eta^2/2 in the modulus).
 """
 
@@ -22,7 +22,7 @@ class PoleReading:
     ----------
     frequency_hz, sigma_frequency_hz : ndarray, Hz
     damping_ratio, sigma_damping_ratio : ndarray
-        -Re lambda / |lambda|, whichever the reading.
+        -Re lambda / |lambda|, for hysteretic and viscous damping alike.
     loss_factor, sigma_loss_factor : ndarray
         Im k / Re k if hysteretic, twice the damping ratio if viscous.
     """

@@ -1,4 +1,4 @@
-"""What the modes outside the band leave inside it: a few powers of s, real or complex."""
+"""Contribution of the modes outside the band: a few powers of s with real or complex coefficients."""
 
 from dataclasses import dataclass
 
@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class ResidualTerms:
-    """Powers of s beside the poles.
+    """Powers of s in the model in addition to the poles.
 
     Attributes
     ----------
     name : str
-        As reports show it.
+        Shown in reports.
     powers : tuple of int
         0 is the flexibility E of the modes above, -2 the inertia F of the rigid-body modes below
-        (paper eq. 10), 1 a correction G s that bends with frequency.
+        (paper eq. 10), 1 a correction G s, linear in frequency.
     complex_valued : bool
         Whether the coefficients may be complex, as hysteretic damping makes them.
     """
@@ -40,7 +40,7 @@ class ResidualTerms:
         s : (F,) complex ndarray
             jw, rad/s.
         scale : float
-            Unit of s in the columns, rad/s.
+            Scale by which s is divided in the columns, rad/s.
         spread : (F,) ndarray, optional
             Mean squared distance of lines averaged into one, (rad/s)^2.
 
@@ -74,25 +74,25 @@ COMPLEX_E_F = ResidualTerms("complex E + F/s^2", (0, -2), True)
 COMPLEX_E_F_G = ResidualTerms("complex E + F/s^2 + G s", (0, -2, 1), True)
 
 CHOICES = (NONE, REAL_E, REAL_E_F, COMPLEX_E_F, COMPLEX_E_F_G)
-"""From the poorest to the richest: the order choice by BIC starts from the last."""
+"""By rising number of parameters; the choice by BIC starts from the last."""
 
 MOBILITY_CHOICES = (
     ResidualTerms("E + F/s + G s", (0, -1, 1), False),
     ResidualTerms("complex E + F/s + G s + K s^2", (0, -1, 1, 2), True),
 )
-"""For mobility: s times a pole's term leaves power 0, the modes above the band power 1, those below power -1."""
+"""For mobility: s times a pole's term adds power 0, the modes above the band power 1, those below power -1."""
 
 ACCELERANCE_CHOICES = (
     ResidualTerms("E + G s + K s^2", (0, 1, 2), False),
     ResidualTerms("complex E + F/s^2 + G s + K s^2", (0, -2, 1, 2), True),
 )
-"""For accelerance: s^2 times a pole's term leaves powers 0 and 1, and the modes above the band a power 2."""
+"""For accelerance: s^2 times a pole's term adds powers 0 and 1, and the modes above the band power 2."""
 
 EVERY_CHOICE = (*CHOICES, *MOBILITY_CHOICES, *ACCELERANCE_CHOICES)
 
 
 def choices_for(quantity: str) -> tuple[ResidualTerms, ...]:
-    """Residual terms that suit an FRF's response; every one where it is unknown.
+    """Choices of residual terms for the quantity of an FRF's response; all choices if it is unknown.
 
     `quantity` is ``displacement``, ``velocity``, ``acceleration`` or anything else for unknown.
     """

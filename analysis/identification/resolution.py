@@ -1,8 +1,8 @@
-"""Poles that a record is too short to tell apart.
+"""Pairs of poles that the frequency resolution cannot separate.
 
-A record of 1/spacing seconds cannot tell two frequencies closer than about two lines, and a resonance that
-rings on beyond it smears into the lines around (leakage). Both are explained better by extra poles than by one,
-so no information criterion refuses those: this rule does.
+A record of 1/spacing seconds cannot separate two frequencies closer than about two lines, and a resonance that
+rings longer than the record leaks into the lines around it. Extra poles fit both better than one pole does, so an
+information criterion accepts them; this rule rejects them.
 """
 
 import numpy as np
@@ -11,23 +11,23 @@ from numpy.typing import NDArray
 from analysis.shapes.assurance import mpc
 
 CLOSEST = 2.0
-"""Line spacings between two modes at least."""
+"""Smallest distance of two modes, in line spacings."""
 
 NARROWEST_PAIR = 3.5
-"""Half width, in line spacings, of the narrower of two modes from which they may be closer than `CLOSEST`: over
-so many lines their sum has a shape of its own, and BIC tells it from that of one."""
+"""Half width, in line spacings, of the narrower of two modes from which they may be closer than `CLOSEST`: on so
+many lines BIC distinguishes the sum of two resonances from one."""
 
 NARROW = 6.0
 """Half width, in line spacings, below which a resonance may leak."""
 
 REACH = 30.0
-"""Line spacings beside a narrow resonance where small companions are taken for its leakage."""
+"""Distance from a narrow resonance, in line spacings, within which a small pole is taken for its leakage."""
 
 SMALL = 0.1
-"""Height of such a companion, relative to the resonance."""
+"""Largest height of such a pole, relative to the resonance."""
 
 NEEDLE_SMALL = 0.5
-"""The same for a companion narrower than one line's spacing: a needle in the noise that a tall peak carries."""
+"""The same for a pole narrower than one line spacing: noise near a tall peak is larger."""
 
 COINCIDENT = 0.5
 """Distance of two poles, in half widths of the narrower, up to which they may stand for one mode whose frequency
@@ -39,7 +39,7 @@ the two below the second. A measured beam, hit at nine places, gives 0.99 and 0.
 
 
 def heights(poles: NDArray[np.complex128], residues: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Height of every pole's peak, |R|/|Re lambda|, root of the sum of squares over responses: (J,) ndarray."""
+    """Height of every pole's peak, |R|/|Re lambda|, root sum of squares over responses: (J,) ndarray."""
     size: NDArray[np.float64] = np.linalg.norm(residues, axis=0) / -poles.real
     return size
 
@@ -47,7 +47,7 @@ def heights(poles: NDArray[np.complex128], residues: NDArray[np.complex128]) -> 
 def unresolved(
     poles: NDArray[np.complex128], residues: NDArray[np.complex128], spacing: float
 ) -> NDArray[np.bool_]:
-    """Which poles are the lesser of two that the lines cannot tell apart, or leakage.
+    """Poles that are leakage, or the smaller one of two that the lines cannot separate.
 
     Parameters
     ----------

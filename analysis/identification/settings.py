@@ -1,4 +1,4 @@
-"""How FRFs are identified: where the search begins and ends, residual terms, mains."""
+"""Settings of the identification: limits of the search, residual terms, mains frequency."""
 
 from dataclasses import dataclass
 
@@ -7,14 +7,14 @@ from analysis.identification.residual_terms import CHOICES, ResidualTerms
 
 @dataclass(frozen=True)
 class Settings:
-    """How FRFs are identified.
+    """Settings of the identification.
 
     Attributes
     ----------
     start_count : int
-        Pole pairs vector fitting starts with; two and a half times as many while more than `FULL` of them stay.
+        Pole pairs vector fitting starts with; 2.5 times as many in the next search if more than 60 % are kept.
     most_count : int
-        Start poles at most.
+        Largest number of start poles.
     terms : tuple of ResidualTerms
         BIC chooses among these.
     mains : float or None

@@ -1,12 +1,12 @@
-"""Tracks that are smooth in temperature: what poles of all sweeps have in common, and how far they may leave it.
+"""Tracks: prior of the poles of all sweeps, smooth in temperature.
 
-Of a pole's log |lambda| and log damping ratio, one part is the sweep's and common to all modes (modulus and loss
-at that temperature), one belongs to the mode and changes slowly, the rest is scatter:
+A pole's log |lambda| and log damping ratio have a part common to all modes of a sweep (modulus and loss factor at
+its temperature), a part of the mode that changes slowly with temperature, and scatter:
 
     x(t, j) = base(t, j) + common(t) + curve_j(T) + scatter
 
-The curve of log |lambda| is a polynomial, that of the log damping ratio nearly a constant: what damps a
-homogeneous plate damps all its modes alike. `base` is what is known beforehand, a twin's poles say.
+The curve of log |lambda| is a polynomial, that of the log damping ratio nearly a constant: the material of a
+homogeneous plate damps all its modes alike. `base` is prior knowledge, for example a twin's poles.
 """
 
 from dataclasses import dataclass, replace
@@ -18,22 +18,22 @@ from numpy.typing import NDArray
 from analysis.median_deviation import median_deviation
 
 DEGREE = 3
-"""Of the polynomial in temperature that belongs to one mode's log |lambda|."""
+"""Degree of the polynomial in temperature of one mode's log |lambda|."""
 
 FREE = 1e6
-"""Variance of what nothing is known of."""
+"""Prior variance of an unknown parameter."""
 
 BEND = 0.3
 """Standard deviation of a curve's coefficients beyond its constant, log |lambda|, before any is known."""
 
 FEWEST = 5
-"""Tracks that tell how much curves differ, at least."""
+"""Smallest number of tracks from which the variance of curves is estimated."""
 
 OWN_DAMPING = (0.02, 0.005)
 """Standard deviations of a mode's own log damping ratio: constant, and along temperature."""
 
 SCATTER = (2e-4, 2e-3)
-"""Of log |lambda| and log damping ratio about the curves: laws of real materials are no polynomials."""
+"""Scatter of log |lambda| and log damping ratio about the curves: real material laws are no polynomials."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +47,12 @@ class SmoothTracks:
     base : (T, J, 2) ndarray
         What is known beforehand; zeros where nothing is.
     own : (J, P, 2) ndarray
-        Variances of each mode's coefficients; those of damping beyond the second are not used.
+        Prior variances of each mode's coefficients; those of damping beyond the second are not used.
     scatter : (2,) ndarray
         Standard deviations of the scatter.
 
-    The numbers that make up the tracks are the common parts, sweep by sweep, then every mode's coefficients.
+    The parameters of the tracks, called numbers below, are the common parts, sweep by sweep, then every mode's
+    coefficients.
     """
 
     basis: NDArray[np.float64]
@@ -77,12 +78,12 @@ class SmoothTracks:
         base : (T, J, 2) ndarray
             What is known beforehand; zeros where nothing is.
         frequency : tuple of float
-            Standard deviations of the coefficients of log |lambda|, the last for all that follow; `BEND` after an
-            only one.
+            Standard deviations of the coefficients of log |lambda|; the last holds for all higher ones, `BEND` if
+            only one is given.
         damping : (float, float)
             Those of the log damping ratio's constant and slope.
         degree : int
-            At most; fewer sweeps than three for a coefficient have a lower one.
+            Largest degree; lower where there are fewer than three sweeps per coefficient.
 
         Returns
         -------
@@ -98,9 +99,9 @@ class SmoothTracks:
         return cls(basis, base, own, np.array(SCATTER))
 
     def learned(self, place: NDArray[np.float64], active: NDArray[np.bool_]) -> "SmoothTracks":
-        """Tracks that bend no more than those of one plate do, as the modes seen in every sweep tell.
+        """Tracks with variances of the curves estimated from the modes present in every sweep.
 
-        Free to bend as they like, tracks pass from one mode to its neighbour where either is hidden.
+        Without this limit, a track may change over to a neighbouring mode where either is hidden.
 
         Parameters
         ----------
@@ -113,7 +114,7 @@ class SmoothTracks:
         -------
         SmoothTracks
         """
-        modes = self.own[:, 0, 1] == self.own[:, 0, 1].min(initial=np.inf)  # background bends as it likes
+        modes = self.own[:, 0, 1] == self.own[:, 0, 1].min(initial=np.inf)  # background poles have no such limit
         whole = modes & active.all(axis=0)
         if whole.sum() < FEWEST:
             return self
@@ -124,19 +125,19 @@ class SmoothTracks:
         return replace(self, own=own)
 
     def one_more(self) -> "SmoothTracks":
-        """Tracks with one more, of which nothing is known but that it is a mode of the same plate."""
+        """Tracks with one more mode, with the prior of any mode of the plate."""
         like = int(np.argmin(self.own[:, 0, 1]))
         base = np.concatenate([self.base, np.zeros_like(self.base[:, :1])], axis=1)
         return replace(self, base=base, own=np.concatenate([self.own, self.own[[like]]]))
 
     @property
     def count(self) -> int:
-        """Numbers that make up common parts and curves."""
+        """Number of parameters of common parts and curves."""
         return 2 * len(self.basis) + self.own.size
 
     @cached_property
     def certainty(self) -> NDArray[np.float64]:
-        """One over the variances of these numbers."""
+        """One over the prior variances of these numbers, (count,)."""
         common = np.full(2 * len(self.basis), 1.0 / FREE)
         return np.concatenate([common, 1.0 / self.own.ravel()])
 
@@ -147,7 +148,7 @@ class SmoothTracks:
         return place
 
     def moves(self, matrices: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Multiply matrices (T, N, 2J) with the derivatives of all poles by the numbers: (T, N, count)."""
+        """Multiply matrices (T, N, 2J) by the derivatives of all poles by the numbers: (T, N, count)."""
         sweeps, rows = matrices.shape[:2]
         apart = matrices.reshape(sweeps, rows, len(self.own), 2)
         moves = np.zeros((sweeps, rows, self.count))
@@ -159,13 +160,13 @@ class SmoothTracks:
         return moves
 
     def gathered(self, pull: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Slope (count,) of a sum by the numbers, from its slopes (T, J, 2) by the poles' parameters."""
+        """Gradient (count,) by the numbers, from that by the poles' parameters, (T, J, 2)."""
         return np.concatenate([pull.sum(axis=1).ravel(), np.einsum("tq,tjp->jqp", self.basis, pull).ravel()])
 
     def information(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Second derivatives (count, count) by the numbers, from those (T, 2J, 2J) by the poles' parameters.
+        """Hessian (count, count) by the numbers, from that by the poles' parameters, (T, 2J, 2J).
 
-        Every pole depends on its sweep's common part and its mode's own curve alone, so that a few sums do.
+        Every pole depends only on its sweep's common part and its mode's own curve, so a few sums suffice.
         """
         sweeps, degree = self.basis.shape
         modes, first = len(self.own), 2 * sweeps

@@ -1,8 +1,9 @@
-"""One pole that stands for two: which one, and how far apart they are.
+"""Replacement of one pole by two close ones: which pole, and how far apart the two start.
 
-Poles at lambda + d and lambda - d with a residue R in all differ from one between them by R d^2/(s - lambda)^3 and
-higher powers; a term in 1/(s - lambda)^2 has moved the one already. What the residual has of such a term tells d,
-complex, so that the search starts at the separation and the orientation that the data ask for.
+Poles at lambda + d and lambda - d with total residue R differ from one pole between them by R d^2/(s - lambda)^3
+and higher powers; a term in 1/(s - lambda)^2 only moves the one pole. The coefficient of 1/(s - lambda)^3 in the
+residual gives the complex d, so that the search starts with the separation and orientation estimated from the
+data.
 """
 
 import numpy as np
@@ -17,20 +18,20 @@ from analysis.identification.pole_residue import fill_columns, paired
 from analysis.identification.pole_search import PATIENCE, PoleFit
 
 FARTHEST = 0.5
-"""Half widths from a pole to either of the two at most: farther ones have two peaks."""
+"""Largest distance from a pole to either of the two, in half widths: with a larger one there are two peaks."""
 
 TRIED = 4
-"""Poles that are tried, the one that promises most first."""
+"""Number of poles that are tried, in order of predicted gain."""
 
 
 def split(lines: Lines, fitted: PoleFit) -> PoleFit | None:
-    """Put two poles in the place of one that gains much by it.
+    """Replace a pole by two close ones where BIC falls most.
 
     Parameters
     ----------
     lines : Lines
     fitted : PoleFit
-        About as good as its number of poles lets it be.
+        Converged for its number of poles.
 
     Returns
     -------
@@ -38,7 +39,7 @@ def split(lines: Lines, fitted: PoleFit) -> PoleFit | None:
         None where BIC does not fall.
     """
     gain, apart = _thirds(lines, fitted)
-    if lines.damping is not None:  # two of the others' damping look like one of more
+    if lines.damping is not None:  # two close modes of usual damping look like one with more
         gain = gain + 0.5 * lines.correlation * lines.damping.departure(fitted.poles)[0]
     level, now = bic(fitted, lines), fitted.projection
     target = misfit_worth(lines, level, fitted.parameters + 2 + 2 * len(lines.h))
@@ -55,7 +56,7 @@ def split(lines: Lines, fitted: PoleFit) -> PoleFit | None:
 
 
 def _thirds(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """Fall of the misfit with a term in 1/(s - lambda)^3 for each pole, and the d^2 that it tells, (J,) each."""
+    """Fall of the misfit with a term in 1/(s - lambda)^3 for each pole, and the d^2 from it, (J,) each."""
     poles, residues, count = fitted.poles, fitted.projection.residues, len(fitted.poles)
     known = np.empty((4 * count, len(lines.s)), dtype=complex)
     fill_columns(lines.s, poles, lines.spread, known[: 2 * count], known[2 * count :])

@@ -10,7 +10,7 @@ from analysis.identification.pole_search import PoleFit
 from analysis.identification.resolution import heights, unresolved
 
 MOST_DAMPED = 0.2
-"""Damping ratio above which a pole bends the background; the lossiest plate polymers stay near 0.05."""
+"""Damping ratio above which a pole is background; the lossiest plate polymers stay near 0.05."""
 
 WEAK_DAMPING = 0.3
 """Relative standard deviation of the damping ratio from which a mode is called weak."""
@@ -21,11 +21,11 @@ OUTSTANDING = 8.0
 """Damping ratio, in multiples of the median of all poles in the band, above which a pole is background too."""
 
 OUTSTANDING_GAIN = 10.0
-"""Prices of a pole that one narrower than the lines must be worth to be more than a stray line."""
+"""Support by BIC, in penalties of one pole, from which a pole narrower than the lines is not a stray line."""
 
 SMALLEST_SHARE = (1e-3, 1e-2)
-"""Peak of a mode, relative to |h| where it stands, below which it is not told from curvature: within these, the
-share of the lines that the fit leaves over there."""
+"""Limits of the smallest peak that counts as a mode, relative to |h| there: between them it is the relative noise
+of the lines; a smaller peak cannot be distinguished from curvature of the background."""
 
 
 def judge(
@@ -47,7 +47,7 @@ def judge(
     Returns
     -------
     status, reason : tuple of str
-        One per pole: what it is, and why.
+        One per pole.
     """
     gain = support(fitted, lines)
     share, least = _shares(lines, fitted)
@@ -69,7 +69,7 @@ def _damping_limit(lines: Lines, fitted: PoleFit) -> float:
     """Damping ratio above which a pole of this FRF is background."""
     place = fitted.poles.imag / (2.0 * np.pi)
     inside = (place >= lines.frequency[0]) & (place <= lines.frequency[-1])
-    inside &= -fitted.poles.real > 0.4 * np.pi * lines.spacing  # a stray line says nothing of damping
+    inside &= -fitted.poles.real > 0.4 * np.pi * lines.spacing  # a stray line gives no damping
     if inside.sum() < 3:
         return MOST_DAMPED
     zeta = (-fitted.poles.real / np.abs(fitted.poles))[inside]
@@ -77,7 +77,7 @@ def _damping_limit(lines: Lines, fitted: PoleFit) -> float:
 
 
 def _shares(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Height of every peak over rms |h| within half a half-power width of it, and the least that counts."""
+    """Height of every peak over rms |h| near it, and the smallest height that counts, (J,) each."""
     height = heights(fitted.poles, fitted.projection.residues)
     share, least = np.zeros(len(fitted.poles)), np.full(len(fitted.poles), SMALLEST_SHARE[1])
     for j, pole in enumerate(fitted.poles):
@@ -94,7 +94,7 @@ def _shares(lines: Lines, fitted: PoleFit) -> tuple[NDArray[np.float64], NDArray
 def _verdict(
     lines: Lines, pole: complex, stuck: bool, mains: float | None, limit: float, gain: float
 ) -> tuple[str, str] | None:
-    """Name what a pole is if it cannot be a mode of the plate."""
+    """Status and reason of a pole that cannot be a mode of the plate, else None."""
     f, zeta, width = pole.imag / (2.0 * np.pi), -pole.real / abs(pole), -pole.real / (2.0 * np.pi)
     low, high = lines.frequency[0], lines.frequency[-1]
     if not low <= f <= high:
@@ -113,7 +113,7 @@ def _verdict(
 
 
 def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: float) -> tuple[str, str] | None:
-    """Say why a mode in the band is not to be relied on."""
+    """Status and reason of a mode in the band that is not reliable, else None."""
     f, width = pole.imag / (2.0 * np.pi), -pole.real / (2.0 * np.pi)
     if share < 1.0:
         return (
@@ -134,6 +134,6 @@ def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: fl
 
 
 def _more_damped(lines: Lines, pole: complex) -> str:
-    """Say why a pole may stand for two modes."""
+    """Reason why a pole may stand for two modes."""
     times = -pole.real / abs(pole) / np.exp(lines.damping.middle) if lines.damping is not None else np.nan
     return f"damped {times:.2g} times as much as the modes around it: two that the lines cannot tell apart look so"

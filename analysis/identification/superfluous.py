@@ -1,8 +1,8 @@
-"""Tracks that do not pay over all sweeps together: one sweep asked for them, or two of them share one mode.
+"""Removal of superfluous tracks: those BIC over all sweeps does not support.
 
-A pole is added where one sweep pays for it and is then followed to all others, with a residue of its own in each.
-All sweeps together have to pay for these residues, as BIC has it. What a track's own course costs is left out, so
-that a mode in doubt stays.
+A pole is added where BIC of one sweep supports it, and is then followed to all others, with its own residues in
+each. Over all sweeps, the fall of the misfit has to exceed the BIC penalty of these residues. The penalty of the
+track's own parameters is left out, so that a doubtful mode stays.
 """
 
 from collections.abc import Sequence
@@ -16,13 +16,13 @@ from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.smooth_tracks import SmoothTracks
 
 NEAR = 1.5
-"""Half widths between two tracks, in the middle of the sweeps, from which neither can take the other's place."""
+"""Median distance of two tracks, in half widths, from which neither can replace the other."""
 
 STRONG = 100.0
-"""Prices that go with a track, all others held, from which none is tried without."""
+"""Loss without a track, in BIC penalties with all others held, from which its removal is not tried."""
 
 MOST_TRIALS = 8
-"""Tracks at most that are tried without, the others fitted again."""
+"""Largest number of tracks whose removal is tried with a refit of the others."""
 
 TRIAL_STEPS = 4
 
@@ -30,7 +30,7 @@ TRIAL_STEPS = 4
 def paying(
     blocks: Sequence[Lines], terms: Sequence[ResidualTerms], fitted: JointFit, tracks: SmoothTracks, settled: float
 ) -> JointFit:
-    """Take away, weakest first, the tracks that do not pay for their residues.
+    """Remove, weakest first, the tracks whose residues BIC does not support.
 
     Parameters
     ----------
@@ -42,12 +42,12 @@ def paying(
         Of J tracks.
     tracks : SmoothTracks
     settled : float
-        Fall of the sum of squares at which a trial stops.
+        Fall of the sum of squares at which the fit of a trial stops.
 
     Returns
     -------
     JointFit
-        Of those that are left; the others take part in no sweep.
+        With the remaining tracks; the removed ones are active in no sweep.
     """
     price = np.array([2.0 * len(one.h) * np.log(one.independent) for one in blocks])
 
@@ -65,7 +65,7 @@ def paying(
         share = np.divide(_losses(blocks, now), due, out=np.full(len(due), np.inf), where=due > 0.0)
         doubtful = (share < 1.0) | ((share < STRONG) & (_away(now).min(axis=0, initial=np.inf) < NEAR))
         rivals = [int(j) for j in np.argsort(share) if doubtful[j] and (share[j] < 1.0 or int(j) not in tried)]
-        sure = bool(rivals) and share[rivals[0]] < 1.0  # others that move would lose less still
+        sure = bool(rivals) and share[rivals[0]] < 1.0  # a refit of the others would lose even less
         if not rivals or (len(tried) >= MOST_TRIALS and not sure):
             return now
         weakest = rivals[0]
@@ -79,18 +79,18 @@ def paying(
 
 
 def _losses(blocks: Sequence[Lines], now: JointFit) -> NDArray[np.float64]:
-    """Rise of the sum of squares without each track, all else held, (J,), in one number's variance."""
+    """Rise of the sum of squares without each track, all others held, (J,), in variances of one number."""
     rise: NDArray[np.float64] = (now.loss / np.array([[0.5 * one.correlation] for one in blocks])).sum(axis=0)
     return rise
 
 
 def sum_of_squares(blocks: Sequence[Lines], now: JointFit) -> float:
-    """Return the misfit of all sweeps in one number's variance."""
+    """Return the sum of squares of all sweeps, in variances of one number."""
     return sum(look.misfit / (0.5 * one.correlation) for look, one in zip(now.looks, blocks, strict=True))
 
 
 def _away(now: JointFit) -> NDArray[np.float64]:
-    """Distance of all tracks from each, in its half widths, the median of the sweeps both take part in: (J, J)."""
+    """Distances (J, J) of tracks from each other, in half widths: median over the sweeps that hold both."""
     place, active = now.place[:, :, 0], now.active
     away = np.abs(place[:, :, None] - place[:, None, :]) / np.exp(now.place[:, None, :, 1])
     both = active[:, :, None] & active[:, None, :]

@@ -1,4 +1,4 @@
-"""The modes of every sweep of a campaign, fitted together."""
+"""Joint fit of all sweeps of a campaign, with the modes of every sweep and their status."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -22,11 +22,11 @@ from analysis.identification.unseen import add_unseen
 from analysis.identification.variable_projection import Projection
 
 ROUGHLY = 20.0
-"""Fall of the sum of squares at which the first of two fits stops: it tells errors, how large and how alike."""
+"""Fall of the sum of squares at which the first of two fits stops; it only serves to estimate the noise."""
 
 UNLIKE_OTHERS = 1.5
-"""Errors over the stated deviations, in those of the middle sweep, above which a sweep is not asked for hidden
-modes: its residual is something else."""
+"""Ratio of a sweep's normalised error to that of the median sweep above which it is not used to find hidden modes:
+its residual has other causes."""
 
 
 def fit_sweeps(
@@ -40,7 +40,7 @@ def fit_sweeps(
     *,
     must_pay: bool = False,
 ) -> tuple[tuple[Modes, ...], NDArray[np.int64], NDArray[np.float64]]:
-    """Fit all sweeps with the modes of smooth tracks, and judge what each sweep shows of them.
+    """Fit all sweeps with the modes of smooth tracks, and determine their status in each sweep.
 
     Parameters
     ----------
@@ -54,20 +54,20 @@ def fit_sweeps(
         Modes that take part in a sweep.
     tracks : SmoothTracks
     settings : Settings
-        Of the judgement.
+        Of the status.
     progress : callable, optional
-        Told the stage and the share done.
+        Called with the stage and the share done.
     must_pay : bool
-        Whether tracks are taken away for which the sweeps together do not pay and added for which they do; what
-        modes beyond these may hide is then counted in the deviations.
+        Whether tracks are removed or added by BIC over all sweeps; the uncertainty from modes that stay hidden is
+        then included in the standard deviations.
 
     Returns
     -------
     modes : tuple of Modes
         One per sweep.
     table : (T, N) ndarray of int
-        Place of each track's pole in the sweep's modes; -1 where it takes no part, or out of band. Tracks that
-        were added stand behind the J given.
+        Place of each track's pole in the sweep's modes; -1 where it takes no part, or out of band. Added tracks
+        follow the J given.
     place : (T, N, 2) ndarray
         Log |lambda| and log damping ratio of all tracks.
     """
@@ -88,7 +88,7 @@ def fit_sweeps(
         tracks = tracks.learned(rough.place, rough.active)
         rough = paying(blocks, terms, rough, tracks, ROUGHLY)
         told("identify", 0.7)
-    known = rough.looks if must_pay else ()  # others have other weights
+    known = rough.looks if must_pay else ()  # otherwise the weights have changed
     last = fit_together(blocks, terms, rough.place, rough.active, tracks, known=known)
     if must_pay and last.active.any():
         last = add_unseen(blocks, terms, last, tracks, np.array(excess) <= UNLIKE_OTHERS * np.median(excess))
@@ -117,6 +117,6 @@ def _fits(looks: Sequence[Projection], terms: Sequence[ResidualTerms]) -> list[P
 
 
 def _excess(blocks: Lines, fitted: PoleFit, correlation: float) -> float:
-    """Errors of a fit over the stated deviations, at least 1, for lines of the given correlation."""
+    """Ratio of a fit's errors to the stated standard deviations, at least 1, for correlated lines."""
     freedom = max(blocks.values - fitted.parameters * correlation, 1.0)
     return max(float(np.sqrt(2.0 * (fitted.projection.misfit + blocks.hidden) / freedom)), 1.0)

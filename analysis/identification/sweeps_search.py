@@ -1,4 +1,4 @@
-"""Sweeps at one place of their poles, and the Gauss-Newton step from there with their tracks going along."""
+"""Misfit and derivatives of all sweeps at given poles, and the Gauss-Newton step of poles and tracks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from analysis.identification.variable_projection import Projection, project
 
 @dataclass
 class SweepsAt:
-    """Sweeps with their poles at x (T, J, 2): misfit, gradient and Hessian of each, in one number's error."""
+    """Misfit, gradient and Hessian of every sweep with its poles at x (T, J, 2), in variances of one number."""
 
     x: NDArray[np.float64]
     looks: list[Projection]
@@ -26,7 +26,7 @@ class SweepsAt:
     hessian: NDArray[np.float64]
 
     def moved(self, other: "SweepsAt", sweeps: NDArray[np.bool_]) -> "SweepsAt":
-        """Take some sweeps from another point."""
+        """Copy with some sweeps (T,) replaced by those of another point."""
         one, two = sweeps[:, None], sweeps[:, None, None]
         return SweepsAt(
             np.where(two, other.x, self.x),
@@ -39,7 +39,7 @@ class SweepsAt:
 
 @dataclass
 class SweepsSearch:
-    """Sweeps, what is known of their tracks, and projections known already, one per sweep, or none."""
+    """Sweeps, the prior of their tracks, and projections evaluated before, one per sweep, or none."""
 
     lines: Sequence[Lines]
     terms: Sequence[ResidualTerms]
@@ -48,7 +48,7 @@ class SweepsSearch:
     known: Sequence[Projection] = ()
 
     def at(self, x: NDArray[np.float64], sweeps: NDArray[np.bool_], before: SweepsAt | None = None) -> SweepsAt:
-        """Project some sweeps at their poles (J, 2); the others are as before.
+        """Evaluate some sweeps at their poles (J, 2); the others are taken from `before`.
 
         Parameters
         ----------
@@ -75,7 +75,7 @@ class SweepsSearch:
         return here if before is None else before.moved(here, sweeps)
 
     def _projected(self, sweep: int, x: NDArray[np.float64]) -> Projection:
-        """Project a sweep at its poles (J, 2), unless it has been."""
+        """Projection of a sweep at its poles (J, 2), evaluated unless known already."""
         poles = to_poles(x[self.active[sweep]])
         for known in self.known[sweep : sweep + 1]:
             if np.array_equal(known.poles, poles):
@@ -84,24 +84,24 @@ class SweepsSearch:
 
     @property
     def held(self) -> NDArray[np.float64]:
-        """How firmly each of a sweep's numbers (2J,) is held to its track."""
+        """One over the variance of each of a sweep's parameters (2J,) about its track."""
         return np.tile(self.tracks.scatter**-2.0, self.active.shape[1])
 
     def departure(self, x: NDArray[np.float64], numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Squared departure of every sweep from the tracks, (T,), in deviations."""
+        """Squared distance of every sweep's poles from the tracks, (T,), in standard deviations."""
         away = (x - self.tracks.place(numbers)) / self.tracks.scatter
         squared: NDArray[np.float64] = ((away * self.active[:, :, None]) ** 2).sum(axis=(1, 2))
         return squared
 
     def total(self, point: SweepsAt, numbers: NDArray[np.float64]) -> float:
-        """Misfits, departures from the tracks, and of the tracks from what is known of them."""
+        """Sum of misfits, squared distances of poles from the tracks, and of the tracks from their prior."""
         known = self.tracks.certainty * numbers**2
         return float(point.misfit.sum() + self.departure(point.x, numbers).sum() + known.sum())
 
     def nearest(
         self, x: NDArray[np.float64], numbers: NDArray[np.float64], scatter: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Numbers of the tracks nearest to the active poles, from numbers known already.
+        """Parameters of the tracks that fit the active poles best, starting from given ones.
 
         Parameters
         ----------
@@ -126,13 +126,13 @@ class SweepsSearch:
 
     @cached_property
     def _nearness(self) -> dict[bytes, tuple[NDArray[np.float64], bool]]:
-        """Factors of the equations for the nearest tracks, by the scatter about them: they do not change."""
+        """Cached factors of the equations for the nearest tracks, by the scatter about them."""
         return {}
 
     def curvature(
         self, point: SweepsAt, damping: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Return inverse Hessians (T, 2J, 2J) by the poles, what tracks feel of them, and that by the numbers."""
+        """Inverse Hessians of the poles (T, 2J, 2J), their Schur complements, and the Hessian of the tracks."""
         held, unit = self.held, np.eye(len(self.held))
         damped = held + damping[:, None] * np.einsum("tii->ti", point.hessian)
         inverse = np.linalg.inv(point.hessian + unit * damped[:, None, :])
@@ -142,7 +142,7 @@ class SweepsSearch:
     def step(
         self, point: SweepsAt, numbers: NDArray[np.float64], damping: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Gauss-Newton step (T, J, 2) of the poles, the tracks going along.
+        """Gauss-Newton step (T, J, 2) of the poles, with the tracks moved as well.
 
         Parameters
         ----------

@@ -1,9 +1,9 @@
-"""Synthetic FRFs with their truth, for tests and benchmarks; R10 is as hard as a polymer plate's.
+"""Synthetic FRFs with known poles, for tests and benchmarks; R10 is as difficult as a polymer plate.
 
 Ten modes, log-uniform in 160 to 1450 Hz, no two closer than 4.5 %, damping ratios 2 to 5 %, slightly
 complex residues, modes out of band as E + F/s^2; 100 to 1500 Hz every 0.5 Hz; complex white noise, a share of
-rms |H|. The others change one thing each: noise that neighbouring lines share, a smooth ripple on the response,
-pairs of modes 0.3 % apart, forty modes that overlap.
+rms |H|. The others change one property each: noise correlated between neighbouring lines, a smooth ripple on the
+response, pairs of modes 0.3 % apart, forty modes that overlap.
 """
 
 from dataclasses import dataclass, replace
@@ -50,7 +50,7 @@ def _frequencies(
 
 
 def r10(rng: np.random.Generator, *, noise: float = 0.01, modes: int = 10) -> SyntheticFrf:
-    """One draw.
+    """Draw the case R10.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def r10(rng: np.random.Generator, *, noise: float = 0.01, modes: int = 10) -> Sy
 
 
 def shared_noise(rng: np.random.Generator, *, noise: float = 0.01, lines: int = 5) -> SyntheticFrf:
-    """R10 with noise averaged over neighbouring lines, as windows and interpolation do it.
+    """R10 with noise averaged over neighbouring lines, as by windows and interpolation.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def shared_noise(rng: np.random.Generator, *, noise: float = 0.01, lines: int = 
     noise : float
         sqrt(E|noise|^2) over rms |H|.
     lines : int
-        How many are averaged over.
+        Number of lines averaged.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def crowded(rng: np.random.Generator, *, noise: float = 0.01) -> SyntheticFrf:
 
 
 def _apart(rng: np.random.Generator, count: int, low: float, high: float, spacing: float) -> NDArray[np.float64]:
-    """Frequencies, log-uniform but for a least distance."""
+    """Frequencies, Hz, log-uniform with a smallest distance."""
     least = np.log1p(spacing) * np.arange(count)
     drawn: NDArray[np.float64] = low * np.exp(
         np.sort(rng.uniform(0.0, np.log(high / low) - least[-1], count)) + least
@@ -138,11 +138,11 @@ def _apart(rng: np.random.Generator, count: int, low: float, high: float, spacin
 def _drawn(
     rng: np.random.Generator, f: NDArray[np.float64], zeta: NDArray[np.float64], noise: float
 ) -> SyntheticFrf:
-    """Modes of random sizes and phases, the rest of the plate, and white noise."""
+    """FRF with random residues, residual terms and white noise."""
     frequency, modes = np.arange(100.0, 1500.25, 0.5), len(f)
     w = 2.0 * np.pi * f
     poles = w * (-zeta + 1j * np.sqrt(1.0 - zeta**2))
-    # half real modal constants phi_i phi_j / 2 j w of either sign, turned a few degrees
+    # half real modal constants phi_i phi_j / 2 j w of either sign, rotated by a few degrees
     size = rng.uniform(0.5, 1.5, modes) * rng.choice([-1.0, 1.0], modes)
     residues = -0.5j * size * w * zeta.mean() * np.exp(1j * rng.normal(0.0, np.deg2rad(5.0), modes))
     constants = np.array(

@@ -31,9 +31,9 @@ class TrackedModes:
         Index of each mode's pole in the sweep's `modes`, -1 where the sweep does not show it. Modes stand
         by rising frequency.
     start : int
-        Sweep that was identified without a model to start from.
+        Sweep that was identified without start values.
     notes : tuple of str
-        Sweeps that need a look, for people.
+        Messages about sweeps that the user should check.
     level_unit : str
     """
 
@@ -93,7 +93,7 @@ class TrackedModes:
 
     @property
     def misfit(self) -> NDArray[np.float64]:
-        """What each sweep's model leaves over, as a share of rms |h|: (T,) ndarray."""
+        """Residual of each sweep's model, as a share of rms |h|: (T,) ndarray."""
         return np.array([modes.misfit for modes in self.modes])
 
     def reading(self, damping: Damping = "hysteretic") -> PoleReading:

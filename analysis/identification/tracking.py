@@ -1,10 +1,10 @@
 """Modes of a campaign over temperature.
 
-The coldest and the hottest sweep are identified from nothing, and the poles of the one that shows more modes are
-followed to all others: tracks must not depend on the end one begins at. Then all sweeps are fitted together on
-tracks that are smooth in temperature; tracks that do not pay over all sweeps are taken away. A method that takes
-every sweep alone has its modes named afterwards: by their distance from where the common step and their own trend
-say, and by their shapes.
+The coldest and the hottest sweep are identified without start values, and the poles of the one that shows more
+modes are followed to all others: tracks must not depend on the end where one begins. Then all sweeps are fitted
+jointly with tracks that are smooth in temperature; tracks that BIC over all sweeps does not support are removed.
+With a method that identifies every sweep alone, modes are matched afterwards, by distance from their prediction
+and by shape.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,20 +29,20 @@ from analysis.identification.sweep_fits import fit_sweeps
 from analysis.identification.tracked_modes import TrackedModes
 
 POOR = 1.15
-"""Misfit, in multiples of the one expected, above which a sweep is reported."""
+"""Misfit, over the expected one, above which a sweep is reported."""
 
 HIDDEN_SCATTER = (2e-3, 0.05)
-"""Of log |lambda| and log damping ratio about their curves without a twin: modes that no sweep shows move those
-beside them by so much. On a polypropylene plate with one sensor 95 % intervals with a scatter of 0.02 % and 0.2 %
-held 79 % and 57 % of the modes, with this one 86 % and 88 %, and errors are no larger. With what modes still
-hidden may move they hold 92 % and 94 %."""
+"""Scatter of log |lambda| and log damping ratio about their curves without a twin: modes that no sweep shows bias
+their neighbours by about as much. On a polypropylene plate with one sensor, 95 % intervals with a scatter of 0.02
+% and 0.2 % held 79 % and 57 % of the modes, with this one 86 % and 88 %, and errors are no larger. With the
+uncertainty from hidden modes included they hold 92 % and 94 %."""
 
 BACKGROUND_DAMPING = (1.0, 0.5)
 """Standard deviations of a background pole's own log damping ratio: constant, and along temperature."""
 
 
 def sweep_measured(frf: Frf, sweep: int) -> Measured:
-    """Lines of one sweep that may be fitted, with their variance."""
+    """Usable lines of one sweep, with their variance."""
     used = ~frf.excluded
     return Measured(frf.frequency[used], frf.h[sweep][:, used], frf.variance[sweep][:, used])
 
@@ -67,14 +67,14 @@ def track(
     settings : Settings, optional
         Of the identification.
     progress : callable, optional
-        Told the stage and the share done.
+        Called with the stage and the share done.
     method : callable, optional
-        Identifies every sweep alone, with no warm start; modes are followed all the same.
+        Identifies every sweep alone, without start values; modes are tracked afterwards.
     expected : ExpectedModes, optional
-        What a twin expects in every sweep. Its modes are fitted in place of a search, and are the tracks.
+        Poles that a twin predicts for every sweep; its modes are fitted instead of a search, one track each.
     start : int, optional
-        Sweep that is searched from nothing, from 0, as is the one farthest from it in temperature; the coldest
-        unless given. Not used where modes are expected.
+        Number of the sweep, from 0, that is identified without start values, as is the one farthest from it in
+        temperature; the coldest by default. Not used with `expected`.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def _fitted_together(
     settings: Settings,
     progress: Callable[[str, float], None] | None,
 ) -> TrackedModes:
-    """Follow the poles of one end to all other sweeps, and fit all together."""
+    """Follow the poles of one end to all other sweeps, then fit all sweeps jointly."""
     told = progress or (lambda stage, share: None)
     ends = {start, *_outwards(frf.temperature, start)[-1:]}
     start, first = _start(measured, ends, settings, identify)
@@ -181,7 +181,7 @@ def _followed(
 
 
 def _poor(temperature: float, sweep: int, modes: Modes, usual: float) -> str | None:
-    """Say what is wrong with a sweep that its model does not explain."""
+    """Message about a sweep with a large residual, or None."""
     if modes.misfit <= POOR * usual:
         return None
     return (
@@ -205,7 +205,7 @@ def _as_expected(frf: Frf, modes: tuple[Modes, ...], table: NDArray[np.int64]) -
 
 
 def _start(measured: Sequence[Measured], tried: set[int], settings: Settings, method: Method) -> tuple[int, Modes]:
-    """Of some sweeps the one that shows most modes: damping is least at the ends."""
+    """Sweep that shows most modes, with its modes; `tried` are sweeps at the ends, where damping is least."""
     found = {t: method(measured[t], settings) for t in sorted(tried)}
     best = max(found, key=lambda t: (found[t].status.count("kept"), -found[t].misfit))
     return best, found[best]
@@ -218,7 +218,7 @@ def _outwards(temperature: NDArray[np.float64], start: int) -> list[int]:
 
 
 def _expected(measured: Measured, before: Modes) -> float:
-    """Misfit to be expected, as a share of rms |h|: the noise if it is known, the neighbour's misfit if not."""
+    """Misfit expected, as a share of rms |h|: the noise if it is known, else the neighbouring sweep's misfit."""
     if measured.known and measured.variance is not None:
         return float(np.sqrt(measured.variance.sum() / (np.abs(measured.h) ** 2).sum()))
     return before.misfit

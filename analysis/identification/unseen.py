@@ -1,10 +1,10 @@
-"""Modes that no sweep shows alone: where one may stand, what all sweeps say of it, what it would move.
+"""Hidden modes, which no sweep shows alone: candidates, their support by all sweeps, their effect on other modes.
 
-Where modes overlap, one pole can stand for two in every sweep, and its stated deviation is that of noise. A mode
-that stays at its place among the others, with a residue in the same proportion to theirs in all sweeps, has two
-numbers per response instead of two per response and sweep: all sweeps together show far weaker ones. Places are
-tried in turn, poles and tracks going along. A mode that pays is added; the others, weighed with the probability
-that they exist, belong to the deviations.
+Where modes overlap, one pole can stand for two in every sweep, and its stated standard deviation covers noise
+alone. If a mode keeps its place among the others, with residues in the same proportion to theirs in all sweeps, it
+has two parameters per response instead of two per response and sweep: all sweeps together show far weaker modes.
+Candidate places are tried one by one, with poles and tracks readjusted. A mode that BIC supports is added; the
+others, weighted by the probability that they exist, are included in the standard deviations.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,19 +28,19 @@ from analysis.identification.sweeps_search import SweepsAt, SweepsSearch
 from analysis.identification.variable_projection import change_with_poles
 
 MOST_ADDED = 4
-"""Modes that are added at most."""
+"""Largest number of added modes."""
 
 REACH = 2.0
-"""Half widths from a track up to which a mode may be hidden by it."""
+"""Largest distance of a hidden mode from a track, in half widths."""
 
 LARGEST = 2.0
-"""Residue of a hidden mode at most, in those of the others: what fits an imperfect model may be larger."""
+"""Largest residue of a hidden mode, relative to the others: model errors may give larger ones."""
 
 ALIKE = 2.0
-"""Half widths within which places are rivals for one mode."""
+"""Distance, in half widths, within which places are alternatives for one mode."""
 
 MOST_CERTAIN = 100.0
-"""Logarithm of odds beyond which they are as good as certain."""
+"""Log odds at which they are clipped, as good as certain."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ class Unseen:
     active : (T, G) ndarray of bool
         Sweeps in which a mode there would stand in band.
     gain : (G,) ndarray
-        Fall of the sum of squares, in one number's variance, with a mode there, whose residues are known
-        beforehand to be about as large as those of the others.
+        Fall of the sum of squares with a mode there, in variances of one number, with the prior that its residues
+        are about as large as those of the other modes.
     spread : (T, J, 2, 2) ndarray
         What hidden modes add to the covariance of the J tracks.
     """
@@ -73,7 +73,7 @@ def add_unseen(
     tracks: SmoothTracks,
     told: NDArray[np.bool_],
 ) -> JointFit:
-    """Add the modes that pay as BIC has it, with residues in one proportion to those of the others.
+    """Add the hidden modes that BIC supports, with residues in the same proportion to the others in all sweeps.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def add_unseen(
     Returns
     -------
     JointFit
-        The J tracks and those that were added, what modes still hidden may move counted in their covariance.
+        The J tracks and the added ones; their covariance includes the effect of modes still hidden.
     """
     values = sum(one.independent for one in lines)
     price = (2 * len(lines[0].h) + tracks.basis.shape[1] + 2) * np.log(values)
@@ -152,7 +152,7 @@ def look_for_unseen(
         along = follows @ np.linalg.solve(outer, slope)
         steps = inverse @ (pull + search.held[:, None] * along)
         known = 1.0 + np.maximum(seen - (pull * steps).sum(axis=(0, 1)), 0.0)
-        score = score - np.einsum("tig,ti->g", pull, rest)  # as at the fit's very end
+        score = score - np.einsum("tig,ti->g", pull, rest)  # as for a fully converged fit
         gain += (score**2 / known).reshape(-1, 2).sum(axis=1)
         logarithm -= 0.5 * np.log(known).reshape(-1, 2).sum(axis=1)
         size = np.minimum((score / known) ** 2, LARGEST**2) + 1.0 / known
@@ -166,7 +166,7 @@ def look_for_unseen(
 
 
 def _places(fitted: JointFit, lines: Sequence[Lines]) -> tuple[NDArray[np.float64], float]:
-    """Places (T, G, 2) near the tracks, moving with them, and the modes that are expected for each."""
+    """Places (T, G, 2) near the tracks, parallel to them, and the expected number of modes at each."""
     used = np.flatnonzero(fitted.active.any(axis=0))
     used = used[np.argsort(fitted.place[:, used, 0].mean(axis=0), kind="stable")]
     middle = fitted.place[:, used, 0].mean(axis=0)
@@ -197,10 +197,10 @@ def _inside(place: NDArray[np.float64], lines: Sequence[Lines]) -> NDArray[np.bo
 def _pulls(
     search: SweepsSearch, now: SweepsAt, place: NDArray[np.float64], active: NDArray[np.bool_]
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
-    """Yield what modes of the others' typical residue do to one response after the other.
+    """Yield the effect of modes with a typical residue, response by response.
 
-    Their pull (T, 2J, 2G) on the poles, real and imaginary residue in turns, their squares (2G,) and those with
-    the data (2G,), residues of the other modes refitted, in one number's variance.
+    Each item: mixed derivatives (T, 2J, 2G) with the poles' parameters, real and imaginary residue alternating;
+    squared norms (2G,); products with the data (2G,). Other residues are refitted; unit: variance of one number.
     """
     sweeps, responses = range(len(place)), range(len(search.lines[0].h))
     each = [_pulls_of_sweep(search, now, t, place[t], active[t]) for t in sweeps]
@@ -219,7 +219,7 @@ def _pulls(
 def _pulls_of_sweep(
     search: SweepsSearch, now: SweepsAt, t: int, place: NDArray[np.float64], active: NDArray[np.bool_]
 ) -> list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
-    """Return the same of one sweep, a row per number of its own poles; nothing where none is in band."""
+    """Return the same for one sweep, one row per parameter of its poles; an empty list if none is in band."""
     lines, look = search.lines[t], now.looks[t]
     poles, count = look.poles, len(look.poles)
     known = _inside(now.x[t : t + 1], [lines])[0, search.active[t]]

@@ -1,9 +1,9 @@
-"""Least squares over the poles alone: residues and residual terms are eliminated.
+"""Variable projection: least squares over the poles, with residues and residual terms eliminated.
 
 For given poles the model is linear in everything else, so its best residues are known and the misfit
 is a function of 2J numbers. Its Gauss-Newton model uses the full derivative of the projection (Golub and
-Pereyra, SIAM J. Numer. Anal. 10, 1973). One triangular factor of [columns, derivative columns, data] holds
-all of it: solution, misfit, gradient and Hessian come from a matrix as small as the number of columns.
+Pereyra, SIAM J. Numer. Anal. 10, 1973). Solution, misfit, gradient and Hessian all come from one triangular factor
+of [columns, derivative columns, data], a matrix as small as the number of columns.
 """
 
 from dataclasses import dataclass
@@ -32,13 +32,13 @@ class Projection:
     misfit : float
         Weighted sum of squared magnitudes, sum |h - model|^2 / deviation^2.
     gradient : (2J,) ndarray
-        Half the derivative of `misfit` by log |pole| and log damping ratio, pole by pole.
+        Half the derivative of `misfit` with respect to log |pole| and log damping ratio, pole by pole.
     hessian : (2J, 2J) ndarray
-        Jacobian transposed times Jacobian of the projected residual by the same parameters.
+        Jacobian transposed times Jacobian of the projected residual with respect to the same parameters.
     loss : (J,) ndarray
-        Rise of `misfit` were a pole dropped, the other poles held and all residues refitted.
+        Rise of `misfit` if a pole is dropped, with the other poles held and all residues refitted.
 
-    Gradient and Hessian are empty, (0,) and (0, 0), where they were not asked for.
+    Gradient and Hessian are empty, (0,) and (0, 0), if `project` was called without derivatives.
     """
 
     poles: NDArray[np.complex128]
@@ -62,7 +62,7 @@ def project(
         Upper half plane, rad/s.
     terms : ResidualTerms
     derivatives : bool
-        Whether gradient and Hessian are wanted: they take three quarters of the time.
+        Whether gradient and Hessian are computed, which takes three quarters of the time.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def project(
         misfit += float((y[linear:] ** 2).sum())
         own = np.ascontiguousarray(inverse[: 2 * count]).reshape(count, 2, linear)
         spread = own @ own.swapaxes(1, 2)  # of each pole's residue, per unit of variance
-        rest = r22.T @ y[moved]  # what the derivative columns still see of the data
+        rest = r22.T @ y[moved]  # products of the derivative columns with the data
         residues = residues_from_columns((scaled[: 2 * count] / norms[: 2 * count, None]).T)
         for k, row in enumerate(group.rows):
             loss += _losses(spread, scaled[:, k])
@@ -137,7 +137,7 @@ def misfit_at(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms)
 
 
 def change_with_poles(residues: NDArray[np.complex128], poles: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Change of a model by log |pole| and log damping ratio, in the columns of 1/(s - lambda)^2.
+    """Differentiate a model by log |pole| and log damping ratio, in the columns of 1/(s - lambda)^2.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def change_with_poles(residues: NDArray[np.complex128], poles: NDArray[np.comple
     Returns
     -------
     (J, 2, 2) ndarray
-        Of each pole: its two columns by its two parameters.
+        For each pole: coefficients of its two columns by its two parameters.
     """
     return _moves(residues, _chain(poles))
 
@@ -175,13 +175,13 @@ def _moves(residues: NDArray[np.complex128], chain: NDArray[np.complex128]) -> N
 
 
 def _bend(rest: NDArray[np.float64], chain: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Change of a pole's two own columns^T residual by its two parameters: (J, 2, 2)."""
+    """Differentiate a pole's own two columns^T residual by its two parameters: (J, 2, 2)."""
     even, odd = rest[0::2, None], rest[1::2, None]
     return np.stack([chain.real * even + chain.imag * odd, chain.real * odd - chain.imag * even], axis=1)
 
 
 def _losses(spread: NDArray[np.float64], solution: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rise of the misfit for each pole's two columns taken out, from the covariance (J, 2, 2) of their factors."""
+    """Rise of the misfit without each pole's two columns, from the covariance (J, 2, 2) of their coefficients."""
     c = solution[: 2 * len(spread)].reshape(-1, 2)
     a, b, d = spread[:, 0, 0], spread[:, 0, 1], spread[:, 1, 1]
     determinant = np.maximum(a * d - b * b, 1e-300)

@@ -2,8 +2,8 @@
 
 Gustavsen, IEEE Trans. Power Delivery 21, 2006: a rational function sigma(s) with the present poles turns the
 search for better poles into linear least squares; the zeros of sigma are the next poles. Free scaling of
-sigma with a mild non-triviality condition keeps noise from dragging it. No start values are needed, and
-noise only costs accuracy, which variable projection brings back.
+sigma with a mild non-triviality condition keeps noise from dragging it. No start values are needed; noise only
+reduces accuracy, which variable projection restores.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.variable_projection import misfit_at
 
 AT_REST = 0.02
-"""Relative change of the misfit, by each of two relocations, from which others bring no more."""
+"""Relative change of the misfit in each of two successive relocations at which the iteration stops."""
 
 
 def spread_poles(low: float, high: float, count: int, damping: float = 0.01) -> NDArray[np.complex128]:
@@ -43,7 +43,7 @@ def spread_poles(low: float, high: float, count: int, damping: float = 0.01) -> 
 
 
 def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) -> NDArray[np.complex128]:
-    """One relaxed relocation: zeros of sigma for the present poles, reflected into the left half plane.
+    """One relaxed relocation: the zeros of sigma for the present poles, reflected into the left half plane.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) 
             onto = dtrtrs(triangle, onto / lengths[:, None], trans=1)[0]
             normal -= onto.T @ onto
     size = np.sqrt(np.mean([np.mean((np.abs(h) / d) ** 2) for h, d in zip(lines.h, lines.deviation, strict=True)]))
-    # sum over the lines of Re sigma = their number: sigma is neither zero nor bound to a fixed asymptote
+    # sum over the lines of Re sigma = number of lines: sigma is not zero, and its asymptote is free
     relaxation = size / np.sqrt(len(lines.s)) * sigma.real.sum(1)
     normal += np.outer(relaxation, relaxation)
     target = relaxation * size * np.sqrt(len(lines.s))
@@ -89,7 +89,7 @@ def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) 
 def _zeros(
     poles: NDArray[np.complex128], coefficients: NDArray[np.float64], constant: float
 ) -> NDArray[np.complex128]:
-    """Zeros of constant + sum of pole pairs, as eigenvalues of a real matrix."""
+    """Zeros of constant + sum over pole pairs, as eigenvalues of a real matrix."""
     even = np.arange(0, 2 * len(poles), 2)
     matrix = np.zeros((2 * len(poles), 2 * len(poles)))
     matrix[even] = -2.0 / constant * coefficients
@@ -104,7 +104,7 @@ def _zeros(
 
 
 def start_poles(lines: Lines, count: int, terms: ResidualTerms, *, iterations: int = 12) -> NDArray[np.complex128]:
-    """Over-specified pole pairs of FRFs that share them.
+    """Start poles: more pole pairs than the FRFs have modes.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def start_poles(lines: Lines, count: int, terms: ResidualTerms, *, iterations: i
         Pole pairs at the start of the search.
     terms : ResidualTerms
     iterations : int
-        Relocations at most.
+        Largest number of relocations.
 
     Returns
     -------
