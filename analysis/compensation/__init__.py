@@ -1,29 +1,29 @@
-"""Filters at any temperature, learnt from filters at a few.
+"""Filters at any temperature, predicted from filters at a few training temperatures.
 
 ======================  ======================================================================
-``settings``            how networks are trained
-``study``               every method put to the test
+``settings``            settings of the training of networks
+``study``               comparison of all methods over temperature
 ``direct_filters``      filters computed at every temperature, and their energies
-``rivals``              what networks are compared with, by name
-``measured``            the same on filters of measured transfers, without a twin
-``knots``               where to put training temperatures
-``law_band``            what uncertain laws leave of the contrast
-``tilted``              one side of the panel warmer than the other
-``burden``              bytes and multiplications of every method
-``outcome``             what came of it
-``parameter_studies``   networks over nodes and spacing
+``rivals``              other methods that networks are compared with, by name
+``measured``            the comparison with filters of measured transfers, without a twin
+``knots``               placement of training temperatures
+``law_band``            contrast under the uncertainty of the material laws
+``tilted``              contrast if one side of the panel is warmer than the other
+``burden``              memory and multiplications of every method
+``outcome``             result of the comparison
+``parameter_studies``   error of networks over number of nodes and temperature spacing
 ``network``             trained networks: temperature in, taps out, clamped to their range
-``training``            train, choose, refuse
-``batch``               training data scaled and rotated, first weights
-``evidence_collapse``   the refusal
+``training``            training with restarts; the best network is kept or refused
+``batch``               training data scaled and rotated, initial weights
+``evidence_collapse``   error raised if no trained network is good enough
 ``bayesian``            Levenberg–Marquardt with MacKay's evidence
-``evidence``            weights of parameters and errors that the data ask for
+``evidence``            weights of parameters and errors, estimated from the data
 ``tensors``             arrays of numpy on the processor, tensors of torch on other devices
 ``linearised``          parameters and outputs of the networks, linearised
-``schur_complement``    its normal matrix, a block arrow that is never formed
-``interpolation``       the rivals: linear, cubic spline, equal reduced frequency
+``schur_complement``    solution of their normal equations, block by block
+``interpolation``       interpolation: linear, cubic spline, equal reduced frequency
 ``low_rank``            a mean and a few principal filters
-``leave_one_out``       how far a training filter is missed when it is left out
+``leave_one_out``       error at a training temperature that is left out
 ``relative_error``      paper eq. (13)
 ======================  ======================================================================
 """

@@ -1,4 +1,4 @@
-"""Training data scaled and rotated for a batch of networks, and the first weights of these."""
+"""Training data scaled and rotated for a batch of networks, and their initial weights."""
 
 from dataclasses import dataclass
 
@@ -88,7 +88,7 @@ def prepare(
     low, high = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)
     offset, half = 0.5 * (high + low), 0.5 * (high - low)
     largest = half.max(axis=1, keepdims=True)
-    # A tap that never moves has no scale of its own; it learns its offset and nothing else.
+    # A tap that is the same at all temperatures has no scale of its own: only its offset is learnt.
     own: Real = np.where(half > 1e-12 * largest, half, largest)
     scale: Real = own if settings.scale == "tap" else np.broadcast_to(largest, half.shape)
     stretched = (targets - offset[:, None]) / scale[:, None]

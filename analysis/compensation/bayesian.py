@@ -1,8 +1,8 @@
 """Bayesian regularisation of one-hidden-layer networks: Levenberg–Marquardt with MacKay's evidence.
 
 Foresee and Hagan (1997): minimise β E_D + α E_W by Levenberg–Marquardt; after every step re-estimate α and β
-(`analysis.compensation.evidence`). Nothing is approximated beyond that: see
-`analysis.compensation.schur_complement` for why it is quick all the same.
+(`analysis.compensation.evidence`). Nothing else is approximated; `analysis.compensation.schur_complement` explains
+why it is fast nevertheless.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ from analysis.compensation.schur_complement import step
 from analysis.compensation.tensors import Tensor, namespace
 
 STILL = 20.0
-"""Steps on end without a change after which a training ends."""
+"""Number of successive steps without a change after which a training ends."""
 LARGEST_DAMPING = 1e10
 
 
@@ -45,7 +45,7 @@ class BayesianFit:
 
 @dataclass(frozen=True)
 class _Training:
-    """Where some networks of a batch stand between two steps; tensors are (b,), or (b, ...).
+    """State of some networks of a batch between two steps; tensors are (b,), or (b, ...).
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class _Training:
         The networks at `weights`.
     alpha, beta, damping : (b,) Tensor
     still, tried : (b,) Tensor
-        Steps on end without a change, and all steps.
+        Successive steps without a change, and all steps.
     members : (b,) Tensor of int
         Which networks of the whole batch these are.
     """
@@ -83,7 +83,7 @@ class _Training:
         )
 
     def stepped(self, tolerance: float) -> Self:
-        """Try a step of every network; keep those that come nearer, and estimate their α and β anew."""
+        """Try a step of every network; keep the steps that reduce the objective, and estimate α and β again."""
         xp, problem, weights = namespace(self.alpha), self.problem, self.weights
         alpha, beta, damping, still = self.alpha, self.beta, self.damping, self.still
         objective = beta * squared_error(self.at.error) + alpha * weights.squares()
@@ -114,11 +114,11 @@ def train(
     tolerance: float = 1e-6,
     progress: Callable[[int], None] | None = None,
 ) -> BayesianFit:
-    """Train B networks from `start` until each stands still or has had `epochs` steps.
+    """Train B networks from `start` until each has converged or has had `epochs` steps.
 
-    A network stands still when in `STILL` steps on end neither its objective nor α moved by more than
-    `tolerance` of itself, or when the damping has passed 1e10: no descent left in the digits at hand. One whose
-    evidence collapses, so that to the digits at hand the data determine no parameter, stops where it is.
+    A network has converged when in `STILL` successive steps neither its objective nor α changed by more than
+    `tolerance`, relative, or when the damping exceeds 1e10: the objective no longer falls in double precision.
+    Training also stops where the evidence collapses, so that numerically the data determine no parameter.
 
     Parameters
     ----------
@@ -126,11 +126,11 @@ def train(
     start : Weights
         First weights of the B networks.
     epochs : int
-        Steps tried at most.
+        Largest number of steps tried.
     tolerance : float
-        Relative change under which objective and α count as unmoved.
+        Relative change below which objective and α count as unchanged.
     progress : callable, optional
-        Told the number of every step done, from 0.
+        Called with the number of every step done, from 0.
 
     Returns
     -------
@@ -145,7 +145,7 @@ def train(
     ended = []
     for epoch in range(epochs):
         running = (now.still < STILL) & (now.damping <= LARGEST_DAMPING)
-        if not running.all():  # what has ended costs nothing from here on
+        if not running.all():  # networks that have ended are no longer computed
             ended.append(now.of(~running))
             now = now.of(running)
         if not len(now.members):

@@ -1,4 +1,4 @@
-"""What a method costs where the filters run: numbers to keep, and multiplications for new taps."""
+"""Cost of a method on the device that runs the filters: numbers stored, and multiplications for new taps."""
 
 from analysis.arrays import Real
 from analysis.compensation.low_rank import LowRankBank
@@ -14,7 +14,7 @@ from analysis.focusing.fir import FirBank
 
 
 def burdens(filters: FirBank, low_rank: LowRankBank, nodes: int, lines: Real) -> dict[str, tuple[float, float]]:
-    """Numbers to keep and multiplications an update, of every method.
+    """Numbers stored and multiplications per update, of every method.
 
     Interpolation keeps the training filters; a spline's value is a sum over all of them with weights that follow
     from the temperature alone. Equal reduced frequency stretches four responses and fits a filter to each
@@ -34,7 +34,7 @@ def burdens(filters: FirBank, low_rank: LowRankBank, nodes: int, lines: Real) ->
     Returns
     -------
     dict
-        By the method's name.
+        By the method's name: (numbers stored, multiplications per update).
     """
     count, actuators, taps = filters.taps.shape
     one, rank = float(actuators * taps), len(low_rank.filters)

@@ -1,4 +1,4 @@
-"""Filters computed at every temperature, by which those that follow the temperature are judged."""
+"""Filters computed directly at every temperature: the reference for compensated filters."""
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -22,7 +22,7 @@ from analysis.progress import Progress
 
 @dataclass(frozen=True)
 class DirectFilters:
-    """Filters computed at T temperatures, with what others are judged by there.
+    """Filters computed at T temperatures, and the energy forms and models to assess others there.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class DirectFilters:
     forms : EnergyForms
         Of the F lines of the band, at every temperature.
     models : sequence of PanelModel
-        T of them: the panel in the coordinates that its answers about each temperature need.
+        T local models of the panel, each reduced to the coordinates needed near its temperature.
     """
 
     bank: FirBank
@@ -60,7 +60,7 @@ def direct_filters(
     method : str
         How the filters are designed.
     report : callable
-        Told the stage and the share done.
+        Called with the stage and the share done.
     workers : int
         Threads that design filters.
     stage : str
@@ -89,7 +89,7 @@ def direct_filters(
         constants = plates[t]
         form = local.forms(*constants, lines, panel.target.displacement)
         wanted = robust_forms(local, panel, laws, float(temperature[t]), form)
-        # Its lowest modes may lie below all lines, where the coordinates of a local model are not tried.
+        # Its lowest modes may lie below all lines, where the coordinates of a local model are not checked.
         own = model if method == "modal-control" else local
         filters = designer(method, own, panel, lines)(
             constants, partial(local.amplitudes, *constants, lines), wanted

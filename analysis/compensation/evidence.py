@@ -1,4 +1,4 @@
-"""MacKay's evidence of networks: which weights of parameters and errors the data ask for.
+"""MacKay's evidence of networks: weights of parameters and errors, estimated from the data.
 
 Foresee and Hagan (1997): γ = P - α tr(β JᵀJ + α I)⁻¹ (the parameters the data determine), α = γ/(2 E_W),
 β = (n M - γ)/(2 E_D).
@@ -14,7 +14,7 @@ from analysis.compensation.tensors import Tensor, namespace
 
 @dataclass(frozen=True)
 class TrainingProblem:
-    """What B networks have to learn, outputs rotated.
+    """Training data of B networks, with rotated outputs.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class TrainingProblem:
     outputs: int
 
     def of(self, which: Tensor) -> Self:
-        """Return what those networks have to learn for which `which` (B,) is true."""
+        """Return the training data of those networks for which `which` (B,) is true."""
         return replace(self, targets=self.targets[which], used=self.used[which])
 
     @property
@@ -62,10 +62,10 @@ class Evidence:
 
 
 def first_estimate(problem: TrainingProblem, weights: Weights, at: Linearised) -> tuple[Tensor, Tensor]:
-    """Estimate α, β as though the data determined every parameter; half their errors' number where P is as many.
+    """Estimate α, β with γ = P, or γ = half the number of errors where P is as large.
 
-    Foresee and Hagan begin with γ = P. Where parameters are as many as errors that leaves no β, and a β of
-    1 in its place flattens what the output layer knows already: the evidence then settles on constant outputs.
+    Foresee and Hagan begin with γ = P. Where there are as many parameters as errors, this gives no β, and β = 1
+    instead destroys the ridge fit of the output layer: the evidence then converges to constant outputs.
 
     Parameters
     ----------
@@ -136,14 +136,14 @@ def determined(problem: TrainingProblem, weights: Weights, at: Linearised, alpha
     Raises
     ------
     LinAlgError
-        Of numpy or torch, where the border matrix is singular to the digits at hand.
+        Of numpy or torch, where the border matrix is numerically singular.
     """
     count = parameter_count(weights, problem.outputs)
     return count - alpha * inverse_trace(at, alpha, beta, problem.outputs)
 
 
 def judge(problem: TrainingProblem, weights: Weights, at: Linearised, alpha: Tensor, beta: Tensor) -> Evidence:
-    """Evidence of networks at their weights, by Laplace's approximation about them.
+    """Evidence of networks at their weights, by Laplace's approximation.
 
     ln p(D) = -β E_D - α E_W - ½ ln|β JᵀJ + α I| + P/2 ln α + nM/2 ln(β/π).
 

@@ -1,5 +1,5 @@
-"""Refusal of networks; told apart from the training, so that who catches it need not import torch."""
+"""Error that refuses networks, in a module of its own so that catching it does not import torch."""
 
 
 class EvidenceCollapseError(RuntimeError):
-    """No training of some actuator came out good enough; the message says which and what to try."""
+    """No network of some actuator is accurate enough; the message names the actuator and what to try."""

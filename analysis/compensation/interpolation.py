@@ -1,4 +1,4 @@
-"""Filters between the training temperatures by interpolation: what a network has to beat."""
+"""Filters between the training temperatures by interpolation, for comparison with networks."""
 
 from dataclasses import dataclass
 from typing import Any, Self
@@ -28,10 +28,10 @@ def cubic_spline(filters: FirBank, knots: Real, places: Real) -> Real:
     filters : FirBank
         At the n training temperatures.
     knots : (n,) ndarray
-        Abscissae of the training filters: temperatures, °C, or log √D(T), along which the modes move evenly and
-        the spline has less to bend.
+        Abscissae of the training filters: temperatures, °C, or log √D(T), with which log frequencies change
+        linearly, so that the spline is smoother.
     places : (T,) ndarray
-        Abscissae wanted, of the same kind.
+        Abscissae at which taps are computed, of the same kind.
 
     Returns
     -------
@@ -56,14 +56,14 @@ def log_root_rigidity(youngs_modulus: Real, poisson_ratio: Real) -> Real:
 def reduced_frequency(filters: FirBank, knots: Real, places: Real, frequency: Real) -> Complex:
     """Complex responses (T, F, N) interpolated at equal reduced frequency f/√D, modelling delay taken out.
 
-    A plate of another stiffness answers at f as this one does at f √(D'/D), D'/D times as much, as far as
-    ν, η and the patches leave it alike. Interpolating what is left over four neighbours, the resonances
-    stand still.
+    A plate of stiffness D responds at f as one of stiffness D' does at f √(D'/D), D'/D times as much, if ν, η and
+    the patches' share are equal. At equal reduced frequency resonances coincide; the remaining change is
+    interpolated over four neighbours.
 
     Parameters
     ----------
     filters : FirBank
-        At the training temperatures; taps answer at any frequency.
+        At the training temperatures; their responses can be computed at any frequency.
     knots, places : (n,) and (T,) ndarray
         log √D at the training and at the wanted temperatures.
     frequency : (F,) ndarray, Hz
@@ -113,9 +113,9 @@ class _Series:
 
     @classmethod
     def of(cls, filters: FirBank, low: float, high: float) -> Self:
-        middle, half = 0.5 * (low + high), 0.5 * (high - low) or 1.0  # a single line lies in any range
-        # A tap turns by so many radians over half of the range, and its series ends soon after as many terms:
-        # Bessel functions fall below rounding ten cube roots beyond their argument.
+        middle, half = 0.5 * (low + high), 0.5 * (high - low) or 1.0  # one line alone: any range will do
+        # The last tap's phase turns by so many radians over half the range, and its series needs little more
+        # terms: Bessel functions fall below rounding ten cube roots beyond their argument.
         reach = max(filters.delay, filters.taps.shape[2] - filters.delay)
         turned = 2.0 * np.pi * half * reach / filters.sample_rate
         count = int(np.ceil(turned + 10.0 * np.cbrt(turned + 1.0)))

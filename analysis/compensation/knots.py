@@ -1,4 +1,4 @@
-"""Where to put training temperatures, so that the filters between them lose least."""
+"""Placement of training temperatures so that filters between them lose least contrast."""
 
 from dataclasses import dataclass
 
@@ -12,23 +12,23 @@ from analysis.focusing.fir import FirBank
 from analysis.focusing.performance import contrast
 
 GRID = 1.0
-"""Temperatures are placed on whole steps of it, K: an oven holds no finer ones."""
+"""Training temperatures are multiples of this step, K: an oven is not set more finely."""
 SHIFTS = (1, -1, 2, -2, 4, -4)
-"""Steps of `GRID` that a temperature is moved by in search of a better place."""
+"""Moves of a temperature that are tried, in steps of `GRID`."""
 POWER = 8
-"""Of the mean of losses that is made small: near the largest of them, and felt wherever there is a loss."""
+"""Exponent of the power mean of losses that is minimised: close to the maximum, but smooth in every loss."""
 
 
 @dataclass(frozen=True)
 class PlacedTemperatures:
-    """Training temperatures placed, beside as many equidistant ones.
+    """Placed training temperatures, compared with as many equidistant ones.
 
     Attributes
     ----------
     temperature, equidistant : (n,) ndarray
         Ascending, both ends of the range among them, °C.
     loss, equidistant_loss : float
-        Contrast that a cubic spline through the filters there loses at the worst line of the worst temperature.
+        Loss of contrast of a cubic spline through the filters there, at the worst line of the worst temperature.
     """
 
     temperature: Real
@@ -38,9 +38,9 @@ class PlacedTemperatures:
 
 
 def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, count: int) -> PlacedTemperatures:
-    """Place `count` training temperatures where filters known everywhere say that they are needed.
+    """Place `count` training temperatures, given the filters at all temperatures.
 
-    From equidistant places one temperature after the other is moved, as long as the losses of a cubic spline fall.
+    Starting equidistant, temperatures are moved one by one as long as the losses of a cubic spline fall.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def place_temperatures(truth: FirBank, forms: EnergyForms, frequency: Real, coun
     even = np.linspace(low, high, count)
     nearest = np.argmin(np.abs(everywhere - even[:, None]), axis=1)
     found, plain = float(whole.losses(rows[places]).max()), float(whole.losses(nearest).max())
-    if found >= plain:  # equal steps are best here
+    if found >= plain:  # equidistant is best here
         return PlacedTemperatures(everywhere[nearest], everywhere[nearest], plain, plain)
     return PlacedTemperatures(everywhere[rows[places]], everywhere[nearest], found, plain)
 
@@ -83,7 +83,7 @@ def check_places(count: int, low: float, high: float) -> Real:
     Parameters
     ----------
     count : int
-        How many are to be placed.
+        Number of training temperatures.
     low, high : float
         Ends of the range, °C.
 
@@ -106,7 +106,7 @@ def check_places(count: int, low: float, high: float) -> Real:
 
 @dataclass(frozen=True)
 class _Judge:
-    """Filters at T temperatures, from which a few are taken and the rest predicted."""
+    """Filters at T temperatures, to predict all of them from a few and compute the loss."""
 
     temperature: Real
     heard: Complex
@@ -128,10 +128,10 @@ class _Judge:
 
 
 def _moved(places: NDArray[np.intp], judged: _Judge) -> NDArray[np.intp]:
-    """Move inner places, one after the other, as long as the mean of powers of the losses falls.
+    """Move inner places one by one as long as the power mean of the losses falls.
 
-    No two come nearer than half of their mean distance: what a spline gains there it has from its own ends, and
-    networks lose it.
+    No two come closer than half of their mean distance: closer ones only improve the spline at its ends, and make
+    networks worse.
     """
 
     def price(places: NDArray[np.intp]) -> float:

@@ -1,4 +1,4 @@
-"""What the uncertainty of material laws does to the contrast of filters that were made from them."""
+"""Contrast of filters under the uncertainty of the material laws from which they were made."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,32 +13,32 @@ from analysis.focusing.performance import contrast
 from analysis.material import MaterialLaws
 
 SHARE = 0.9
-"""Of the draws that a band holds."""
+"""Share of the draws within the band."""
 DRAWS = 2000
 ROUNDING = 1e-9
-"""By which a constant may pass the wall of a box."""
+"""Amount by which a constant may exceed the box, for rounding."""
 REACH = np.sqrt(3.0)
-"""Standard deviations to the points of a parabola: as far as the nodes of a Gauss-Hermite rule of three."""
+"""Distance of a parabola's outer points, standard deviations: the nodes of a three-point Gauss-Hermite rule."""
 
 
 @dataclass(frozen=True)
 class ContrastBand:
-    """Contrast of given filters where the plate obeys laws drawn from their uncertainty.
+    """Contrast of given filters on plates whose laws are drawn from their estimated uncertainty.
 
     Attributes
     ----------
     temperature : (A,) ndarray
         Degrees Celsius.
     nominal : (A, 2) ndarray
-        On a plate of the laws themselves: mean of the band's lines, and the worst one.
+        On a plate with the estimated laws: mean of the band's lines, and the worst line.
     mean, worst : (A, 2) ndarray
-        Ends of the band that holds `share` of the draws, as many beyond each end: of the mean over the lines, and
-        of the worst line.
+        Lower and upper quantile that enclose `share` of the draws, of the mean over the lines and of the worst
+        line.
     share : float
     draws : int
     outside : (A,) ndarray, optional
-        Share of the draws that lie outside the model's box, where the parabolas are extrapolated; None in files
-        written before it was looked at.
+        Share of the draws that lie outside the model's box, where the parabolas are extrapolated; None in files of
+        earlier versions.
     """
 
     temperature: Real
@@ -57,13 +57,13 @@ def law_band(
     bank: FirBank,
     rng: np.random.Generator,
 ) -> ContrastBand:
-    """Judge filters on plates whose laws are drawn from the covariance of the estimated ones.
+    """Compute the contrast of filters on plates with laws drawn from the covariance of the estimated ones.
 
     Parameters
     ----------
     models : sequence of PanelModel
-        The panel about each of the A temperatures. In the coordinates of a few kelvins, contrasts are right to
-        1e-5, and to 1e-4 with E 5 % off its law.
+        Local models of the panel, one for each of the A temperatures; with them the error of the contrast is 1e-5,
+        and 1e-4 with E 5 % off its law.
     panel : Panel
     laws : MaterialLaws
         Of the panel's plate, from which the filters were made.
@@ -82,10 +82,11 @@ def law_band(
 
     Notes
     -----
-    At one temperature the laws are three numbers, log E, nu and log eta, each with its standard deviation. Over
-    them the log of C/(1 - C) of every line is taken for a sum of three parabolas, through the plate's answers at
-    the laws and `REACH` standard deviations to both sides (as far as the model's box goes; draws beyond it are
-    extrapolated and counted). All draws then cost what six plates do. The same draws serve all temperatures.
+    At one temperature the laws are three numbers, log E, nu and log eta, each with its standard deviation. The log
+    of C/(1 - C) of every line is approximated by a sum of three parabolas in them, through the values at the laws
+    and `REACH` standard deviations to both sides (as far as the model's box goes; draws beyond it are extrapolated
+    and counted). All draws then cost no more than seven evaluations of the plate. The same draws serve all
+    temperatures.
     """
     lines = panel.filters.frequency
     lines = lines[panel.filters.in_band(lines)]
@@ -120,13 +121,13 @@ def law_band(
 
 
 def _stepped(constants: tuple[float, ...], step: Real) -> tuple[float, float, float]:
-    """E, nu and eta, `step` (3,) off in log E, nu and log eta."""
+    """E [Pa], nu and eta after a `step` (3,) in log E, nu and log eta."""
     e, nu, eta = constants
     return e * float(np.exp(step[0])), nu + float(step[1]), eta * float(np.exp(step[2]))
 
 
 def _odds(model: PanelModel, lines: Real, heard: Complex, constants: tuple[float, float, float]) -> Real:
-    """Log of C/(1 - C) of every line (F,), with filters `heard` (1, F, N) on a plate of these constants."""
+    """Log of C/(1 - C) of every line (F,), with filter responses `heard` (1, F, N) on a plate of constants."""
     found = contrast(model.forms(*constants, lines), heard)[0]
     found = np.clip(found, 1e-9, 1.0 - 1e-9)
     return np.asarray(np.log(found / (1.0 - found)))
@@ -137,7 +138,7 @@ def _share_of(odds: Real) -> Real:
 
 
 def _drawn(odds: Callable[[Real], Real], middle: Real, spread: Real, draws: Real, room: tuple[Real, Real]) -> Real:
-    """Log odds (D, F) of plates drawn: of the `middle` (F,), and a parabola along each uncertain constant."""
+    """Log odds (D, F) of the draws: the `middle` (F,) plus a parabola along each uncertain constant."""
     drawn = np.tile(middle, (len(draws), 1))
     for k in np.flatnonzero(spread):
         axis = np.eye(3)[k]
@@ -157,9 +158,9 @@ def _room(panel: Panel, constants: tuple[float, ...]) -> tuple[Real, Real]:
 
 
 def _parabola(places: list[float], answers: list[Real], middle: Real, steps: Real) -> Real:
-    """Change (D, F) at `steps` (D,) by a parabola through 0, where it is the `middle` (F,), and two other places.
+    """Change (D, F) from `middle` (F,) at `steps` (D,), by a parabola through 0 and two other places.
 
-    A straight line where there is one other place, nothing where there is none.
+    A straight line where there is one other place, zero where there is none.
     """
     if not places:
         return np.zeros((len(steps), len(middle)))

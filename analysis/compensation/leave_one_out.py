@@ -1,4 +1,4 @@
-"""Leave-one-out error, for which no twin is needed: every inner training filter predicted from the others."""
+"""Leave-one-out error: every inner training filter is predicted from the others; needs no twin."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -38,7 +38,7 @@ def left_out_networks(
     device : str
         To train on: ``cpu``, or torch's name of another.
     epochs : int
-        Steps tried at most.
+        Largest number of steps tried.
 
     Returns
     -------

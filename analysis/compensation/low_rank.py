@@ -1,4 +1,4 @@
-"""Filters at any temperature as a mean and a few principal filters whose shares follow the temperature."""
+"""Filters at any temperature as a mean plus a few principal filters with temperature-dependent coefficients."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -10,7 +10,7 @@ from analysis.arrays import Real
 from analysis.focusing.fir import FirBank
 
 LEFT_OVER = 1e-6
-"""Share of the training filters' energy that the principal filters may leave: 0.1 % of amplitude."""
+"""Largest share of the training filters' energy outside the principal filters: 0.1 % of amplitude."""
 
 
 @dataclass(frozen=True)
@@ -20,9 +20,9 @@ class LowRankBank:
     Attributes
     ----------
     temperature : (n,) ndarray
-        Where it was trained, ascending, degrees Celsius.
+        Training temperatures, ascending, degrees Celsius.
     coefficient : (n, K) ndarray
-        Share of every principal filter there; a cubic not-a-knot spline in between.
+        Coefficients of the principal filters there; a cubic not-a-knot spline in between.
     filters : (K, N, M) ndarray
         Orthonormal over actuators and taps, the one of most energy first.
     mean : (N, M) ndarray

@@ -1,4 +1,4 @@
-"""Compensation from filters of measured transfers: no law, no twin, judged at the temperatures measured."""
+"""Compensation from filters of measured transfers, without laws or twin, assessed at measured temperatures."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,7 +22,7 @@ from analysis.focusing.methods import Method
 from analysis.progress import Progress
 
 DIRECT = "direct"
-"""Name of the filters designed on the transfers of a temperature themselves."""
+"""Name of the filters designed directly from the transfers at a temperature."""
 
 
 def compensate_measured(
@@ -34,33 +34,33 @@ def compensate_measured(
     method: Method = "stif",
     workers: int = 1,
 ) -> Compensation:
-    """Train on the filters of all temperatures measured, judge each inner one by what is made without it.
+    """Train on the filters of all measured temperatures; assess by leaving out each inner temperature.
 
-    Nothing is known between the temperatures measured. What is judged at one of them is what a method trained on
-    the others gives there, on the transfers measured there. Its step is twice as wide as in use, so that it misses
-    by more.
+    Between the measured temperatures there is no reference. So a method trained on the other temperatures is
+    assessed at the one left out, with the transfers measured there. The temperature step is then twice as wide as
+    in use, so that the errors are larger than in use.
 
     Parameters
     ----------
     measured : MeasuredPanel
         At n temperatures.
     training : Training
-        Networks are fed the temperature, whatever it says: nobody knows log √D.
+        Its `feed` is ignored: the input is the temperature, because log √D is not known.
     clock : callable
         Present time, s.
     device : str
         To train on: ``cpu``, or torch's name of another.
     report : callable
-        Told the stage and the share done.
+        Called with the stage and the share done.
     method : str
-        How the filters are designed that are followed.
+        Design method of the training filters.
     workers : int
         Threads that design filters.
 
     Returns
     -------
     Compensation
-        Judged at the n - 2 inner temperatures.
+        Assessed at the n - 2 inner temperatures.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def _outcome(
     method: Method,
     seconds: Real,
 ) -> Compensation:
-    """Judge the `taps` (n-2, N, M) that every method gives where a temperature is left out."""
+    """Assess the `taps` (n-2, N, M) that every method predicts for the temperatures left out."""
     inner, direct = filters.temperature[1:-1], filters.taps[1:-1]
     aims = _aims(measured, replace(filters, taps=direct, temperature=inner), {DIRECT: direct} | taps)
     low_rank = LowRankBank.of(filters)
@@ -133,7 +133,7 @@ def _outcome(
 
 
 def _aims(measured: MeasuredPanel, like: FirBank, banks: dict[str, Real]) -> dict[str, Aim]:
-    """Judge taps (n-2, N, M) of every bank on the transfers of the inner temperatures."""
+    """Contrast and spot error of every bank's taps (n-2, N, M), with the transfers of the inner temperatures."""
     settings, displacement = measured.panel.filters, measured.panel.target.displacement
     band = settings.in_band(settings.frequency)
     asked = measured.space.asked(displacement)

@@ -10,15 +10,15 @@ from analysis.arrays import Real
 
 @dataclass(frozen=True)
 class InputMap:
-    """What networks are fed at a temperature, from -1 to 1 over the range they are trained on.
+    """Input of networks at a temperature, from -1 to 1 over the trained range.
 
     Attributes
     ----------
     temperature : (k,) ndarray
         Ascending, degrees Celsius; its ends are the trained range.
     value : (k,) ndarray
-        The input there, straight in between: two points for the temperature itself, a finer table for
-        log √D(T), along which the modes move evenly.
+        The input there, interpolated linearly: two points for the temperature itself, a finer table for log √D(T),
+        with which the modes' log frequencies change linearly.
     """
 
     temperature: Real
@@ -55,11 +55,11 @@ class NetworkBank:
     Attributes
     ----------
     input : InputMap
-        From temperature to what the hidden nodes see.
+        From temperature to the input of the hidden nodes.
     slope, bias : (N, H) ndarray
         Of the hidden nodes.
     output : (N, H+1, M) ndarray
-        Weights into the taps and, last, their biases, scales undone: V per unit of audio signal.
+        Output weights and, last, biases of the taps, without scaling: V per unit of audio signal.
     """
 
     input: InputMap

@@ -1,4 +1,4 @@
-"""What a compensation came to: every method at every quarter of a degree, with the networks trained."""
+"""Result of a compensation: every method over a fine grid of temperatures, and the trained networks."""
 
 from dataclasses import dataclass
 
@@ -25,7 +25,7 @@ NETWORK, LINEAR, SPLINE, RIGIDITY_SPLINE, REDUCED_FREQUENCY, LOW_RANK = METHODS 
 )
 
 FAIR_LOSS = 0.005
-"""Contrast at the worst line not worth mentioning; of methods that lose no more, the smallest is recommended."""
+"""Acceptable loss of contrast at the worst line; of the methods within it, the smallest is recommended."""
 
 
 @dataclass(frozen=True)
@@ -65,35 +65,35 @@ class Trained:
 
 @dataclass(frozen=True)
 class Compensation:
-    """What every method makes of the filters at a few temperatures; m methods, N actuators.
+    """Filters predicted by every method from those at a few temperatures; m methods, N actuators.
 
     Attributes
     ----------
     methods : tuple of str
     focusing : str
-        How the filters themselves were designed: ``stif`` or a rival of it.
+        Design method of the filters: ``stif`` or one it is compared with.
     filters : FirBank
         Those at the training temperatures, (n, N, M).
     temperature : (T,) ndarray
-        Where all is judged, degrees Celsius.
+        Temperatures of the assessment, degrees Celsius.
     frequency : (F,) ndarray
         Lines of the band, Hz.
     relative_error : (m, T, N) ndarray
         Paper eq. (13), %.
     left_out : (m, n-2, N) ndarray
-        Relative error at inner training temperatures left out, %: known without the filters in between.
+        Relative error at inner training temperatures left out, %: needs no filters in between.
     contrast_direct : (T, F) ndarray
         With the FIR filters computed at that temperature.
     contrast : (m, T, F) ndarray
         With those of each method.
     response : (m, T, F) ndarray
-        Complex: mean displacement of the target over what was asked for, modelling delay taken out.
+        Complex: mean displacement of the target over the desired one, modelling delay removed.
     peak_drive : (m, T, N) ndarray
-        Largest drive any audio within ±1 can bring about, V or N.
+        Largest drive that any audio within ±1 can cause, V or N.
     seconds : (m,) ndarray
         Training or fitting, and all T evaluations: processor time, or wall time where trained on another device.
     size : (m,) ndarray
-        Of what has to be kept where the filters run, bytes in single precision.
+        Memory on the device that runs the filters, bytes in single precision.
     update_cost : (m,) ndarray
         Multiplications for a new set of taps.
     trained : Trained
@@ -107,14 +107,14 @@ class Compensation:
     target_share : float
         Area of the target over area of the plate.
     judged : str
-        ``everywhere``: against filters computed at `temperature`; ``left-out``: at inner training temperatures, by
-        filters made without the one judged.
+        ``everywhere``: against filters computed at `temperature`; ``left-out``: at inner training temperatures,
+        each predicted without its own filter.
     placed : PlacedTemperatures, optional
-        The training temperatures where they were placed, beside equidistant ones.
+        The placed training temperatures, compared with equidistant ones.
     law_band : ContrastBand, optional
-        What the uncertainty of the laws does to the contrast of the networks' filters.
+        Contrast of the networks' filters under the uncertainty of the laws.
     tilted : TiltedContrast, optional
-        What is lost where one side of the panel is warmer than the other.
+        Contrast where one side of the panel is warmer than the other.
     """
 
     methods: tuple[str, ...]
@@ -143,7 +143,7 @@ class Compensation:
     tilted: TiltedContrast | None = None
 
     def __post_init__(self) -> None:
-        """Refuse arrays of another number of methods."""
+        """Raise ValueError for arrays with another number of methods."""
         for name in ("relative_error", "left_out", "contrast", "response", "peak_drive", "size", "update_cost"):
             shape = np.shape(getattr(self, name))
             if shape[:1] != (len(self.methods),):
@@ -151,7 +151,7 @@ class Compensation:
 
     @property
     def training_temperature(self) -> Real:
-        """Where the filters trained on were designed (n,), degrees Celsius."""
+        """Temperatures of the training filters (n,), degrees Celsius."""
         return self.filters.temperature
 
     @property
@@ -176,7 +176,7 @@ class Compensation:
 
     @property
     def recommended(self) -> str:
-        """Smallest method that loses no contrast worth mentioning; the best one where each loses some."""
+        """Method of least memory within `FAIR_LOSS`; the best one where none is."""
         fair = self.largest_loss <= FAIR_LOSS
         return self.methods[int(np.argmin(np.where(fair, self.size, np.inf)))] if fair.any() else self.best
 
@@ -188,7 +188,7 @@ class Compensation:
 
 @dataclass(frozen=True)
 class NetworkStudy:
-    """Networks trained with one choice after another; NaN where the evidence collapsed, with every restart.
+    """Networks trained with several settings; NaN where the evidence collapsed in every restart.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""How good networks are over the number of their nodes and the spacing of their temperatures (paper 5.5)."""
+"""Error of networks over the number of nodes and the spacing of training temperatures (paper 5.5)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -17,7 +17,7 @@ from analysis.focusing.fir import FirBank
 from analysis.focusing.performance import contrast
 
 RESTARTS = 6
-"""Trainings of a choice whose first one was refused."""
+"""Further trainings with other initial weights if the first one was refused."""
 
 
 def study_networks(
@@ -29,7 +29,7 @@ def study_networks(
     inputs: InputMap,
     report: Callable[[float], None] = lambda _share: None,
 ) -> NetworkStudy:
-    """Train (nodes, spacing) after (nodes, spacing) on every so many °C of `truth`, judge on all of it.
+    """Train with each (nodes, spacing) on filters of `truth` at that spacing; assess on all temperatures.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def study_networks(
         Settings other than the nodes.
     inputs : InputMap
     report : callable
-        Told the share done.
+        Called with the share done.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def study_networks(
 
 
 def _trained(bank: FirBank, training: Training, inputs: InputMap) -> NetworkBank:
-    """Train, and try `RESTARTS` times more where the evidence collapsed: nodes beyond the temperatures risk it."""
+    """Train, up to `RESTARTS` times more if the evidence collapsed: likely with more nodes than temperatures."""
     from analysis.compensation.training import train_networks
 
     try:

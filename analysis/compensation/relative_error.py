@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 def relative_error(reconstructed: NDArray[np.float64], true: NDArray[np.float64]) -> NDArray[np.float64]:
     """100 ∫(r - r_true)² / ∫ r_true² over the last axis, in %.
 
-    A ratio of energies: 0.01 % is an error of one hundredth of the filter's amplitude, not of a
-    ten-thousandth. Arrays of the same shape (..., M); returns (...).
+    A ratio of energies: 0.01 % is an error of a hundredth of the filter's amplitude, not of a ten-thousandth. Both
+    arrays have shape (..., M); returns (...).
     """
     if reconstructed.shape != true.shape:
         raise ValueError(f"reconstructed {reconstructed.shape} and true {true.shape} filters differ in shape")

@@ -1,4 +1,4 @@
-"""What networks are compared with: interpolation, and principal filters."""
+"""Methods that networks are compared with: interpolation and principal filters."""
 
 from collections.abc import Callable
 
@@ -16,7 +16,7 @@ Predictor = Callable[[FirBank, Real], Real]
 
 
 def plain_rivals() -> dict[str, Predictor]:
-    """Those that need temperatures alone: by name, taps (T, N, M) from filters and temperatures (T,), °C."""
+    """Methods without laws, by name: taps (T, N, M) from filters and temperatures (T,), °C."""
     return {
         LINEAR: linear,
         SPLINE: lambda bank, temperature: cubic_spline(bank, bank.temperature, temperature),
@@ -25,7 +25,7 @@ def plain_rivals() -> dict[str, Predictor]:
 
 
 def rivals(panel: Panel, laws: MaterialLaws) -> dict[str, Predictor]:
-    """Methods that interpolate, by name: taps (T, N, M) from filters and temperatures (T,), °C."""
+    """All methods, by name: taps (T, N, M) from filters and temperatures (T,), °C."""
 
     def u(temperature: Real) -> Real:
         return rigidity(laws, temperature)

@@ -1,12 +1,11 @@
-"""The Gauss–Newton matrix of a one-hidden-layer network with linear outputs, never formed.
+"""Gauss–Newton equations of a one-hidden-layer network with linear outputs, solved without forming the matrix.
 
 A network of H hidden nodes and M outputs has 2H + M(H+1) parameters. With one α (weights) and one β
 (errors) for all of them, β JᵀJ + α I is a block arrow: M equal blocks S = β ZᵀZ + α I of order H+1, one
 for the weights into each output, and a border of the 2H hidden parameters. So a step costs one
-factorization of Z and one system of order 2H, whatever M is, and so do the trace and the determinant
-that MacKay's evidence asks for. The M outputs can moreover be rotated at will, since ‖·‖² and JᵀJ do
-not see a rotation: `analysis.compensation.bayesian` turns 512 taps into the few directions the training
-filters span.
+factorization of Z and one system of order 2H, whatever M is, and so do the trace and the determinant for MacKay's
+evidence. Moreover ‖·‖² and JᵀJ are invariant under a rotation of the M outputs: `analysis.compensation.batch`
+rotates 512 taps to the few directions that the training filters span.
 
 Tensors carry a leading axis B, see `analysis.compensation.linearised`.
 """

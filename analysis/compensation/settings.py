@@ -1,22 +1,22 @@
-"""How networks are trained."""
+"""Settings of the training of networks."""
 
 from dataclasses import dataclass, replace
 
 FEWEST = 4
-"""Training temperatures: one is left out to see how far it is missed, and a curve bends from three on."""
+"""Fewest training temperatures: one is left out to find the error, and a curve needs three."""
 
 
 @dataclass(frozen=True)
 class Training:
-    """Choices of a training.
+    """Settings of a training.
 
     Attributes
     ----------
     nodes : int
         Hidden tanh nodes.
     feed : str
-        ``rigidity``: log √D(T) of the panel's plate, along which its modes move evenly, so that a wrinkle of a
-        measured law costs nothing; ``temperature``: the temperature itself, as in the paper.
+        ``rigidity``: log √D(T) of the panel's plate, with which its modes' log frequencies change linearly, so
+        that ripples of a measured law do no harm; ``temperature``: the temperature itself, as in the paper.
     scale : str
         ``global``: one scale for all taps of an actuator, so that errors count as in eq. (13);
         ``tap``: every tap stretched to -1..1, as MATLAB does it.
@@ -30,8 +30,8 @@ class Training:
     epochs : int
         Most steps of a training.
     largest_error : float
-        Relative error at the training temperatures, %, above which a network is refused: the evidence
-        has then collapsed onto a network that explains the filters as noise.
+        Relative error at the training temperatures, %, above which a network is refused: the evidence has then
+        collapsed, and the network explains the filters as noise.
     seed : int
     """
 
@@ -61,10 +61,10 @@ class Training:
             raise ValueError(f"largest_error {self.largest_error:g} % is outside 0 to 100 %")
 
     def check_temperatures(self, count: int) -> None:
-        """Raise ValueError where `count` training temperatures are too few to tell a curve from noise.
+        """Raise ValueError where `count` training temperatures are too few to distinguish a curve from noise.
 
-        Networks may have more nodes than temperatures, as the paper's have: the evidence weighs them, and a
-        network that misses its own filters is refused.
+        Networks may have more nodes than temperatures, as in the paper: the evidence regularises them, and a
+        network with large errors at its own training temperatures is refused.
         """
         if count < FEWEST:
             raise ValueError(
@@ -72,12 +72,12 @@ class Training:
             )
 
     def as_paper(self) -> "Training":
-        """Return the same with the paper's feed, scale, start and split."""
+        """Return these settings with the paper's feed, scale, start and split."""
         return replace(self, feed="temperature", scale="tap", start="random", split="matlab")
 
 
 def suited_nodes(temperatures: int, *, measured: bool = False) -> int:
-    """Hidden nodes for filters of few temperatures, so that these determine the weights; the usual ones for many.
+    """Return the number of hidden nodes: as many as few temperatures can determine, the usual number for many.
 
     Two fewer than the temperatures. Where filters were measured, each is left out in turn: then five fewer, and
     at least three. At 13 temperatures of a panel known in closed form, networks of 6 and 8 nodes lost 0.006 of

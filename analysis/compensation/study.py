@@ -1,4 +1,4 @@
-"""The compensation put to the test: every method at every quarter of a degree (paper 5.3 and 5.4)."""
+"""Comparison of all compensation methods over a fine grid of temperatures (paper 5.3 and 5.4)."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -32,9 +32,9 @@ from analysis.material import MaterialLaws
 from analysis.progress import Progress
 
 AIM_SPACING = 5.0
-"""Between the temperatures at which spot errors are kept, K."""
+"""Spacing of the temperatures at which spot errors are computed, K."""
 BAND_SPACING = 10.0
-"""Between the temperatures at which the uncertainty of the laws is carried on, K."""
+"""Spacing of the temperatures at which the uncertainty of the laws is propagated, K."""
 
 
 def compensate(
@@ -52,7 +52,7 @@ def compensate(
     known: DirectFilters | None = None,
     place: int | None = None,
 ) -> Compensation:
-    """Train on filters every `spacing` °C or where placed, judge every `step` °C of what laws and panel share.
+    """Train on filters every `spacing` °C or at placed temperatures; assess every `step` °C.
 
     Parameters
     ----------
@@ -63,22 +63,22 @@ def compensate(
         Between training temperatures, K.
     training : Training
     clock : callable
-        Present time, s. Other threads compute beside the methods that are timed: on the processor it is best the
-        processor time of the calling thread, `time.thread_time`.
+        Present time, s. Other threads compute while methods are timed: on the processor, use the processor time of
+        the calling thread, `time.thread_time`.
     step : float
-        Between the temperatures judged at, K.
+        Spacing of the temperatures of the assessment, K; they cover the common range of laws and panel.
     device : str
         To train on: ``cpu``, or torch's name of another.
     report : callable
-        Told the stage and the share done.
+        Called with the stage and the share done.
     method : str
-        How the filters are designed that the networks and their rivals have to follow.
+        Design method of the filters that networks and other methods have to predict.
     workers : int
-        Threads that design filters, and leave temperatures out beside the thread that judges.
+        Threads that design filters and compute leave-one-out errors.
     known : DirectFilters, optional
-        What `direct_filters` gives at the temperatures judged at; computed where left out.
+        Result of `direct_filters` at the temperatures of the assessment; computed if not given.
     place : int, optional
-        How many training temperatures are placed where the filters need them, instead of every `spacing`.
+        Number of training temperatures, placed by `place_temperatures` instead of every `spacing`.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def compensate(
     Raises
     ------
     ValueError
-        Where the range gives fewer than four training temperatures, or has no room for those to be placed.
+        Where the range has fewer than four training temperatures, or is too narrow for those to be placed.
     EvidenceCollapseError
         Where no network of some actuator is good enough.
     """
@@ -128,7 +128,7 @@ def compensate(
 
 @dataclass(frozen=True)
 class _Truth:
-    """Filters computed at every temperature, with what others are judged by there."""
+    """Filters computed directly at every temperature, and the means to assess others there."""
 
     model: PanelModel
     panel: Panel
@@ -142,7 +142,7 @@ class _Truth:
         return lines[self.panel.filters.in_band(lines)]
 
     def at_knots(self, knots: Real) -> FirBank | None:
-        """Return the filters at the `knots` (n,), °C, where all of them are at hand."""
+        """Return the filters at the `knots` (n,), °C, or None if one of them is missing."""
         bank, places = self.direct.bank, self.places(knots)
         if np.abs(bank.temperature[places] - knots).max() > 1e-9:
             return None
@@ -158,7 +158,7 @@ class _Truth:
         return replace(self.direct.bank, taps=taps).response(self.lines)
 
     def law_band(self, taps: Real, seed: int) -> ContrastBand:
-        """Say what the uncertainty of the laws does to `taps` (T, N, M); `seed` draws the plates."""
+        """Contrast of `taps` (T, N, M) under the uncertainty of the laws; `seed` of the random draws."""
         everywhere = self.direct.bank.temperature
         places = self.places(spaced(everywhere[0], everywhere[-1], BAND_SPACING))
         bank = replace(self.direct.bank, taps=taps[places], temperature=everywhere[places])
@@ -175,7 +175,7 @@ class _Truth:
         seconds: dict[str, float],
         placed: PlacedTemperatures | None,
     ) -> Compensation:
-        """Judge the taps (T, N, M) of every method; those left out (n-2, N, M) and the band are `awaited`."""
+        """Assess the taps (T, N, M) of every method; leave-one-out taps (n-2, N, M) and the band are `awaited`."""
         (left_out, band), bank, forms = awaited, self.direct.bank, self.direct.forms
         everywhere, low_rank = bank.temperature, LowRankBank.of(filters)
         places = self.places(spaced(everywhere[0], everywhere[-1], AIM_SPACING))
@@ -204,13 +204,13 @@ class _Truth:
             network_aim=network_aim,
             target_share=self.model.space.grid.target_share,
             placed=placed,
-            # Last, since others compute it in the meantime.
+            # Last, because other threads compute it in the meantime.
             left_out=np.array([relative_error(left_out[name].result(), filters.taps[1:-1]) for name in METHODS]),
             law_band=band.result(),
         )
 
     def aims(self, places: NDArray[np.intp], *banks: Real) -> list[Aim]:
-        """Judge the taps (T, N, M) of several banks at a few of the T temperatures, those of the rows `places`."""
+        """Contrast and spot error of several banks' taps (T, N, M) at the temperatures of the rows `places`."""
         temperature, lines = self.direct.bank.temperature[places], self.lines
         asked = self.model.space.asked(self.panel.target.displacement)
         heard = [

@@ -1,8 +1,7 @@
-"""Where networks are trained: arrays of numpy on the processor, tensors of torch on any other device.
+"""Arrays for the training of networks: numpy on the processor, torch tensors on any other device.
 
-What stands in `linearised`, `schur_complement`, `evidence` and `bayesian` is written with the functions that both
-share (those of the array API standard), so that torch, two seconds of processor time to import, is loaded where
-it is asked for and nowhere else.
+The code in `linearised`, `schur_complement`, `evidence` and `bayesian` uses only functions that both have (array
+API standard). So torch, whose import takes two seconds of processor time, is imported only for other devices.
 """
 
 from typing import Any, TypeAlias

@@ -1,4 +1,4 @@
-"""A panel of which one side is warmer than the other: which temperature to feed, and what is lost."""
+"""A panel with one side warmer than the other: which temperature to use for its filters, and the contrast lost."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ from analysis.focusing.performance import contrast
 from analysis.progress import Progress
 
 TILTS = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-"""Sides that are the warmer one: right, left, upper, lower (along x and y)."""
+"""Warmer side: right, left, upper, lower (along x and y)."""
 PLACES = 3
-"""Mean temperatures at which a difference is tried."""
+"""Number of mean temperatures at which a difference is computed."""
 
 
 class TiltedModel(Protocol):
-    """A panel that can be computed with one side warmer than the other."""
+    """Model of a panel with one side warmer than the other."""
 
     @property
     def space(self) -> FieldSpace:
@@ -34,7 +34,7 @@ class TiltedModel(Protocol):
         temperature : float
             In the middle of the box around the plate, °C.
         across : (float, float)
-            By how much the sides at largest x and y are warmer than those at the smallest, K.
+            Temperature at largest x and y minus that at smallest x and y, K.
         frequency : (F,) ndarray, Hz
 
         Returns
@@ -55,9 +55,9 @@ class TiltedContrast:
     temperature : (G, A) ndarray
         In the middle of the panel, °C.
     at_target : (G, A, D) ndarray
-        At the target, °C, for each side in turn being the warmer one, see `TILTS`.
+        At the target, °C, for each warmer side of `TILTS`.
     uniform : (G, A, 2) ndarray
-        Contrast of the panel that is everywhere as warm as in the middle.
+        Contrast of a panel that is at the middle's temperature everywhere.
     fed_mean, fed_target : (G, A, D, 2) ndarray
         With the filters of the temperature in the middle, and with those of the temperature at the target.
     """
@@ -70,7 +70,7 @@ class TiltedContrast:
     fed_target: Real
 
     def loss(self, fed: Real) -> Real:
-        """Contrast (G, 2) lost at most, of the mean and of the worst line, against the uniform panel."""
+        """Largest loss of contrast against the uniform panel, (G, 2): of the mean and of the worst line."""
         return np.asarray((self.uniform[:, :, None] - fed).max(axis=(1, 2)))
 
 
@@ -83,22 +83,22 @@ def tilted_contrast(
     limits: tuple[float, float],
     report: Progress = lambda _stage, _share: None,
 ) -> TiltedContrast:
-    """Try filters on a panel with differences of temperature across it.
+    """Compute the contrast of filters on a panel with differences of temperature across it.
 
     Parameters
     ----------
     model : TiltedModel
     panel : Panel
     like : FirBank
-        For rate and delay of the filters.
+        Gives sample rate and delay of the filters.
     taps : callable
         Filters (T, N, M) for temperatures (T,), °C.
     differences : sequence of float
         Between two opposite sides, K.
     limits : (float, float)
-        Temperatures that all of the panel has to keep to, °C.
+        Range of temperatures allowed anywhere on the panel, °C.
     report : callable
-        Told the stage and the share done.
+        Called with the stage and the share done.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def tilted_contrast(
     Raises
     ------
     ValueError
-        Where the limits are nearer to each other than a difference.
+        Where a difference exceeds the distance of the limits.
     """
     low, high = limits
     if not 0.0 < max(differences) <= high - low:

@@ -1,4 +1,4 @@
-"""From filters at a few temperatures to a trained network bank: trained, chosen, refused."""
+"""Training of a network bank from filters at a few temperatures; the best restart is kept or refused."""
 
 from collections.abc import Callable
 
@@ -34,9 +34,9 @@ def train_networks(
     device : str
         To train on: ``cpu``, or torch's name of another.
     progress : callable, optional
-        Told the number of every step done, from 0.
+        Called with the number of every step done, from 0.
     inputs : InputMap, optional
-        What the networks are fed; the temperature itself where left out.
+        Input of the networks; the temperature itself by default.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def train_networks(
 
 
 def split(networks: int, temperatures: int, kind: str, rng: np.random.Generator) -> Real:
-    """Which temperatures each network trains on: all, or MATLAB's 85 %, drawn for each.
+    """Temperatures that each network trains on: all, or 85 % drawn for each as in MATLAB.
 
     Parameters
     ----------

@@ -2,14 +2,14 @@
 
 ======================  =======================================================================
 ``normal_equations``    weighted misfit of one sweep, its gradient and curvature
-``modulus_scan``        modulus that one sweep's resonances suggest, before a twin is built
-``start``               the start grid: no temperature may land in a neighbouring minimum
-``broadening``          data as of a plate with more damping: starts where resonances are sharp
+``modulus_scan``        rough modulus from one sweep's resonances, before a twin is built
+``start``               start values from a grid, to avoid wrong local minima
+``broadening``          data transformed to more damping: start values for sharp resonances
 ``sweep_fit``           E, nu, eta and gain of one sweep, Levenberg-Marquardt
 ``update``              all sweeps of a campaign, by the estimator of `analysis.gap.fitting`
 ``polarity``            channels recorded with the wrong sign
 ``outlier_sweeps``      sweeps that no material explains
 ``laws``                smooth E(T), nu(T), eta(T) with bands from the estimates
-``corrected_twin``      laws and FRFs of a twin whose effects are known
+``corrected_twin``      laws and FRFs of a twin with known effects
 ======================  =======================================================================
 """

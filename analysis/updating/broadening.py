@@ -1,8 +1,8 @@
-"""A measured FRF as if the plate were damped more, so that sharp resonances can be met from afar.
+"""A measured FRF transformed to that of a plate with more damping, so that fits converge from poor start values.
 
 A causal response is analytic where damping grows: its mean over a Cauchy (Lorentz) kernel of half-width s is the
-response at the frequency f - js. With s = eta f/2 that is the plate with a loss factor larger by eta; noise
-averages out besides. Fits that follow the data from wide to narrow resonances start where their minima overlap.
+response at the frequency f - js. With s = eta f/2 that is the plate with a loss factor larger by eta; noise is
+averaged as well. A fit starts with wide resonances, whose minima overlap, and follows the data to narrow ones.
 """
 
 from dataclasses import replace
@@ -15,17 +15,17 @@ from analysis.updating.normal_equations import SweepData
 from analysis.updating.sweep_fit import fit_sweep
 
 PER_WIDTH = 3.0
-"""Lines over the half-power width of a broadened resonance."""
+"""Number of lines within the half-power width of a broadened resonance."""
 NARROWER = 3.0
 """Ratio of the broadenings of two stages."""
 RATIOS = 5
 """Poisson's ratios from which fits start."""
 NARROWEST = 1.5
-"""Width of the lowest resonance, in lines, at which the data are taken as they are."""
+"""Width of the lowest resonance, in lines, above which the data are not broadened."""
 
 
 def broadened(data: SweepData, loss_factor: float) -> SweepData:
-    """Return data, on as many lines as they then need, of the plate with a loss factor larger by `loss_factor`."""
+    """Return the data of the plate with a loss factor larger by `loss_factor`, on as few lines as needed."""
     f = data.frequency
     count = int(np.ceil(np.log(f[-1] / f[0]) * PER_WIDTH / loss_factor)) + 1
     centers = np.geomspace(f[0], f[-1], min(count, f.size))
@@ -46,7 +46,7 @@ def narrowed(model: TwinModel, data: SweepData, moduli: Real) -> list[Real]:
     model : TwinModel
     data : SweepData
     moduli : (N,) ndarray
-        Young's moduli to start from, Pa, as close as resonances of half the box's largest loss factor need them.
+        Young's moduli to start from, Pa, spaced for resonances with half the box's largest loss factor.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def narrowed(model: TwinModel, data: SweepData, moduli: Real) -> list[Real]:
 
 
 def _followed(model: TwinModel, data: SweepData, material: Real, broad: float) -> Real:
-    """Material (3,) that follows the data from a broadening to none."""
+    """Material (3,) fitted to data of decreasing broadening, from `broad` to none."""
     spacing = float(np.median(np.diff(data.frequency)))
     least = model.box.loss_factor[0]
     while True:
@@ -77,7 +77,7 @@ def _followed(model: TwinModel, data: SweepData, material: Real, broad: float) -
 
 
 def _misfit(model: TwinModel, data: SweepData, e: float, nu: float, eta: float) -> float:
-    """Share of the data, in power, that the best real gain leaves; half of each power where signs disagree."""
+    """Unexplained share of the data's power with the best real gain; half of each power where signs disagree."""
     transfer = data.answer(model, (e, nu, eta))
     product = float((transfer.conj() * data.h).real.sum())
     size = float((np.abs(transfer) ** 2).sum() * (np.abs(data.h) ** 2).sum())

@@ -1,4 +1,4 @@
-"""The twin with its effects on a campaign: laws issued anew, and what it answers to every sweep."""
+"""The twin with its effects: laws fitted again, and its FRF for every sweep of a campaign."""
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
@@ -22,22 +22,22 @@ from analysis.updating.laws import fit_laws
 
 @dataclass(frozen=True)
 class CorrectedTwin:
-    """What is known of a plate once its effects are named.
+    """Laws and FRFs of a twin with known effects.
 
     Attributes
     ----------
     effects : mapping of str to tuple of Estimate
-        All that are on.
+        All effects that are on.
     nodes : FittedLaws
         E, nu and eta at the campaign's temperatures.
     laws : MaterialLaws or None
-        Through them; None for fewer than three temperatures.
+        Smooth laws through `nodes`; None for fewer than three temperatures.
     updated : Updated
         The same per sweep, with misfits.
     frequency : (F,) ndarray
         Hz.
     answers : (T, K, F) complex ndarray
-        Gain included, V/V.
+        FRFs of the twin for every sweep, gain included, V/V.
     """
 
     effects: Mapping[str, tuple[Estimate, ...]]
@@ -50,7 +50,7 @@ class CorrectedTwin:
 
 @dataclass(frozen=True)
 class FittedTwin:
-    """Where a fit of laws and gain ended, with the effects that took part.
+    """Result of a fit of laws and gain with effects.
 
     Attributes
     ----------
@@ -118,10 +118,10 @@ def corrected_twin(
     ----------
     frf : Frf
     plain : Updated
-        Model updating of the same sweeps without effects: its misfits are those before; its correlations, which
-        hang on the twin's sensitivities alone, are kept.
+        Model updating of the same sweeps without effects: gives the misfits before; its correlations are kept,
+        because they depend only on the twin's sensitivities.
     model : TwinModel
-        The twin, effects that are not in the state held by it.
+        The twin; it holds the effects that are not in the state.
     protocol : Protocol
         Gives the ramp rate.
     fitted : FittedTwin
@@ -193,7 +193,7 @@ def _laws(protocol: Protocol, nodes: FittedLaws) -> MaterialLaws | None:
 
 
 def reached(protocol: Protocol, temperature: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the range of the protocol's temperatures that readings (T,) reached, degrees Celsius."""
+    """Part of the protocol's temperature range that readings (T,) reached, degrees Celsius."""
     nominal, low, high = protocol.temperatures, float(temperature.min()), float(temperature.max())
     return min((t for t in nominal if t > low - 0.5), default=low), max(
         (t for t in nominal if t < high + 0.5), default=high

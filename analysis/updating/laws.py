@@ -13,7 +13,7 @@ from scipy.optimize import minimize_scalar
 from analysis.material import Material, MaterialLaws
 
 KNOT_SPACING = 2.5
-"""Degrees Celsius between knots: finer than any transition of a polymer, so that only the penalty smooths."""
+"""Spacing of knots, K: narrower than any transition of a polymer, so that only the penalty smooths."""
 
 
 def fit_laws(
@@ -29,15 +29,15 @@ def fit_laws(
     Parameters
     ----------
     temperature : (T,) ndarray
-        Degrees Celsius; repeated values (up and down ramp) are welcome.
+        Degrees Celsius; may hold repeated values (up and down ramp).
     material, sigma : Material
         Estimates and standard deviations, (T,) arrays.
     reading_sigma : float
         Standard deviation of a sweep's temperature reading, K; on a steep law it outweighs that of the
         estimates. The default is the mean of two readings with 0.05 K each.
     temperature_range : (float, float), optional
-        Where the laws are to hold, degrees Celsius; that of the data by default. May reach beyond the data
-        by the uncertainty of the readings, not further.
+        Validity range of the laws, degrees Celsius; that of the data by default. May exceed the data only by the
+        uncertainty of the readings.
 
     Returns
     -------
@@ -84,10 +84,10 @@ def _fit_curve(
     reading_sigma: float,
     falling: bool,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coefficients of one law and their covariance; a reading's error counts through the law's slope."""
+    """Coefficients of one law and their covariance; reading errors are included through the law's slope."""
     design = BSpline.design_matrix(temperature, knots, 3).toarray()
     size = design.shape[1]
-    # differences over the Greville abscissae: the spacing of the coefficients is uneven at the ends
+    # differences over the Greville abscissae, because the coefficients are unevenly spaced at the ends
     sites = np.array([knots[i + 1 : i + 4].mean() for i in range(size)])
     first = np.diff(np.eye(size), axis=0) / np.diff(sites)[:, None]
     second = np.diff(first, axis=0)

@@ -1,8 +1,8 @@
-"""Modulus scan: the modulus that one sweep's resonances suggest, before a twin is built, which takes minutes.
+"""Modulus scan: rough modulus from one sweep's resonances, because building a twin for the box takes minutes.
 
-Powers of data and plate are smoothed over `WINDOW` of the frequency, so that neither the damping nor a model's
-error of a per cent counts, and compared as levels over the logarithm of the frequency, where another modulus (and
-nearly so another thickness or density) is a shift.
+Power spectra of data and plate are smoothed over `WINDOW` of the frequency, so that neither damping nor model
+errors of a per cent matter. They are compared as levels over log frequency, where a change of modulus (and nearly
+so of thickness or density) is a shift.
 """
 
 from dataclasses import dataclass
@@ -18,21 +18,21 @@ WINDOW = 0.05
 """Width of the smoothing, as a share of the frequency."""
 POINTS_PER_WINDOW = 4
 STEP = 0.08
-"""Of log E in the scan: less than a window of frequency."""
+"""Step of log E in the scan: shifts frequencies by less than the window."""
 REACH = 9.0
-"""Least ratio of the scan's ends to the declared moduli: half and twice the thickness at one mass."""
+"""Smallest factor by which the scan exceeds the declared moduli: half or twice the thickness at equal mass."""
 SOFTEST, STIFFEST, FARTHEST = 0.6e9, 300e9, 100.0
-"""Moduli of common plates, Pa, which the scan holds too, as far as they lie within this ratio."""
+"""Moduli of common plates, Pa, which the scan also covers, within this factor of the declared ones."""
 AGREES = 0.7
-"""Agreement from which on a modulus is believed: the right one reaches 0.93 on polymers, 0.74 on metals."""
+"""Smallest correlation of a credible modulus: the right one reaches 0.93 on polymers, 0.74 on metals."""
 DIFFERS, FAR = 0.1, 0.3
-"""By which it must exceed what is reached within the range, for a doubt and for the end."""
+"""Excess of its correlation over the best within the declared range, for a warning and for an error."""
 FLOOR = 1e-5
-"""Power over the strongest, below which antiresonances count no further."""
+"""Smallest power relative to the largest: deeper antiresonances are cut off."""
 
 
 class CoarseModel(Protocol):
-    """What the scan needs of a plate."""
+    """Model of a plate, as the scan needs it."""
 
     def frf(self, youngs_modulus: float, poisson_ratio: float, frequency: Real) -> NDArray[np.complex128]:
         """Transfer of a moderately damped plate.
@@ -60,9 +60,9 @@ class ModulusScan:
     Attributes
     ----------
     modulus, inside : float
-        Pa, at which levels agree best, of all and of those declared.
+        Modulus of best agreement, Pa: over the whole scan, and within the declared range.
     agreement, agreement_inside : float
-        Correlation of the levels there.
+        Correlation of the levels there, -1 to 1.
     """
 
     modulus: float
@@ -72,17 +72,17 @@ class ModulusScan:
 
     @property
     def outside(self) -> bool:
-        """Whether a modulus beyond the range agrees better, and well."""
+        """Whether a modulus outside the declared range agrees well, and better than those inside."""
         return self.agreement > AGREES and self.agreement > self.agreement_inside + DIFFERS
 
     @property
     def hopeless(self) -> bool:
-        """Whether moreover none within the range comes near."""
+        """Whether, in addition, no modulus within the range agrees nearly as well."""
         return self.outside and self.agreement > self.agreement_inside + FAR
 
 
 def scanned_box(box: MaterialBox) -> MaterialBox:
-    """Materials for which the look needs answers."""
+    """Box of all materials that the scan evaluates."""
     low, high = box.youngs_modulus
     lowest = min(low / REACH, max(low / FARTHEST, SOFTEST))
     highest = max(high * REACH, min(high * FARTHEST, STIFFEST))
@@ -95,7 +95,7 @@ def scan_modulus(model: CoarseModel, frequency: Real, h: NDArray[np.complex128],
     Parameters
     ----------
     model : CoarseModel
-        Asked within `scanned_box`.
+        Evaluated within `scanned_box`.
     frequency : (F,) ndarray
         Hz, without lines of mains.
     h : (K, F) complex ndarray
@@ -119,7 +119,7 @@ def scan_modulus(model: CoarseModel, frequency: Real, h: NDArray[np.complex128],
 
     found = np.array([agreement(float(e), 0.5 * (nu_low + nu_high)) for e in moduli])
     declared = (moduli >= box.youngs_modulus[0] / np.exp(STEP)) & (moduli <= box.youngs_modulus[1] * np.exp(STEP))
-    for chosen in (declared, ~declared):  # each side's best are asked for other Poisson's ratios too
+    for chosen in (declared, ~declared):  # the best of both are also tried with other Poisson's ratios
         for k in np.flatnonzero(chosen)[np.argsort(found[chosen])[-4:]]:
             others = (nu_low + share * (nu_high - nu_low) for share in (0.15, 0.85))
             found[k] = max(found[k], *(agreement(float(moduli[k]), nu) for nu in others))
@@ -142,7 +142,7 @@ def _smoothed(power: Real, frequency: Real, grid: Real) -> Real:
 
 
 def _levels(power: Real) -> Real:
-    """Logarithms of powers (K, G), straightened, of mean 0 and variance 1."""
+    """Logarithms of powers (K, G) without linear trend, of mean 0 and variance 1."""
     level = np.log(np.maximum(power, FLOOR * power.max(axis=1, keepdims=True)))
     place = np.linspace(-1.0, 1.0, level.shape[1])
     trend = np.polynomial.polynomial.polyfit(place, level.T, 1)

@@ -26,7 +26,7 @@ class SweepData:
     temperature : float
         Degrees Celsius.
     source : int
-        Which of the inputs drove.
+        Index of the input that drove.
     """
 
     frequency: NDArray[np.float64]
@@ -56,7 +56,7 @@ class SweepData:
         ----------
         frf : Frf
         sweep : int
-            Its place in the FRFs.
+            Its index in the FRFs.
         stride : int
 
         Returns
@@ -74,7 +74,7 @@ class SweepData:
 
 
 LONGEST = 0.5
-"""Step of any parameter beyond which nothing is linear."""
+"""Largest step of any parameter for which the linearisation is used."""
 
 
 @dataclass(frozen=True)
@@ -137,12 +137,12 @@ class NormalEquations:
 
     @property
     def misfit_ahead(self) -> float:
-        """About the misfit after a full step, as weighted lines fall."""
+        """Approximate misfit after a full step, assumed to fall like the weighted residual."""
         return self.misfit * float(np.sqrt(max(1.0 - self.decrease / self.chi2, 0.0)))
 
     @property
     def excess(self) -> float:
-        """chi2 per degree of freedom after a full step, at least 1: what exceeds noise makes all uncertain."""
+        """chi2 per degree of freedom after a full step, at least 1: factor on variances for model error."""
         return max((self.chi2 - self.decrease) / self.dof, 1.0)
 
     @property
@@ -154,7 +154,7 @@ class NormalEquations:
     def widths(self) -> float:
         """Full step in half-power half-widths of a resonance.
 
-        log f**2 moves as log E and about as nu, against eta; steps of log eta and log gain count as they are.
+        log f**2 changes as log E and about as nu, relative to eta; steps of log eta and log gain count unscaled.
         """
         step = np.abs(self.step(0.0))
         return float((step[0] + step[1]) / self.material[2] + step[2] + step[3])
@@ -163,8 +163,8 @@ class NormalEquations:
 def best_gain(transfer: NDArray[np.complex128], data: SweepData) -> tuple[float, float]:
     """Real, positive gain g minimising chi2 of h - g transfer, and that chi2.
 
-    A transfer of the wrong material may be out of phase with h, whose best gain is zero or less: a twentieth
-    of the ratio of their sizes stands in for it, since with no gain at all nothing else could be fitted.
+    With a wrong material the transfer may be out of phase with h, and the best gain would be zero or negative: a
+    twentieth of the ratio of their sizes is used instead, because with zero gain nothing else could be fitted.
     """
     power = float((data.weight * np.abs(transfer) ** 2).sum())
     size = float((data.weight * np.abs(data.h) ** 2).sum())

@@ -1,4 +1,4 @@
-"""Sweeps that no plate explains, though it explains their neighbours: clipped, knocked, mixed up."""
+"""Outlier sweeps: the twin explains their neighbours but not them (clipping, a knock, swapped files)."""
 
 import numpy as np
 
@@ -6,16 +6,16 @@ from analysis.frf import Frf
 from analysis.updated import Updated
 
 NEAR = 6.0
-"""Sweeps within so many kelvins meet about the same plate, and what a twin lacks shows in all of them."""
+"""Largest temperature difference of neighbours, K: a model error shows in all sweeps within it."""
 LEAST_NEIGHBOURS = 2
 FAR_WORSE = 10.0
-"""A chi2 so many times that of every neighbour is no physical effect: those follow the temperature."""
+"""Ratio of chi2 to that of every neighbour from which a sweep is an outlier: effects vary smoothly."""
 
 
 def outlier_sweeps(frf: Frf, updated: Updated) -> list[int]:
-    """Return the sweeps that the twin, with a material of their own, misses far worse than all their neighbours.
+    """Return the sweeps whose misfit, with a material of their own, far exceeds that of all their neighbours.
 
-    Neighbours are sweeps of one input at one level within `NEAR`; with fewer than two nothing can be said.
+    Neighbours are sweeps of one input at one level within `NEAR`; a sweep with fewer than two is not judged.
     """
     chi2 = np.maximum(updated.chi2_per_dof, 1.0)
     outliers = []

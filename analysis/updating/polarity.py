@@ -1,4 +1,4 @@
-"""Channels recorded with the wrong sign: a lead crossed, or a patch glued in or poled the wrong way round."""
+"""Inverted channels, recorded with the wrong sign: leads swapped, or a patch mounted or poled the wrong way."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,7 +13,7 @@ from analysis.updating.start import in_phase, start_material
 from analysis.updating.update import middle_sweep, stride
 
 AGREES = 0.5
-"""Correlation of twin and data from which a channel's sign is beyond doubt; unrelated responses have about 0."""
+"""Correlation of twin and data above which a channel's sign is certain; unrelated responses have about 0."""
 
 
 def polarity_corrected(
@@ -21,16 +21,16 @@ def polarity_corrected(
 ) -> tuple[Frf, NDArray[np.float64]]:
     """Correct the sign of inverted channels.
 
-    No material can turn the sign of a whole FRF: a twin fitted to inverted channels agrees with none of them, or
-    with the others only. Then the start grid is walked again, each channel with whichever sign suits it; where
-    that ends in agreement on every channel, its signs are right.
+    No material changes the sign of a whole FRF, so a twin does not agree with an inverted channel. If a fit does
+    not agree with every channel, the start grid is searched again with the better sign for each channel; if the
+    result agrees with every channel, these signs are right.
 
     Parameters
     ----------
     frf : Frf
         As measured.
     model : TwinModel
-        The twin, asked inside its box only.
+        The twin, evaluated inside its box only.
     progress : callable, optional
         Called with a stage's name and the share of it done.
 
@@ -39,12 +39,12 @@ def polarity_corrected(
     frf : Frf
         With a note for each inverted channel.
     start : (3,) ndarray
-        E [Pa], nu and eta of the sweep in the middle of those that the first input drove.
+        E [Pa], nu and eta of the middle sweep of the first input.
 
     Raises
     ------
     ValueError
-        Where lines carry no variance, so that no weight can be given.
+        Where lines have no variance, so that they cannot be weighted.
     """
     frf.require_noise()
     begins = []
@@ -58,7 +58,7 @@ def polarity_corrected(
 def _inverted(
     frf: Frf, model: TwinModel, progress: Callable[[str, float], None]
 ) -> tuple[list[str], NDArray[np.float64]]:
-    """Names of the channels that are inverted where one input drives, and a material (3,) of its middle sweep."""
+    """Names of the channels inverted in one input's sweeps, and the material (3,) of its middle sweep."""
     data = SweepData.of(frf, middle_sweep(frf), stride(frf, model.box))
     begin = start_material(model, data, lambda share: progress("start grid", share))
     if _explained(model, data, begin):
@@ -72,5 +72,5 @@ def _inverted(
 
 
 def _explained(model: TwinModel, data: SweepData, begin: NDArray[np.float64]) -> bool:
-    """Whether the material `begin` (3,), fitted to the data, agrees with every channel."""
+    """Whether a fit started at the material `begin` (3,) agrees with every channel."""
     return bool((in_phase(data.answer(model, begin), data) > AGREES).all())

@@ -1,4 +1,4 @@
-"""The start: a grid of materials, and fits from its minima until one explains the data."""
+"""Start values: a grid of materials, and fits from its minima until one explains the data."""
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -15,21 +15,21 @@ from analysis.updating.normal_equations import SweepData, best_gain
 from analysis.updating.sweep_fit import fit_sweep
 
 MODULUS_STEP, RESONANCE_STEP = 1.07, 1.7
-"""The modulus climbs by at most this ratio, and by at most so many loss factors: resonances of the damping at
-which the grid is walked stay within each other's half-power bandwidth."""
+"""Largest step of the modulus in the grid, as a ratio and in loss factors: with the grid's damping, resonances of
+neighbouring points stay within each other's half-power bandwidth."""
 ROUGH, NOISY = 0.1, 2.0
-"""Misfit of a fit, and ratio of it to the noise, below both of which its minimum is taken for the right one."""
+"""A fit's minimum is accepted if its misfit, and the misfit's ratio to the noise, are below these."""
 RATIOS = ((0.5,), (0.2, 0.85))
-"""Places of Poisson's ratio in the box: those of the second grid are asked where the first one's fits fail."""
+"""Relative position of Poisson's ratio in the box; the second grid is used if fits from the first fail."""
 STARTS = 6
-"""Minima of a grid from which a fit is tried."""
+"""Number of a grid's minima from which a fit is started."""
 SHARP = 0.05
-"""Largest loss factor of a box below which data are broadened for a start; beyond, resonances overlap anyway."""
+"""Data are broadened for a start if the box's largest loss factor is below this; else resonances overlap."""
 LEAST_LOSS = 0.005
-"""Loss factor at which fits start at least: wide resonances overlap with those they are to become."""
+"""Smallest loss factor at which fits start: wide resonances overlap with those of the solution."""
 
 WORKERS = 2
-"""Places of the grid asked at a time: eigenvalues let other threads run."""
+"""Threads that evaluate points of the grid: eigenvalue routines release the interpreter lock."""
 
 
 def in_phase(transfer: NDArray[np.complex128], data: SweepData) -> Real:
@@ -47,18 +47,18 @@ def start_material(
     *,
     signed: bool = True,
 ) -> Real:
-    """Return the best material that fits from a grid over the model's box lead to, the gain eliminated.
+    """Best material found by fits that start from a grid over the model's box, with the gain eliminated.
 
-    A grid of E, at the middle nu, is walked at a loss factor near the top of the box, where the minima are widest;
-    eta follows on its own. Where a fit from the best point ends far from the data, the grid's other minima are
-    tried, then those of a grid at other nu. Unless `signed`, every channel may have either sign.
+    A grid of E, at the middle nu, is evaluated at a loss factor near the top of the box, where the minima are
+    widest; eta is found by the fit. If the fit from the best point ends far from the data, the grid's other minima
+    are tried, then those of a grid at other nu. Unless `signed`, every channel may have either sign.
 
     Parameters
     ----------
     model : TwinModel
     data : SweepData
     progress : callable
-        Called with the share done, which leaps to 1 where the first grid suffices.
+        Called with the share done, which jumps to 1 if the first grid suffices.
     signed : bool
         False where channels may be inverted.
 
@@ -112,14 +112,14 @@ def start_material(
 
 
 def _moduli(model: TwinModel, loss_factor: float) -> Real:
-    """Moduli over the box, as close as resonances of a loss factor need them."""
+    """Moduli over the box, Pa, spaced for resonances of a loss factor."""
     low, high = model.box.youngs_modulus
     step = np.log(min(MODULUS_STEP, 1.0 + RESONANCE_STEP * loss_factor))
     return np.asarray(np.geomspace(low, high, int(np.ceil(np.log(high / low) / step)) + 1))
 
 
 def _minima(misfits: Real) -> list[tuple[int, int]]:
-    """Places (i, j) of an array at which no neighbour along the first axis is lower, lowest first."""
+    """Local minima along the first axis, as indices (i, j), lowest first."""
     walled = np.pad(misfits, ((1, 1), (0, 0)), constant_values=np.inf)
     lowest = (misfits <= walled[:-2]) & (misfits <= walled[2:])
     places = [(int(i), int(j)) for i, j in np.argwhere(lowest)]
@@ -127,5 +127,5 @@ def _minima(misfits: Real) -> list[tuple[int, int]]:
 
 
 def _noise(data: SweepData) -> float:
-    """Rms of the noise over that of the data."""
+    """Ratio of the noise's rms to that of the data."""
     return float(np.sqrt((1.0 / data.weight).sum()) / np.linalg.norm(data.h))

@@ -1,4 +1,4 @@
-"""E, nu, eta and gain of one sweep by Levenberg-Marquardt, inside the model's box: near enough for a joint fit."""
+"""Fit of E, nu, eta and gain to one sweep by Levenberg-Marquardt, inside the model's box: start of a joint fit."""
 
 from dataclasses import dataclass
 
@@ -10,24 +10,24 @@ from analysis.updating.normal_equations import LONGEST, NormalEquations, SweepDa
 
 MAX_STEPS = 30
 SETTLED = 25.0
-"""Of chi2, what a step may leave of its own in a fit that reaches the noise: five standard deviations, from where
-a joint fit converges. It is larger in proportion for a fit that leaves more than the noise."""
+"""Excess of chi2 over its minimum at which a fit that reaches the noise stops: five standard deviations, from
+where a joint fit converges. Scaled up in proportion for a fit that leaves more than noise."""
 NEAR = 0.25
-"""Step, in half-power half-widths, from which on nothing is said of what it leaves: far from the data, where
+"""Step, in half-power half-widths, above which the predicted excess is not used: far from the data, where
 resonances do not overlap, the predicted decrease is small too."""
 
 
 @dataclass(frozen=True)
 class SweepFit:
-    """Result of one sweep's fit: its last point, from which a settled fit is one step from the minimum.
+    """Result of one sweep's fit: its last point; if settled, the minimum is one step away.
 
     Attributes
     ----------
     point : NormalEquations
     misfit_start : float
-        Where the fit began.
+        Misfit at the start.
     settled : bool
-        False where it ran into the model's box or did not converge: its next step is not to be trusted.
+        False if the fit ended on the model's box or did not converge: its next step is not reliable.
     """
 
     point: NormalEquations
@@ -36,17 +36,17 @@ class SweepFit:
 
     @property
     def material(self) -> NDArray[np.float64]:
-        """E [Pa], nu and eta, (3,), inside the box: a step ahead of `point` if settled, else there."""
+        """E [Pa], nu and eta, (3,), inside the box: one step from `point` if settled, else at `point`."""
         return self.point.ahead if self.settled else self.point.material
 
     @property
     def log_gain(self) -> float:
-        """Logarithm of the gain, likewise."""
+        """Logarithm of the gain, at the same place."""
         return float(np.log(self.point.gain)) + (float(self.point.full_step[3]) if self.settled else 0.0)
 
     @property
     def misfit(self) -> float:
-        """Misfit, likewise; that ahead is predicted."""
+        """Misfit at the same place; predicted if settled."""
         return self.point.misfit_ahead if self.settled else self.point.misfit
 
 
@@ -70,14 +70,14 @@ def fit_sweep(model: TwinModel, data: SweepData, start: NDArray[np.float64]) -> 
     for _ in range(MAX_STEPS):
         if _settled(model, point):
             break
-        # the start damping costs nothing near a minimum and saves a long way round far from one
+        # the initial damping costs nothing near a minimum and saves many steps far from one
         step = np.clip(point.step(damping), -LONGEST, LONGEST)
         material = model.box.clip(moved(point.material, step[:3]))
         trial = normal_equations(model, data, material, point.gain * float(np.exp(step[3])))
         if trial.chi2 <= point.chi2:
             fallen = point.chi2 - trial.chi2
             point, damping = trial, damping / 30.0
-            if fallen < 1e-9 * point.chi2:  # leaning on the wall of the box
+            if fallen < 1e-9 * point.chi2:  # stopped by a bound of the box
                 break
         else:
             damping *= 20.0

@@ -1,9 +1,9 @@
 """Model updating of a campaign: E, nu, eta of every sweep and one gain over all of them, or one per input.
 
 The misfit is the paper's eq. (12), each line weighted by its variance. The estimates are those of
-`analysis.gap.fitting.fit` with no effects, every sweep with laws of its own. Its start is found here: every sweep
-is fitted by itself on few lines, gain included, walking outwards from a sweep in the middle so that each starts
-from its neighbour, input by input; then the gains of an input are tied into one.
+`analysis.gap.fitting.fit` with no effects, every sweep with laws of its own. Start values are found here: every
+sweep is fitted alone on few lines, gain included, outwards from a middle sweep so that each starts from its
+neighbour, input by input; then the gains of an input are averaged into one.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,9 +29,9 @@ from analysis.updating.start import start_material
 from analysis.updating.sweep_fit import SweepFit, fit_sweep
 
 LINES_OF_THE_WALK = 500
-"""Lines that take part while sweeps are fitted on their own, where modes are many lines wide; the end uses all."""
+"""Lines used while sweeps are fitted alone, if modes are many lines wide; the final fit uses all."""
 LINES_OF_A_MODE = 2.0
-"""Lines that a resonance keeps over its half-power width, at the middle of the box's loss factors."""
+"""Fewest lines within a resonance's half-power width, at the middle of the box's loss factors."""
 OFF_THE_TREND = 3.0
 """A misfit this many times the neighbour's is taken for a wrong minimum: the sweep starts from the grid."""
 
@@ -50,7 +50,7 @@ def update(
     frf : Frf
         Measured; lines in `frf.excluded` take no part.
     model : TwinModel
-        The twin, asked inside its box only.
+        The twin, evaluated inside its box only.
     begin : (3,) ndarray, optional
         E, nu and eta near those of `middle_sweep`; else the start grid finds them.
     progress : callable, optional
@@ -63,7 +63,7 @@ def update(
     Raises
     ------
     ValueError
-        Where lines carry no variance, so that no weight can be given.
+        Where lines have no variance, so that they cannot be weighted.
     """
     frf.require_noise()
     report = progress or (lambda stage, share: None)
@@ -100,9 +100,9 @@ def material_of(fits: Sequence[SweepFit]) -> Material:
 
 
 def tied(box: MaterialBox, fits: Sequence[SweepFit], source: NDArray[np.int_]) -> GapState:
-    """Return the state with one gain for all sweeps of an input: the mean of theirs, by information.
+    """Return the state with one gain for all sweeps of an input: their mean, weighted by information.
 
-    Each material follows it.
+    Each sweep's material is adjusted to it.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def tied(box: MaterialBox, fits: Sequence[SweepFit], source: NDArray[np.int_]) -
     -------
     GapState
     """
-    # to first order, before anything is evaluated again: a settled sweep's last step is still to be taken
+    # to first order, without another evaluation: a settled sweep's last step has not been taken yet
     points = [fit.point for fit in fits]
     information = np.array([1.0 / np.linalg.inv(p.matrix)[3, 3] for p in points])
     log_gains = np.array([fit.log_gain for fit in fits])
@@ -131,7 +131,7 @@ def tied(box: MaterialBox, fits: Sequence[SweepFit], source: NDArray[np.int_]) -
 
 
 def middle_sweep(frf: Frf) -> int:
-    """Return the sweep, of the first input's, from which the others are reached."""
+    """Return the sweep of the first input at which the walk starts."""
     first = by_temperature(frf, int(frf.driven_by.min()))
     return first[len(first) // 2]
 
@@ -143,7 +143,7 @@ def by_temperature(frf: Frf, source: int) -> list[int]:
 
 
 def stride(frf: Frf, box: MaterialBox) -> int:
-    """Return how many lines on is the next that takes part in fits of single sweeps."""
+    """Return the stride between the lines used in fits of single sweeps."""
     lines = frf.frequency
     width = float(np.sqrt(np.prod(box.loss_factor)) * np.sqrt(lines[0] * lines[-1]))
     enough = width / (LINES_OF_A_MODE * float(lines[1] - lines[0]))
@@ -157,7 +157,7 @@ def _walk(
     fits: dict[int, SweepFit],
     advance: Callable[[], None],
 ) -> None:
-    """Fit sweep after sweep along `way`, whose first is fitted, each from where its neighbours point."""
+    """Fit sweeps along `way`, whose first is fitted; each starts from values extrapolated from its neighbours."""
     trend = np.ones(3)
     for before, sweep in pairwise(way):
         known = fits[before]
@@ -178,7 +178,7 @@ def _summary(frf: Frf, box: MaterialBox, sweeps: GapSweeps, fit: GapFit, fits: S
     spread = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     within = np.array([sweep.chi2_within.sum() for sweep in sweeps.compressed])
     chi2_per_dof = (fit.chi2.sum(axis=1) + within) / (2 * sweeps.nodes.lines.size * len(frf.channels) - 4)
-    # with the gain of an input common, a sweep's material has its own noise and what the gain's leaves
+    # with one gain per input, a sweep's material has its own noise and a share of the gain's
     sigma = fit.law_sigma * np.sqrt(np.maximum(chi2_per_dof, 1.0))[:, None]
     missed, power = sweep_powers(sweeps, fit)
     several = len(fit.state.log_gain) > 1
