@@ -36,7 +36,7 @@ class LowRankBank:
 
     @classmethod
     def of(cls, bank: FirBank, left_over: float = LEFT_OVER) -> Self:
-        """As few principal filters as leave no more than `left_over` of the training filters' energy."""
+        """Take as many principal filters as leave at most `left_over` of the training filters' energy."""
         count, actuators, taps = bank.taps.shape
         mean = bank.taps.mean(axis=0)
         left, values, right = np.linalg.svd((bank.taps - mean).reshape(count, -1), full_matrices=False)

@@ -54,11 +54,11 @@ def find_gap(
     model : TwinModel
         The twin with its library.
     protocol : Protocol
-        As declared; gives the ramp rate.
+        Gives the ramp rate.
     executor : Executor
         Sweeps are linearised on it.
     floor : NumericalFloor, optional
-        What discretisation does to the twin; without it, what is usual for a converged one.
+        Discretisation error of the twin; by default the usual one of a converged twin.
     progress : callable, optional
         Called with a stage's name and the share of it done.
     clock : callable

@@ -1,4 +1,4 @@
-"""Result of the gap workflow: everything that gap.json and its figures need."""
+"""Result of the gap workflow, for gap.json and its figures."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -27,15 +27,15 @@ class NamedEffect:
     summary : str
         What it is, in one line.
     equivalent : tuple of str
-        Others that this campaign cannot tell from it.
+        Other effects that this campaign cannot distinguish from it.
     separated_by : str
-        The measurement that would.
+        A measurement that would distinguish them.
     probability : float
-        That it, or an equivalent, is present.
+        Probability that it, or an equivalent, is present.
     against : mapping of str to float
-        Log evidence, relative to it, of every other effect, ``nothing`` and ``unknown`` in its place, nats.
+        Log evidence of every other effect, ``nothing`` and ``unknown`` in its place, relative to it, nats.
     log_evidence_gain : float
-        Over the twin without it, nats.
+        Log evidence over the twin without it, nats.
     parameters : tuple of Estimate
     """
 
@@ -56,7 +56,7 @@ class Agreement:
     Attributes
     ----------
     chi2_per_dof : float
-        Over all lines, with the noise that was seen.
+        Over all lines, with the observed noise.
     relative_misfit : float
         rms|H_data - H_twin| / rms|H_data|.
     z : float
@@ -79,13 +79,13 @@ class CandidateRow:
     ----------
     effect : str
     screened : float
-        Evidence to first order, nats, the twin's own error allowed for.
+        Evidence to first order, nats, reduced for the twin's own error.
     fitted : float or None
         Evidence of the full fit of this effect alone, nats.
     share : float or None
-        Of the excess that this effect alone explains.
+        Share of the excess that this effect alone explains.
     kept : float
-        Share of its tangent that the baseline's freedom leaves.
+        Share of its tangent that is independent of the baseline's unknowns.
     cosine : float
         Between its tangents and those of the first effect named (largest canonical correlation); 0 for none.
     """
@@ -109,13 +109,13 @@ class GapReport:
     effects : tuple of NamedEffect
         Strongest first; for ``unknown`` they are hints.
     not_observable : tuple of Observability
-        Effects that can be neither claimed nor excluded, with what would show them.
+        Effects that can be neither claimed nor excluded, with the measurement that would show them.
     seen : tuple of Observability
         Of every effect.
     baseline, final : Agreement
         Without effects, and with them.
     held_out : tuple of HeldOut
-        One for every way to hold data out, the first the one that was judged by; none where no effect was found.
+        One per way to hold data out; the first decides; empty where no effect was found.
     unexplained : float or None
         Share of the baseline's excess that is left; None where there was none.
     before, after : ResidualMap

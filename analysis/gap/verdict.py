@@ -13,7 +13,7 @@ from analysis.gap.thresholds import EXPLAINED, LEAST_REST
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict, whether the effects found are claimed, and the reason in words."""
+    """A verdict, whether the effects found are claimed, and the reason as text."""
 
     verdict: Verdict
     claimed: bool
@@ -21,9 +21,9 @@ class Judgement:
 
 
 def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) -> Judgement:
-    """Judge by the residual, the share explained, the held-out data and the evidence for an unknown cause.
+    """Decide by the residual, the share explained, the held-out data and the evidence for an unknown cause.
 
-    A name is accepted by the residual it leaves: evidence alone grows with every effect that fits a little.
+    An effect is accepted by the remaining residual: evidence alone grows with every effect that fits a little.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) ->
 
 
 def _leaves_structure(context: SearchContext, fit: GapFit) -> bool:
-    """Whether there is evidence for a unknown discrepancy in what a fit leaves beyond the twin's own error."""
+    """Whether a fit's residual, beyond the twin's own error, holds evidence for an unknown discrepancy."""
     if context.excess(fit) <= context.sweeps.allowed:
         return False
     return unknown_evidence(context.sweeps, fit.residual, fit.state) >= LEAST_REST * context.sweeps.overstated

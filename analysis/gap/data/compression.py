@@ -1,14 +1,14 @@
 """Lossless compression of a sweep: thousands of lines become a few hundred independent numbers.
 
 A plate's transfer is smooth on the scale of half a resonance's width, eta f / 2; lines are much closer. A quintic
-spline through nodes at a fraction of that width carries all a plate can do; what lines hold beyond it is noise.
-Where resonances are so sharp that lines are no closer than that, each line is a node, and nothing lies beyond.
+spline through nodes at a fraction of that width represents any transfer of a plate; the rest is noise. Where
+resonances are so sharp that lines are no closer than nodes would be, each line is a node, and no rest remains.
 With W the interpolation from nodes to lines and O the weights, chi2 of any smooth model H splits exactly into
 
     sum O |h - W H|^2 = sum O |h - W c|^2 + (c - H)^H W'OW (c - H),    c = (W'OW)^-1 W'O h,
 
-of which the first part knows no model. The spline's coefficients stand in for its values at the nodes: then W'OW
-is banded, and so is the Cholesky factor that turns c - H into independent numbers of unit variance.
+of which the first part depends on no model. The spline's coefficients are used instead of its values at the nodes:
+then W'OW is banded, and so is the Cholesky factor that turns c - H into independent numbers of unit variance.
 """
 
 from dataclasses import dataclass, field, replace
@@ -22,7 +22,7 @@ from analysis.arrays import Complex, Real
 from analysis.gap.thresholds import LINES_PER_NODE, NODES_PER_HALF_WIDTH
 
 DEGREE = 5
-"""A cubic needs twice the nodes of a quintic for the same error at a resonance."""
+"""Degree of the splines: a cubic needs twice the nodes of a quintic for the same error at a resonance."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Nodes:
     frequency : (n,) ndarray
         Where a model is evaluated, Hz.
     lines : (F,) ndarray
-        The lines that take part, Hz.
+        The lines used, Hz.
     basis : (F, n) sparse array
         B-splines at the lines.
     interpolation : (2 DEGREE + 1, n) ndarray
@@ -55,13 +55,13 @@ class Nodes:
         Parameters
         ----------
         lines : (F,) ndarray
-            Frequencies that take part, Hz.
+            Frequencies of the lines used, Hz.
         loss_factor : float
-            Least loss factor of a resonance.
+            Smallest loss factor of a resonance.
         spacing : float
             Distance of neighbouring lines, Hz.
         per_half_width : float
-            Nodes over half the width of a resonance.
+            Number of nodes within half the width of a resonance.
 
         Returns
         -------
@@ -72,10 +72,10 @@ class Nodes:
         ValueError
             For fewer lines than nodes.
         """
-        # below this frequency nodes would have to be closer than lines let them: there each line is a node
+        # below this frequency nodes would have to be closer than the lines: there each line is a node
         sharp = float(np.clip(2.0 * per_half_width * LINES_PER_NODE * spacing / loss_factor, lines[0], lines[-1]))
         single = lines[lines < sharp]
-        # nodes that nearly met would count for more degrees of freedom than there are lines
+        # nodes nearly at one frequency would give more degrees of freedom than there are lines
         begin = min(max(sharp, single[-1] + spacing), lines[-1]) if single.size else sharp
         grid = np.linspace(begin, lines[-1], 4001)
         step = np.maximum(loss_factor * grid / 2.0 / per_half_width, LINES_PER_NODE * spacing)
@@ -97,7 +97,7 @@ class Nodes:
         return cls(frequency, lines, csr_array(BSpline.design_matrix(lines, knots, DEGREE)), banded)
 
     def coefficients(self, values: Complex) -> Complex:
-        """Of the splines through `values` (..., n) at the nodes: (..., n)."""
+        """Coefficients (..., n) of the splines through `values` (..., n) at the nodes."""
         columns = values.reshape(-1, values.shape[-1])
         parts = np.concatenate([columns.real, columns.imag]).T
         solved = solve_banded((DEGREE, DEGREE), self.interpolation, parts, check_finite=False).T
@@ -111,7 +111,7 @@ class Nodes:
 
 
 def _knots(nodes: Real) -> Real:
-    """Knots of the spline through `nodes`, not a knot near the ends."""
+    """Knots of the spline through `nodes`, with not-a-knot ends."""
     inner = nodes[(DEGREE + 1) // 2 : -(DEGREE + 1) // 2]
     ends = np.full(DEGREE + 1, nodes[0]), np.full(DEGREE + 1, nodes[-1])
     return np.concatenate([ends[0], inner, ends[1]])
@@ -119,20 +119,20 @@ def _knots(nodes: Real) -> Real:
 
 @dataclass(frozen=True)
 class CompressedSweep:
-    """One sweep as splines, and how precisely each is known.
+    """One sweep as spline coefficients with their covariance.
 
     Attributes
     ----------
     nodes : Nodes
     coefficients : (K, n) complex ndarray
-        The splines nearest to the measured FRFs, V/V.
+        Weighted least-squares splines of the measured FRFs, V/V.
     factor : (K, DEGREE + 1, n) ndarray
         Upper banded Cholesky factors of twice the weighted Gram matrices: with them real and imaginary parts of
         a residual are independent and of unit variance.
     chi2_within : (K, B) ndarray
         2 sum |h - spline|^2 / variance over blocks of neighbouring lines.
     block_dof : (B,) ndarray
-        Degrees of freedom of each block: what the nodes take is shared out by their density.
+        Degrees of freedom of each block: those of the nodes are subtracted in proportion to their density.
     power_within : (K,) ndarray
         sum |h - spline|^2, (V/V)^2.
     """
@@ -150,7 +150,7 @@ class CompressedSweep:
         return 2 * (self.nodes.lines.size - self.nodes.frequency.size)
 
     def whitened(self, coefficients: Complex) -> Complex:
-        """`coefficients` (..., K, n) in standard deviations: real and imaginary parts are units of noise."""
+        """Whiten `coefficients` (..., K, n): real and imaginary parts in standard deviations of noise."""
         n = coefficients.shape[-1]
         white = self.factor[:, DEGREE] * coefficients
         for offset in range(1, DEGREE + 1):
@@ -167,7 +167,7 @@ class CompressedSweep:
 
 
 BLOCKS = 16
-"""Over how many stretches of the band the noise is compared with what was stated."""
+"""Number of blocks of the band in which the noise is compared with the stated one."""
 
 
 def compress(h: Complex, variance: Real, nodes: Nodes) -> CompressedSweep:
@@ -188,11 +188,11 @@ def compress(h: Complex, variance: Real, nodes: Nodes) -> CompressedSweep:
     Raises
     ------
     ValueError
-        Where a stretch of the band holds no lines.
+        Where a block of the band holds no lines.
     """
     coefficients, factors, local, power = [], [], [], []
     count = nodes.frequency.size
-    # a block's share of the nodes' freedom follows how dense they are there
+    # a block's share of the nodes' degrees of freedom is proportional to their density there
     leverage = np.interp(nodes.lines, nodes.frequency, np.gradient(np.arange(count, dtype=float), nodes.frequency))
     between = ~np.isin(nodes.lines, nodes.frequency)
     leverage[~between] = 1.0

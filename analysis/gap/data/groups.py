@@ -1,7 +1,7 @@
 """Temperature groups: sweeps at one nominal temperature share the laws there; each reading has a small error.
 
 Up and down ramps, and several levels, visit each temperature more than once. They share log E, nu and log eta at
-the group's mean reading; how the laws run on from there is taken from the neighbouring groups.
+the group's mean reading; the slopes of the laws there are taken from the neighbouring groups.
 """
 
 from dataclasses import dataclass
@@ -14,15 +14,15 @@ from analysis.local_laws import LocalLaws
 from analysis.material import Material
 
 LENGTH = 30.0
-"""Correlation length of the laws' departure from a straight line, K (Matern 5/2): with it slopes of laws that turn
-within 8 to 15 K come out right to 1 % at steps of 2 and 4 K, better than local polynomials of any order."""
+"""Correlation length of the laws' deviation from a straight line, K (Matern 5/2): with it slopes of laws that bend
+within 8 to 15 K have errors of 1 % at steps of 2 and 4 K, less than with local polynomials."""
 READING_ERROR = 0.025
-"""Error of a group's temperature, K: mean of an up and a down sweep."""
+"""Standard deviation of a group's temperature, K: mean of an up and a down sweep."""
 
 
 @dataclass(frozen=True)
 class TemperatureGroups:
-    """Which sweeps belong together.
+    """Assignment of sweeps to groups of equal nominal temperature.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class TemperatureGroups:
 
     @classmethod
     def labelled(cls, of_sweep: NDArray[np.int_], temperature: NDArray[np.float64]) -> "TemperatureGroups":
-        """Make groups whose members are known."""
+        """Make groups from known group numbers (T,) and readings (T,), degrees Celsius."""
         size = np.bincount(of_sweep)
         return cls(of_sweep, np.bincount(of_sweep, temperature) / size, size)
 
@@ -68,9 +68,9 @@ class TemperatureGroups:
         ]
 
     def slope_sigma(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return standard deviations (G, 3) of the slopes read off the neighbours, per K.
+        """Return standard deviations (G, 3) of the slopes estimated from neighbouring groups, per K.
 
-        Temperatures far apart leave the slope between them open, and with it what a lag or a gradient does.
+        Between temperatures far apart the slope is uncertain, and so is the effect of a thermal lag or gradient.
         """
         if not np.ptp(self.reference):
             return np.zeros_like(values)
@@ -86,10 +86,10 @@ def mean_laws(material: Material, groups: TemperatureGroups) -> NDArray[np.float
 def law_derivatives(
     temperature: NDArray[np.float64], values: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """First and second derivatives (G, 3) of laws through `values` (G, 3), and how uncertain the first ones are.
+    """First and second derivatives (G, 3) of laws through `values` (G, 3), and standard deviations of the first.
 
     Derivatives of a Gaussian process about a straight line (Rasmussen and Williams, Gaussian Processes for Machine
-    Learning, 2006, sections 2.7 and 9.4). One temperature says nothing of a slope: zeros.
+    Learning, 2006, sections 2.7 and 9.4). With one temperature the derivatives are zero.
     """
     slope, curvature, sigma = (np.zeros_like(values) for _ in range(3))
     if not np.ptp(temperature):
@@ -104,7 +104,7 @@ def law_derivatives(
     for law, value in enumerate(values.T):
         line = np.linalg.lstsq(design, value)[0]
         bend = float(np.sqrt(np.sum((value - design @ line) ** 2) / max(len(value) - 2, 1)))
-        # few points may lie on a line by chance, two always do
+        # few points may lie on a line by chance, and two always do
         least = {2: 0.3, 3: 0.1, 4: 0.05}.get(len(value), 0.0)
         size = max(bend, least * float(np.ptp(value)), 1e-9)
         error = np.hypot(READING_ERROR * line[1] / size, 0.01)

@@ -1,8 +1,8 @@
-"""The stated noise checked against the data, without any model.
+"""Check of the stated noise against the data, without any model.
 
-Lines minus the splines through the nodes are noise, for any plate: its size over the
-stated one must be 1. Where it is another number, the stated variance is rescaled by it, and both are said; where
-it is not one number, nothing that follows could be trusted.
+Lines minus the splines through the nodes are noise, for any plate: the ratio of its variance to the stated one
+must be 1. A different ratio rescales the stated variance and is reported; if the ratio differs between sweeps, the
+noise is unknown and the check raises an error.
 """
 
 from collections.abc import Sequence
@@ -16,14 +16,14 @@ from analysis.gap.thresholds import NOISE_DOF, NOISE_RATIO_RANGE, NOISE_RATIO_SA
 from analysis.median_deviation import median_deviation
 
 LEAST_FREEDOM = 0.25
-"""Share of the freest block's degrees of freedom below which a block scatters too much to stand out."""
+"""Blocks with fewer degrees of freedom than this share of the largest scatter too much to be judged."""
 SHARP = 6.0
-"""Standard deviations by which a block of lines must stand out to be taken for a feature instead of noise."""
+"""Standard deviations above the median from which a block of lines holds a feature and not only noise."""
 
 
 @dataclass(frozen=True)
 class NoiseCheck:
-    """Variance seen over variance stated.
+    """Ratio of observed to stated variance.
 
     Attributes
     ----------
@@ -33,10 +33,10 @@ class NoiseCheck:
     dof : int
         Degrees of freedom behind all ratios together.
     sharp : (T, K, B) ndarray
-        Excess chi2 of blocks of lines with features that no plate of this damping has, too sharp for the nodes;
+        Excess chi2 of blocks of lines with features too sharp for the nodes, and so for a plate of this damping;
         zero elsewhere.
     notes : tuple of str
-        What was found, for people.
+        Messages for the user.
     """
 
     ratio: NDArray[np.float64]
@@ -46,21 +46,21 @@ class NoiseCheck:
     notes: tuple[str, ...]
 
     def z(self, chi2: float, dof: float) -> float:
-        """Excess of `chi2` over `dof` in its standard deviations, the seen noise being uncertain itself."""
+        """Excess of `chi2` over `dof` in standard deviations, the observed noise's uncertainty included."""
         inflation = 1.0 + dof / self.dof if self.dof >= NOISE_DOF else 1.0
         return float((chi2 + self.sharp.sum() - dof) / np.sqrt(2.0 * dof * inflation))
 
 
 def check_noise(sweeps: Sequence[CompressedSweep], channels: Sequence[str]) -> NoiseCheck:
-    """Compare stated and seen variance of every channel over all sweeps.
+    """Compare stated and observed variance of every channel over all sweeps.
 
-    Blocks of lines that stand far out hold a feature (a resonator far sharper than the plate, a disturbance):
+    Blocks of lines with a far larger ratio hold a feature (a resonator far sharper than the plate, a disturbance):
     they are left out of the mean and reported.
 
     Raises
     ------
     ValueError
-        Where the ratio leaves the range within which it can be corrected, or differs between sweeps.
+        Where the ratio is too far from 1 to be corrected, or differs between sweeps.
     """
     freedom = np.array([s.block_dof for s in sweeps])[:, None, :]
     local = np.array([s.chi2_within for s in sweeps])
@@ -87,9 +87,9 @@ def check_noise(sweeps: Sequence[CompressedSweep], channels: Sequence[str]) -> N
 
 
 def _standing_out(local: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Blocks (T, K, B) far above their channel's middle, in units of how the channel's blocks scatter.
+    """Blocks (T, K, B) far above their channel's median, relative to the scatter of the channel's blocks.
 
-    Roots are compared: they scatter evenly about their middle.
+    Square roots are compared, because they scatter symmetrically about their median.
     """
     root = np.sqrt(local)
     middle = np.median(root, axis=(0, 2), keepdims=True)
@@ -98,7 +98,7 @@ def _standing_out(local: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def _refuse_unlike(channel: str, ratio: float, by_sweep: NDArray[np.float64], dof: float) -> None:
-    """Raise ValueError for a ratio out of range, or ratios too unlike between sweeps with `dof` each."""
+    """Raise ValueError for a ratio out of range, or ratios that differ between sweeps with `dof` each."""
     low, high = NOISE_RATIO_RANGE
     if not low <= ratio <= high:
         raise ValueError(
@@ -106,7 +106,7 @@ def _refuse_unlike(channel: str, ratio: float, by_sweep: NDArray[np.float64], do
             f"one; {low:g} to {high:g} can be corrected. Check how the variance was estimated, and the repeats"
         )
     apart = float(np.quantile(by_sweep, 0.9) / np.quantile(by_sweep, 0.1))
-    # ninth and first decile of equal noise lie 2.6 standard deviations apart
+    # for equal noise the ninth and the first decile are 2.6 standard deviations apart
     if apart > NOISE_SPREAD * np.exp(2.6 * np.sqrt(2.0 / max(dof, 1.0))):
         raise ValueError(
             f"channel {channel}: seen over stated variance goes from {by_sweep.min():.3g} to {by_sweep.max():.3g} "

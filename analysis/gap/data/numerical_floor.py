@@ -1,7 +1,7 @@
-"""What discretisation does to a twin, and whether a campaign can be judged with it.
+"""Discretisation error of a twin, and check that it is small enough to compare the twin with a campaign.
 
-An error of the mesh looks like physics: one of 0.5 to 1 % of the response has been taken for an offset of the
-sensor, with a log Bayes factor of 11; one of 2 to 4 % for feedthrough, with 5229.
+A mesh error can be mistaken for an effect: one of 0.5 to 1 % of the response was identified as an offset of the
+sensor, with a log Bayes factor of 11; one of 2 to 4 % as feedthrough, with 5229.
 """
 
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from analysis.gap.thresholds import MODEL_ERROR, NUMERICAL_REST
 
 @dataclass(frozen=True)
 class NumericalFloor:
-    """What discretisation does to the twin, as shares of rms|H|.
+    """Discretisation error of the twin, and noise, as shares of rms|H|.
 
     Attributes
     ----------
     error : float
-        Estimated of the functions left out and of the reduction.
+        Estimated error from the truncated finite-element space and from the model reduction.
     noise : float
-        Of one line of a sweep.
+        Standard deviation of one line of a sweep.
     """
 
     error: float
@@ -38,7 +38,7 @@ class NumericalFloor:
 
     @property
     def carried(self) -> float:
-        """Error of the twin common to all lines, as a share of rms|H|; it is not missing physics."""
+        """Error of the twin common to all lines, as a share of rms|H|, that does not count as missing physics."""
         return float(np.hypot(self.error, MODEL_ERROR))
 
     @property

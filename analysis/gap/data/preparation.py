@@ -1,4 +1,4 @@
-"""A campaign prepared for a fit: sweeps compressed, noise checked, temperatures grouped."""
+"""Preparation of a campaign for a fit: compress sweeps, check noise, group temperatures."""
 
 from collections.abc import Sequence
 
@@ -18,16 +18,16 @@ from analysis.sweep_point import SweepPoint
 from analysis.updated import Updated
 
 FINER = 0.6
-"""Of the loss factor for which nodes are laid, where no effect is looked for: with it the splines' own error moves
-no estimate by more than 0.004 of its standard deviation (0.1 without, at a misfit of 0.7 %)."""
+"""Factor on the loss factor for which nodes are placed, if no effects are searched: with it spline errors shift no
+estimate by more than 0.004 of its standard deviation (0.1 without, at a misfit of 0.7 %)."""
 
 
 EVERY_LINE = 1e-12
-"""Loss factor for whose resonances every line is a node."""
+"""Loss factor so small that every line is a node."""
 
 
 def sharpest(material: Material) -> float:
-    """Return the least loss factor for which nodes are laid."""
+    """Return the smallest loss factor for which nodes are placed."""
     return SHARPEST * float(np.min(material.loss_factor))
 
 
@@ -48,7 +48,7 @@ def prepare(
     protocol : Protocol
         Gives the ramp rate.
     updated : Updated
-        Model updating of the same sweeps: nodes are placed for its smallest loss factor.
+        Model updating of the same sweeps; its smallest loss factor determines the spacing of nodes.
     floor : NumericalFloor, optional
         Discretisation error of the twin; that of a converged twin by default.
     reading_sigma : float
@@ -57,7 +57,7 @@ def prepare(
     Returns
     -------
     sweeps : GapSweeps
-        With the noise rescaled to what was seen.
+        With the noise rescaled to the observed one.
     noise : NoiseCheck
 
     Raises
@@ -85,14 +85,14 @@ def prepare(
 
 
 def apart(frf: Frf, material: Material) -> GapSweeps:
-    """Compress all sweeps of `frf` for the sharpest of materials (T,) about as theirs, each a group of its own.
+    """Compress all sweeps of `frf`, each in a group of its own, for the sharpest of approximate materials (T,).
 
     The noise is taken as stated.
     """
     groups = TemperatureGroups.labelled(np.arange(len(frf.temperature)), frf.temperature)
     try:
         stated = compressed(frf, FINER * sharpest(material))
-    except ValueError:  # too few lines between which splines could run: each is a node of its own
+    except ValueError:  # too few lines for splines: each line is a node
         stated = compressed(frf, EVERY_LINE)
     return grouped(frf, stated, groups, mean_laws(material, groups))
 
@@ -123,12 +123,12 @@ def grouped(
     ----------
     frf : Frf
     sweeps : sequence of CompressedSweep
-        Of it.
+        Of `frf`.
     groups : TemperatureGroups
     rough : (G, 3) ndarray
-        Laws of the groups, about.
+        Approximate laws of the groups: log E, nu and log eta.
     rate : float
-        Of the oven on the way up, K/s.
+        Ramp rate of the oven on the way up, K/s.
     reading_sigma, twin_error : float
         See `GapSweeps`.
 

@@ -1,4 +1,4 @@
-"""A campaign ready to be compared with a twin: compressed sweeps, their circumstances and groups."""
+"""A campaign prepared for comparison with a twin: compressed sweeps, their circumstances and groups."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -23,23 +23,23 @@ class GapSweeps:
     points : tuple of SweepPoint
     direction : tuple of str
     drives : tuple of str
-        Level of each sweep, as people write it: ``10 V``, ``2 N at hammer``.
+        Level of each sweep as text: ``10 V``, ``2 N at hammer``.
     channels : tuple of str
     compressed : tuple of CompressedSweep
-        With the noise rescaled to what was seen.
+        With the noise rescaled to the observed one.
     groups : TemperatureGroups
     reading_sigma : float
         Standard deviation of a sweep's temperature reading, K.
     rough : (G, 3) ndarray
-        Laws about as they are, to tell how well their slopes are known.
+        Approximate laws, from which the uncertainty of their slopes is computed.
     slope_sigma : (G, 3) ndarray
         Standard deviations of the laws' slopes, per K.
     twin_error : float
         Error of the twin common to all lines, as a share of rms|H|.
     rows : (T, K, n) bool ndarray
-        Which whitened numbers take part; all but in held-out trials.
+        Which whitened numbers are used; all of them except for held-out data.
     original : (T,) int ndarray
-        Place of each sweep in the FRFs.
+        Index of each sweep in the FRFs.
     """
 
     nodes: Nodes
@@ -71,34 +71,34 @@ class GapSweeps:
 
     @property
     def numbers(self) -> int:
-        """Real numbers that take part."""
+        """Number of real values used."""
         return 2 * int(self.rows.sum())
 
     @property
     def power(self) -> float:
-        """Sum of |h|^2 in units of the noise: a residual of a share e of |h| has a chi2 of e**2 times this."""
+        """Sum of |h|^2 in units of the noise: a relative residual e has a chi2 of e**2 times this."""
         white = np.array([s.whitened(s.coefficients) for s in self.compressed])
         return float((np.abs(white[self.rows]) ** 2).sum())
 
     @property
     def allowed(self) -> float:
-        """Chi2 that the twin's own error may leave."""
+        """chi2 that the twin's own error may cause."""
         return self.twin_error**2 * self.power
 
     @property
     def overstated(self) -> float:
-        """How many times evidence overstates itself, the twin's own error being common to all lines.
+        """Factor by which evidence is too large because the twin's own error is common to all lines.
 
-        Along a tangent the residual has the noise's variance 1 and that of the error: a log evidence of g counts
-        as g over their sum.
+        Along a tangent the residual has the noise's variance of 1 plus that of the error: a log evidence of g
+        counts as g over their sum.
         """
         return 1.0 + MODEL_ERROR_ALONG**2 * self.allowed
 
     @property
     def between(self) -> tuple[float, float]:
-        """Return chi2 of what lines hold between the nodes, no model's doing, and its degrees of freedom.
+        """Return chi2 of the lines about the splines, which depends on no model, and its degrees of freedom.
 
-        Of the channels and sweeps that take part, and where only a part of the band does, of as large a share.
+        Over the channels and sweeps used; if only a part of the band is used, an equal share of both.
         """
         share = self.rows.mean(-1)
         chi2 = sum(float(s.chi2_within.sum(1) @ part) for s, part in zip(self.compressed, share, strict=True))
@@ -126,7 +126,7 @@ class GapSweeps:
         )
 
     def original_places(self, whole: "GapSweeps") -> list[int]:
-        """Return where the sweeps stand in `whole`, of which they are some."""
+        """Return the indices of these sweeps in `whole`."""
         place = {int(sweep): i for i, sweep in enumerate(whole.original)}
         return [place[int(sweep)] for sweep in self.original]
 

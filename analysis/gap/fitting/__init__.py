@@ -1,11 +1,11 @@
-"""The estimator of model updating and of the gap workflow, and the residual it leaves.
+"""Estimator of model updating and of the gap workflow, and analysis of its residual.
 
 ======================  =============================================================
 ``state``               laws, readings, gain and effects: the unknowns of a fit
 ``normal_equations``    whitened least squares of every sweep
-``schur_complement``    unknowns of single groups and sweeps eliminated
+``schur_complement``    elimination of the unknowns of single groups and sweeps
 ``gap_fit``             result of a fit
-``bounded_step``        one step inside bounds
+``bounded_step``        step inside bounds
 ``fit``                 Levenberg-Marquardt over all unknowns
 ``misfit``              relative misfit over the lines
 ``whiteness``           correlation of neighbouring residuals

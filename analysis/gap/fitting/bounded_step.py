@@ -6,10 +6,10 @@ from analysis.arrays import Mask, Real
 
 
 def bounded_step(matrix: Real, gradient: Real, moving: Mask, low: Real, high: Real, damping: float) -> Real:
-    """Solve for the step of the moving unknowns, damped on the diagonal, inside bounds.
+    """Solve for the damped step of the moving unknowns inside bounds.
 
-    An unknown that would leave its bounds is put on the bound and the others are solved for again: otherwise they
-    would follow a step that is then cut short.
+    An unknown that would leave its bounds is set to the bound and the others are solved for again: otherwise they
+    would be adjusted to a step that is not made.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Laws, readings, gains and effects fitted together: Levenberg-Marquardt with a Schur complement."""
+"""Joint fit of laws, readings, gains and effects: Levenberg-Marquardt with a Schur complement."""
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
@@ -17,13 +17,13 @@ from analysis.gap.thresholds import MOST_STEPS, PREDICTION_MARGIN, SETTLED
 from analysis.twin_model import Tangent, TwinModel
 
 LARGEST_STEP = np.array([0.3, 0.05, 0.7])
-"""Of log E, nu and log eta in one iteration: beyond, resonances pass each other."""
+"""Largest step of log E, nu and log eta in one iteration: with larger ones resonances pass each other."""
 
 BACKTRACKED = 0.4
-"""Share of a step that went too far which is tried before damping."""
+"""Share to which a step that increased the objective is shortened before damping is tried."""
 
 SHAPE_STEP = 0.25
-"""Of a shape in one iteration, in standard deviations of its prior."""
+"""Largest step of a shape parameter in one iteration, in standard deviations of its prior."""
 
 
 @dataclass(frozen=True)
@@ -56,19 +56,19 @@ def fit_gap(
     model : TwinModel
     sweeps : GapSweeps
     start : GapState
-        Values of all effects that are on.
+        Start values, with all effects that are on.
     effects : sequence of str
-        Those whose parameters move.
+        Effects whose parameters are fitted.
     executor : Executor
         Sweeps are linearised on it.
     gain_free, laws_free : bool
-        Held-out trials keep what was learnt elsewhere.
+        Whether gains and laws are fitted; for held-out data they may be kept from another fit.
     target : float
         Predicted decrease of chi2 at which to stop, for a fit that reaches the noise.
     most_steps : int
-        Linearisations at most.
+        Largest number of linearisations.
     enough : float
-        Objective, minus twice a log evidence, that a fit must be able to reach; else it is given up unsettled.
+        The fit stops, unsettled, once it is predicted not to reach this objective, minus twice a log evidence.
 
     Returns
     -------
@@ -77,7 +77,7 @@ def fit_gap(
     Raises
     ------
     ValueError
-        Where the model cannot be asked at the start.
+        Where the model cannot be evaluated at the start.
     """
     free = FreeParameters.of(model.cards, effects)
     values = np.clip(free.read(start.effects), free.low, free.high)
@@ -100,11 +100,11 @@ def _descend(
     most_steps: int,
     enough: float,
 ) -> tuple[_Trial, bool, int]:
-    """Step down from `best`: where it ended, whether it settled there, and linearisations made."""
+    """Iterate from `best`: return the final point, whether it settled, and the number of linearisations."""
     damping, share, passes, done = 0.0, 1.0, 1, False
     while passes < most_steps:
         step, local, predicted_decrease = _step(sweeps, best, free, damping, gain_free, laws_free)
-        # where the residual is many sigma, a decrease by fractions of a nat is not worth another linearisation
+        # where the residual is many sigma, the tolerance grows: fractions of a nat need no other linearisation
         settled = target * max(1.0, best.objective / sweeps.numbers)
         if predicted_decrease < settled:
             done = True
@@ -118,7 +118,7 @@ def _descend(
         if trial is not None and trial.objective <= best.objective:
             fallen = best.objective - trial.objective
             best, damping, share = trial, (0.0 if damping < 1e-3 else damping / 10.0), 1.0
-            # at the end of a range, or while the laws' slopes change with their values, predictions do not hold
+            # at a bound, or while the laws' slopes change with their values, predictions are not accurate
             if fallen < 0.3 * settled:
                 done = True
                 break
@@ -126,7 +126,7 @@ def _descend(
             done = True
             break
         elif share == 1.0 and damping == 0.0:
-            # shorten the step first: where unknowns are nearly collinear, damping turns it off the valley
+            # shorten the step first: with nearly collinear unknowns, damping changes its direction
             share = BACKTRACKED
         else:
             damping, share = max(10.0 * damping, 1e-2), 1.0
@@ -150,7 +150,7 @@ def _evaluate(
 def _try(
     model: TwinModel, sweeps: GapSweeps, state: GapState, free: FreeParameters, executor: Executor
 ) -> _Trial | None:
-    """Evaluate a step; None where the model refuses the point, which then counts as a step too far."""
+    """Evaluate a step; None where the model refuses the point, which counts as too long a step."""
     try:
         trial = _evaluate(model, sweeps, state, free, executor)
     except ValueError:
@@ -208,7 +208,7 @@ def _result(
     values = free.read(at.state.effects)
     wall = (values <= free.low) | (values >= free.high)
     fitted = len(free.names) + int((head.seen & gain_free).sum())
-    if laws_free:  # each error of a reading is fitted to that reading, which cancels
+    if laws_free:  # one error is fitted per reading: numbers and unknowns cancel
         fitted += 3 * len(sweeps.groups.size)
     return GapFit(
         state=at.state,
@@ -232,13 +232,13 @@ def _result(
 
 
 def _law_sigma(head: SchurComplement, left: WithoutGains, covariance: Real) -> Real:
-    """Return standard deviations of the groups' laws: their own, and what gains and effects hand on."""
-    # gains given the parameters, then their spread handed on through the gains' lever
+    """Return standard deviations (G, 3) of the groups' laws, including those from gains and effects."""
+    # covariance of gains at fixed parameters, then the parameters' share through the gains' lever
     handed = -left.lever @ covariance
     return head.law_sigma(np.block([[left.covariance - handed @ left.lever.T, handed], [handed.T, covariance]]))
 
 
 def _alone(equations: SweepEquations, source: int) -> Real:
-    """Return what a sweep's equations hold of its material and its gain, (4, 4)."""
+    """Return a sweep's information matrix of its material and its gain, (4, 4)."""
     columns = [*range(LAWS.stop), GLOBAL + source]
     return equations.matrix[np.ix_(columns, columns)]

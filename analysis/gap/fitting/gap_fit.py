@@ -17,34 +17,34 @@ class GapFit:
     ----------
     state : GapState
     free : FreeParameters
-        The effects' parameters that were moved.
+        The effects' parameters that were fitted.
     covariance : (P, P) ndarray
-        Of the free parameters, everything else eliminated, prior included.
+        Posterior covariance of the free parameters, everything else eliminated.
     information : (P, P) ndarray
-        The data's own part of its inverse.
+        Its inverse without the prior.
     chi2 : (T, K) ndarray
         Of the nodes.
     readings : (T,) ndarray
-        chi2 of the temperature readings, which are data too: a thermal lag shows nowhere else.
+        chi2 of the temperature readings, which are data too: a thermal lag shows only there.
     tilts : (G,) ndarray
-        chi2 of the laws' slopes against those of neighbouring temperatures.
+        chi2 of the laws' slopes against those estimated from neighbouring temperatures.
     dof : float
-        Real numbers less what was fitted.
+        Number of real data less fitted unknowns.
     prior : float
         Minus twice the log prior of the parameters, up to a constant.
     residual, predicted : (T, K, n) complex ndarray
         Whitened residual, and the model's spline coefficients [V/V].
     sigma_log_gain : (I,) ndarray
-        Of every input's log gain at fixed parameters; 0 where it was held.
+        Standard deviation of every input's log gain at fixed parameters; 0 where it was held.
     law_sigma : (G, 3) ndarray
         Standard deviations of log E, nu and log eta of the groups, gains and effects eliminated.
     alone : (T, 4, 4) ndarray
-        Information that each sweep has of its log E, nu and log eta and of log gain.
+        Information matrix of each sweep alone, for its log E, nu, log eta and log gain.
     settled : bool
     on_wall : tuple of (effect, parameter)
-        Parameters that ended at the end of their range.
+        Parameters at a bound of their range.
     passes : int
-        How often all sweeps were linearised.
+        Number of linearisations of all sweeps.
     """
 
     state: GapState

@@ -8,7 +8,7 @@ from analysis.gap.fitting.gap_fit import GapFit
 
 
 def relative_misfit(sweeps: GapSweeps, fit: GapFit) -> float:
-    """rms|H_data - H_twin| / rms|H_data| over all lines, channels and sweeps that take part."""
+    """rms|H_data - H_twin| / rms|H_data| over all lines, channels and sweeps used."""
     missed, power = sweep_powers(sweeps, fit)
     return float(np.sqrt(missed.sum() / power.sum()))
 
@@ -16,7 +16,7 @@ def relative_misfit(sweeps: GapSweeps, fit: GapFit) -> float:
 def sweep_powers(sweeps: GapSweeps, fit: GapFit) -> tuple[Real, Real]:
     """Sum |H_data - H_twin|^2 and |H_data|^2 over the lines and channels of each sweep, (T,) each, (V/V)^2.
 
-    The data are the lines themselves, noise between the nodes included: that part comes from its chi2.
+    The data are the lines themselves, including their noise about the splines.
     """
     missed, power = np.zeros(sweeps.count), np.zeros(sweeps.count)
     for s, sweep in enumerate(sweeps.compressed):

@@ -21,7 +21,7 @@ from analysis.twin_model import Tangent, TwinModel
 Made = TypeVar("Made")
 
 LAWS, SLOPES, TEMPERATURE, GLOBAL = slice(0, 3), slice(3, 6), 6, 7
-"""Places of the columns: what is a group's, what is a sweep's, and where begins what is the campaign's."""
+"""Indices of the columns: unknowns of a group, unknown of a sweep, and first unknown of the campaign."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class SweepEquations:
 
 @dataclass(frozen=True)
 class WhitenedSweep:
-    """One sweep's columns in units of noise, before they are multiplied out.
+    """One sweep's columns in units of noise, before the normal equations are formed.
 
     Attributes
     ----------
@@ -67,14 +67,14 @@ class WhitenedSweep:
     predicted: NDArray[np.complex128] = field(repr=False)
 
     def equations(self) -> SweepEquations:
-        """Multiply out."""
+        """Form the normal equations."""
         flat = self.white.reshape(len(self.white), -1)
         real = np.concatenate([flat.real, flat.imag], axis=1)
         products = real @ real.T
         return SweepEquations(products[:-1, :-1], products[:-1, -1], self.white[-1].copy(), self.predicted)
 
     def after(self, step: Real) -> NDArray[np.complex128]:
-        """Residual (K, n) that a step (7 + I + P,) leaves to first order."""
+        """Residual (K, n) after a step (7 + I + P,), to first order."""
         left: NDArray[np.complex128] = self.white[-1] - np.tensordot(step, self.white[:-1], 1)
         return left
 
@@ -171,8 +171,8 @@ def _whitened(
     frequency = sweeps.nodes.frequency
     group = sweeps.groups.of_sweep[sweep]
     sigma = sweeps.slope_sigma[group]
-    # turned about the oven's own temperature a slope changes what effects make of it (a lag, a gradient) and
-    # nothing else; turned about the group's reference it could be traded for errors of the readings
+    # a slope turned about the oven's own temperature changes only the effects that use it (lag, gradient); turned
+    # about the group's reference it would be collinear with errors of the readings
     local_laws = laws[group].tilted(state.tilt[group] * sigma, moved.temperature)
     line = model.linearise(local_laws, frequency, state.effects, moved, tangents)
     slopes = sigma[:, None, None] * line.by_slope

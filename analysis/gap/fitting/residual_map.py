@@ -12,16 +12,16 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.gap_fit import GapFit
 
 BINS = 24
-"""Stretches of the band, each as many half widths of a resonance."""
+"""Width of a frequency bin, in half widths of a resonance."""
 CELL_SIGNIFICANT = 5.0
-"""Standard deviations from which a cell counts: of two thousand cells of noise none reaches it."""
+"""Standard deviations from which a cell counts: none of two thousand cells of noise reaches it."""
 CELL_SHARE = 0.1
-"""Of the strongest cell: weaker ones would join all regions into one."""
+"""Smallest excess of a region's cells, as a share of the strongest: weaker ones would join all regions."""
 
 
 @dataclass(frozen=True)
 class Region:
-    """A connected part of one channel's map with more than noise in it.
+    """A connected part of one channel's map that holds more than noise.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Region:
     temperature : (float, float)
         Degrees Celsius.
     share : float
-        Of all excess.
+        Share of the total excess chi2.
     sigma : float
         Largest rms residual of a cell, in sigma.
     """
@@ -45,24 +45,24 @@ class Region:
 
 @dataclass(frozen=True)
 class ResidualMap:
-    """Residual of a fit over everything that a campaign varies.
+    """Residual of a fit over frequency, sweep and channel.
 
     Attributes
     ----------
     edges : (B + 1,) ndarray
-        Of the stretches of frequency, Hz.
+        Of the frequency bins, Hz.
     temperature : (T,) ndarray
         Of the sweeps, degrees Celsius.
     direction : tuple of str
     level : (T,) ndarray
         Of the drive, in the unit of its input.
     drives : tuple of str
-        The same as people write it, see `GapSweeps`.
+        The same as text, see `GapSweeps`.
     channels : tuple of str
     sigma : (T, K, B) ndarray
-        rms residual in units of noise: 1 is noise.
+        rms residual in units of noise: 1 where only noise is left.
     excess : (T, K, B) ndarray
-        chi2 beyond the noise's.
+        chi2 minus that of noise.
     readings : (T,) ndarray
         The same for each sweep's temperature reading.
     regions : tuple of Region

@@ -2,8 +2,8 @@
 
 Laws and their slopes belong to a group of sweeps, temperatures to a sweep, gains and effects to the campaign:
 eliminating group by group leaves a small matrix for gains and effects, in which each effect keeps only the part
-that is independent of laws and readings. A reading error common to all sweeps of a group is the same as another
-law at the group's mean reading; only contrasts of the errors are unknowns.
+that is independent of laws and readings. A reading error common to all sweeps of a group is equivalent to a change
+of the laws at the group's mean reading; so only contrasts of the errors are unknowns.
 """
 
 from collections.abc import Sequence
@@ -21,21 +21,21 @@ from analysis.gap.fitting.state import GapState
 OWN = 6
 """Unknowns of every group: three laws and their slopes; contrasts of its readings follow."""
 RIDGE = 1e-12
-"""Of a unit diagonal: keeps a material constant that no line depends on from breaking the elimination."""
+"""Ridge relative to a unit diagonal, for material constants that no line depends on."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """What eliminating one group left behind.
+    """Elimination of one group's unknowns, with what is needed to compute them later.
 
     Attributes
     ----------
     members : (m,) int ndarray
         Its sweeps.
     contrasts : (m, m - 1) ndarray
-        Orthonormal, of its readings.
+        Orthonormal contrasts of its readings.
     lever : (q, I + P) ndarray
-        By how much its unknowns follow gains and effects, with opposite sign.
+        Minus the derivative of its unknowns with respect to gains and effects.
     own : (q,) ndarray
         Their step at fixed gains and effects.
     variance : (q,) ndarray
@@ -58,13 +58,13 @@ class LocalStep:
     away: Real
 
     def times(self, share: float) -> "LocalStep":
-        """Return a share of the way."""
+        """Return the steps scaled by `share`."""
         return LocalStep(share * self.laws, share * self.tilt, share * self.away)
 
 
 @dataclass(frozen=True)
 class WithoutGains:
-    """What eliminating the log gains leaves.
+    """Normal equations of the effects' parameters, with log gains eliminated.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class WithoutGains:
     covariance : (I, I) ndarray
         Of the log gains at fixed parameters; 0 for those held.
     lever : (I, P) ndarray
-        By how much the log gains follow the parameters, with opposite sign.
+        Minus the derivative of the log gains with respect to the parameters.
     """
 
     matrix: Real
@@ -85,7 +85,7 @@ class WithoutGains:
 
 @dataclass(frozen=True)
 class SchurComplement:
-    """All sweeps together, laws and temperatures eliminated.
+    """Normal equations of all sweeps, with laws and temperatures eliminated.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class SchurComplement:
     blocks: tuple[Block, ...] = field(repr=False)
 
     def follow(self, step: Real, sweeps: int) -> LocalStep:
-        """Return the steps of all that was eliminated once gains and effects step by `step` (I + P,)."""
+        """Return the steps of the eliminated unknowns for a `step` (I + P,) of gains and effects."""
         local = [block.own - block.lever @ step for block in self.blocks]
         away = np.zeros(sweeps)
         for block, steps in zip(self.blocks, local, strict=True):
@@ -119,7 +119,7 @@ class SchurComplement:
 
     @property
     def seen(self) -> Mask:
-        """Which gains the sweeps tell anything of: those of inputs that drove one of them, (I,)."""
+        """Which gains the sweeps determine: those of inputs that drove one of them, (I,)."""
         found: Mask = np.diag(self.raw)[: self.gains] > 0.0
         return found
 
@@ -158,11 +158,11 @@ def schur_complement(
         One per sweep, at `state`.
     state : GapState
     damping : float
-        Of Levenberg and Marquardt, on the diagonals of the groups' blocks.
+        Levenberg-Marquardt damping on the diagonals of the groups' blocks.
     frozen : bool
-        Laws and temperatures do not move: nothing is eliminated.
+        Whether laws and temperatures are held: nothing is eliminated.
     readings : bool
-        False takes the temperatures and slopes for known: only laws are eliminated.
+        If False, temperatures and slopes are taken as known: only laws are eliminated.
 
     Returns
     -------

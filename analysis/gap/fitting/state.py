@@ -22,7 +22,7 @@ class GapState:
     laws : (G, 3) ndarray
         log E [log Pa], nu and log eta at the groups' references.
     tilt : (G, 3) ndarray
-        What the laws' slopes are off, in their standard deviations.
+        Errors of the laws' slopes, in their standard deviations.
     away : (T,) ndarray
         True temperature less reading, K.
     log_gain : (I,) ndarray
@@ -38,10 +38,10 @@ class GapState:
     effects: Mapping[str, Values]
 
     def circumstances(self, sweep: int, point: SweepPoint) -> SweepPoint:
-        """Return a sweep's circumstances as the fit sees them.
+        """Return a sweep's circumstances with the fitted temperature and level.
 
-        The temperature is that of the plate. The level is counted by the gain of the first input: amplifiers that
-        differ make of one generator voltage different motions.
+        The temperature is that of the plate. The level is scaled by the input's gain over that of the first input,
+        because amplifiers with different gains cause different motions at the same generator voltage.
         """
         louder = float(np.exp(self.log_gain[point.source] - self.log_gain[0]))
         return replace(point, temperature=point.temperature + float(self.away[sweep]), level=point.level * louder)
@@ -51,17 +51,17 @@ class GapState:
         return replace(self, effects={name: dict(values) for name, values in effects.items()})
 
     def restricted(self, groups: Sequence[int], sweeps: Sequence[int]) -> "GapState":
-        """Return what concerns some groups and sweeps only."""
+        """Return the state of some groups and sweeps only."""
         kept = list(groups)
         return replace(self, laws=self.laws[kept], tilt=self.tilt[kept], away=self.away[list(sweeps)])
 
     def corrected(
         self, groups: TemperatureGroups, before: "GapState", after: "GapState", few: TemperatureGroups
     ) -> "GapState":
-        """Move laws, gain and effects as a fit to `few` groups moved them from `before` to `after`.
+        """Change laws, gain and effects as a fit to `few` groups changed them from `before` to `after`.
 
-        In between, the laws' changes follow by interpolation over temperature: they are smooth where the laws
-        themselves are not. Errors of the readings start at zero.
+        The laws' changes are interpolated over temperature: they are smooth even where the laws themselves are
+        not. Errors of the readings start at zero.
 
         Parameters
         ----------
@@ -96,10 +96,10 @@ def starting_state(updated: Updated, groups: TemperatureGroups) -> GapState:
 
 
 def clipped_laws(box: MaterialBox, laws: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Laws' values (G, 3) moved into the model's box."""
+    """Laws (G, 3) clipped to the model's box."""
     material = np.stack([np.exp(laws[:, 0]), laws[:, 1], np.exp(laws[:, 2])], axis=1)
     inside = box.clip(material)
-    # exp and log do not undo each other to the last digit: leave alone what was inside
+    # exp and log are not exact inverses in floating point: values inside are not changed
     back = np.stack([np.log(inside[:, 0]), inside[:, 1], np.log(inside[:, 2])], axis=1)
     clipped: NDArray[np.float64] = np.where(inside == material, laws, back)
     return clipped
@@ -107,7 +107,7 @@ def clipped_laws(box: MaterialBox, laws: NDArray[np.float64]) -> NDArray[np.floa
 
 @dataclass(frozen=True)
 class FreeParameters:
-    """The effects' parameters that a fit moves, with their priors and ranges.
+    """The effects' parameters that are fitted, with their priors and ranges.
 
     Attributes
     ----------
@@ -152,9 +152,10 @@ class FreeParameters:
         return np.array([p.shape for p in self.cards], dtype=bool)
 
     def standing(self, values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which parameters (P,) are shapes of an effect whose amplitudes change by less than half in `step`.
+        """Which parameters (P,) are shapes of effects whose amplitudes change by less than half in `step`.
 
-        A shape's tangent is proportional to the amplitude: before that has settled, its direction is arbitrary.
+        A shape's tangent is proportional to the amplitude: before the amplitude has settled, a step of the shape
+        is arbitrary.
         """
         effects = np.array([name for name, _ in self.names])
         size, change = (values / self.sigma) ** 2, (step / self.sigma) ** 2

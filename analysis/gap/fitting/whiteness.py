@@ -1,4 +1,4 @@
-"""Whiteness of a residual: neighbours in frequency and in temperature must not be correlated."""
+"""Whiteness of a residual: neighbours in frequency and in temperature are uncorrelated if it is noise."""
 
 from itertools import pairwise
 
@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from analysis.gap.data.sweeps import GapSweeps
 
 LAGS = 3
-"""Neighbours on one side that are compared: about a resonance's half width."""
+"""Largest lag in nodes: about a resonance's half width."""
 
 
 def whiteness(sweeps: GapSweeps, residual: NDArray[np.complex128]) -> tuple[float, float]:
     """Correlation of `residual` (T, K, n) over frequency and over temperature, in standard deviations of noise.
 
-    Real and imaginary parts of unit variance make products of variance 2; sums over many are normal.
+    With real and imaginary parts of unit variance, products have variance 2; sums over many are normal.
     """
     rows = sweeps.rows
     over_frequency = [

@@ -1,11 +1,11 @@
-"""Which effects the twin lacks: tested to first order, fitted in full, compared with each other.
+"""Search for the effects that the twin lacks: first-order tests, full fits, comparisons.
 
 ===================  =============================================================
-``candidate``        one candidate: its tangents, and its gain inside their ranges
+``candidate``        one candidate: its tangents, and its gain inside the ranges
 ``score_test``       all candidates to first order, singles and pairs
 ``observability``    effects that this campaign cannot show
-``confounding``      effects that this campaign cannot tell apart
-``context``          what every step works with, and the fits made so far
+``confounding``      effects that this campaign cannot distinguish
+``context``          common data of all steps, and the fits made so far
 ``refit``            candidates fitted in full, first on a few temperatures
 ``drop_and_swap``    each effect removed, and replaced by each other one
 ``stepwise``         effects added one by one, or as a pair

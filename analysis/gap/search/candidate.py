@@ -10,16 +10,16 @@ from analysis.effect_card import Parameter, Values
 
 @dataclass(frozen=True)
 class Column:
-    """One tangent of a screen.
+    """One tangent of a score test.
 
     Attributes
     ----------
     effect : str
     site : int
-        Of the effect's card; 0 for an effect that is on.
+        Index of the site on the effect's card; 0 for an effect that is on.
     card : Parameter
     at : float
-        Value at which it was taken.
+        Value of the parameter at which it was computed.
     shapes : mapping
         Values of the effect's shapes there.
     """
@@ -39,12 +39,12 @@ class Candidate:
     ----------
     effects : tuple of str
     gain : float
-        Laplace evidence over the twin as it is, nats, less log of the number of sites tried.
+        Laplace evidence over the present twin, nats, less log of the number of sites tried.
     step : tuple of float
         Of each of `columns`.
     columns : tuple of int
     size : float
-        Of the signal in sigma that only this candidate can make, at `step`.
+        Size in sigma of the part of the signal that only this candidate explains, at `step`.
     """
 
     effects: tuple[str, ...]
@@ -57,7 +57,8 @@ class Candidate:
 def solve_inside(matrix: Real, pull: Real, low: Real, high: Real) -> Real:
     """Maximise pull'x - x'matrix x / 2 over low <= x <= high.
 
-    What leaves the box is put on its wall and the rest solved for again: exact for one unknown, near for few.
+    An unknown that leaves the box is set to its bound and the others are solved for again: exact for one unknown,
+    approximate for few.
 
     Parameters
     ----------

@@ -8,14 +8,14 @@ from analysis.gap.thresholds import CLASS_COSINE, CLASS_NATS, TEMPERATURE_OF_CON
 
 
 def equivalents(rivals: Mapping[str, float], signal_cosines: Mapping[str, float]) -> tuple[str, ...]:
-    """Rivals that this campaign cannot tell from an effect, nearest first.
+    """Other effects that this campaign cannot distinguish from an effect, nearest first.
 
     Parameters
     ----------
     rivals : mapping
         Log evidence of each other effect in its place, relative to it, nats.
     signal_cosines : mapping
-        Cosine between the effect's signal and the nearest that each other can make.
+        Cosine between the effect's signal and the nearest signal of each other effect.
     """
     alike = [
         name for name, gain in rivals.items() if gain > -CLASS_NATS or signal_cosines.get(name, 0.0) > CLASS_COSINE
@@ -24,7 +24,7 @@ def equivalents(rivals: Mapping[str, float], signal_cosines: Mapping[str, float]
 
 
 def against(gain: float, rivals: Mapping[str, float], unknown: float, chi2_per_dof: float) -> dict[str, float]:
-    """Log evidence, relative to an effect, of all that could be in its place, nats.
+    """Log evidence of all alternatives to an effect, relative to it, nats.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def against(gain: float, rivals: Mapping[str, float], unknown: float, chi2_per_d
     unknown : float
         Log evidence of a smooth discrepancy of unknown cause in its place, over the twin without it.
     chi2_per_dof : float
-        Of the fit: where more than noise is left, the likelihood overstates every difference by as much.
+        Of the fit: where more than noise is left, differences of log likelihood are too large by this factor.
 
     Returns
     -------
@@ -61,9 +61,9 @@ def probability(
     alike : sequence of str
         Its equivalents.
     temperature : float
-        By which differences of evidence are divided.
+        Divisor of differences of log evidence.
     unlisted : float
-        Probability that a cause outside the library acts like the effect; no evidence can exclude it.
+        Probability that a cause outside the library acts like the effect; the data cannot exclude it.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Confounding: cosines between the signals of effects, laws, readings and gain eliminated."""
+"""Confounding: cosines between the signals of effects, with laws, readings and gain eliminated."""
 
 from collections.abc import Sequence
 
@@ -28,10 +28,9 @@ def tangent_cosines(screening: ScoreTest, effects: Sequence[tuple[str, int]]) ->
 
 
 def signal_cosine(screening: ScoreTest, effect: str, other: str) -> float:
-    """Cosine between the signal of an effect that is on and the nearest one that another effect can make.
+    """Cosine between the signal of an effect that is on and the nearest signal of another effect.
 
-    Unlike a canonical correlation it looks at the direction that was found, not at the most alike directions of
-    two families.
+    Unlike a canonical correlation it uses the direction found, not the most similar directions of two subspaces.
 
     Parameters
     ----------

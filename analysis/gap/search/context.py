@@ -1,4 +1,4 @@
-"""Search context: what every step of the search works with, and the fits made so far."""
+"""Search context: data common to all steps of the search, and the fits made so far."""
 
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
@@ -33,7 +33,7 @@ class FitCache:
 
 @dataclass(eq=False)
 class SearchContext:
-    """What every step of the search works with.
+    """Data common to all steps of the search.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class SearchContext:
     fits: FitCache = field(repr=False, default_factory=FitCache)
 
     def fit(self, start: GapState, effects: Sequence[str]) -> GapFit:
-        """Fit laws, readings, gain and `effects` to all sweeps, unless `fits` holds the result."""
+        """Fit laws, readings, gain and `effects` to all sweeps; a result in `fits` is used again."""
         found = self.fits.known(effects)
         if found is None:
             found = fit_gap(self.model, self.sweeps, start, effects, self.executor)
@@ -68,7 +68,7 @@ class SearchContext:
 
     @property
     def least_gain(self) -> float:
-        """Log evidence that an effect must bring, nats, as the likelihood counts them."""
+        """Smallest gain of log evidence for an effect, nats of the likelihood, so including `overstated`."""
         return LEAST_GAIN * self.sweeps.overstated
 
     def z(self, fit: GapFit) -> float:
@@ -76,18 +76,18 @@ class SearchContext:
         return self.noise.z(fit.total - min(self.sweeps.allowed, max(self.excess(fit), 0.0)), fit.dof)
 
     def excess(self, fit: GapFit) -> float:
-        """Chi2 beyond what noise leaves."""
+        """chi2 minus that of noise."""
         return fit.total + float(self.noise.sharp.sum()) - fit.dof
 
     def agrees(self, fit: GapFit) -> bool:
-        """Whether a fit leaves nothing but noise and the twin's own error, which need not be white."""
+        """Whether a fit leaves only noise and the twin's own error, which need not be white."""
         if self.z(fit) > (Z_NAMED if fit.state.effects else Z_FLOOR):
             return False
         return self.excess(fit) <= self.sweeps.allowed or max(whiteness(self.sweeps, fit.residual)) <= WHITENESS
 
     @property
     def coarse_groups(self) -> list[int]:
-        """A few temperatures, evenly over the range, first and last among them."""
+        """A few groups of temperature, evenly spread, including the first and the last."""
         count = len(self.sweeps.groups.reference)
         if count < 1.5 * COARSE_TEMPERATURES:
             return list(range(count))

@@ -13,7 +13,7 @@ from analysis.gap.thresholds import CLASS_NATS, MOST_EFFECTS, SWAP_SHARE, SWAPS_
 def drop_and_swap(
     context: SearchContext, baseline: GapFit, fit: GapFit, last: ScoreTest, blind: Sequence[str]
 ) -> tuple[GapFit, ScoreTest, list[list[Refit]]]:
-    """Remove each effect of a fit, and put every other effect in its place, until no change improves the fit.
+    """Remove each effect of a fit, and replace it by every other effect, until no change improves the fit.
 
     Returns the fit and its screening at the end, and the rivals that were fitted.
 
@@ -47,7 +47,7 @@ def drop_and_swap(
             fit = max((without[name] for name in idle), key=lambda f: f.log_evidence)
             last = context.score_test(fit)
             continue
-        # a single effect was compared with its rivals when it was chosen
+        # a single effect was compared with the others when it was chosen
         better = _swapped(context, fit, last, without, blind, trials) if len(on) > 1 else None
         if better is None:
             break
@@ -79,7 +79,7 @@ def dropped(context: SearchContext, baseline: GapFit, fit: GapFit, name: str) ->
 def relative_evidence(
     context: SearchContext, fit: GapFit, last: ScoreTest, name: str, blind: Sequence[str]
 ) -> dict[str, float]:
-    """Log evidence of every other effect in the place of one effect, relative to it.
+    """Log evidence of every other effect instead of one effect, relative to it.
 
     To first order at `fit`, or of the full fit where there was one.
 
@@ -119,7 +119,7 @@ def _swapped(
     blind: Sequence[str],
     trials: list[list[Refit]],
 ) -> GapFit | None:
-    """Fit the rivals that come near, and return the best set that beats the present one; None if none does."""
+    """Fit the close alternatives; return the best set if it is better than the present one, else None."""
     best = None
     for name in fit.state.effects:
         behind = relative_evidence(context, fit, last, name, blind)

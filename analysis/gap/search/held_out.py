@@ -15,13 +15,13 @@ from analysis.gap.thresholds import HELD_OUT_SHARE, Z_FLOOR
 from analysis.twin_model import TwinModel
 
 LEAST_TEMPERATURES = 4
-"""Below, every second temperature leaves too few to learn an effect from."""
+"""Fewest temperatures for holding out every second: with fewer, an effect cannot be fitted to the rest."""
 FREQUENCY_BLOCKS = 12
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Before and after on held-out data.
+    """Agreement with held-out data, without and with the effects.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Split:
-    """A campaign in two parts: one to learn from, one to test on.
+    """A campaign in two parts, one to fit, one to test.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ def held_out(
     executor: Executor,
     significant: float,
 ) -> HeldOut:
-    """Fit effects and gain to a part of the data, and compare both twins on the rest.
+    """Fit effects and gain to a part of the data, and compare the twins without and with effects on the rest.
 
     On held-out temperatures and levels only the laws are fitted; held-out channels and frequencies
     are predicted outright. A gap of less than `significant` chi2 over the noise is none. Where the
@@ -107,7 +107,7 @@ def held_out(
     executor : Executor
         Sweeps are linearised on it.
     significant : float
-        Least excess of chi2 that counts as a gap.
+        Smallest excess of chi2 that counts as a gap.
 
     Returns
     -------
@@ -172,9 +172,9 @@ def _tried(model: TwinModel, sweeps: GapSweeps, split: Split, whole: GapFit, exe
 
 
 def splits(sweeps: GapSweeps) -> list[Split]:
-    """Every way to hold data out; the first is the one to judge by.
+    """All splits into data to fit and data held out; the first one decides.
 
-    A level is held out only where two are left: from one alone nothing is learnt of how amplitude softens.
+    A level is held out only where two are left: from one level amplitude softening cannot be identified.
     """
     found = []
     count = len(sweeps.groups.reference)
@@ -190,7 +190,7 @@ def splits(sweeps: GapSweeps) -> list[Split]:
         name = f"channel {sweeps.channels[-1]}"
         found.append(Split(name, sweeps.masked(~last), sweeps.masked(last), laws_free=False))
     levels: dict[int, set[float]] = {}
-    for point in sweeps.points:  # a volt at one input is none at another
+    for point in sweeps.points:  # levels of different inputs are not comparable
         levels.setdefault(point.source, set()).add(point.level)
     top = {source: max(its) for source, its in levels.items() if len(its) > (2 if found else 1)}
     if top:

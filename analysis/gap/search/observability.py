@@ -1,4 +1,4 @@
-"""Observability: effects of which this campaign holds no information, and what would show them."""
+"""Observability: effects that this campaign cannot show, and the measurement that would."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,18 +14,18 @@ from analysis.gap.thresholds import LEAST_KEPT, LEAST_SIZE
 
 @dataclass(frozen=True)
 class Observability:
-    """How well one effect can be observed in a campaign.
+    """Observability of one effect in a campaign.
 
     Attributes
     ----------
     effect : str
     kept : float
-        Share of the effect's tangent, 0 to 1, that is independent of laws, gain and the effects already found; of
-        its best direction where there are several parameters, at its best site.
+        Share of the effect's tangent, 0 to 1, that is independent of laws, gain and the effects already found;
+        with several parameters, of the best direction; at its best site.
     size : float
-        Of an effect of one prior standard deviation, in sigma, errors of the readings included.
+        Signal of an effect of one prior standard deviation, in sigma, with errors of the readings eliminated.
     needs : str
-        What a campaign must hold to show it.
+        What a campaign must contain to show it.
     """
 
     effect: str
@@ -40,7 +40,7 @@ class Observability:
 
 
 def observability(screening: ScoreTest, cards: Mapping[str, EffectCard]) -> tuple[Observability, ...]:
-    """Look at every effect that is off."""
+    """Observability of every effect that is off."""
     matrix, read = screening.given(screening.active)[0], screening.kept(screening.active)
     seen = []
     for name in screening.inactive:
@@ -57,7 +57,7 @@ def observability(screening: ScoreTest, cards: Mapping[str, EffectCard]) -> tupl
 
 
 def _largest(matrix: NDArray[np.float64], against: NDArray[np.float64]) -> float:
-    """Root of the largest x'matrix x over x'against x."""
+    """Square root of the largest x'matrix x / x'against x."""
     trace = float(np.trace(against))
     if trace <= 0.0:
         return 0.0

@@ -1,4 +1,4 @@
-"""Candidates fitted in full: first at a few temperatures, then, if they gain enough, at all of them."""
+"""Full fits of candidates: first at a few temperatures, then, if the gain is large enough, at all."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from analysis.gap.thresholds import REFIT_SHARE
 
 @dataclass(frozen=True)
 class Refit:
-    """A set of effects fitted.
+    """Fit of a set of effects.
 
     Attributes
     ----------
@@ -33,9 +33,9 @@ class Refit:
 
     @property
     def plausible(self) -> bool:
-        """Fitted, and no amplitude at the end of its range, where physics says stop and the data go on.
+        """Whether it was fitted and no amplitude is at a bound of its physical range, zero excepted.
 
-        Zero is no such end: a dashpot may be absent beside its spring.
+        An amplitude may be zero: a suspension may have a spring without a dashpot.
         """
         if self.fit is None:
             return False
@@ -49,8 +49,8 @@ class Refit:
 def absent(context: SearchContext, screening: ScoreTest, candidate: Candidate) -> dict[str, Values]:
     """Values from which a candidate's fit starts: absent, its shapes at the best site.
 
-    From there the first step takes laws, gain and effects along together; starting with the amplitudes of the
-    screen and the laws of a twin without them would be further from the solution.
+    From there the first step changes laws, gain and effects jointly. The amplitudes of the score test together
+    with the laws of a twin without effects would be further from the solution.
 
     Parameters
     ----------
@@ -76,8 +76,8 @@ def refit(
 ) -> list[Refit]:
     """Fit each set of effects, first at a few temperatures.
 
-    Those that gain less than a share of the best on a few temperatures are not fitted to the others, and those
-    that could not gain it are given up on the way and left out.
+    Sets that gain less than a share of the best on a few temperatures are not fitted to all, and fits that cannot
+    reach that gain are stopped and left out.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def refit(
 
 
 def _coarse(context: SearchContext, base: GapFit) -> tuple[GapSweeps, GapFit]:
-    """Return the sweeps at a few temperatures and the fit of `base` to them; all where there are but few."""
+    """Return the sweeps at a few temperatures and the fit of `base` to them; all if there are only few."""
     groups = context.coarse_groups
     if len(groups) == len(context.sweeps.groups.reference):
         return context.sweeps, base
@@ -129,7 +129,7 @@ def _coarse(context: SearchContext, base: GapFit) -> tuple[GapSweeps, GapFit]:
 def _in_full(
     context: SearchContext, base: GapFit, reference: GapFit, few: GapSweeps, trial: Refit, deserved: bool
 ) -> list[Refit]:
-    """Fit to all sweeps what was fitted to a few of them; nothing of what was given up on the way."""
+    """Fit to all sweeps a set that was fitted to a few; an empty list if the fit was stopped."""
     names, fit = trial.effects, trial.fit
     if fit is None or not (deserved or fit.settled):
         return []

@@ -1,9 +1,8 @@
-"""Score test of all candidates at once: one pass over the sweeps, then only small matrices.
+"""Score test of all candidates at once, with one linearisation of the sweeps.
 
 At a fit, the tangents of every candidate (all amplitudes, at every site) join the normal equations; laws, readings
-and gain are eliminated. The part of a candidate's tangents that
-is left is independent of everything else in the twin; the residual's projection on it gives, to first order, the
-evidence that the candidate would bring.
+and gain are eliminated. The remaining part of a candidate's tangents is independent of everything else in the
+twin; the residual's projection on it gives the candidate's evidence to first order.
 """
 
 from collections.abc import Sequence
@@ -23,7 +22,7 @@ from analysis.twin_model import Tangent, TwinModel
 
 @dataclass(frozen=True)
 class ScoreTest:
-    """Normal equations of every candidate at one fit, laws, readings and gain eliminated.
+    """Normal equations of every candidate at one fit, with laws, readings and gain eliminated.
 
     Attributes
     ----------
@@ -32,8 +31,8 @@ class ScoreTest:
     active : tuple of str
         Effects that are on.
     matrix, read, raw : (Q, Q) ndarray
-        J'J with laws, readings and gain eliminated; with laws and gain eliminated, as if every temperature were
-        known exactly; and before.
+        J'J with laws, readings and gain eliminated; with laws and gain eliminated, for exactly known temperatures;
+        and before elimination.
     gradient : (Q,) ndarray
         J'r, eliminated.
     """
@@ -51,7 +50,7 @@ class ScoreTest:
         return tuple(dict.fromkeys(c.effect for c in self.columns if c.effect not in self.active))
 
     def of(self, effect: str, site: int | None = None) -> list[int]:
-        """Places of an effect's columns, at one of its sites or at all."""
+        """Find the indices of an effect's columns, at one of its sites or at all."""
         return [i for i, c in enumerate(self.columns) if c.effect == effect and site in (None, c.site)]
 
     def sites(self, effect: str) -> list[int]:
@@ -63,7 +62,7 @@ class ScoreTest:
         return self._without(effects, self.matrix, self.gradient)
 
     def kept(self, effects: Sequence[str]) -> Real:
-        """Matrix with laws, gain and `effects` eliminated, the temperatures being known."""
+        """Matrix with laws, gain and `effects` eliminated, for exactly known temperatures."""
         return self._without(effects, self.read, self.gradient)[0]
 
     def _without(self, effects: Sequence[str], matrix: Real, gradient: Real) -> tuple[Real, Real]:
@@ -79,9 +78,9 @@ class ScoreTest:
         return 0.5 * (left + left.T), gradient - cross.T @ solved[:, -1]
 
     def without(self, effect: str) -> "ScoreTest":
-        """Put the signal of an active effect back into the residual, and the effect among the candidates.
+        """Return the test with an active effect removed: its signal back in the residual, and it is a candidate.
 
-        To first order only: its shapes stay where they are.
+        To first order only: its shapes are not changed.
         """
         mine = [i for i in self.of(effect) if not self.columns[i].card.shape]
         left = [i for i, c in enumerate(self.columns) if c.effect != effect or not c.card.shape]
@@ -119,18 +118,18 @@ class ScoreTest:
     def candidate(
         self, effects: tuple[str, ...], columns: Sequence[int], matrix: Real, gradient: Real, sites: int
     ) -> Candidate:
-        """Laplace evidence of moving some columns jointly, inside their ranges.
+        """Laplace evidence of some columns fitted jointly, inside their ranges.
 
         Parameters
         ----------
         effects : tuple of str
         columns : sequence of int
-            Places of the q columns that move.
+            Indices of the q columns.
         matrix : (Q, Q) ndarray
             As from `given`.
         gradient : (Q,) ndarray
         sites : int
-            Number of sites that are tried: its logarithm is taken off the evidence.
+            Number of sites tried: its logarithm is subtracted from the evidence.
 
         Returns
         -------

@@ -17,7 +17,7 @@ from analysis.twin_model import Tangent
 
 @dataclass(frozen=True)
 class Signature:
-    """What one effect leaves when it is the only one added to the twin.
+    """Residual of the twin with one effect only.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Signature:
     sigma : (T, K, B) ndarray
         rms residual in the cells of `ResidualMap.sigma`.
     fitted : bool
-        Fitted in full; else to first order about the twin without it, as it was screened.
+        True if fitted in full; False if to first order, as in the score test.
     """
 
     effect: str
@@ -34,7 +34,7 @@ class Signature:
 
 
 def signatures(context: SearchContext, found: SearchResult) -> tuple[Signature, ...]:
-    """Map what each effect alone leaves of the baseline's residual, largest predicted gain first."""
+    """Map the residual of the baseline with each effect alone, largest predicted gain first."""
     context.report("signatures", 0.0)
     fits = {r.effects[0]: r.fit for r in found.steps[0].refits if len(r.effects) == 1} if found.steps else {}
     candidates = found.first.candidates()
@@ -50,7 +50,7 @@ def signatures(context: SearchContext, found: SearchResult) -> tuple[Signature, 
 def _first_order(
     context: SearchContext, found: SearchResult, candidates: Sequence[Candidate]
 ) -> list[NDArray[np.complex128]]:
-    """Return the residual (T, K, n) that the step of each candidate leaves, laws, readings and gain following."""
+    """Residual (T, K, n) after the step of each candidate, with laws, readings and gain readjusted."""
     sweeps, state = context.sweeps, found.baseline.state
     columns = [found.first.columns[place] for c in candidates for place in c.columns]
     tangents: list[Tangent] = [

@@ -1,4 +1,4 @@
-"""Stepwise search: at most three effects, each accepted by the residual it leaves, not by its evidence alone."""
+"""Stepwise search: at most three effects, each accepted by the remaining residual, not by evidence alone."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,13 +26,13 @@ class Step:
     Attributes
     ----------
     candidates : tuple of Candidate
-        All of them, largest predicted gain first.
+        All candidates, largest predicted gain first.
     refits : tuple of Refit
         The best of them fitted in full, the best first.
     chosen : tuple of str
         Effects of the twin after the step.
     share : float
-        Of the excess there was before the step.
+        Share of the excess before the step that it explains.
     accepted : bool
     """
 
@@ -45,7 +45,7 @@ class Step:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """Where the search ended.
+    """Result of the search.
 
     Attributes
     ----------
@@ -57,9 +57,9 @@ class SearchResult:
     seen : tuple of Observability
         Of every effect, at the baseline.
     without : mapping of str to GapFit
-        The twin without one of the effects found, all else fitted again.
+        Fit without one of the effects found, all else fitted again.
     rivals : mapping of str to mapping
-        For each effect found: log evidence of every other in its place, relative to it, nats.
+        For each effect found: log evidence of every other effect instead of it, relative to it, nats.
     """
 
     baseline: GapFit
@@ -107,9 +107,9 @@ def _enough(context: SearchContext, baseline: GapFit, fit: GapFit) -> bool:
 def _supported(
     context: SearchContext, baseline: GapFit, path: Sequence[tuple[GapFit, ScoreTest]]
 ) -> tuple[GapFit, ScoreTest]:
-    """Return how far along `path` names are supported: to its end if that reaches the noise.
+    """Return the point on `path` up to which effects are supported: its end if that reaches the noise.
 
-    Else to where enough of the gap is explained: later effects reduce the rest without explaining it.
+    Else the first point that explains enough of the gap: later effects reduce the rest without explaining it.
     """
     fit, screening = path[-1]
     if context.agrees(fit):
@@ -120,7 +120,7 @@ def _supported(
 def _climb(
     context: SearchContext, fit: GapFit, screening: ScoreTest, blind: Sequence[str]
 ) -> tuple[list[Step], list[tuple[GapFit, ScoreTest]]]:
-    """Add effects one by one while one is worth it; every twin on the way."""
+    """Add effects one by one while one is accepted; return the steps and the twin after each."""
     steps: list[Step] = []
     path = [(fit, screening)]
     while len(fit.state.effects) < MOST_EFFECTS:
@@ -147,7 +147,7 @@ def _climb(
 def _pair(
     context: SearchContext, baseline: GapFit, first: ScoreTest, blind: Sequence[str], steps: Sequence[Step]
 ) -> tuple[list[Step], GapFit | None]:
-    """Two effects at once, where no single one explains enough and none after it did."""
+    """Add two effects at once, if neither one effect nor effects added one by one explain enough."""
     tried = {frozenset(r.effects) for step in steps for r in step.refits if r.fit is not None}
     singles = [c for c in first.candidates() if c.effects[0] not in blind]
     pairs = [c for c in first.pairs(singles) if c.gain >= context.least_gain and frozenset(c.effects) not in tried]

@@ -1,9 +1,9 @@
 """Unknown cause: evidence that a smooth discrepancy of no known effect explains the residual.
 
-After Kennedy and O'Hagan (J. R. Statist. Soc. B 63, 2001) a twin's discrepancy is a Gaussian process. Here it
-lives on neighbouring nodes (averages over a fraction of a resonance) and on the lowest cosines over temperature,
-and its variance in each band and order is estimated from the residual: then its evidence has a closed form. A
-named effect that explains less than this discrepancy is not accepted.
+After Kennedy and O'Hagan (J. R. Statist. Soc. B 63, 2001) a twin's discrepancy is a Gaussian process. Here it is
+expanded in averages over neighbouring nodes (a fraction of a resonance) and in the lowest cosines over
+temperature. Its variance in each frequency band and order is estimated from the residual, so its evidence has a
+closed form. A named effect that explains less than this discrepancy is not accepted.
 """
 
 import numpy as np
@@ -14,17 +14,18 @@ from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.state import GapState
 
 NODES_TOGETHER = 2
-"""Nodes per average: a third of the width of a resonance."""
+"""Number of nodes per average: a third of the width of a resonance."""
 ORDERS = 6
-"""Cosines over temperature."""
+"""Number of cosines over temperature."""
 BANDS = 12
-"""Stretches of the band with a variance of their own."""
+"""Number of frequency bands with a variance of their own."""
 
 
 def unknown_evidence(sweeps: GapSweeps, residual: NDArray[np.complex128], state: GapState) -> float:
     """Log evidence, over pure noise, of a smooth discrepancy behind a residual.
 
-    Tried at fixed frequencies and moving with the resonances as E falls; the better counts.
+    Computed at fixed frequencies and at frequencies that shift with E like resonances; the larger value is
+    returned.
 
     Parameters
     ----------
@@ -32,7 +33,7 @@ def unknown_evidence(sweeps: GapSweeps, residual: NDArray[np.complex128], state:
     residual : (T, K, n) complex ndarray
         Whitened.
     state : GapState
-        Its laws tell how the resonances move with temperature.
+        Its laws give the shift of resonances with temperature.
 
     Returns
     -------
@@ -69,10 +70,9 @@ def _evidence(sweeps: GapSweeps, residual: NDArray[np.complex128], shift: NDArra
 
 
 def _free_variance(values: NDArray[np.complex128]) -> float:
-    """Log evidence that complex `values` of unit noise (in each part) have a variance of their own.
+    """Log evidence that complex `values` have more variance than unit noise in each part.
 
-    At its best value v the variance brings N (v - 1 - log v) for N complex numbers, less half of log N for
-    having been fitted.
+    The best variance v gives N (v - 1 - log v) for N complex numbers, less half of log N as its penalty.
     """
     count = values.size
     if count == 0:
