@@ -1,4 +1,4 @@
-"""How well filters focus: contrast, spot error and response of the target, over temperature."""
+"""Focusing performance over temperature: contrast, spot error and response of the target."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ Aimed = tuple[Real, Real, Complex]
 
 @dataclass(frozen=True)
 class Aim:
-    """How well a set of filters focuses, over temperature and the lines of the band.
+    """Focusing performance of a set of filters over temperature and the lines of the band.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class Aim:
     spot_error : (T, F) ndarray
         Share of the plate's length Lx.
     response : (T, F) ndarray
-        Complex: mean displacement of the target over what was asked for, modelling delay taken out.
+        Complex: mean displacement of the target over the desired one, modelling delay removed.
     """
 
     contrast: Real
@@ -31,7 +31,7 @@ class Aim:
 
     @property
     def level(self) -> Real:
-        """Level (T, F) of the target, dB of the displacement asked for."""
+        """Level (T, F) of the target, dB relative to the desired displacement."""
         return decibels(self.response)
 
     @property
@@ -69,6 +69,6 @@ def aim(space: FieldSpace, forms: EnergyForms, amplitude: Complex, filters: Comp
 
 
 def joined(rows: list[Aimed]) -> Aim:
-    """One `Aim` of what `aim` found at each temperature."""
+    """Combine the results of `aim` at each temperature into one `Aim`."""
     contrasts, spots, responded = (np.array(part) for part in zip(*rows, strict=True))
     return Aim(contrasts, spots, responded)

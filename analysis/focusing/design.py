@@ -1,4 +1,4 @@
-"""From the filters wanted at each line to the taps that are played, by the panel's way of designing them."""
+"""Design of FIR taps from complex filters, by the method that the panel declares."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -13,12 +13,12 @@ from analysis.focusing.inversion import damped
 from analysis.focusing.panel import Panel
 
 TRIES = 30
-"""Steps in which the price of a volt is raised until every patch keeps within its rating."""
+"""Steps in which the penalty on drive is raised until every patch is within its rating."""
 
 
 @dataclass(frozen=True)
 class TapDesign:
-    """How the filters of one panel become taps; prepared once, used at every temperature.
+    """Design of the taps of one panel; prepared once, used at every temperature.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class TapDesign:
     delay : int
         Modelling delay, samples.
     limits : (N,) ndarray
-        Peak drive each actuator bears for audio within ±1, V.
+        Largest peak drive of each actuator for audio within ±1, V.
     fit : FieldFit or None
         None for the inverse FFT.
     """
@@ -46,9 +46,9 @@ class TapDesign:
     def taps(self, forms: EnergyForms, filters: Complex) -> Real:
         """Taps (N, M) for `filters` (F, N) of one temperature, whose energy forms are (1, F, N, N).
 
-        Σ|taps| is the largest voltage any audio within ±1 can bring about. Where it passes an actuator's limit,
-        that actuator's volts are priced up until it does not; what is left over after that is turned down
-        as a whole, which leaves the contrast alone.
+        Σ|taps| is the largest voltage that audio within ±1 can cause. If it exceeds an actuator's limit, the
+        penalty on that actuator's drive is raised until it does not; if that is not enough, all filters are scaled
+        down, which does not change the contrast.
         """
         settings = self.panel.filters
         if self.fit is None:
@@ -75,7 +75,7 @@ class TapDesign:
 
 
 def fitted(filters: Complex, temperature: Real, fit: FieldFit, delay: int) -> FirBank:
-    """Taps nearest to filters where no field is known to weigh the errors: all lines count alike.
+    """Least-squares taps for given filters, with equal weight on all lines, for use without a field.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def fitted(filters: Complex, temperature: Real, fit: FieldFit, delay: int) -> Fi
         At the lines of `fit`, V per unit of audio signal.
     temperature : (T,) ndarray, °C
     fit : FieldFit
-        Of the filters' settings.
+        Prepared with the filters' settings.
     delay : int
         Modelling delay, samples.
 
@@ -97,6 +97,6 @@ def fitted(filters: Complex, temperature: Real, fit: FieldFit, delay: int) -> Fi
 
 
 def peak_drive(taps: Real) -> Real:
-    """Largest drive (...,) any signal within ±1 can bring about through `taps` (..., M): Σ|taps|."""
+    """Largest drive (...,) that a signal within ±1 can cause through `taps` (..., M): Σ|taps|."""
     peak: Real = np.abs(taps).sum(axis=-1)
     return peak

@@ -1,8 +1,8 @@
-"""What STIF and contrast need of the fields of N actuators: N by N forms, no grid.
+"""Energies of the fields of N actuators as N by N quadratic forms, for STIF and contrast.
 
-The field of filters R is U = Φ A R with Φ real (K, r) and A the twin's amplitudes (r, N). Everything
-asked of U but its peak is quadratic, so K drops out: energies are Rᴴ P R, and the pseudo-inverse of
-H = Φ A follows from P = Hᴴ W H and Hᴴ W φ.
+The field of filters R is U = Φ A R with Φ real (K, r) and A the twin's amplitudes (r, N). Every quantity except
+the peak of U is quadratic, so the K grid points drop out: energies are Rᴴ P R, and the pseudo-inverse of H = Φ A
+follows from P = Hᴴ W H and Hᴴ W φ.
 """
 
 from collections.abc import Iterable, Sequence
@@ -50,7 +50,7 @@ class EnergyForms:
         return cls(*(np.concatenate(part) for part in parts))
 
     def weighted(self, kappa: float) -> Self:
-        """Forms whose `plate` counts what moves outside the target `kappa` times: Hᴴ W H of the design."""
+        """Forms whose `plate` weights the energy outside the target with `kappa`: Hᴴ W H of the design."""
         if kappa not in self._weighted:
             plate = self.target + kappa * (self.plate - self.target)
             self._weighted[kappa] = type(self)(plate, self.target, self.aim)
@@ -63,7 +63,7 @@ class EnergyForms:
 
     @cached_property
     def _weighted(self) -> dict[float, Self]:
-        """Forms weighted so far: filters wanted and the taps nearest to them ask for the same."""
+        """Cache of weighted forms: the design of filters and that of taps use the same ones."""
         return {}
 
     def at(self, temperatures: NDArray[np.intp] | slice, lines: NDArray[np.bool_] | slice = slice(None)) -> Self:
@@ -77,7 +77,7 @@ class EnergyForms:
 
 @dataclass(frozen=True)
 class FieldSpace:
-    """The span of a twin's deflection shapes, measured over the plate and over the target.
+    """The space of a twin's deflection shapes, with its inner products over the plate and over the target.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class FieldSpace:
 
     @classmethod
     def of(cls, deflection: Real, grid: Grid) -> Self:
-        """Measure `deflection` (K, r) over a grid of K points."""
+        """Compute the inner products of `deflection` (K, r) over a grid of K points."""
         if deflection.ndim != 2 or len(deflection) != len(grid.area):
             raise ValueError(f"deflection {deflection.shape} does not belong to a grid of {len(grid.area)} points")
         root = np.sqrt(grid.area)[:, None] * deflection
@@ -115,18 +115,18 @@ class FieldSpace:
         )
 
     def restricted(self, basis: Real) -> Self:
-        """Return the space in the coordinates of `basis` (r, s): deflection @ basis, measured alike."""
+        """Return the space in the coordinates of `basis` (r, s), with deflection @ basis."""
         plate, target = (np.asarray(np.linalg.qr(part @ basis, mode="r")) for part in (self.plate, self.target))
         return type(self)(self.deflection @ basis, self.grid, plate, target, basis.T @ self.aim)
 
     def asked(self, displacement: float) -> float:
-        """φᵀ W φ of a target `displacement`, m4: what `aim` gives where the field is the target shape itself."""
+        """φᵀ W φ of a target `displacement`, m4: the value of `aim` for a field equal to the target shape."""
         return displacement**2 * float(self.grid.area @ self.grid.target**2)
 
     def forms(self, amplitudes: Iterable[Complex], displacement: float = 1.0) -> EnergyForms:
-        """Energy forms of `amplitudes`, one (N, F, r) array a temperature, so that few are alive at once.
+        """Energy forms of `amplitudes`, one (N, F, r) array per temperature; an iterator saves memory.
 
-        `displacement` is what the target is asked for, m per unit of audio signal.
+        `displacement` is the desired one of the target, m per unit of audio signal.
         """
         plate, target, aim = [], [], []
         for amplitude in amplitudes:

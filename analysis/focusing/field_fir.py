@@ -1,4 +1,4 @@
-"""FIR filters that make the field come out right: least squares weighted with what the field weighs."""
+"""FIR filters by least squares of the error of the field, not of the filters."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -11,12 +11,12 @@ from analysis.focusing.panel import Filters
 from analysis.focusing.prolate import ProlateTaps
 
 OUTSIDE = 3e-4
-"""Weight of a filter's answer outside the band, of the band's median largest energy of the field per volt."""
+"""Weight of a filter's response outside the band, relative to the median largest field energy in the band."""
 
 
 @dataclass(frozen=True)
 class FieldFit:
-    """The least-squares problem of one set of settings; every temperature is one solve.
+    """Least-squares problem for one set of settings; each temperature needs one solution.
 
     Attributes
     ----------
@@ -26,7 +26,8 @@ class FieldFit:
     products : tuple of (F, i, j) ndarray
         Weighted products of spectra: even with even, odd with odd, even with odd.
     heard, outside : (k, k) ndarray
-        Energy of a filter in the band, and outside it, in lines; what lies between band and edges is shared out.
+        Energy of a filter in the band, and outside it, in lines; between band and edges it is divided by the
+        taper.
     frequency : (F,) ndarray
         Hz.
     sample_rate : float
@@ -43,7 +44,7 @@ class FieldFit:
 
     @classmethod
     def of(cls, settings: Filters) -> Self:
-        """Prepare what all temperatures share."""
+        """Prepare the part common to all temperatures."""
         basis, lines = ProlateTaps.of(settings), settings.frequency
         gain = taper(lines, settings)
         even, odd = basis.spectrum[:, : basis.even], basis.spectrum[:, basis.even :]
@@ -59,16 +60,16 @@ class FieldFit:
         )
 
     def problem(self, weight: Complex, largest: Real, filters: Complex, delay: int) -> "FieldProblem":
-        """Set up the least squares for the taps nearest to filters.
+        """Set up the least squares for the taps of one temperature.
 
         Parameters
         ----------
         weight : (F, N, N) ndarray
-            P, Hermitian: how errors of the actuators weigh together.
+            P, Hermitian: weight of the actuators' errors.
         largest : (F,) ndarray
             Largest eigenvalue of P.
         filters : (F, N) ndarray
-            R, the filters wanted.
+            R, the complex filters to be approximated.
         delay : int
             Modelling delay, samples.
 
@@ -106,12 +107,12 @@ class FieldFit:
         return FieldProblem(basis.sequences, normal, right, self.heard)
 
     def alike(self, filters: Complex, delay: int) -> Real:
-        """Taps (B, M) nearest to `filters` (F, B), delayed, where the errors at all lines weigh alike."""
+        """Least-squares taps (B, M) of `filters` (F, B), delayed, with equal weight on all lines."""
         solved = np.linalg.solve(self.heard + OUTSIDE * self.outside, self._right(filters, delay).T).T
         return np.asarray(solved @ self.basis.sequences)
 
     def _right(self, wanted: Complex, delay: int) -> Real:
-        """Right sides (B, k) for `wanted` (F, B)."""
+        """Right-hand sides (B, k) for `wanted` (F, B)."""
         even = self.basis.even
         turn = self.gain * np.exp(-2j * np.pi * self.frequency * (delay - self.basis.middle) / self.sample_rate)
         turned = turn[:, None] * wanted
@@ -121,7 +122,7 @@ class FieldFit:
 
 @dataclass(frozen=True)
 class FieldProblem:
-    """Normal equations of one temperature, in which volts can still be priced.
+    """Normal equations of one temperature, to be solved with a penalty on each actuator's drive.
 
     Attributes
     ----------
@@ -138,7 +139,7 @@ class FieldProblem:
     heard: Real
 
     def solve(self, price: Real) -> Real:
-        """Taps (N, M) where the filter of each actuator costs `price` (N,) times its energy in the band."""
+        """Taps (N, M) with a penalty on each actuator's filter of `price` (N,) times its energy in the band."""
         from scipy.linalg import cho_factor, cho_solve
 
         count, size, *_ = self.normal.shape
@@ -151,7 +152,7 @@ class FieldProblem:
 
 
 def _blocks(basis: ProlateTaps, weight: Real) -> Real:
-    """Σ weight · Re(e_iᴴ e_j) over the lines (k, k); an even and an odd spectrum are at right angles."""
+    """Σ weight · Re(e_iᴴ e_j) over the lines (k, k); even and odd spectra are orthogonal."""
     found: Real = basis.spectrum.T @ (weight[:, None] * basis.spectrum)
     found[: basis.even, basis.even :] = found[basis.even :, : basis.even] = 0.0
     return found

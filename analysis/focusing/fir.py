@@ -1,4 +1,4 @@
-"""FIR filters by inverse FFT, with modelling delay and band taper, and what the cut costs."""
+"""FIR filters by inverse FFT, with modelling delay and band taper, and the energy that truncation loses."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ class FirBank:
             raise ValueError(f"delay {self.delay} samples is outside the {self.taps.shape[-1]} taps")
 
     def response(self, frequency: Real) -> Complex:
-        """Frequency response (T, F, N) at `frequency` (F,), Hz, with the modelling delay taken out."""
+        """Frequency response (T, F, N) at `frequency` (F,), Hz, with the modelling delay removed."""
         time = (np.arange(self.taps.shape[-1]) - self.delay) / self.sample_rate
         phase = 2.0 * np.pi * np.outer(time, frequency)
         temperatures, actuators, length = self.taps.shape
@@ -53,18 +53,18 @@ class FirBank:
 
 @dataclass(frozen=True)
 class FirEnergy:
-    """Where the energy of the uncut impulse responses lies, as shares of the whole, each (T, N).
+    """Distribution of the untruncated impulse responses' energy, as shares of the whole, each (T, N).
 
     Attributes
     ----------
     before : ndarray
-        Ahead of the first tap: lost, since no filter answers before it is asked.
+        Before the first tap: lost, because a causal filter cannot respond before its input.
     inside : ndarray
-        Kept by the taps.
+        Within the taps.
     after : ndarray
-        Behind the last tap: lost ringing.
+        After the last tap: lost ringing.
     pre_ringing : ndarray
-        Inside, but earlier than the modelling delay: what is heard before the sound's own time.
+        Within the taps, but before the modelling delay: pre-echo.
     """
 
     before: Real
@@ -85,7 +85,7 @@ def taper(frequency: Real, settings: Filters) -> Real:
 
 
 def inverse_fft(filters: Complex, temperature: Real, settings: Filters, delay: int) -> FirBank:
-    """Cut filters to taps by the inverse FFT, as the paper does.
+    """Truncate filters to taps by the inverse FFT, as in the paper.
 
     Parameters
     ----------
@@ -103,8 +103,8 @@ def inverse_fft(filters: Complex, temperature: Real, settings: Filters, delay: i
 
     Notes
     -----
-    Tap m is the inverse FFT of taper · R · exp(-j2πf·delay/fs) at sample m, evaluated for the taps
-    alone: of the 16384 samples of the fine transform 512 are wanted.
+    Tap m is the inverse FFT of taper · R · exp(-j2πf·delay/fs) at sample m, evaluated for the taps alone: 512 of
+    the 16384 samples of the fine transform.
     """
     spectrum = _spectrum(filters, settings)
     count = settings.taps
@@ -116,7 +116,7 @@ def inverse_fft(filters: Complex, temperature: Real, settings: Filters, delay: i
 
 
 def energy(filters: Complex, settings: Filters, delay: int) -> FirEnergy:
-    """Where the energy of the uncut impulse responses lies about taps that begin early.
+    """Distribution of the untruncated impulse responses' energy about the taps.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def energy(filters: Complex, settings: Filters, delay: int) -> FirEnergy:
         At the lines of `settings`.
     settings : Filters
     delay : int
-        Samples by which the taps begin ahead of the sound's own time.
+        Modelling delay, samples.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def energy(filters: Complex, settings: Filters, delay: int) -> FirEnergy:
     temperatures, _, actuators = filters.shape
     squares = [np.square(impulse) for impulse in _impulses(filters, settings)]
     taps, length = settings.taps, settings.transform_length
-    # The transform is periodic: sample 0 is time 0, the half farthest from the taps is parted evenly.
+    # The transform is periodic: sample 0 is time 0, and the samples outside the taps are divided evenly.
     turned = np.roll(np.array(squares), delay, axis=-1).reshape(temperatures, actuators, length)
     middle = taps + (length - taps) // 2
     whole = np.maximum(turned.sum(axis=-1), np.finfo(float).tiny)
@@ -146,7 +146,7 @@ def energy(filters: Complex, settings: Filters, delay: int) -> FirEnergy:
 
 
 def suited_delay(filters: Complex, settings: Filters) -> int:
-    """Modelling delay, samples, for which the taps hold most of the energy of `filters` (T, F, N).
+    """Modelling delay, samples, for which the taps contain most of the energy of `filters` (T, F, N).
 
     STIF rings as long as it pre-rings; time reversal only pre-rings, and half the taps would lose most of it.
     """
@@ -158,7 +158,7 @@ def suited_delay(filters: Complex, settings: Filters) -> int:
 
 
 def _impulses(filters: Complex, settings: Filters) -> Iterator[Real]:
-    """Uncut impulse responses (N, transform_length), one temperature at a time: they are long."""
+    """Untruncated impulse responses (N, transform_length), one temperature at a time to save memory."""
     lines = np.round(settings.frequency * settings.transform_length / settings.sample_rate).astype(int)
     for spectrum in _spectrum(filters, settings):
         full = np.zeros((filters.shape[2], settings.transform_length // 2 + 1), dtype=complex)

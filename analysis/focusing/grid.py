@@ -1,4 +1,4 @@
-"""The grid on which a field is aimed and judged."""
+"""The grid on which the field of a panel is evaluated."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from analysis.focusing.panel import Panel
 from analysis.geometry.loop import Loop
 
 FINE = 8
-"""Points along each side of a cell by which the part of it that lies on the plate is found."""
+"""Points along each side of a cell, to compute the part of it on the plate."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Grid:
         ]
         points = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, 2)
         loops, cell = panel.target_loops, (lengths[0] / panel.grid[0], lengths[1] / panel.grid[1])
-        # Parts do not overlap, so that their shares add up; a corner of one may touch another.
+        # Parts do not overlap, so their shares add up; corners may touch.
         target = (
             _rectangle(panel)
             if panel.target.plain
@@ -103,7 +103,7 @@ def _rectangle(panel: Panel) -> Real:
 
 
 def _cut(plate: Plate, points: Real, area: Real, target: Real, count: tuple[int, int]) -> tuple[Real, Real, Real]:
-    """Leave out the points off the plate: what their cells have on it goes to the nearest cell that is kept."""
+    """Leave out points off the plate; the parts of their cells on it are added to the nearest cell kept."""
     from scipy.spatial import cKDTree
 
     borders = (plate.loop, *plate.hole_loops)

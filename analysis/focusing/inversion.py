@@ -13,7 +13,7 @@ Regularisation = Literal["tikhonov", "truncation"]
 
 @dataclass(frozen=True)
 class InverseFilters:
-    """Filters that aim at the target, and how the inverse was held in check.
+    """STIF filters, with rank and condition of the regularised inverse.
 
     Attributes
     ----------
@@ -22,9 +22,9 @@ class InverseFilters:
     regularisation : str
         ``tikhonov`` or ``truncation``.
     tolerance : float
-        Share of the largest singular value of H at each temperature and frequency.
+        Threshold, as a share of the largest singular value of H at each temperature and frequency.
     rank : (T, F) ndarray
-        Singular values above the tolerance: all that truncation keeps.
+        Number of singular values above the tolerance; truncation keeps these.
     condition : (T, F) ndarray
         Largest over smallest singular value.
     """
@@ -37,7 +37,7 @@ class InverseFilters:
 
 
 def tikhonov(forms: EnergyForms, tolerance: float) -> NDArray[np.complex128]:
-    """Return the filters (T, F, N) that `invert` finds by Tikhonov, without singular values."""
+    """Return the filters (T, F, N) of `invert` with Tikhonov regularisation, without singular values."""
     found = np.linalg.solve(damped(forms, tolerance), forms.aim[..., None])[..., 0]
     return np.asarray(found, dtype=np.complex128)
 

@@ -1,4 +1,4 @@
-"""A panel in fewer coordinates over a few kelvins: those its answers there need."""
+"""Local models: a panel reduced to the coordinates of its responses within a few kelvins."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -11,16 +11,16 @@ from analysis.arrays import Real
 from analysis.focusing.panel_model import Constants, PanelModel
 
 WINDOW, STEP = 10.0, 5.0
-"""Kelvins that one local model covers, and between the temperatures it is made from."""
+"""Range of one local model, and spacing of the temperatures it is made from, K."""
 
 KEPT = 1e-10
-"""Share of the energy of all normalised answers that the coordinates left out may hold."""
+"""Largest share of the energy of all normalised responses in the coordinates left out."""
 
 ERROR = 5e-4
-"""Largest error of a local answer, of that answer, half-way between; half the twin's own tolerance."""
+"""Largest relative error of a local response between these temperatures: half the twin's own tolerance."""
 
 FEWEST = 20
-"""Temperatures in a window from which a local model pays."""
+"""Smallest number of temperatures in a window for which a local model saves time."""
 
 
 def local_models(
@@ -31,7 +31,7 @@ def local_models(
     margin: float,
     pool: Executor,
 ) -> list[PanelModel]:
-    """Give the model for each temperature: the whole one, or one of a window that holds many temperatures.
+    """Return a model for each temperature: the full one, or the local one of a window with many temperatures.
 
     Parameters
     ----------
@@ -40,11 +40,11 @@ def local_models(
         From temperatures (n,), °C, to E, nu and eta at each.
     temperature : (T,) ndarray, °C
     lines : (F,) ndarray, Hz
-        Where it will be asked.
+        Where it will be evaluated.
     margin : float
-        How far from its temperature each will be asked, °C.
+        Largest distance from its temperature at which each will be evaluated, K.
     pool : Executor
-        Makes the models side by side.
+        Computes the models in parallel.
 
     Returns
     -------
@@ -70,10 +70,10 @@ def local_models(
 def local_model(
     model: PanelModel, made_from: Sequence[Constants], tried_at: Sequence[Constants], lines: Real
 ) -> PanelModel:
-    """Restrict a model to what its answers at some materials need.
+    """Reduce a model to the principal coordinates of its responses at some materials.
 
-    The coordinates are the principal ones of all answers at the materials it is made from, each answer of unit
-    length (proper orthogonal decomposition). They grow until answers at other materials come out right.
+    They are the principal coordinates of all responses at the materials it is made from, each of unit length
+    (proper orthogonal decomposition). Their number grows until responses at other materials are accurate.
 
     Parameters
     ----------
@@ -81,13 +81,13 @@ def local_model(
     made_from : sequence of (float, float, float)
         E, nu and eta.
     tried_at : sequence of (float, float, float)
-        Where the result is tried.
+        Materials at which the error is checked.
     lines : (F,) ndarray, Hz
 
     Returns
     -------
     PanelModel
-        `model` itself where fewer coordinates err by more than `ERROR` or save nothing.
+        `model` itself where the error of fewer coordinates exceeds `ERROR` or they save nothing.
     """
     some = lines[np.unique(np.linspace(0, len(lines) - 1, 64).astype(int))]
     gram = sum(_gram(model, one, some) for one in made_from)
@@ -104,7 +104,7 @@ def local_model(
 
 
 def _gram(model: PanelModel, constants: Constants, lines: Real) -> NDArray[np.float64]:
-    """Sum (r, r) of a aᵀ over real and imaginary parts of all answers, each of unit length."""
+    """Sum (r, r) of a aᵀ over real and imaginary parts of all responses, each of unit length."""
     answers = model.amplitudes(*constants, lines)
     answers = answers / np.linalg.norm(answers, axis=-1, keepdims=True)
     flat = answers.reshape(-1, answers.shape[-1])
@@ -113,7 +113,7 @@ def _gram(model: PanelModel, constants: Constants, lines: Real) -> NDArray[np.fl
 
 
 def _error(model: PanelModel, local: PanelModel, basis: Real, constants: Constants, lines: Real) -> float:
-    """Largest error of any answer at one material, of its length."""
+    """Largest relative error of any response at one material."""
     whole = model.amplitudes(*constants, lines)
     missed = whole - local.amplitudes(*constants, lines) @ basis.T
     return float((np.linalg.norm(missed, axis=-1) / np.linalg.norm(whole, axis=-1)).max())

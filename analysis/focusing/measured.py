@@ -1,4 +1,4 @@
-"""A panel known by its measured transfers alone: actuators to the points of a grid, and how sure they are."""
+"""A panel given by measured transfers from actuators to the points of a grid, with their variances."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +11,7 @@ from analysis.focusing.grid import Grid
 from analysis.focusing.panel import Panel
 
 SAMPLES = 400
-"""Points along each side of the plate's box by which areas are shared among the points measured."""
+"""Points along each side of the plate's box, to divide its area among the measured points."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class MeasuredTransfers:
     temperature : (T,) ndarray
         Ascending, degrees Celsius.
     points : (K, 2) ndarray
-        Where it was measured, m.
+        Measured points, m.
     frequency : (F,) ndarray
         Hz, ascending.
     transfer : (T, N, F, K) ndarray
@@ -70,15 +70,15 @@ class MeasuredTransfers:
 
 @dataclass(frozen=True)
 class MeasuredPanel:
-    """What filters need of measured transfers: fields at the settings' lines, energies, what noise adds to them.
+    """Fields and energy forms from measured transfers at the settings' lines, corrected for noise.
 
     Notes
     -----
-    Noise of variance σ² adds Σ w σ², on the diagonal of Hᴴ W H, to the energy that each actuator seems to cause: a
-    bias, which is taken out for judging. For the design half of it stays in: all of it turns filters down more
-    than the noise deserves, and without any the smallest singular values are noise. From 10 to 30 dB half of it
-    came within 0.005 of the best share at each, or was the best. Energies over the target and outside it that the
-    subtraction leaves negative are set to zero: where noise covers the field, contrast would be a ratio of noise.
+    Noise of variance σ² adds a bias of Σ w σ² on the diagonal of Hᴴ W H to the energy of each actuator. It is
+    subtracted to assess filters. For the design half of it is kept: with all of it filters are too quiet, and with
+    none the smallest singular values are noise. At signal-to-noise ratios of 10 to 30 dB, contrast with half of it
+    was within 0.005 of the best share, or the best. Energies over the target and outside it that become negative
+    are set to zero: where noise exceeds the field, contrast would be a ratio of noise.
     """
 
     panel: Panel
@@ -86,7 +86,7 @@ class MeasuredPanel:
 
     @cached_property
     def grid(self) -> Grid:
-        """Points measured, each with the part of the plate that is nearest to it, and of the target therein."""
+        """Measured points, each with the area of the plate nearest to it and the target's share of that area."""
         from scipy.spatial import cKDTree
 
         panel, points = self.panel, self.transfers.points
@@ -107,21 +107,21 @@ class MeasuredPanel:
 
     @cached_property
     def space(self) -> FieldSpace:
-        """The points themselves: a field is its values there."""
+        """Space of the fields at the points: coordinates are the values there."""
         return FieldSpace.of(np.eye(len(self.transfers.points)), self.grid)
 
     @cached_property
     def reference(self) -> int:
-        """Number of the temperature measured that is nearest to the panel's reference."""
+        """Index of the measured temperature nearest to the panel's reference."""
         away = np.abs(self.transfers.temperature - self.panel.filters.reference_temperature)
         return int(np.argmin(away))
 
     def amplitudes(self, temperature: int) -> Complex:
-        """Transfers (N, L, K) at the lines of the panel's settings, at one temperature, by number."""
+        """Transfers (N, L, K) at the lines of the panel's settings, at one temperature, by index."""
         return self._at_lines(self.transfers.transfer[temperature])
 
     def forms(self, temperature: int, displacement: float) -> tuple[EnergyForms, EnergyForms]:
-        """Energy forms for the design, with half of what noise adds, and for judging, without."""
+        """Energy forms for the design, with half the bias of noise, and for the assessment, without it."""
         seen = self.space.forms([self.amplitudes(temperature)], displacement)
         variance = np.maximum(self._at_lines(self.transfers.variance[temperature]).real, 0.0)
         noise = [variance @ self.grid.area, variance @ (self.grid.area * self.grid.target)]
@@ -139,7 +139,7 @@ class MeasuredPanel:
         return design, judged
 
     def _at_lines(self, values: Complex | Real) -> Complex:
-        """Values (N, F, K) on straight lines between those measured."""
+        """Values (N, F, K) at the settings' lines, interpolated linearly."""
         frequency, lines = self.transfers.frequency, self.panel.filters.frequency
         place = np.clip(np.searchsorted(frequency, lines, side="right") - 1, 0, len(frequency) - 2)
         share = np.clip((lines - frequency[place]) / (frequency[place + 1] - frequency[place]), 0.0, 1.0)
@@ -148,7 +148,7 @@ class MeasuredPanel:
 
 
 def _not_negative(form: Complex) -> Complex:
-    """Nearest form (..., N, N) without negative energies."""
+    """Nearest positive semidefinite form (..., N, N)."""
     values, vectors = np.linalg.eigh(form)
     nearest: Complex = (vectors * np.maximum(values, 0.0)[..., None, :]) @ vectors.conj().swapaxes(-1, -2)
     return nearest

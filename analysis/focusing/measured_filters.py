@@ -1,4 +1,4 @@
-"""Filters of measured transfers: no law, no twin, at the temperatures measured."""
+"""Filters from measured transfers at the measured temperatures, without laws or twin."""
 
 from functools import partial
 
@@ -20,7 +20,7 @@ def focus_measured(
     report: Progress = lambda _stage, _share: None,
     workers: int = 1,
 ) -> Focusing:
-    """Design filters from measured transfers, at the temperatures these were measured at.
+    """Design filters from measured transfers, at the measured temperatures.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def focus_measured(
     method : str
         One of `METHODS`.
     report : callable
-        Told the stage and the share done.
+        Called with the stage and the share done.
     workers : int
         Threads that design filters.
 

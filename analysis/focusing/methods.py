@@ -1,4 +1,4 @@
-"""The four ways to drive a panel, by name: STIF and what the paper's Fig. 4 holds it against."""
+"""The four methods to drive a panel, by name: STIF and those it is compared with in the paper's Fig. 4."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ Method = Literal["stif", "time-reversal", "modal-control", "none"]
 METHODS: tuple[Method, ...] = ("stif", "time-reversal", "modal-control", "none")
 
 Fields = Callable[[], Complex]
-"""Gives amplitudes (N, F, r) to methods that ask for them."""
+"""Computes amplitudes (N, F, r) for the methods that use them."""
 Designer = Callable[[Constants, Fields, EnergyForms], Complex]
 
 
 def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> Designer:
-    """Return the rule by which one method designs its filters.
+    """Return the function that designs the filters of one method.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ def designer(method: Method, model: PanelModel, panel: Panel, lines: Real) -> De
     Returns
     -------
     callable
-        From (E, nu, eta), a callable that gives the amplitudes (N, F, r), and the forms of one temperature to
-        filters (F, N), V per unit of audio signal. Where the panel declares a level, they are scaled to it at
-        every line.
+        Takes (E, nu, eta), a callable that returns the amplitudes (N, F, r), and the energy forms of one
+        temperature; returns filters (F, N), V per unit of audio signal. Where the panel declares a level, they are
+        scaled to it at every line.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _at_center(model: PanelModel, panel: Panel, amplitude: Complex) -> Complex:
 def _loud(
     model: PanelModel, panel: Panel, amplitude: Complex, band: NDArray[np.bool_], filters: Complex
 ) -> Complex:
-    """Scale filters by one number, so that the target's centre moves by the displacement asked for on average."""
+    """Scale filters by one number, so that the target's centre moves by the desired displacement on average."""
     moved = np.sum(_at_center(model, panel, amplitude) * filters, axis=1)[band]
     loud: Complex = filters * (panel.target.displacement / np.abs(moved).mean())
     return loud

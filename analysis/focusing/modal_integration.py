@@ -1,4 +1,4 @@
-"""Motion of a plate's modes in time, step by step: no transform, no transfer function."""
+"""Time integration of a plate's modes, step by step, independent of transforms and transfer functions."""
 
 import numpy as np
 from scipy.signal import lfilter
@@ -7,11 +7,11 @@ from analysis.arrays import Complex, Real
 from analysis.focusing.panel_model import PanelModes
 
 POLE = np.sqrt(3.0) - 2.0
-"""Of the recursion that gives the coefficients of a cubic spline through samples (Unser 1999)."""
+"""Pole of the recursive filter for the coefficients of a cubic spline through samples (Unser 1999)."""
 NODES = 32
-"""Gauss points in a step: exact to rounding for modes up to twice the rate."""
+"""Number of Gauss points in a step: exact to rounding for modes up to twice the rate."""
 RIGID = (2.0 * np.pi) ** 2 * (1.0 + 1.0j)
-"""Least eigenvalue, rad2/s2: a free plate as a whole is taken to swing at 1 Hz, far below what is played."""
+"""Smallest eigenvalue, rad2/s2: rigid-body modes of a free plate are set to 1 Hz, far below the sweep."""
 
 
 def modal_motion(modes: PanelModes, drive: Complex, rate: float, every: int = 1) -> Real:
@@ -22,12 +22,12 @@ def modal_motion(modes: PanelModes, drive: Complex, rate: float, every: int = 1)
     modes : PanelModes
         m of them, of r coordinates.
     drive : (N, S) complex ndarray
-        Of every actuator, V or N: its real part is what is played, its imaginary part the same a quarter of a
-        period later (the analytic signal). Silent at both ends.
+        Analytic signal of every actuator, V or N: the real part is played, the imaginary part is a quarter of a
+        period later. Zero at both ends.
     rate : float
         Samples per second, Hz.
     every : int
-        Of how many samples one is returned.
+        Every how many samples one is returned.
 
     Returns
     -------
@@ -36,11 +36,12 @@ def modal_motion(modes: PanelModes, drive: Complex, rate: float, every: int = 1)
 
     Notes
     -----
-    With s² = -ω²(1 + jη), Re s < 0, 1/(ω²(1 + jη) + p²) = (1/(p - s) - 1/(p + s)) / 2s. The first part follows
-    its past, y' = s y + f; the second, whose pole lies in the right half plane, its future: hysteretic damping is
-    not causal. It is integrated backward. On a step of length h both are y(t + h) = exp(sh) y(t) and four
-    coefficients of the spline, weighed. That is exact for the spline, which misses a tone by about (2πf h)⁴/720:
-    7e-5 at 300 Hz and 4 kHz. The loss factor has one sign at positive frequencies, which are all of the signal.
+    With s² = -ω²(1 + jη), Re s < 0, 1/(ω²(1 + jη) + p²) = (1/(p - s) - 1/(p + s)) / 2s. The first part is causal,
+    y' = s y + f. The second has its pole in the right half plane and depends on the future, because hysteretic
+    damping is not causal; it is integrated backward. Over a step of length h both are y(t + h) = exp(sh) y(t) plus
+    a weighted sum of four spline coefficients. That is exact for the spline, whose error for a tone is about (2πf
+    h)⁴/720: 7e-5 at 300 Hz and 4 kHz. The analytic signal has positive frequencies only, where the loss factor has
+    one sign.
     """
     poles = 1j * np.sqrt(np.where(np.abs(modes.eigenvalues) < np.abs(RIGID), RIGID, modes.eigenvalues))
     spline = _spline(drive)

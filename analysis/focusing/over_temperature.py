@@ -1,4 +1,4 @@
-"""Filters over temperature: what they reach, and what one of them reaches everywhere (paper 5.1)."""
+"""Filters over temperature, and the filter of one temperature used at all of them (paper 5.1)."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -26,13 +26,13 @@ from analysis.progress import Progress
 
 @dataclass(frozen=True)
 class Answer:
-    """What a panel answers at one temperature, and the filters wanted there.
+    """Response of a panel at one temperature, and the complex filters designed there.
 
     Attributes
     ----------
     amplitude : (N, F, r) ndarray
     forms, judged : EnergyForms
-        For the design and for judging; they differ where transfers are measured with noise.
+        For the design and for the assessment; they differ where transfers are measured with noise.
     wanted : (F, N) ndarray
     """
 
@@ -44,7 +44,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Focusing:
-    """Filters at some temperatures and how they focus.
+    """Filters at some temperatures and their focusing performance.
 
     Attributes
     ----------
@@ -60,16 +60,16 @@ class Focusing:
     filters : (T, L, N) ndarray
         Complex filters, V per unit of audio signal.
     rank : (T, L) ndarray
-        Singular values of H above the tolerance.
+        Number of singular values of H above the tolerance.
     condition : (T, L) ndarray
         Largest over smallest singular value of H.
     bank : FirBank
-        The filters cut to length.
+        The filters as FIR taps.
     energy : FirEnergy
-        Where the uncut filters' energy lies about the taps.
+        Distribution of the untruncated filters' energy about the taps.
     uncut, direct, fixed : Aim
-        Reached with the complex filters, with the FIR filters of each temperature, and with the FIR
-        filters of `reference_temperature` at every temperature.
+        Performance of the complex filters, of the FIR filters of each temperature, and of the FIR filters of
+        `reference_temperature` at every temperature.
     reference_temperature : float
         Degrees Celsius.
     target_share : float
@@ -95,9 +95,9 @@ class Focusing:
 
     @property
     def rank_changes(self) -> NDArray[np.int64]:
-        """Lines of the band (T-1,) at which the rank differs between neighbouring temperatures.
+        """Number of lines of the band (T-1,) at which the rank differs between neighbouring temperatures.
 
-        Under truncation R jumps there and no interpolation over temperature can follow it.
+        With truncation R is discontinuous there and cannot be interpolated over temperature.
         """
         band = (self.lines >= self.frequency[0]) & (self.lines <= self.frequency[-1])
         changes: NDArray[np.int64] = np.count_nonzero(np.diff(self.rank[:, band], axis=0), axis=1)
@@ -113,7 +113,7 @@ def focus(
     report: Progress = lambda _stage, _share: None,
     workers: int = 1,
 ) -> Focusing:
-    """Design filters over temperature, and try those of the reference temperature everywhere.
+    """Design filters over temperature, and assess those of the reference temperature at all temperatures.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def focus(
     method : str
         One of `METHODS`.
     report : callable
-        Told the stage and the share done.
+        Called with the stage and the share done.
     workers : int
         Threads that design filters.
 
@@ -163,22 +163,22 @@ def tried(
     report: Progress,
     workers: int,
 ) -> Focusing:
-    """Design taps for what a panel answers at each temperature, and judge them beside those of one of them.
+    """Design taps for each temperature, and assess them and those of the reference temperature.
 
     Parameters
     ----------
     panel : Panel
     space : FieldSpace
     method : str
-        By which the filters wanted were designed.
+        By which the complex filters were designed.
     design : TapDesign
     temperature : (T,) ndarray, °C
     places : sequence of callables
-        Each gives the answer at one of the temperatures.
+        Each returns the response at one of the temperatures.
     kept : (float, callable)
-        Reference temperature, °C, and the answer there.
+        Reference temperature, °C, and the response there.
     report : callable
-        Told the stage and the share done.
+        Called with the stage and the share done.
     workers : int
         Threads that design filters.
 

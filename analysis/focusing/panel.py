@@ -1,4 +1,4 @@
-"""The focusing panel as declared: plate, actuators, target, grid and filters."""
+"""Declaration of a focusing panel: plate, actuators, target, grid and filters."""
 
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -23,7 +23,7 @@ Count = Annotated[int, Field(ge=4, le=400)]
 
 
 class Filters(Declared):
-    """How the focusing filters are computed and cut to length."""
+    """Settings of the focusing filters and their FIR taps."""
 
     taps: Annotated[int, Field(ge=16, le=16_384)] = 512
     sample_rate: Annotated[float, Field(ge=1_000.0, le=400_000.0, description="Hz")] = 44_100.0
@@ -87,13 +87,13 @@ class Filters(Declared):
 
     @property
     def kappa(self) -> float:
-        """Weight of the energy outside the target against that inside, in the design."""
+        """Weight of the energy outside the target relative to that inside, in the design."""
         plain = 3.0 if self.design == "field" else 1.0
         return plain if self.outside_weight is None else self.outside_weight
 
     @property
     def middle(self) -> int:
-        """Delay as declared, else half the taps, for filters that ring as long as they pre-ring, samples."""
+        """Declared delay, else half the taps, which suits filters with equal ringing and pre-ringing, samples."""
         return self.taps // 2 if self.delay is None else self.delay
 
     @property
@@ -106,10 +106,10 @@ class Filters(Declared):
 
     @property
     def twin_band(self) -> tuple[float, float]:
-        """Frequencies the panel's twin has to answer for, Hz.
+        """Band of the panel's twin, Hz.
 
-        Interpolation at equal reduced frequency reaches beyond the edges: three training steps of 5 °C move
-        the modes by a fifth.
+        Wider than the edges, because interpolation at equal reduced frequency needs it: three training steps of 5
+        °C shift the modes by a fifth.
         """
         return self.edges[0] / 1.3, self.edges[1] * 1.3
 
@@ -128,7 +128,7 @@ class Illustration(Declared):
 
 
 class TwinSettings(Declared):
-    """How finely the panel's reduced twin is made, and for which constants, if not those of its material."""
+    """Accuracy of the panel's reduced twin, and its ranges of constants, if not those of its material."""
 
     youngs_modulus: Annotated[tuple[Modulus, Modulus] | None, Field(description="Pa")] = None
     poisson_ratio: tuple[Ratio, Ratio] | None = None
@@ -149,7 +149,7 @@ class TwinSettings(Declared):
             )
         if not isinstance(declared, dict):
             return declared
-        # past this validator JSON counts as Python, whose lists strict models do not take for tuples
+        # after this validator JSON counts as Python, and strict models do not accept lists as tuples
         return {name: tuple(value) if isinstance(value, list) else value for name, value in declared.items()}
 
     @model_validator(mode="after")
@@ -162,7 +162,7 @@ class TwinSettings(Declared):
 
 
 class Panel(Sparse):
-    """All that is declared of a focusing panel: a ``panel/1`` TOML file. Patches drive it, or forces."""
+    """Declaration of a focusing panel, a ``panel/1`` TOML file. It is driven by patches or by forces."""
 
     always: ClassVar[frozenset[str]] = frozenset({"format", "patch", "grid", "filters", "twin", "illustration"})
 
@@ -235,5 +235,5 @@ class Panel(Sparse):
 
     @property
     def limits(self) -> NDArray[np.float64]:
-        """Peak drive (N,) that each actuator bears, V: rated field times thickness; forces have none."""
+        """Largest peak drive (N,) of each actuator, V: rated field times thickness; no limit for forces."""
         return np.array([patch.rated_voltage for patch in self.patch] or [np.inf] * len(self.drive))

@@ -1,4 +1,4 @@
-"""What is asked of a panel that can be computed: its fields, their energies, its modes."""
+"""Protocol of a computed panel: fields, energies and modes."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -29,11 +29,11 @@ class PanelModes:
 
 
 class PanelModel(Protocol):
-    """A panel that can be computed: what `analysis` sees of the twin."""
+    """A panel that can be computed: the interface through which `analysis` uses the twin."""
 
     @property
     def space(self) -> FieldSpace:
-        """The deflection shapes, measured over the panel's grid."""
+        """The deflection shapes on the panel's grid, with their inner products."""
 
     def amplitudes(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
@@ -67,7 +67,7 @@ class PanelModel(Protocol):
         frequency: Real,
         displacement: float = 1.0,
     ) -> EnergyForms:
-        """Energy forms of these fields, without the fields where that is quicker.
+        """Energy forms of these fields, computed without the fields where that is faster.
 
         Parameters
         ----------
@@ -91,7 +91,7 @@ class PanelModel(Protocol):
         """
 
     def restricted(self, basis: Real) -> "PanelModel":
-        """Return the same panel on the columns of `basis` (r, s), orthonormal."""
+        """Return the same panel reduced to the orthonormal columns of `basis` (r, s)."""
 
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
         """Return the lowest `count` modes.
@@ -112,14 +112,14 @@ class PanelModel(Protocol):
 
 @dataclass(frozen=True)
 class NoModes:
-    """A panel known by its fields alone: enough for STIF, time reversal and no control."""
+    """A panel of which only the fields are known: enough for STIF, time reversal and no control."""
 
     space: FieldSpace
 
     def amplitudes(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: Real
     ) -> Complex:
-        """Refuse: nothing is known of another material.
+        """Raise ValueError: the fields at another material are not known.
 
         Parameters
         ----------
@@ -149,7 +149,7 @@ class NoModes:
         frequency: Real,
         displacement: float = 1.0,
     ) -> EnergyForms:
-        """Refuse, as `amplitudes` does.
+        """Raise ValueError, as `amplitudes` does.
 
         Parameters
         ----------
@@ -174,11 +174,11 @@ class NoModes:
         raise ValueError("measured transfers hold for the plate that was measured only")
 
     def restricted(self, basis: Real) -> PanelModel:
-        """Refuse: there are no coordinates to restrict to `basis` (r, s); ValueError always."""
+        """Raise ValueError: there are no coordinates to restrict to `basis` (r, s)."""
         raise ValueError("measured transfers have no coordinates")
 
     def modes(self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int) -> PanelModes:
-        """Refuse: there is no model.
+        """Raise ValueError: there is no model.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""How well a field is focused: contrast (paper eq. 9), level and phase, spot error."""
+"""Focusing performance of a field: contrast (paper eq. 9), level and phase, spot error."""
 
 import numpy as np
 
@@ -22,16 +22,16 @@ def contrast(forms: EnergyForms, filters: Complex) -> Real:
     """
     inside = _energy(forms.target, filters)
     whole = _energy(forms.plate, filters)
-    # A line where the filters are silent has no contrast; the tiny floor makes it 0 and not NaN.
+    # Where the filters are silent contrast is undefined; the tiny floor makes it 0 and not NaN.
     literal: Real = np.clip(inside / np.maximum(whole, np.finfo(float).tiny), 0.0, 1.0)
     return literal
 
 
 def best_contrast(forms: EnergyForms, floor: float = 1e-6) -> Real:
-    """Contrast (T, F) that no filters can pass: the largest Rᴴ target R over Rᴴ plate R.
+    """Upper bound of the contrast (T, F): the largest Rᴴ target R over Rᴴ plate R.
 
-    Combinations of actuators that move the plate with less than `floor` of the largest amplitude are left out:
-    they take drives without bounds. The level it costs is not asked for.
+    Combinations of actuators that move the plate with less than `floor` of the largest amplitude are left out,
+    because they need unlimited drives. The level of the target is not constrained.
     """
     values, vectors = np.linalg.eigh(forms.plate)
     kept = values > floor**2 * values[..., -1:]
@@ -43,7 +43,7 @@ def best_contrast(forms: EnergyForms, floor: float = 1e-6) -> Real:
 def area_normalised(literal: Real, target_share: float) -> Real:
     """Turn a `literal` contrast (...) into d/(d + o), d and o the mean energy densities inside and outside.
 
-    Also 0 to 1; a uniform field brings it to 1/2 whatever the size of the target, `target_share` of the plate.
+    Also 0 to 1; 1/2 for a uniform field whatever the target's size, `target_share` of the plate's area.
     """
     inside = literal / target_share
     outside = (1.0 - literal) / (1.0 - target_share)
@@ -52,7 +52,7 @@ def area_normalised(literal: Real, target_share: float) -> Real:
 
 
 def mean_response(forms: EnergyForms, filters: Complex, asked: float) -> Complex:
-    """Mean displacement of the target over what was asked of it, weighed by the target shape.
+    """Mean displacement of the target over the desired one, weighted by the target shape.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def mean_response(forms: EnergyForms, filters: Complex, asked: float) -> Complex
     Returns
     -------
     (T, F) complex ndarray
-        1 is full level at the right phase.
+        1 is the desired level and phase.
     """
     response: Complex = np.sum(forms.aim.conj() * filters, axis=-1) / asked
     return response

@@ -1,4 +1,4 @@
-"""Where to glue the actuators: exchange of candidate positions and small moves, tuned on contrast itself."""
+"""Placement of actuators: exchange of candidate positions and small moves that maximise a score."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ Score = Callable[[Numbers], Real]
 
 @dataclass(frozen=True)
 class Placement:
-    """A set of candidates no single exchange improves.
+    """A set of candidates that no single exchange improves.
 
     Attributes
     ----------
@@ -23,7 +23,7 @@ class Placement:
     score : float
         Of the chosen set.
     scores : (S,) ndarray
-        Where each start ended: their spread says how rough the landscape is.
+        Final score of each start: their spread shows how many local optima there are.
     """
 
     chosen: Index
@@ -32,7 +32,7 @@ class Placement:
 
 
 def clearance(centers: Real, gap: float) -> NDArray[np.bool_]:
-    """Which candidates (C, C) can stand together: centres (C, 2) at least `gap` apart in x or in y, m."""
+    """Which pairs of candidates (C, C) are compatible: centres (C, 2) at least `gap` apart in x or in y, m."""
     apart = np.abs(centers[:, None] - centers[None]).max(axis=-1)
     free: NDArray[np.bool_] = apart >= gap - 1e-9
     return free
@@ -48,16 +48,15 @@ def exchange(
 ) -> Placement:
     """Best of several exchange searches, each from a random set.
 
-    One sweep takes every place in turn and gives it to the candidate that scores best with the others
-    held; it ends when a whole sweep changes nothing (Fedorov's exchange, for designs without a
-    determinant to update).
+    One sweep replaces each actuator in turn by the candidate of best score with the others held; the search ends
+    when a sweep changes nothing (Fedorov's exchange, with a score instead of a determinant).
 
     Parameters
     ----------
     score : callable
         From sets of candidates (S, count), int, to their values (S,); the larger the better.
     compatible : (C, C) ndarray of bool
-        Which candidates may stand together.
+        Which pairs of candidates may be combined.
     count : int
         Candidates in a set.
     rng : numpy Generator
@@ -65,7 +64,7 @@ def exchange(
     starts : int
         Searches.
     sweeps : int
-        Sweeps of one search at most.
+        Largest number of sweeps of one search.
 
     Returns
     -------
@@ -102,14 +101,14 @@ def refined(
 ) -> tuple[Real, float]:
     """Move one actuator at a time to the best of its eight neighbours, in ever smaller steps.
 
-    A step is kept until no move of it is better.
+    The step is reduced when no move improves the score.
 
     Parameters
     ----------
     score : callable
         From layouts (S, N, 2) to their values (S,); the larger the better.
     centers : (N, 2) ndarray, m
-        Where the search begins.
+        Start positions.
     allowed : callable
         Whether a layout (N, 2) can be built.
     steps : sequence of float

@@ -1,4 +1,4 @@
-"""A sweep played through the taps and the panel: contrast in the time domain (paper Fig. 4)."""
+"""Response of panel and taps to a sweep: contrast in the time domain (paper Fig. 4)."""
 
 from dataclasses import dataclass
 
@@ -16,16 +16,16 @@ from analysis.focusing.panel_model import Constants, PanelModel, PanelModes
 from analysis.focusing.performance import contrast
 
 TAIL = 0.5
-"""Seconds of silence behind the sweep, in which panel and filters ring out."""
+"""Silence after the sweep, s, in which panel and filters ring out."""
 FADE = 0.05
-"""Seconds in which the sweep swells and dies away: outside its band, where some filters are loud, it is silent."""
+"""Fade-in and fade-out of the sweep, s: outside its band, where some filters have high gain, it is silent."""
 BLOCKS = 100
-"""Stretches of the sweep whose energies are told apart."""
+"""Number of blocks of the sweep with separate energies."""
 
 
 @dataclass(frozen=True)
 class Played:
-    """All methods with taps: lines of the band, and a logarithmic sweep over it in the time domain.
+    """Contrast of all methods with taps: at the lines of the band, and for a logarithmic sweep in time.
 
     Attributes
     ----------
@@ -35,14 +35,14 @@ class Played:
     frequency : (F,) ndarray
         Hz.
     contrast : (m, F) ndarray
-        With taps, from the response of each line.
+        With taps, from the response at each line.
     sweep_frequency : (B,) ndarray
-        Of the sweep in the middle of each stretch, Hz.
+        Of the sweep in the middle of each block, Hz.
     sweep_contrast : (m, B) ndarray
-        Energy over the target over energy over the plate while it passes.
+        Energy over the target over energy over the plate, during each block.
     total, expected : (m,) ndarray
-        The same over the whole sweep: with the modes integrated in time, and from the sweep's spectrum and the
-        panel's answers at its lines.
+        The same over the whole sweep: with the modes integrated in time, and from the spectrum of the sweep and
+        the panel's responses at its lines.
     """
 
     methods: tuple[str, ...]
@@ -146,7 +146,7 @@ class _Plate:
 
     @classmethod
     def of(cls, model: PanelModel, panel: Panel, constants: Constants, samples: int) -> "_Plate":
-        """Prepare for `samples` of drive and the ringing after them, every `step`-th of which is looked at."""
+        """Prepare for `samples` of drive and the ringing after them; every `step`-th sample is evaluated."""
         rate, (low, high) = panel.filters.sample_rate, panel.filters.twin_band
         step = max(1, int(rate / (2.2 * high)))
         length = 2 * int((samples + TAIL * rate) / 2)

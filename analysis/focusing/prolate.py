@@ -1,4 +1,4 @@
-"""The few combinations of taps with energy in a band: discrete prolate spheroidal sequences (Slepian 1978)."""
+"""Basis of the taps with energy in a band: discrete prolate spheroidal sequences (Slepian 1978)."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -9,12 +9,12 @@ from analysis.arrays import Real
 from analysis.focusing.panel import Filters
 
 UNHEARD = 1e-14
-"""Share of its energy inside the band below which a sequence is left out: the penalty outside holds it at zero."""
+"""Sequences with a smaller share of energy in the band are left out: the penalty outside makes them zero."""
 
 
 @dataclass(frozen=True)
 class ProlateTaps:
-    """A basis of M taps for filters that answer below `edges[1]`, and its spectra at the lines of the settings.
+    """A basis of M taps for filters with gain below `edges[1]`, and its spectra at the lines of the settings.
 
     Taps are h = Σ c_k s_k. About the middle of the taps even sequences have real and odd ones imaginary
     spectra, so that every product of two is real: e_k(f) = r_k(f) for the first `even` and -j r_k(f) for the rest.
@@ -41,13 +41,13 @@ class ProlateTaps:
         count, rate, head = settings.taps, settings.sample_rate, settings.edges[1]
         lines = settings.frequency
         half_bandwidth = count * head / rate
-        # The share inside falls from 1 to 0 within about log(NW) sequences about 2 NW.
+        # The share inside falls from 1 to 0 within about log(NW) sequences near number 2 NW.
         most = min(count, int(2.0 * half_bandwidth + 8.0 * np.log(4.0 * half_bandwidth + 8.0)) + 6)
         found, share = _slepian(count, half_bandwidth / count, most)
         heard = np.flatnonzero(share > UNHEARD)
         order = np.concatenate([heard[heard % 2 == 0], heard[heard % 2 == 1]])
         sequences, even = found[order], int(np.count_nonzero(heard % 2 == 0))
-        # Gauss points resolve the lowest frequencies, where a spectrum of M taps bends M foot/fs times.
+        # Enough Gauss points for the lowest frequencies, where a spectrum of M taps oscillates M foot/fs times.
         nodes, weights = np.polynomial.legendre.leggauss(24 + int(4.0 * count * settings.edges[0] / rate))
         low = 0.5 * settings.edges[0] * (nodes + 1.0)
         below = _spectrum(sequences, even, low, rate)
@@ -64,10 +64,10 @@ class ProlateTaps:
 
 
 def _slepian(count: int, bandwidth: float, most: int) -> tuple[Real, Real]:
-    """Sequences (k, M), the `most` concentrated first, and the share of their energy within ± `bandwidth` (k,).
+    """Compute the `most` concentrated sequences (k, M), and the share of their energy within ± `bandwidth` (k,).
 
     `bandwidth` is a share of the sample rate. Eigenvectors of the tridiagonal matrix that commutes with the sinc
-    kernel; scipy.signal has them too, and takes half a second of processor time to import.
+    kernel; scipy.signal has them too, but its import takes half a second of processor time.
     """
     from scipy.linalg import eigh_tridiagonal
 

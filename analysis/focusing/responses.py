@@ -1,4 +1,4 @@
-"""What a panel answers at the temperatures of its laws, alone and where a thermometer may err."""
+"""Responses of a panel at the temperatures of its laws, and energy forms for an uncertain temperature."""
 
 from collections.abc import Iterator
 
@@ -11,14 +11,14 @@ from analysis.focusing.panel_model import Constants, PanelModel
 from analysis.material import MaterialLaws
 
 ROBUST_STEP = 5.0
-"""Largest step between the temperatures that robust filters are meant for, K: in polypropylene resonances move by
-about their width in one."""
+"""Largest spacing of the temperatures for robust filters, K: in polypropylene, resonances shift by about their
+width per step."""
 
 
 def responses(
     model: PanelModel, laws: MaterialLaws, temperature: Real, frequency: Real
 ) -> Iterator[tuple[Constants, Complex]]:
-    """Material and answer of a panel, one temperature after the other.
+    """Material and response of a panel, one temperature after the other.
 
     Parameters
     ----------
@@ -53,11 +53,11 @@ def constants_at(laws: MaterialLaws, temperature: Real) -> list[Constants]:
 def robust_forms(
     model: PanelModel, panel: Panel, laws: MaterialLaws, temperature: float, forms: EnergyForms
 ) -> EnergyForms:
-    """Energy forms for a design where a thermometer may err.
+    """Energy forms for a design with an uncertain temperature.
 
-    The mean over T ± `thermometer_error` in equal steps, both ends included: the filters that follow from it make
-    the mean squared error of the field smallest over these temperatures. An error that is as likely at the ends as
-    in the middle counts them more than a uniform one does, and it is at the ends that lines fail.
+    The mean over T ± `thermometer_error` in equal steps, both ends included: filters designed with it minimise the
+    mean squared error of the field over these temperatures. With full weight on both ends these count more than in
+    a uniform distribution, and it is there that errors are largest.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def robust_forms(
     temperature : float
         T, °C.
     forms : EnergyForms
-        Those of T alone; returned where the panel declares no error.
+        Those at T; returned unchanged where the panel declares no error.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What STIF is held against in the paper's Fig. 4: time reversal, modal control, no control."""
+"""Methods that STIF is compared with in the paper's Fig. 4: time reversal, modal control, no control."""
 
 import numpy as np
 
@@ -6,10 +6,10 @@ from analysis.arrays import Complex, Real
 
 
 def time_reversal(response: Complex) -> Complex:
-    """Return the filters (T, F, N) that send back what a source at the target's centre would have sent.
+    """Return the time-reversal filters (T, F, N) for a source at the target's centre.
 
-    By reciprocity that is the conjugate of `response` (T, F, N), the deflection each actuator causes
-    there: a matched filter, which knows one point of the plate and nothing of the rest.
+    By reciprocity they are the conjugate of `response` (T, F, N), the deflection that each actuator causes there:
+    a matched filter for one point of the plate, without regard to the rest.
     """
     return response.conj()
 
@@ -31,7 +31,7 @@ def modal_control(
         Φᵀ W φ, overlap of every mode with the target shape.
     frequency : (F,) ndarray, Hz
     count : int, optional
-        Modes controlled; as many as there are actuators where left out.
+        Number of modes controlled; by default as many as actuators.
 
     Returns
     -------
@@ -45,8 +45,8 @@ def modal_control(
 
     Notes
     -----
-    The target's modal amplitudes are q = (Φᵀ W Φ)⁻¹ Φᵀ W φ of the controlled modes; the forces that
-    hold them are (λ - ω²) q, and the filters B⁺ of these. Modes beyond `count` are left to ring.
+    The target's modal amplitudes are q = (Φᵀ W Φ)⁻¹ Φᵀ W φ of the controlled modes; the modal forces for them are
+    (λ - ω²) q, and the filters B⁺ times these. Modes beyond `count` are not controlled.
     """
     count = coupling.shape[1] if count is None else count
     if not 1 <= count <= len(eigenvalues):

@@ -1,4 +1,4 @@
-"""The modelling delay with which a method's filters become taps."""
+"""The modelling delay of a method's FIR taps."""
 
 import numpy as np
 
@@ -13,10 +13,10 @@ from analysis.material import MaterialLaws
 
 
 def tap_design(method: Method, model: PanelModel, panel: Panel, laws: MaterialLaws) -> TapDesign:
-    """How a method's filters become taps, with the delay declared or else the one that suits the method.
+    """Prepare the tap design of a method, with the declared delay or a suitable one.
 
-    That is half the taps for STIF, and for the others where the taps hold most of their energy, judged at the
-    reference temperature.
+    A suitable delay is half the taps for STIF; for the others it is the one with most energy within the taps at
+    the reference temperature.
 
     Parameters
     ----------

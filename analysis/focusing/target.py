@@ -1,4 +1,4 @@
-"""What is to be moved: a rectangle, an ellipse, a polygon, or several, in fractions of the plate's lengths."""
+"""Part of the plate to be moved: rectangle, ellipse, polygon, or several, in fractions of the plate's lengths."""
 
 from itertools import combinations
 from typing import Annotated, Literal, Self
@@ -16,7 +16,7 @@ Size = Annotated[float, Field(ge=1e-4, lt=1.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Pair = tuple[float, float]
 SMALLEST_AREA = 1e-8
-"""Of a polygon, as a fraction of the area of the box around the plate."""
+"""Smallest area of a polygon, as a fraction of the area of the box around the plate."""
 
 
 class Spot(Sparse):
@@ -73,7 +73,7 @@ class Spot(Sparse):
 
 
 class Target(Spot):
-    """What is to be moved alone: one part, or several `spot` that move together, a stereo pair say."""
+    """Part of the plate to be moved: one, or several `spot` that move together, for example a stereo pair."""
 
     spot: tuple[Spot, ...] = ()
     displacement: Annotated[float, Field(ge=1e-12, le=1e-2, description="m per unit of audio signal")] = 1e-6

@@ -1,4 +1,4 @@
-"""Temperatures that laws and a panel share, and steps over them."""
+"""Common temperature range of laws and a panel, and steps over it."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from analysis.material import MaterialLaws
 
 
 def covered(laws: MaterialLaws, wanted: tuple[float, float]) -> tuple[float, float]:
-    """Return the part of the `wanted` range the laws cover, °C; ValueError if they do not meet."""
+    """Return the part of the `wanted` range that the laws cover, °C; ValueError if there is none."""
     low, high = max(laws.temperature_range[0], wanted[0]), min(laws.temperature_range[1], wanted[1])
     if low >= high:
         raise ValueError(

@@ -147,7 +147,7 @@ class NormalEquations:
 
     @property
     def remainder(self) -> float:
-        """About what a full step of less than one of `widths` leaves of chi2: their square times the decrease."""
+        """Approximate excess of chi2 after a full step if `widths` is below 1: `decrease` times its square."""
         return self.decrease * self.widths**2
 
     @property
