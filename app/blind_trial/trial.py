@@ -147,7 +147,7 @@ def run_trial(trial: Trial, executor: Executor, report: Progress, told: Callable
     executor : Executor
         Plates, then campaigns, are its tasks.
     report : callable
-        Told the stage and the share done.
+        Called with the stage and the share done.
     told : callable
         Told in a line of every campaign that was judged, never of its verdict.
     """

@@ -1,23 +1,23 @@
-"""The rig as a whole: a campaign of sweeps at measured temperatures, however it is interrupted.
+"""The rig as a whole: a campaign of sweeps at measured temperatures that survives interruptions.
 
 ================  ==================================================================
-``rig``           what a rig is made of, real or simulated
-``rest``          the one place where it comes to rest: the oven first, then the drive
-``occupancy``     one process at a time has it
-``session``       from opening the rig to leaving it at rest, however that happens
-``supervision``   the oven watched in a thread that nothing else can block
-``end_requests``  Ctrl-C, SIGTERM, a lost terminal, a closed console: noted, then heard
-``store``         what keeps the sweeps and the log, handed in
-``errors``        why a campaign stopped, and what to do next
-``readings``      the temperature, and whether it can be believed
-``plausibility``  jumps asked again, air and plate held against each other
-``station``       cards and oven as a campaign uses them: read, told, logged
+``rig``           parts of a rig, real or simulated
+``rest``          bringing the rig to rest: the oven first, then the drive
+``occupancy``     locks, so that one process at a time uses the rig
+``session``       opening the rig, and bringing it to rest on every way out
+``supervision``   monitoring of the oven in a thread of its own
+``end_requests``  Ctrl-C, SIGTERM, a lost terminal, a closed console: handled later
+``store``         protocol of the storage of sweeps and log
+``errors``        exceptions: why a campaign stopped, and what to do next
+``readings``      temperature readings, and limits for missing or invalid ones
+``plausibility``  checks of readings: jumps, stuck sensors, air against plate
+``station``       cards and oven as a campaign uses them, with logging
 ``shot``          a short sweep before a campaign: wiring, levels, noise
-``sweeping``      one set-point: sweeps, checks, repetition within bounds
+``sweeping``      one set-point: sweeps, checks, limited repetition
 ``leg``           one ramp through its set-points
-``progress``      what has been done already, read from the log
-``campaign``      all legs, begun or taken up again
+``progress``      progress of an interrupted campaign, read from its log
+``campaign``      all legs, started or resumed
 ``simulated``     the rig with simulated cards and oven on a virtual clock
-``survey``        what is connected to this computer
+``survey``        list of what is connected to this computer
 ================  ==================================================================
 """

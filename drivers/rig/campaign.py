@@ -1,4 +1,4 @@
-"""A campaign from its first leg to its end, begun or taken up again."""
+"""A campaign from its first leg to its end, started or resumed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,16 +22,16 @@ LAST_SOAK = "last soak"
 
 @dataclass(frozen=True)
 class Moment:
-    """Where a running campaign is.
+    """State of a running campaign.
 
     Attributes
     ----------
     stage : str
-        What is being done.
+        Present activity.
     temperature : float
-        Of what is watched, degrees Celsius.
+        Temperature that triggers sweeps, degrees Celsius.
     done, total : int
-        Sweeps finished or given up, and all of them.
+        Number of sweeps finished or given up, and of all sweeps.
     seconds_left : float
         Estimate.
     date : str
@@ -50,16 +50,16 @@ class Moment:
 
 
 class Observer(Protocol):
-    """Is shown how a campaign gets on."""
+    """Callable that receives the progress of a campaign."""
 
     def __call__(self, moment: Moment) -> None:
-        """Look at a moment; called at every reading."""
+        """Receive the state; called at every reading."""
         ...
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a campaign came to.
+    """Result of a campaign.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ def unobserved(moment: Moment) -> None:
 
 
 def never() -> bool:
-    """Say that no pause is asked for."""
+    """Return False: no pause is requested."""
     return False
 
 
@@ -92,11 +92,11 @@ def run_campaign(
     paused: Callable[[], bool] = never,
     again: bool = False,
 ) -> Outcome:
-    """Run what is still to be done of a campaign.
+    """Run the remaining part of a campaign.
 
-    However this ends, the session brings the rig to rest when it is left. After a kill, which nobody can act on,
-    the oven goes on with its ramp: the set-points it passes before the campaign is taken up again are given up as
-    missed. A campaign of which nothing is left is over at once; its session still ends at rest.
+    In every case the session brings the rig to rest on exit. Only if the process is killed does the oven continue
+    its ramp: set-points that it passes before the campaign is resumed are missed. A campaign with nothing left to
+    do ends at once; its session still brings the rig to rest.
 
     Parameters
     ----------
@@ -107,10 +107,10 @@ def run_campaign(
     observer : callable
         May raise `RigStopped` to end the campaign for now.
     paused : callable
-        Whether somebody wishes the campaign to wait; asked at every reading. The oven holds its temperature
-        meanwhile, and the ramp is begun again before the next set-point afterwards.
+        Returns whether a pause is requested; called at every reading. The oven holds its temperature meanwhile;
+        afterwards the ramp is started again before the next set-point.
     again : bool
-        Try once more what was missed or failed: legs with such set-points are run from their start.
+        Whether to repeat missed and failed set-points: their legs are run from the start.
 
     Returns
     -------
@@ -120,9 +120,9 @@ def run_campaign(
     Raises
     ------
     RigStopped
-        If the rig cannot go on now. Taken up again by the same call.
+        If the rig cannot continue now. The same call resumes the campaign.
     OSError
-        If the store cannot keep a sweep or an event: a full disk, as a rule.
+        If the store cannot write a sweep or an event, usually because the disk is full.
     """
     events = store.events()
     progress = Progress.of(store.finished(), events, again=again)
@@ -133,7 +133,7 @@ def run_campaign(
             station.restore(events)
         if not left:
             return Outcome(len(progress.finished), len(progress.given_up), 0)
-        begun = any(event.get("event") == "begun" for event in events)  # a start that was refused has events, too
+        begun = any(event.get("event") == "begun" for event in events)  # a start that failed has events, too
         if not begun:
             station.require_celsius()
             station.require_reachable()
@@ -169,7 +169,7 @@ def _run_legs(
 
         def watch(stage: str, reading: Reading, ramping: bool, run: LegRun = run, later: int = later) -> bool:
             temperature = station.watched(reading)
-            leg_under_way = run.leg.number + (stage == LAST_SOAK)  # the leg itself is over then
+            leg_under_way = run.leg.number + (stage == LAST_SOAK)  # then the leg itself is finished
             seconds = protocol.seconds(temperature, leg_under_way, ramping=ramping)
             done = total - later - len(run.todo)
             observer(Moment(stage, temperature, done, total, seconds, station.date(), reading))

@@ -1,4 +1,4 @@
-"""Requests that the program end, noted and heard where stopping is safe: the rig is brought to rest first."""
+"""Requests to end the program: recorded at once, acted on where stopping is safe, with the rig brought to rest."""
 
 import signal
 import sys
@@ -14,24 +14,24 @@ if sys.platform == "win32":
     from ctypes import wintypes
 
 CONSOLE_ENDS = {2: "CTRL_CLOSE_EVENT", 5: "CTRL_LOGOFF_EVENT", 6: "CTRL_SHUTDOWN_EVENT"}
-"""What Windows tells a console program before it ends it, seconds later."""
+"""Console events that Windows sends before it ends the program, seconds later."""
 GRACE = 30.0
-"""The answer to Windows is kept back so long for the rig to come to rest, s; Windows may not wait for it."""
+"""Delay of the answer to Windows so that the rig can come to rest, s; Windows may not wait for it."""
 
 
 class EndRequests:
-    """Takes note of Ctrl-C, SIGTERM, a lost terminal, Ctrl-Break and a closed Windows console; a context.
+    """Context manager that records Ctrl-C, SIGTERM, a lost terminal, Ctrl-Break and a closed Windows console.
 
-    Nothing is raised when a request arrives: an exception that can come at any moment comes in a destructor, in a
-    library's callback, or in the middle of what brings the rig to rest. It is raised by `check`, which is called
-    wherever stopping is safe. A signal that was ignored when the program began, as ``nohup`` does, stays ignored.
+    Nothing is raised when a request arrives, because an exception at an arbitrary moment may hit a destructor, a
+    library's callback, or the code that brings the rig to rest. It is raised by `check`, which is called wherever
+    stopping is safe. A signal that was ignored when the program began, as ``nohup`` does, stays ignored.
 
     Attributes
     ----------
     arrived : str or None
         Name of the first request.
     number : int
-        That of its signal; 0 for a closed console, or where none has arrived.
+        Number of its signal; 0 for a closed console, or if none has arrived.
     """
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class EndRequests:
         self._console: Any = None
 
     def __enter__(self) -> Self:
-        """Take the signals over."""
+        """Install the signal handlers."""
         for number in ENDING:
             if signal.getsignal(number) not in (signal.SIG_IGN, None):  # None: set outside Python
                 self._before[number] = signal.signal(number, self._note)
@@ -54,7 +54,7 @@ class EndRequests:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Give them back."""
+        """Restore the previous handlers."""
         self._over.set()
         if sys.platform == "win32":
             ctypes.windll.kernel32.SetConsoleCtrlHandler(self._console, False)
@@ -72,7 +72,7 @@ class EndRequests:
             self.arrived = signal.Signals(number).name
 
     def _console_ends(self, event: int) -> bool:
-        """Note that Windows ends the program; called in a thread of its own, and waited for."""
+        """Record that Windows ends the program; called in a thread of its own, for which Windows waits."""
         if event not in CONSOLE_ENDS:
             return False  # Ctrl-C and Ctrl-Break arrive as signals
         self.arrived = self.arrived or CONSOLE_ENDS[event]

@@ -3,15 +3,15 @@
 RESUME = "Then run the same command again: what is finished stays"
 
 
-class RigStopped(Exception):  # noqa: N818 (it is no defect of the program: the rig said stop)
-    """The campaign cannot go on now; the same command takes it up again.
+class RigStopped(Exception):  # noqa: N818 (not an error of the program)
+    """The campaign cannot continue now; the same command resumes it.
 
     Attributes
     ----------
     what : str
         What happened, with the values seen.
     next_step : str
-        What a person can do about it.
+        What the user can do about it.
     """
 
     def __init__(self, what: str, next_step: str) -> None:
@@ -24,4 +24,4 @@ class RigStopped(Exception):  # noqa: N818 (it is no defect of the program: the 
 
 
 class RigInterrupted(KeyboardInterrupt):
-    """Somebody wants the program to end; the same command takes the campaign up again."""
+    """The user ended the program; the same command resumes the campaign."""

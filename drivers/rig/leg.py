@@ -17,13 +17,13 @@ from drivers.rig.sweeping import Sweeping
 Result = TypeVar("Result")
 
 LONGEST_PAUSE = 7200.0
-"""A pause that lasts longer ends the campaign for now, with the rig at rest, s."""
+"""A longer pause ends the session, with the rig at rest, s."""
 
 STALLED = 1800.0
-"""The ramp counts as stalled when the temperature has not moved a quarter of what it should in this time, s."""
+"""The ramp counts as stalled if in this time, s, the temperature moves less than a quarter of the ramp."""
 
 Watcher = Callable[[str, Reading, bool], bool]
-"""Told what is being done, the temperatures, and whether the leg's ramp has begun; says whether to pause."""
+"""Called with the activity, the temperatures, and whether the leg's ramp has begun; returns whether to pause."""
 
 
 class LegRun:
@@ -33,7 +33,7 @@ class LegRun:
     ----------
     leg : Leg
     todo : sequence of SweepSetPoint
-        What is still to be done of it.
+        Remaining set-points.
     station : Station
     sweeping : Sweeping
     protocol : AcquisitionProtocol
@@ -66,35 +66,35 @@ class LegRun:
         self._ramp: tuple[float, float, Purpose] = (leg.end, protocol.programme.ramp_rate, "leg")
 
     def run(self, watch: Watcher, *, under_way: bool, begun: bool) -> None:
-        """Measure what is to be done.
+        """Measure the remaining set-points.
 
         Parameters
         ----------
         watch : callable
         under_way : bool
-            The oven is in this leg's ramp already: set-points it has passed meanwhile are missed.
+            Whether the oven is in this leg's ramp already: set-points that it has passed are missed.
         begun : bool
-            The ramp was begun before and broken off: it is begun again just before the next set-point,
-            not from the leg's start.
+            Whether the ramp was begun before and interrupted: it starts again just before the next set-point, not
+            at the leg's start.
         """
         if not under_way:
             self._begin(watch, self._before_next() if begun else self.leg.start)
         self._measure(watch)
 
     def _begin(self, watch: Watcher, start: float) -> None:
-        """Take the plate to `start` and let the oven ramp from there."""
+        """Bring the plate to `start` and start the ramp there."""
         programme = self._protocol.programme
         self.settle(watch, start, programme.to_start, programme.soak_before, f"way to {start:g} °C")
         self._ramp = (self.leg.end, programme.ramp_rate, "leg")
         self._station.ramp(*self._ramp)
 
     def _before_next(self) -> float:
-        """Return where to begin a ramp anew, degrees Celsius: the lead before what comes next, but in the leg."""
+        """Return where to restart the ramp, °C: one lead before the next set-point, within the leg."""
         along = self.leg.sign * self.todo[0].temperature - self._protocol.programme.lead
         return self.leg.sign * max(along, self.leg.sign * self.leg.start)
 
     def settle(self, watch: Watcher, target: float, rate: float, soak: float, stage: str) -> None:
-        """Take the plate to `target` and let it rest there.
+        """Bring the plate to `target` and soak it there.
 
         Parameters
         ----------
@@ -104,14 +104,15 @@ class LegRun:
         rate : float
             K/min.
         soak : float
-            How long it rests, s; never shorter than `lasting` of the programme's settling.
+            Duration of the soak, s; at least `lasting` of the programme's settling.
         stage : str
-            What `watch` is told is being done.
+            Activity passed to `watch`.
 
         Raises
         ------
         RigStopped
-            If it does not get there in the time that ramp and settling allow, or air and plate disagree there.
+            If it does not reach `target` in the time allowed by ramp and settling, or air and plate disagree
+            there.
         """
         settling = self._protocol.programme.settling
         self._ramp = (target, rate, "approach")
@@ -153,7 +154,7 @@ class LegRun:
         tolerance = self._protocol.programme.tolerance
         while self.todo:
             reading = self._read()
-            if self._was_held():  # held, the plate has drifted on: back, and through what is left at a steady ramp
+            if self._was_held():  # the plate has drifted while held: go back, then ramp steadily through the rest
                 self._begin(watch, self._before_next())
                 continue
             if reading is None:
@@ -162,7 +163,7 @@ class LegRun:
             if watch(f"{self.leg.direction} to {self.todo[0].temperature:g} °C", reading, True):
                 self._pause(watch)
                 continue
-            # Where the middle of a sweep begun now would be, counted in the ramp's direction.
+            # Temperature at the middle of a sweep started now, positive in the ramp's direction.
             middle = sign * here + 0.5 * travel
             while self.todo and middle > sign * self.todo[0].temperature + tolerance:
                 self._give_up(self.todo[0], f"passed: {here:.2f} °C when a sweep could have begun")
@@ -194,7 +195,7 @@ class LegRun:
         return reading
 
     def _with_cards(self, action: Callable[[], Result]) -> Result | None:
-        """Return what `action` returns; None if the cards were lost meanwhile and are back."""
+        """Return the result of `action`; None if the cards were lost during it and are back."""
         try:
             return action()
         except DaqError as error:
@@ -206,7 +207,7 @@ class LegRun:
         return None
 
     def _pause(self, watch: Watcher) -> float:
-        """Hold the oven, and go on reading, until nobody wishes to pause any more; return how long that was, s."""
+        """Hold the oven and continue reading until the pause ends; return its duration, s."""
         since = self._station.now
         self._station.note("paused")
         self._station.hold("paused")
@@ -221,15 +222,15 @@ class LegRun:
         return self._station.now - since
 
     def _was_held(self) -> bool:
-        """Whether the oven was held since this was asked last: for lost cards, or for a pause."""
+        """Whether the oven was held since the last call, for lost cards or a pause."""
         held, self._held = self._held, False
         return held
 
     def _require_progress(self, along: float) -> None:
-        """Begin the ramp anew, once, if it has come to a halt, and stop if that does not help.
+        """Restart a stalled ramp once; raise RigStopped if that does not help.
 
-        Somebody may have pressed a key on the oven, or it may have been told to rest by a program
-        that was killed before it could say so.
+        A key may have been pressed on the oven, or a killed program may have brought it to rest without logging
+        it.
         """
         now, least = self._station.now, 0.25 * self._protocol.programme.ramp_rate * STALLED / 60.0
         if self._mark is None or along - self._mark[1] >= least:

@@ -1,4 +1,4 @@
-"""One process at a time has a rig, in whatever folder: a lock for the oven's line and one for each chassis."""
+"""Locks so that one process at a time uses a rig: one for the oven's line and one for each chassis."""
 
 import hashlib
 import logging
@@ -20,24 +20,24 @@ log = logging.getLogger(__name__)
 
 
 class RigInUse(RigStopped):
-    """Another process of this computer has the oven or the cards."""
+    """Another process of this computer uses the oven or the cards."""
 
 
 @contextmanager
 def occupied(places: Sequence[str], does: str) -> Iterator[None]:
-    """Have a rig for oneself.
+    """Context manager that locks a rig for this process.
 
     Parameters
     ----------
     places : sequence of str
-        What only one process can use, each in the same words for everybody: ``oven at COM3``.
+        Names of what only one process can use, equal in all processes: ``oven at COM3``.
     does : str
-        What it is wanted for, for whoever wants it meanwhile.
+        Purpose, shown to other processes that want the rig meanwhile.
 
     Raises
     ------
     RigInUse
-        If another process has one of them; nothing of the rig was touched.
+        If another process uses one of them; the rig was not touched.
     """
     with ExitStack() as held:
         for place in places:
@@ -62,7 +62,7 @@ HOW_TO_STOP = (
 
 
 def in_use(places: Sequence[str]) -> str | None:
-    """Return who has the rig, in words; None where nobody has."""
+    """Describe the process that uses the rig; None if there is none."""
     try:
         with occupied(places, "flexura doctor"):
             return None
@@ -73,7 +73,7 @@ def in_use(places: Sequence[str]) -> str | None:
 def instrument_places(
     oven: OvenSettings | None, thermometer: ThermometerSettings | None, cards: CardsSettings | None
 ) -> tuple[str, ...]:
-    """Return what of instruments only one process can use, in the same words for everybody.
+    """Return names of the instruments that only one process can use, equal in all processes.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def _line(place: str) -> str:
 
 
 def lock_folder() -> Path:
-    """Return where the locks are: a folder of all users of this computer, where the system has one."""
+    """Return the folder of the locks: one for all users of this computer, if the system has one."""
     return Path(tempfile.gettempdir())
 
 
@@ -119,7 +119,7 @@ def _open(path: Path) -> BinaryIO:
 
 
 def _sign(file: BinaryIO, does: str) -> None:
-    """Say in the file who has it; for people only, the lock is the system's."""
+    """Write into the file which process holds it; information only, the lock is the system's."""
     if file.writable():
         since = datetime.now().astimezone().isoformat(sep=" ", timespec="minutes")
         file.seek(0)

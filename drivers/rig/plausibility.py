@@ -1,4 +1,4 @@
-"""Whether a temperature can be true: how far it may have moved, and what air and plate may differ by."""
+"""Plausibility checks of temperatures: jumps, stuck sensors, difference of air and plate."""
 
 from collections.abc import Callable
 from typing import Generic, TypeVar
@@ -7,25 +7,25 @@ from drivers.rig.errors import RESUME, RigStopped
 from drivers.rig.readings import Reading
 
 SLACK = 0.5
-"""A reading may differ from the last one by so much besides what a ramp moves meanwhile, K."""
+"""Largest change from the last reading beyond that of the ramp, K."""
 OVERSHOOT = 2.0
-"""Air may move faster than the steepest ramp by so much."""
+"""Factor by which the air may change faster than the steepest ramp."""
 APART = 2.0
-"""At the end of a soak, air and plate may differ by so much, K."""
+"""Largest difference of air and plate at the end of a soak, K."""
 SETTLED = 0.1
-"""The plate counts as soaked where it has moved by less within a minute, K."""
+"""The plate counts as soaked if it changes by less within a minute, K."""
 STUCK_READINGS, STUCK_AIR = 20, 2.0
-"""A sensor that gives so many equal readings to the millikelvin, while the air moves by so much, K, is stuck."""
+"""A sensor with this many readings equal to the millikelvin, while the air changes by this much, K, is stuck."""
 
 
 Asked = TypeVar("Asked", bound=float | None)
 
 
 class CheckedSensor(Generic[Asked]):
-    """Asks a sensor again where its answer has jumped: a glitch on the line is no temperature.
+    """Reads a sensor a second time if its reading has jumped, to ignore a glitch on the line.
 
-    No protocol of a controller numbers its answers, and ASCII-2 and P-300 carry no checksum: an answer can be a
-    late one to another question, or have a wrong digit, and look sound. It does not look so twice.
+    No controller protocol numbers its answers, and ASCII-2 and P-300 have no checksum: a late answer to an earlier
+    request, or one with a wrong digit, looks valid. It is unlikely to happen twice.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class CheckedSensor(Generic[Asked]):
         self._last: tuple[float, float] | None = None
 
     def read(self) -> Asked:
-        """Return the temperature now; one that has jumped gives way to the answer to a second question."""
+        """Return the temperature now; a reading that has jumped is replaced by a second one."""
         value = self._ask()
         if value is not None and self._last is not None and not self._near(value, *self._last):
             value = self._asked_again(value, *self._last)
@@ -63,14 +63,14 @@ class CheckedSensor(Generic[Asked]):
 
 
 class Company:
-    """Holds air and plate against each other: both see the same oven."""
+    """Compares air and plate, which are in the same oven."""
 
     def __init__(self) -> None:
         self._equal = 0
         self._plate = self._air = 0.0
 
     def require_moving(self, reading: Reading) -> None:
-        """Raise RigStopped for a plate's sensor that has stopped to follow."""
+        """Raise RigStopped if the plate's sensor is stuck."""
         if reading.plate is None:
             return
         if not self._equal or reading.plate != self._plate:
@@ -86,7 +86,7 @@ class Company:
 
 
 def require_agreement(reading: Reading, minute_before: float | None) -> None:
-    """Raise RigStopped where air and plate differ at the end of a soak though the plate moves no more.
+    """Raise RigStopped if air and plate differ at the end of a soak although the plate is stationary.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def require_agreement(reading: Reading, minute_before: float | None) -> None:
 
 
 def require_celsius(reading: Reading) -> None:
-    """Raise RigStopped where the controller, before anything moves, plainly shows degrees Fahrenheit or kelvin."""
+    """Raise RigStopped if the controller, before anything moves, clearly shows degrees Fahrenheit or kelvin."""
     if reading.plate is None:
         return
     if abs(reading.air - reading.plate) < 10.0:

@@ -1,16 +1,16 @@
-"""What has been done already, read from the log and the finished sweeps."""
+"""Progress of a campaign, read from its log and the finished sweeps."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 Purpose = Literal["approach", "leg"]
-"""What a ramp is for: the way to a leg's start, or the leg itself."""
+"""Purpose of a ramp: to a leg's start, or the leg itself."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Where an interrupted campaign stands.
+    """Progress of an interrupted campaign.
 
     Attributes
     ----------
@@ -21,7 +21,7 @@ class Progress:
     attempts : dict of int to int
         Attempts made, by step.
     ramping : int or None
-        The leg whose ramp the oven was left in; None where it was brought to rest, or never began one.
+        The leg in whose ramp the oven was left; None if it was brought to rest, or no ramp had begun.
     begun : frozenset of int
         Legs whose ramp has begun.
     """
@@ -45,7 +45,7 @@ class Progress:
         events : sequence of mapping
             Oldest first, as `Store.events` returns them.
         again : bool
-            Try once more what was given up: nothing counts as given up, and every leg begins at its start.
+            Whether to repeat what was given up: nothing counts as given up, and every leg begins at its start.
 
         Returns
         -------
@@ -67,6 +67,6 @@ class Progress:
                 if runs_leg:
                     begun.add(int(event["leg"]))
         if again and given_up - finished:
-            # Every leg is driven from its start once more, whatever state the oven is in.
+            # Every leg is run from its start again, whatever the oven's state.
             return cls(finished, frozenset(), attempts)
         return cls(finished, frozenset(given_up) - finished, attempts, ramping, frozenset(begun))

@@ -1,4 +1,4 @@
-"""Temperatures as read, and for how long they may be missing or absurd."""
+"""Temperature readings, and the time for which they may be missing or invalid."""
 
 import math
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from drivers.rig.errors import RigStopped
 
 RESOLUTION = 3
-"""Decimals kept of a reading: a millikelvin is a twentieth of what any sensor here can tell."""
+"""Decimals kept of a reading: a millikelvin is a twentieth of the resolution of any sensor here."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Reading:
 
     @property
     def believable(self) -> bool:
-        """Whether both are numbers a sensor in one piece can give."""
+        """Whether both are values that an intact sensor can give."""
         return all(math.isfinite(value) and -120.0 < value < 400.0 for value in self._values)
 
     @property
@@ -45,7 +45,7 @@ class Reading:
 
 
 class Patience:
-    """Counts how long something has been failing, and ends it when that is too long.
+    """Timer of consecutive failures, which raises RigStopped after too long.
 
     Parameters
     ----------
@@ -59,15 +59,15 @@ class Patience:
 
     @property
     def failing(self) -> bool:
-        """Whether the last time was a failure."""
+        """Whether the last call reported a failure."""
         return self._since < math.inf
 
     def good(self) -> None:
-        """Begin anew."""
+        """Reset after a success."""
         self._since = math.inf
 
     def bad(self, now: float, what: str, next_step: str) -> None:
-        """Note a failure.
+        """Record a failure.
 
         Parameters
         ----------

@@ -1,7 +1,7 @@
-"""The one place where a rig comes to rest: the oven first, then the drive, whatever has happened before.
+"""Bringing a rig to rest after any outcome: the oven first, then the drive.
 
-Every way out of a rig leads here. A `Session` calls it when it is left: at its end, by an exception of any class,
-by a signal, or because it could not be opened. ``flexura safe`` calls it alone.
+A `Session` calls it on every exit: at its end, after an exception of any class or a signal, or if it could not be
+opened. ``flexura safe`` calls it alone.
 """
 
 from collections.abc import Callable
@@ -12,43 +12,43 @@ from drivers.ovens.oven import Oven
 from drivers.rig.rig import Rig
 
 ATTEMPTS = 5
-"""A disturbed line is tried so often, a second apart; the last time, the oven is opened anew."""
+"""Attempts on a disturbed line, one second apart; before the last one the oven is opened again."""
 
 
 def bring_to_rest(rig: Rig, oven: Oven | None = None, cards: Cards | None = None) -> tuple[str, ...]:
-    """Tell the oven to rest, bring the drive to 0 V, and let go of both.
+    """Bring the oven to rest and the drive to 0 V, and close both.
 
-    Each is attempted whatever became of the other, and whatever class of error either raises. The oven reads its
-    state back; the drive has played zeros to their end. What is not open, or answers no more, is opened anew.
+    Each is attempted even if the other fails, whatever the class of its exception. The oven's state is read back;
+    the drive has played zeros to their end. What is not open, or no longer answers, is opened again.
 
     Parameters
     ----------
     rig : Rig
     oven : Oven, optional
-        As far as it is open.
+        If it is open.
     cards : Cards, optional
-        As far as they are open.
+        If they are open.
 
     Returns
     -------
     tuple of str
-        What could not be verified to be at rest, with what to do; empty where both are.
+        What could not be verified to be at rest, with what to do; empty if both are.
     """
     told = (rest_oven(rig.open_oven, rig.clock, oven), rest_drive(rig.open_cards, cards))
     return tuple(what for what in told if what is not None)
 
 
 def rest_oven(open_oven: Callable[[], Oven], clock: Clock, oven: Oven | None = None) -> str | None:
-    """Tell an oven to rest, and let go of it.
+    """Bring an oven to rest and close it.
 
     Parameters
     ----------
     open_oven : callable
         Returns the oven, open.
     clock : Clock
-        For the second between two attempts.
+        For the wait of one second between attempts.
     oven : Oven, optional
-        As far as it is open.
+        If it is open.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def rest_oven(open_oven: Callable[[], Oven], clock: Clock, oven: Oven | None = N
         if failure is None:
             break
         _attempted(lambda: clock.sleep(1.0))
-        if left == 0 and oven is not None:  # a port that was lost and is back has to be opened anew
+        if left == 0 and oven is not None:  # a port that was lost and is back has to be opened again
             _attempted(oven.close)
             oven = None
         failure = _attempted(rest)
@@ -76,7 +76,7 @@ def rest_oven(open_oven: Callable[[], Oven], clock: Clock, oven: Oven | None = N
 
 
 def rest_drive(open_cards: Callable[[], Cards], cards: Cards | None = None) -> str | None:
-    """Bring a drive to 0 V, and let go of the cards; return what could not be verified, None where it is at 0."""
+    """Bring a drive to 0 V and close the cards; return what could not be verified, None if it is at 0 V."""
 
     def open_and_close() -> None:
         open_cards().close()  # both bring the output to 0 V
@@ -88,9 +88,9 @@ def rest_drive(open_cards: Callable[[], Cards], cards: Cards | None = None) -> s
 
 
 def _attempted(action: Callable[[], object]) -> str | None:
-    """Return what went wrong, in words; None where nothing did."""
+    """Return the error as text, or None."""
     try:
         action()
-    except BaseException as error:  # noqa: BLE001 (whatever it is, what comes after it has to be done)
+    except BaseException as error:  # noqa: BLE001 (the following actions have to be done after any exception)
         return f"{error}" if f"{error}" else type(error).__name__
     return None

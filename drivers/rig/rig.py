@@ -1,4 +1,4 @@
-"""What a rig is made of."""
+"""Parts of a rig, real or simulated."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from drivers.thermometers.thermometer import Thermometer
 
 
 def nothing_to_restore(oven: Oven, events: Sequence[Mapping[str, Any]]) -> None:
-    """Leave the rig as it is: a real one has not waited."""
+    """Do nothing: a real rig's state needs no restoring."""
 
 
 @dataclass(frozen=True)
 class Rig:
-    """Ways to open the cards, the oven and the thermometer, and the time they live in.
+    """Functions that open the cards, the oven and the thermometer, and their clock.
 
     Attributes
     ----------
@@ -28,10 +28,10 @@ class Rig:
     date : callable
         Date and time of day now, with its zone.
     restore : callable
-        Told the open oven and the log of an interrupted campaign, before it is taken up again. A
-        simulated rig, whose time stands still while nobody runs it, goes back to where it was.
+        Called with the open oven and the log of an interrupted campaign before it is resumed. A simulated rig,
+        whose time stops with the process, is set to its last state.
     open_thermometer : callable, optional
-        Of the plate; without it, its temperature is that of the cards' thermocouples.
+        Opens the plate's thermometer; without it, the cards' thermocouples measure the plate's temperature.
     """
 
     open_cards: Callable[[], Cards]

@@ -1,4 +1,4 @@
-"""A rig in use: the oven opened, then the cards, and both brought to rest however that ends."""
+"""A rig in use: opens the oven, then the cards, and brings both to rest on every exit."""
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
@@ -22,30 +22,30 @@ from drivers.thermometers.thermometer import Thermometer
 Log = Callable[[Mapping[str, Any]], None]
 
 NAP = 0.5
-"""A request to end is heard after this long at the latest while nothing else is done, s."""
+"""Longest wait between two checks for a request to end, s."""
 
 log = logging.getLogger(__name__)
 
 
 def unlogged(event: Mapping[str, Any]) -> None:
-    """Keep nothing of an event."""
+    """Do not log an event."""
 
 
 class Session:
-    """Everything that is done with a rig, from opening it to leaving it at rest; a context.
+    """Context manager for a rig: opens it, and brings it to rest on exit.
 
-    The oven comes first on the way in, too: one that was left ramping by a power cut is told to rest even where
-    the cards are no longer there.
+    The oven is opened first: if it was left ramping by a power cut, it is brought to rest even if the cards are
+    missing.
 
     Parameters
     ----------
     rig : Rig
     limits : Limits
-        What the oven is watched for, from the moment it is open.
+        Limits for the supervision of the oven, from its opening on.
     log : callable
-        Keeps the event that says how the rig was left.
+        Logs the event with the rig's final state.
     asked_to_end : callable
-        Raises where somebody wants the session to end; asked wherever that is safe.
+        Raises if the user wants the session to end; called wherever that is safe.
 
     Attributes
     ----------
@@ -53,9 +53,9 @@ class Session:
     oven : SupervisedOven
     cards : Cards
     thermometer : Thermometer
-        Of an open session, the last only where the rig has one besides the cards.
+        Of an open session; the thermometer only if the rig has one besides the cards.
     unsafe : tuple of str or None
-        What could not be verified to be at rest when the session was left; None before: nothing was touched.
+        What could not be verified to be at rest on exit; None before.
     """
 
     oven: SupervisedOven
@@ -77,11 +77,11 @@ class Session:
         return self.rig.clock.now()
 
     def __enter__(self) -> Self:
-        """Open oven and cards; RigStopped, and all at rest, where one of them cannot be opened."""
+        """Open oven and cards; if one cannot be opened, bring all to rest and raise RigStopped."""
         try:
             self.oven = SupervisedOven(self.rig.open_oven(), self._limits, self.rig.clock, self._asked_to_end)
             self.oven.begin()
-            self.oven.temperature()  # the first reading refuses an oven in alarm, or not as declared
+            self.oven.temperature()  # the first reading raises for an oven in alarm, or not as declared
             self.cards = self.rig.open_cards()
             if self.rig.open_thermometer is not None:
                 self.thermometer = self.rig.open_thermometer()
@@ -101,27 +101,27 @@ class Session:
         self._leave(error)
 
     def check(self) -> None:
-        """Raise where the session is to end: RigInterrupted as somebody wishes, RigStopped by the supervision."""
+        """Raise if the session is to end: RigInterrupted by the user, RigStopped by the supervision."""
         self.oven.check()
 
     def restore(self, events: Sequence[Mapping[str, Any]]) -> None:
-        """Let a simulated rig go back to where it was, in which hours pass that nobody needs to watch."""
+        """Set a simulated rig to its last state; hours of simulated time may pass, without supervision."""
         self.oven.end()
         self.rig.restore(self.oven, events)
         self.oven.begin()
 
     def temperatures(self) -> NDArray[np.float64]:
-        """Return all readings of the plate's temperature now, degrees Celsius; none where nothing measures it."""
+        """Return all readings of the plate's temperature now, degrees Celsius; empty if nothing measures it."""
         source = self.cards if self.rig.open_thermometer is None else self.thermometer
         return source.temperatures()
 
     def reopen_cards(self) -> None:
-        """Let go of lost cards and open them again.
+        """Close lost cards and open them again.
 
         Raises
         ------
         DaqError
-            If they are not back.
+            If they are still missing.
         """
         lost = self.__dict__.pop("cards", None)
         if lost is not None:
@@ -132,7 +132,7 @@ class Session:
         self.cards = self.rig.open_cards()
 
     def sleep_until(self, moment: float) -> None:
-        """Wait for a moment of the rig's time (s), checking whether to end meanwhile."""
+        """Wait until a moment of the rig's time (s); `check` is called meanwhile."""
         self.check()
         while (left := moment - self.now) > 0.0:
             self.rig.clock.sleep(min(left, NAP))
@@ -154,11 +154,11 @@ class Session:
         if "thermometer" in self.__dict__:
             try:
                 self.thermometer.close()
-            except Exception as error:  # noqa: BLE001 (it moves nothing, and must not hide what ended the session)
+            except Exception as error:  # noqa: BLE001 (harmless, and must not hide what ended the session)
                 log.debug("the thermometer could not be closed: %s", error)
 
     def _tell(self, why: str) -> None:
-        """Log how the rig was left; a full disk is one of the reasons to be here, and must not hide the first."""
+        """Log the rig's final state; an error here, such as a full disk, must not hide the session's own error."""
         unsafe = list(self.unsafe or ())
         try:
             date = self.rig.date().isoformat()

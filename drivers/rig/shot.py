@@ -1,4 +1,4 @@
-"""The cards' shot before a campaign: silence, then a short sweep twice, the oven left alone."""
+"""Test shot before a campaign: silence, then a short sweep twice, without the oven."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,14 +14,14 @@ from drivers.ni.cards import Cards, Record, go_on
 
 @dataclass(frozen=True)
 class Shot:
-    """What a shot came to.
+    """Result of a test shot.
 
     Attributes
     ----------
     faults : tuple of str
-        By the standards of a campaign's sweeps; empty where it can begin.
+        By the criteria of a campaign's sweeps; empty if the campaign can begin.
     heard : tuple of Heard
-        Of the drive's input, then the responses'; empty where a fault ended it after the first repeat.
+        Of the drive's input, then of the responses; empty if a fault ended the shot after the first repeat.
     """
 
     faults: tuple[str, ...]
@@ -29,10 +29,10 @@ class Shot:
 
 
 def fire(cards: Cards, protocol: AcquisitionProtocol, check: Callable[[], None] = go_on) -> Shot:
-    """Play silence and a short sweep of the campaign's band, and judge what comes back.
+    """Play silence and a short sweep over the campaign's band, and check what is recorded.
 
-    A cable that is off, an input that clips, an output that plays something else is told after the first repeat.
-    Low coherence is no fault of so short a sweep.
+    A disconnected cable, a clipped input or a wrong output is reported after the first repeat. Low coherence of
+    such a short sweep is no fault.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def fire(cards: Cards, protocol: AcquisitionProtocol, check: Callable[[], None] 
     protocol : AcquisitionProtocol
         Its sweep is shortened; only its first level is played.
     check : callable
-        Called while a sweep plays; raises to break it off.
+        Called while a sweep plays; raises to abort it.
 
     Returns
     -------

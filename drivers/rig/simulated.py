@@ -1,8 +1,8 @@
-"""The rig with simulated cards and a simulated oven, on a virtual clock they share.
+"""The rig with simulated cards and a simulated oven on a common virtual clock.
 
 The real drivers talk to it: nidaqmx to the simulated device server, the oven's driver to its
-simulated controller. Everything in it is a function of the seed, of virtual time and of when the
-oven was told what, so that a campaign which is killed and taken up again ends as if it had not been.
+simulated controller. Everything in it is a function of the seed, of virtual time and of the times and contents of
+the oven's commands, so that a campaign that is killed and resumed gives the same result as an uninterrupted one.
 """
 
 import math
@@ -37,33 +37,33 @@ if TYPE_CHECKING:
     from drivers.ni.simulated.servicer import SimulatedDaq
 
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
-"""When virtual time begins: a date no measurement of today can be mistaken for."""
+"""Start of virtual time: a date that no real measurement has."""
 
 KEPT = frozenset({"oven", "finished", "rejected", "missing"})
-"""Events at which a campaign taken up again may go on."""
+"""Events at which a resumed campaign may continue."""
 
 
 @dataclass(frozen=True)
 class SimulatedParts:
-    """What a simulated rig consists of, for whoever wants to look behind the drivers or break something.
+    """Parts of a simulated rig, for tests that inspect it or cause faults.
 
     Attributes
     ----------
     clock : VirtualClock
     body : RegulatedOven
-        Heat of air and plate.
+        Thermal model of air and plate.
     controller : Controller
-        May be wrapped in a bad line.
+        May be wrapped to simulate a disturbed line.
     server : SimulatedDaq or None
         The cards' device server; None for a rig with a sound card.
     wiring : Wiring
     oven : OvenSettings
     address : str or None
-        ``host:port`` where the server is served; None to call it inside this process.
+        ``host:port`` of the server; None to call it inside this process.
     lines : list of MemoryTransport
-        To the controller, one for each time the oven was opened.
+        Connections to the controller, one for each opening of the oven.
     thermometer : (ThermometerSettings, Controller) or None
-        On the plate; None where the cards' thermocouples are all there is.
+        On the plate; None if there are only the cards' thermocouples.
     sound : SimulatedSound or None
         The sound card of a rig that has one.
     """
@@ -110,7 +110,7 @@ class SimulatedParts:
         return EPOCH + timedelta(seconds=round(self.clock.now(), 3))
 
     def _restore(self, oven: Oven, events: Sequence[Mapping[str, Any]]) -> None:
-        """Tell the oven again what it was told, when it was told; go to the last event that counts."""
+        """Repeat the oven's commands at their times, and advance the clock to the last event that counts."""
         for event in events:
             if event.get("event") != "oven":
                 continue
@@ -126,7 +126,7 @@ class SimulatedParts:
         self._pass(oven, last)
 
     def _pass(self, oven: Oven, until: float) -> None:
-        """Let time pass; an oven that has to be polled is polled at the times of the supervision."""
+        """Advance the clock; an oven that has to be polled is polled at the times of the supervision."""
         if not isinstance(oven, Expiring) or not (self.oven.expires or oven.poll_within < math.inf):
             self.clock.sleep(until - self.clock.now())
             return
@@ -155,21 +155,21 @@ def simulated_parts(
     Parameters
     ----------
     wiring : Wiring or SoundCard
-        As for the real cards; the plate's sensors hang on `wiring.responses` in their order.
+        As for the real cards; the plate's sensors are connected to `wiring.responses` in this order.
     oven : OvenSettings
         The kind decides which controller is simulated.
     plate : DrivenPlate
     modules : mapping of int to Module
         Slot -> module in it.
     seed : int
-        Of the sensors' and the cards' noise.
+        Of the noise of sensors and cards.
     chamber : Chamber, optional
     drive_scale : float
         Volts at the drive's input per volt of the output, see `Surroundings`.
     thermometer : ThermometerSettings, optional
         On the plate, besides the cards' thermocouples.
     **chassis
-        Anything else that `Surroundings` takes: how far off the clocks are.
+        Further arguments of `Surroundings`, such as clock errors.
 
     Returns
     -------
@@ -215,9 +215,9 @@ def simulated_parts(
 
 @dataclass(frozen=True)
 class PlateForecast:
-    """The plate's temperature around now, ahead of the clock too: by its present rate of change.
+    """The plate's temperature around the present time, extrapolated by its present rate of change.
 
-    Exact but for the curvature over one record: a plate that lags by minutes behaves.
+    The error is the curvature over one record, which is small for a plate with a time constant of minutes.
     """
 
     clock: VirtualClock

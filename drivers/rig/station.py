@@ -1,4 +1,4 @@
-"""Cards and oven together, as a campaign uses them: read, told, and logged."""
+"""Cards and oven together, as a campaign uses them, with logging."""
 
 import logging
 import math
@@ -67,11 +67,11 @@ class Station:
         return self._session.cards.sample_rate
 
     def play(self, drive: NDArray[np.float64]) -> Record:
-        """Play a drive (M,), V, and return what came back; broken off where the session is to end."""
+        """Play a drive (M,), V, and return the record; aborted if the session is to end."""
         return self._session.cards.sweep(drive, self._session.check)
 
     def restore(self, events: Sequence[Mapping[str, Any]]) -> None:
-        """Let a simulated rig go back to where it was."""
+        """Set a simulated rig to its last state."""
         self._session.restore(events)
 
     def note(self, event: str, **what: Any) -> None:
@@ -81,15 +81,15 @@ class Station:
     def next_reading(self) -> Reading | None:
         """Wait for the next point of the time grid, and read; None if there is no usable reading now.
 
-        Readings come at whole multiples of the interval, so that their times do not depend on what
-        was done in between.
+        Readings are made at whole multiples of the interval, so that their times do not depend on the work in
+        between.
 
         Raises
         ------
         RigStopped
             If readings have been missing for too long, are beyond the limits, or the oven is in alarm.
         DaqError
-            If the cards are lost, or refuse what repeating cannot mend.
+            If the cards are lost, or refuse in a way that repeating does not cure.
         """
         interval = self._protocol.programme.poll_interval
         self._session.sleep_until((math.floor(self.now / interval + 1e-6) + 1) * interval)
@@ -131,7 +131,7 @@ class Station:
         return reading.plate
 
     def require_celsius(self) -> None:
-        """Raise RigStopped where the controller plainly shows another unit: to be asked before anything moves."""
+        """Raise RigStopped if the controller clearly shows another unit; to be called before anything moves."""
         try:
             require_celsius(Reading(self._air.read(), self._plate.read()))
         except (OvenError, DaqError) as error:
@@ -139,7 +139,7 @@ class Station:
                 raise
 
     def require_reachable(self) -> None:
-        """Raise RigStopped where the controller's own limits, if it tells them, are in the programme's way."""
+        """Raise RigStopped if the programme exceeds the controller's own limits, where these can be read."""
         low, high = self._oven.bounds()
         ends = sorted({end for leg in self._protocol.legs for end in (leg.start, leg.end)})
         beyond = [end for end in ends if not low <= end <= high]
@@ -158,7 +158,7 @@ class Station:
         return round(float(np.mean(readings)), RESOLUTION) if readings.size else None
 
     def ramp(self, target: float, rate: float, purpose: Purpose) -> None:
-        """Let the oven ramp, and log it with the time it was told to.
+        """Start a ramp of the oven, and log the command with its time.
 
         Parameters
         ----------
@@ -177,7 +177,7 @@ class Station:
         self._command("ramp", lambda: self._oven.ramp_to(target, rate), target=target, rate=rate, purpose=purpose)
 
     def hold(self, why: str) -> None:
-        """Let the oven stay where it is."""
+        """Hold the oven at its present temperature."""
         self._command("hold", self._oven.hold, purpose=why)
 
     def _command(self, kind: str, command: Callable[[], Any], **what: Any) -> None:
@@ -191,7 +191,7 @@ class Station:
         )
 
     def regain_cards(self) -> None:
-        """Hold the oven and look for the cards until they are back; RigStopped if that takes too long."""
+        """Hold the oven and try to open the cards until they are back; RigStopped if that takes too long."""
         self.note("trouble", what="the cards are lost")
         self.hold("cards lost")
         patience = Patience(self._protocol.limits.lost_after)
@@ -207,7 +207,7 @@ class Station:
 
 
 def _passes(error: OvenError | DaqError) -> bool:
-    """Whether the next reading may be a good one."""
+    """Whether the error may be transient, so that the next reading may succeed."""
     if isinstance(error, OvenError):
         return error.fault in PASSING
     return error.action in (Action.RETRY_DISCARD, Action.RETRY_ONCE)

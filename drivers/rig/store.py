@@ -1,4 +1,4 @@
-"""What a campaign needs of whatever keeps its sweeps; files are the business of the floor above."""
+"""Protocol of the storage of a campaign; `app` implements it with files."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
@@ -9,41 +9,41 @@ from drivers.ni.cards import Record
 
 
 class Store(Protocol):
-    """Keeps finished sweeps and the log. All but `show` may raise OSError: a full or failing disk."""
+    """Stores finished sweeps and the log. All methods but `show` may raise OSError: a full or failing disk."""
 
     def finished(self) -> frozenset[int]:
         """Return the steps whose sweeps are kept, whole and verified."""
         ...
 
     def keep(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int) -> None:
-        """Keep a good sweep for ever; return when it is on the disk.
+        """Store a good sweep permanently; return when it is on the disk.
 
         Parameters
         ----------
         sweep : Sweep
         set_point : SweepSetPoint
-            What it was measured for.
+            Set-point of the sweep.
         attempt : int
-            The set-point's attempt, as counted in the log.
+            Number of the attempt at the set-point, as in the log.
         """
         ...
 
     def put_aside(self, sweep: Sweep, set_point: SweepSetPoint, attempt: int, faults: Sequence[str]) -> None:
-        """Keep a bad sweep where nobody takes it for a good one.
+        """Store a faulty sweep apart from the good ones.
 
         Parameters
         ----------
         sweep : Sweep
         set_point : SweepSetPoint
         attempt : int
-            As of `keep`.
+            As in `keep`.
         faults : sequence of str
             What is wrong with it.
         """
         ...
 
     def show(self, record: Record, set_point: SweepSetPoint, repeat: int) -> None:
-        """Let people look at a repeat as soon as it is recorded; never raises, may be lost.
+        """Show a repeat to the user as soon as it is recorded; never raises, and the record may be lost.
 
         Parameters
         ----------

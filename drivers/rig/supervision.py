@@ -1,4 +1,4 @@
-"""The oven watched in a thread of its own, which no file, network share or computation can block."""
+"""Supervision of the oven in a thread of its own, which no file, network share or computation can block."""
 
 import logging
 import math
@@ -17,13 +17,13 @@ from drivers.rig.errors import RESUME, RigStopped
 Result = TypeVar("Result")
 
 PERIOD = 1.0
-"""Between two looks at whether anything is to be done, s."""
+"""Interval of the supervision's checks, s."""
 QUIET = 6.0
-"""An oven that nobody has asked for so long is asked by the supervision, s."""
+"""If the oven was not read for this time, the supervision reads it, s."""
 SLOW = 60.0
-"""Checks, files and figures of a long sweep may take its user so long at least, s."""
+"""Shortest time allowed to the main thread for checks, files and figures of a long sweep, s."""
 HANGS = 20.0
-"""A question that keeps the line for longer does not come to its end, s."""
+"""A request that occupies the line for longer counts as hung, s."""
 
 LOOK = "Look at the oven, its set-point and its sensors before going on"
 
@@ -31,25 +31,26 @@ log = logging.getLogger(__name__)
 
 
 class SupervisedOven:
-    """An oven that is polled and, where something is wrong, told to rest, whatever its user is doing.
+    """An oven that is polled and, after a fault, brought to rest, independently of the main thread.
 
-    It is told to rest where its air is beyond the limits or it is in alarm; where it, or its user, has not been
-    heard of for longer than `limits.lost_after`: a user that hangs on a file cannot measure, and must not heat;
-    and where the session is to end. From then on it takes no command but `safe`: each raises why.
+    It is brought to rest if its air temperature is beyond the limits or it is in alarm; if it has not answered, or
+    the main thread has not called, for longer than `limits.lost_after`, because a thread blocked by a file must
+    not leave the oven heating; and if the session is to end. From then on every command but `safe` raises the
+    reason.
 
-    An oven whose commands expire is renewed here and nowhere else: once this process dies, it comes to rest.
+    Commands that expire are renewed only here: if this process dies, such an oven comes to rest.
 
-    The drive needs no thread: it is at 0 V except during a sweep, which asks `check` twice a second.
+    The drive needs no thread: it is at 0 V except during a sweep, which calls `check` twice a second.
 
     Parameters
     ----------
     oven : Oven
-        Belongs to this object from now on.
+        To be used only through this object.
     limits : Limits
     clock : Clock
-        Also carries the supervision.
+        Also runs the supervision.
     asked_to_end : callable
-        Raises where the session is to end.
+        Raises if the session is to end.
     """
 
     def __init__(self, oven: Oven, limits: Limits, clock: Clock, asked_to_end: Callable[[], None]) -> None:
@@ -67,21 +68,21 @@ class SupervisedOven:
 
     @property
     def limits(self) -> OvenLimits:
-        """What set-points are clamped to."""
+        """Limits to which set-points are clamped."""
         return self._oven.limits
 
     @property
     def poll_within(self) -> float:
-        """Seconds within which the oven must be polled again; the supervision does it."""
+        """Longest time between two polls of the oven, s; the supervision keeps to it."""
         return self._oven.poll_within
 
     def begin(self) -> None:
-        """Begin to watch."""
+        """Start the supervision."""
         self._user = self._asked = self._answered = self._clock.now()
         self._stop = self._clock.every(PERIOD, self._look)
 
     def end(self) -> None:
-        """Watch no more; the oven is left as it is."""
+        """End the supervision; the oven is left as it is."""
         self._stop()
 
     def check(self) -> None:
@@ -96,24 +97,24 @@ class SupervisedOven:
         return self._told(self._ask)
 
     def bounds(self) -> tuple[float, float]:
-        """Lowest and highest set-point that the controller itself takes, °C; infinite where untold."""
+        """Lowest and highest set-point that the controller itself takes, °C; infinite if unknown."""
         return self._told(self._oven.bounds) if isinstance(self._oven, Bounded) else (-math.inf, math.inf)
 
     def ramp_to(self, target: float, rate: float) -> SetPoint:
-        """Start a ramp and return it as taken."""
+        """Start a ramp and return it as accepted."""
         return self._told(lambda: self._oven.ramp_to(target, rate))
 
     def hold(self) -> float:
-        """Stop the ramp where it is and stay there."""
+        """Stop the ramp and hold the present temperature, which is returned."""
         return self._told(self._oven.hold)
 
     def renew(self) -> None:
-        """Renew the last command where it expires; a simulated rig that makes up for lost time does so itself."""
+        """Renew the last command if it expires; called by a simulated rig that restores its state."""
         if self._expiring is not None:
             self._told(self._expiring.renew)
 
     def safe(self) -> None:
-        """Put the oven to rest; OvenError where an earlier question keeps the line for ever."""
+        """Bring the oven to rest; OvenError if a hung request blocks the line."""
         if not self._turn.acquire(timeout=HANGS):
             raise OvenError(
                 Fault.BUSY, "its line hangs in an earlier question", "Pull the cable, and plug it in again."
@@ -124,7 +125,7 @@ class SupervisedOven:
             self._turn.release()
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
         self._oven.close()
 
     def _told(self, command: Callable[[], Result]) -> Result:
@@ -140,9 +141,9 @@ class SupervisedOven:
         return air
 
     def _look(self) -> None:
-        """Look whether anything is wrong, and end the session there: the oven first."""
+        """Check for faults; after one bring the oven to rest and end the session."""
         if not self._turn.acquire(blocking=False):
-            return  # somebody is talking to it at this very moment
+            return  # another thread is using it right now
         try:
             self._wrong = self._wrong or self._trouble()
             if self._wrong is not None and not self._at_rest:
@@ -150,7 +151,7 @@ class SupervisedOven:
                 self._at_rest = True
             if self._wrong is None and self._expiring is not None:
                 self._renew(self._expiring)
-        except Exception as error:  # noqa: BLE001 (tried again at the next look, and when the session is left)
+        except Exception as error:  # noqa: BLE001 (tried again at the next check, and on exit)
             log.warning("the supervision could not bring the oven to rest: %s", error)
         finally:
             self._turn.release()
@@ -172,7 +173,7 @@ class SupervisedOven:
             return RigStopped(what, f"Is its folder out of reach, a network share? {RESUME}")
         if now - self._asked >= self._quiet:
             try:
-                return self._beyond(self._ask()) and self._beyond(self._ask())  # one glitch is none
+                return self._beyond(self._ask()) and self._beyond(self._ask())  # one glitch is ignored
             except OvenError as error:
                 if error.fault not in PASSING:
                     return RigStopped(str(error), LOOK)

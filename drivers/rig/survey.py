@@ -1,4 +1,4 @@
-"""What is connected to this computer, and whether it answers: looked at, never set to anything."""
+"""List of what is connected to this computer, and whether it responds; only reads, changes nothing."""
 
 import os
 from collections.abc import Iterator
@@ -19,27 +19,27 @@ if TYPE_CHECKING:
 
 
 class FindingState(StrEnum):
-    """How a finding is to be taken."""
+    """Severity of a finding."""
 
     GOOD = "good"
     NOTE = "note"
-    """In the way of nothing that was asked for."""
+    """Does not affect what was requested."""
     BAD = "bad"
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at.
+    """Result of one check.
 
     Attributes
     ----------
     what : str
-        The thing.
+        What was checked.
     state : FindingState
     seen : str
-        Empty where there is no more to say than that it is there.
+        Details; may be empty if it is present.
     next_step : str
-        What to do about it; empty where there is nothing to do.
+        What to do about it; empty if nothing.
     """
 
     what: str
@@ -49,13 +49,13 @@ class Finding:
 
 
 def look_at_cards(wiring: Wiring | None, *, needed: bool) -> Iterator[Finding]:
-    """Yield what the NI driver, here or on the server of `wiring`, knows, and whether the wiring fits.
+    """Yield the devices of the NI driver, local or on the server of `wiring`, and whether the wiring fits.
 
     Parameters
     ----------
     wiring : Wiring or None
     needed : bool
-        Whether lacking any of it is bad or only to be noted.
+        Whether a missing part is bad or only a note.
     """
     from drivers.ni.connection import Connection
 
@@ -109,9 +109,9 @@ def look_at_sound(settings: SoundCard, *, needed: bool, sound: Any = None) -> Fi
     ----------
     settings : SoundCard
     needed : bool
-        Whether a lack is bad or only to be noted.
+        Whether a missing part is bad or only a note.
     sound : object, optional
-        Stands in for the package ``sounddevice``.
+        Replaces the package ``sounddevice``, for tests.
 
     Returns
     -------
@@ -148,13 +148,13 @@ def look_at_ports() -> Iterator[Finding]:
     for port in ports:
         usable = os.name == "nt" or os.access(port.device, os.R_OK | os.W_OK)
         step = "" if usable else "get the right to use it (on Linux: the group dialout), log out and in again"
-        known = "" if port.description in (None, "n/a") else str(port.description)  # pyserial's word for nothing
+        known = "" if port.description in (None, "n/a") else str(port.description)  # pyserial's text for "unknown"
         seen = known if usable else f"{known or 'there'}, but not for this user"
         yield Finding(f"serial port {port.device}", FindingState.GOOD if usable else FindingState.NOTE, seen, step)
 
 
 def look_at_oven(settings: OvenSettings, *, needed: bool) -> Finding:
-    """Ask an oven for its temperature, and nothing else."""
+    """Read an oven's temperature, and change nothing."""
     lacking = FindingState.BAD if needed else FindingState.NOTE
     place = settings.place
     name = f"oven {settings.kind} at {place}" if place else f"oven {settings.kind}"

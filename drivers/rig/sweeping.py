@@ -1,4 +1,4 @@
-"""One set-point: sweep, check, repeat within bounds."""
+"""One set-point: sweep, check, limited repetition."""
 
 from dataclasses import dataclass
 
@@ -18,16 +18,16 @@ from drivers.rig.store import Store
 
 @dataclass(frozen=True)
 class Attempt:
-    """What came of one attempt.
+    """Result of one attempt.
 
     Attributes
     ----------
     sweep : Sweep or None
-        None where the cards gave nothing that could be kept.
+        None if there is no complete record.
     faults : tuple of str
-        Why it does not count; empty for a good sweep.
+        Why it is rejected; empty for a good sweep.
     may_repeat : bool
-        Whether another attempt could do better.
+        Whether another attempt may succeed.
     """
 
     sweep: Sweep | None
@@ -44,7 +44,7 @@ class Sweeping:
     protocol : AcquisitionProtocol
     store : Store
     attempts : dict of int to int
-        Attempts made so far, by step; they go on being counted after an interruption.
+        Attempts made so far, by step, including those before an interruption.
     """
 
     def __init__(
@@ -56,14 +56,14 @@ class Sweeping:
         self._attempts = attempts
 
     def attempt(self, set_point: SweepSetPoint) -> Attempt:
-        """Make one attempt; keep it if it is good, put it aside if it is not.
+        """Make one attempt; store a good sweep, put a faulty one aside.
 
         Raises
         ------
         DaqError
-            If the cards are lost or refuse what repeating cannot mend.
+            If the cards are lost, or refuse in a way that repeating does not cure.
         RigStopped
-            If the oven or a temperature calls for it.
+            If the oven or a temperature requires a stop.
         OSError
             If the sweep cannot be written.
         """
@@ -95,7 +95,7 @@ class Sweeping:
             return Attempt(None, ("no temperature before the sweep",))
         drives, responses, overloaded = [], [], np.zeros(0, dtype=bool)
         for repeat in range(sweep.repeats):
-            if repeat and station.reading() is None:  # the oven is not left alone for longer than one repeat
+            if repeat and station.reading() is None:  # the oven is read at least once per repeat
                 return Attempt(None, (f"no temperature before repeat {repeat + 1}",))
             record = station.play(drive)
             self._store.show(record, set_point, repeat)
