@@ -1,23 +1,23 @@
-"""Blind trials of the gap workflow: campaigns with effects hidden in them, judged by what the verbs do.
+"""Blind trials of the gap workflow: simulated campaigns with hidden effects, compared by the verbs' own code.
 
 =========================  ======================================================================================
-``assignments``            which campaign hides what
-``plates``                 plates of random geometry, and the mesh they are measured on
+``assignments``            kind of each campaign
+``plates``                 plates of random geometry, and the meshes of the simulated measurement
 ``experiments``            protocol, laws and electronics of one campaign
-``unlisted_effects``       physics that the library has not
-``specimen``               the plate that is measured, with any effects in it
-``expected_frf``           FRFs that a campaign on it would give
-``effect_size``            signal of an effect in sigma, once laws, readings and gain have absorbed what they can
-``wanted_effects``         which effect a campaign is about, and a protocol that can show it
-``draw_effects``           effects drawn and scaled to a wanted size
-``making``                 a campaign recorded, its truth written elsewhere
-``judging``                a campaign judged from its folder alone
+``unlisted_effects``       effects that are not in the library
+``specimen``               the plate of the simulated measurement, with any effects
+``expected_frf``           predicted FRFs of a campaign on it
+``effect_size``            signal of an effect in sigma, after laws, readings and gain are fitted
+``wanted_effects``         hidden effect of a campaign, and a protocol that can show it
+``draw_effects``           random effects scaled to a given size
+``making``                 simulation of a campaign; its truth is written to another folder
+``judging``                gap workflow on a campaign, from its folder alone
 ``trial``                  all campaigns, in worker processes, resumed after a kill
-``outcome``                one verdict beside its truth
+``outcome``                comparison of one verdict with its truth
 ``proportion_interval``    Wilson's interval of a proportion
 ``parameter_errors``       errors of the estimates, and the coverage of their intervals
-``calibration``            whether stated probabilities come true
-``proof``                  every figure beside its target
-``proof_figure``           all of it in one picture
+``calibration``            calibration of the stated probabilities
+``proof``                  every figure of merit with its target
+``proof_figure``           plot of the results
 =========================  ======================================================================================
 """

@@ -1,4 +1,4 @@
-"""Which campaign of a trial hides what: drawn by seed, the kinds spread evenly so that a part is a fair sample."""
+"""Kind of each campaign of a trial: random by seed, with kinds spread evenly so that any part is a fair sample."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,9 +9,9 @@ import numpy as np
 Kind = Literal["null", "single", "pair", "outside", "ablated"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 SHARES: dict[Kind, int] = {"null": 5, "single": 7, "pair": 3, "outside": 2, "ablated": 3}
-"""Of twenty campaigns."""
+"""Campaigns of each kind in twenty."""
 STREAMS = {"trial": 0, "calibration": 1}
-"""First word of every seed: no campaign of one stream can be one of the other."""
+"""First word of every seed, so that the streams have no campaign in common."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Assignment:
         From 0.
     kind : str
     ordinal : int
-        Among those of its kind.
+        Number among those of its kind, from 0.
     """
 
     number: int
@@ -33,16 +33,16 @@ class Assignment:
 
     @property
     def name(self) -> str:
-        """Of its files and folders."""
+        """Name of its files and folders."""
         return f"{self.number:04d}"
 
     def rng(self, stream: str, seed: int) -> np.random.Generator:
-        """Return the generator of everything that is random about it."""
+        """Return the random generator of this campaign."""
         return np.random.default_rng([STREAMS[stream], seed, 1, self.number])
 
 
 def assignments(count: int, kinds: Sequence[Kind]) -> tuple[Assignment, ...]:
-    """Return `count` assignments; every kind keeps its share in each stretch of them."""
+    """Return `count` assignments; every kind has its share in each section of them."""
     dealt = dict.fromkeys(kinds, 0)
     found = []
     for number in range(count):
@@ -53,7 +53,7 @@ def assignments(count: int, kinds: Sequence[Kind]) -> tuple[Assignment, ...]:
 
 
 def shuffled(names: Sequence[str], stream: str, seed: int, ordinal: int, word: int) -> str:
-    """Return the `ordinal`-th of `names` dealt like cards: each once in a round, every round in its own order.
+    """Return the `ordinal`-th of a random sequence of `names`: each once per round, every round in another order.
 
     Parameters
     ----------

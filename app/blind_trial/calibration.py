@@ -1,4 +1,4 @@
-"""Whether a stated probability comes true as often as it says, and the settings with which it would."""
+"""Calibration of the stated probabilities, and the settings with the best calibration."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,19 +10,19 @@ from analysis.gap.search.confidence import probability
 from app.blind_trial.outcome import Named, TrialOutcome
 
 BINS = 5
-"""Of equally many claims each: a trial has some dozens of them."""
+"""Number of bins with equally many claims: a trial has some dozens of claims."""
 TEMPERATURES = np.geomspace(0.5, 20.0, 41)
 UNLISTED = np.linspace(0.0, 0.5, 101)
 
 
 @dataclass(frozen=True)
 class Reliability:
-    """Claims sorted by the probability stated, in bins.
+    """Claims in bins of their stated probability.
 
     Attributes
     ----------
     stated, true : (B,) ndarray
-        Mean probability, and share of claims that were right.
+        Mean stated probability, and share of right claims.
     count : (B,) int ndarray
     """
 
@@ -37,7 +37,7 @@ class Reliability:
 
 
 def claims(outcomes: Sequence[TrialOutcome]) -> list[tuple[Named, bool]]:
-    """Every effect claimed, and whether it, an equivalent, or an effect confounded with it, is there."""
+    """Every claimed effect, and whether it, an equivalent or a confounded effect is present."""
     return [(named, o.is_there(named)) for o in outcomes for named in o.named]
 
 
@@ -49,9 +49,9 @@ def reliability(stated: NDArray[np.float64], right: NDArray[np.bool_], bins: int
     stated : (N,) ndarray
         Probabilities, 0 to 1.
     right : (N,) bool ndarray
-        Which claims came true.
+        Which claims are right.
     bins : int
-        At most so many: fewer claims fill fewer bins.
+        Largest number of bins; fewer for few claims.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def reliability(stated: NDArray[np.float64], right: NDArray[np.bool_], bins: int
 
 
 def likeliest_confidence(found: Sequence[tuple[Named, bool]]) -> dict[str, float] | None:
-    """Return TEMPERATURE_OF_CONFIDENCE and UNLISTED under which the claims were likeliest; None without any."""
+    """Return maximum-likelihood TEMPERATURE_OF_CONFIDENCE and UNLISTED; None without claims."""
     if not found:
         return None
     right = np.array([true for _, true in found], dtype=bool)

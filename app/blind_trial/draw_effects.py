@@ -1,4 +1,4 @@
-"""What is hidden in one campaign: effects of wanted sizes."""
+"""Random effects of given size, to be hidden in one campaign."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,33 +12,33 @@ from app.blind_trial.effect_size import EffectSize
 from simulation.effects.library import LIBRARY
 
 SIZES = (6.0, 15.0, 30.0)
-"""Sigma of single effects, in turn; the last is the least of a range of its own."""
+"""Sizes of single effects, sigma, used in turn; the last is the lower end of a range."""
 LARGEST = 8.0
-"""Times the least."""
+"""Upper end of that range, as a multiple of its lower end."""
 WITHIN = 0.9
-"""Of an effect's range that is used: an estimate at its end is refused."""
+"""Share of an effect's range that is used: an estimate at the end of the range is refused."""
 SHRUNK = 0.7
-"""Of an effect's size that is tried next where the plate cannot answer for it."""
+"""Factor on an effect's size for the next try if it exceeds the certified range."""
 SETTLED = 0.03
 ALIKE = 0.8
-"""Cosine from which two effects are called alike."""
+"""Cosine from which two effects count as similar."""
 
 
 @dataclass(frozen=True)
 class DrawnEffects:
-    """What a campaign hides.
+    """Hidden effects of a campaign.
 
     Attributes
     ----------
     effects : mapping
         Parameters by effect.
     size : dict
-        In sigma of noise and the twin's own error, by effect, each by itself.
+        Size of each effect alone, in sigma of noise and the twin's own error.
     cosine : float or None
-        Between the signals of two.
+        Between the signals of two effects.
     imitations : dict
-        Cosine of all that is hidden to the nearest that each effect of the library could make; empty for a
-        single effect, which is in the library itself.
+        Cosine between the total hidden signal and the nearest signal of each library effect; empty for a single
+        effect, which is in the library itself.
     """
 
     effects: Mapping[str, Values]
@@ -50,7 +50,7 @@ class DrawnEffects:
 def draw_effects(
     assignment: Assignment, first: Sequence[str], others: Sequence[str], yard: EffectSize, rng: np.random.Generator
 ) -> DrawnEffects:
-    """Draw the effects' parameters and bring them to size.
+    """Draw the effects' parameters and scale them to their size.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def draw_effects(
     others : sequence of str
         From which the second of a pair is chosen.
     yard : EffectSize
-        The campaign in which the size is measured.
+        Campaign for which the size is computed.
     rng : numpy.random.Generator
 
     Returns
@@ -83,7 +83,7 @@ def draw_effects(
 
 
 def wanted_size(assignment: Assignment, name: str, rng: np.random.Generator) -> float:
-    """Size that an effect is to have; single effects meet all `SIZES` in three rounds through the library.
+    """Size of an effect; single effects take all `SIZES` in three rounds through the library.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def wanted_size(assignment: Assignment, name: str, rng: np.random.Generator) -> 
 
 
 def of_size(yard: EffectSize, name: str, size: float, rng: np.random.Generator) -> dict[str, float]:
-    """Parameters in a random direction, so large that the effect has the size wanted, or as large as it may be.
+    """Parameters in a random direction, scaled to the given size or to the largest allowed.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def of_size(yard: EffectSize, name: str, size: float, rng: np.random.Generator) 
 
 
 def answered(yard: EffectSize, effects: Mapping[str, Values]) -> Complex | None:
-    """Signal of `effects`; None where they lead beyond what the plate's operators are certified for."""
+    """Signal of `effects`; None if they exceed the certified range of the plate's operators."""
     try:
         return yard.signal(effects)
     except ValueError:
@@ -155,7 +155,7 @@ def _values(direction: Values, shapes: Values, amount: float) -> dict[str, float
 
 
 def _direction(card: EffectCard, rng: np.random.Generator) -> tuple[dict[str, float], dict[str, float]]:
-    """Amplitudes of about one prior standard deviation, and shapes anywhere in the inner part of their ranges."""
+    """Random amplitudes of about one prior standard deviation, and shapes in the inner part of their ranges."""
     drawn = {p.name: p.sigma * float(rng.standard_normal()) for p in card.amplitudes}
     for p in card.amplitudes:
         if p.low == 0.0 or p.high == 0.0:
@@ -174,7 +174,7 @@ def _partner(
     alike: bool,
     rng: np.random.Generator,
 ) -> tuple[str, dict[str, float], float]:
-    """Return a second effect, alike to the first or unlike it, as near as a few draws come."""
+    """Return the second effect, the most similar or dissimilar of a few draws, its parameters and the cosine."""
     signal = yard.signal(first)
     near = yard.imitations(signal)
     others = [str(name) for name in rng.permutation([name for name in known if name not in first])]

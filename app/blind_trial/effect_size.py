@@ -1,6 +1,6 @@
-"""How large a hidden effect is in a campaign: in sigma, after everything else has absorbed what it can.
+"""Size of a hidden effect in a campaign, in sigma, after all other unknowns are fitted.
 
-A sigma is what the comparison goes by: that of the noise and of the twin's own error, common to all lines.
+Sigma is that of the gap workflow: noise together with the twin's own error, which is common to all lines.
 """
 
 from collections.abc import Mapping
@@ -26,14 +26,14 @@ from simulation.effects.library import LIBRARY
 
 @dataclass(frozen=True)
 class EffectSize:
-    """A campaign as it would be recorded from the plain specimen, linearised there.
+    """A simulated campaign of the specimen without effects, linearised there.
 
     Attributes
     ----------
     specimen : Specimen
     sweeps : GapSweeps
     state : GapState
-        Laws and gain as they are.
+        True laws and gain.
     noise : float
         V rms on every input.
     executor : Executor
@@ -63,7 +63,7 @@ class EffectSize:
         rng : numpy.random.Generator
             Of the noise.
         executor : Executor
-            Works through the sweeps.
+            Sweeps are computed on it.
 
         Returns
         -------
@@ -76,11 +76,11 @@ class EffectSize:
 
     @property
     def sigma(self) -> float:
-        """Of noise and the twin's own error along any one effect, in sigma of the noise."""
+        """Standard deviation of noise and the twin's own error along one effect, in sigma of the noise."""
         return float(np.sqrt(self.sweeps.overstated))
 
     def signal(self, effects: Mapping[str, Values]) -> Complex:
-        """Return what `effects` add to the recorded FRFs, as spline coefficients (T, K, n)."""
+        """Return the change of the recorded FRFs by `effects`, as spline coefficients (T, K, n)."""
         plain, other = self.specimen.transfer({}), self.specimen.transfer(effects)
         lines = self.sweeps.nodes.frequency
         points = [self.state.circumstances(*sweep) for sweep in enumerate(self.sweeps.points)]
@@ -89,7 +89,7 @@ class EffectSize:
         return np.asarray(self.sweeps.nodes.coefficients(added))
 
     def size(self, signal: Complex) -> float:
-        """Of a signal, in sigma, once laws, readings and gain have taken what they can of it, to first order."""
+        """Size of a signal, in sigma, with laws, readings and gain eliminated, to first order."""
         seen = self._with(signal)
         equations = linearise_all(self.specimen.twin, seen, self.state, (), self.executor)
         head = schur_complement(seen, equations, self.state)
@@ -98,7 +98,7 @@ class EffectSize:
         return float(np.sqrt(max(chi2, 0.0))) / self.sigma
 
     def left(self, signal: Complex) -> float:
-        """Return the size of a signal once laws, readings and gain are fitted to it, however far they move."""
+        """Return the size of a signal, in sigma, after a full fit of laws, readings and gain to it."""
         return float(np.sqrt(self._fitted(self._with(signal)).total)) / self.sigma
 
     def _fitted(self, seen: GapSweeps) -> GapFit:
@@ -110,7 +110,7 @@ class EffectSize:
         return float((both**2 - a**2 - b**2) / (2.0 * a * b))
 
     def imitations(self, signal: Complex) -> dict[str, float]:
-        """Cosine between a signal and the nearest to it that each effect of the library can make."""
+        """Cosine between a signal and the nearest signal of each effect of the library."""
         seen = self._with(signal)
         fit = self._fitted(seen)
         known = [name for name in self.specimen.twin.library if name in LIBRARY]
@@ -127,7 +127,7 @@ class EffectSize:
         return found
 
     def _with(self, signal: Complex) -> GapSweeps:
-        """Sweeps in which `signal` is all that the plain specimen does not explain."""
+        """Sweeps of the specimen without effects plus `signal`."""
         plain = linearise_all(self.specimen.twin, self.sweeps, self.state, (), self.executor)
         compressed = tuple(
             replace(sweep, coefficients=e.predicted + own)

@@ -1,4 +1,4 @@
-"""FRFs as a campaign on a specimen would give them, with their noise, before any rig is run."""
+"""Predicted FRFs of a campaign on a specimen, with noise, without running the simulated rig."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ MAINS = 50.0
 
 
 def expected_frf(specimen: Specimen, share: float, rng: np.random.Generator) -> tuple[Frf, float]:
-    """FRFs of the plain specimen with the noise that H1 over the repeats leaves.
+    """FRFs of the specimen without effects, with the noise of H1 averaged over the repeats.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def expected_frf(specimen: Specimen, share: float, rng: np.random.Generator) -> 
     frf : Frf
         In the units recorded.
     noise : float
-        On every input of the cards, V rms.
+        Noise on every input of the cards, V rms.
     """
     declared, experiment = specimen.declared, specimen.experiments[0]
     sweep, programme = experiment.sweep, experiment.programme
@@ -55,7 +55,7 @@ def expected_frf(specimen: Specimen, share: float, rng: np.random.Generator) -> 
     }
     volts = np.array([one.volts for one in experiment.sensitivities.responses])[:, None]
     drive_volts = experiment.sensitivities.drive.volts
-    played = specimen.driven / specimen.gains  # of what is recorded of the input, per volt of the generator
+    played = specimen.driven / specimen.gains  # recorded signal of the input per volt of the generator
     middle = volts * played[0] * answers[0, programme.temperatures[len(programme.temperatures) // 2]]
     noise = float(share * np.sqrt(np.mean(np.abs(middle) ** 2) / np.mean(1.0 / power)))
     h = np.array([answers[source, t] for source, t, _, _ in places])
@@ -81,7 +81,7 @@ def expected_frf(specimen: Specimen, share: float, rng: np.random.Generator) -> 
 
 
 def true_updating(specimen: Specimen, frf: Frf) -> Updated:
-    """Return model updating of `frf` as if it had found the truth."""
+    """Return a model-updating result for `frf` with the true values."""
     nothing = np.zeros(len(frf.temperature))
     gains = specimen.gains
     return Updated(

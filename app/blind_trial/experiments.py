@@ -1,4 +1,4 @@
-"""Campaigns of a trial: protocol, material laws, electronics, all drawn anew for each."""
+"""Experiments of a trial: protocol, material laws and electronics, drawn for each campaign."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,25 +13,25 @@ from app.files.joined_campaign import joined_declaration
 from app.files.simulation_section import Laws
 
 TABLE = np.arange(-20.0, 91.0, 10.0)
-"""Degrees Celsius at which laws are drawn."""
+"""Temperatures at which laws are drawn, degrees Celsius."""
 SWEEP, TAPER, TAIL, REPEATS = 1.0, 0.1, 0.3, 4
 EXCITER = 0.04
-"""N/V that an exciter makes where an amplifier makes 1 V/V: a force of about half a newton."""
+"""Gain of an exciter, N/V, per V/V of an amplifier: gives a force of about half a newton."""
 FORCE = 1.0
-"""V/N of the force sensor with its conditioner."""
+"""Sensitivity of the force sensor with its conditioner, V/N."""
 MOTION: dict[Motion, float] = {"acceleration": 0.01, "velocity": 20.0}
-"""V per m/s2 and m/s: the sensors answer with a few tenths of a volt, as the force does."""
+"""Sensitivities, V per m/s2 and per m/s: the signals are a few tenths of a volt, like that of the force."""
 ALIAS_FREE = 0.44
-"""Share of the sample rate at which the drive's fade ends: just inside what the cards allow."""
+"""Frequency at which the drive's fade ends, as a share of the sample rate: just within the cards' limit."""
 
 
 def draw_experiments(
     rng: np.random.Generator, kind: PlateKind, title: str, legs: tuple[str, ...], levels: tuple[float, ...]
 ) -> tuple[AcquiredExperiment, ...]:
-    """Draw a campaign of seven to nine temperatures on a plate; what is hidden is not in it, nor the noise.
+    """Draw a campaign of seven to nine temperatures on a plate, without hidden effects and noise.
 
-    Of several inputs each drives an experiment of its own, with another amplifier and other noise: a rig has one
-    output.
+    Each of several inputs has an experiment of its own, with another amplifier and other noise, because a rig has
+    one output.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def draw_experiments(
     Returns
     -------
     tuple of AcquiredExperiment
-        One for each of the plate's inputs, of a simulated rig, checked as one read from a file.
+        One for each of the plate's inputs, with a simulated rig, validated like one read from a file.
     """
     count, every = int(rng.integers(7, 10)), float(rng.integers(5, 8))
     lowest = float(rng.integers(0, 9))
@@ -105,7 +105,7 @@ def draw_experiments(
 
 
 def any_declaration(kind: PlateKind) -> Experiment:
-    """Declare any campaign on a plate: the reduced models hang on its geometry and band alone."""
+    """Declare some campaign on a plate: the reduced models depend only on its geometry and band."""
     return declared(draw_experiments(np.random.default_rng(0), kind, "plate", ("up",), (1.0,)))
 
 
@@ -115,7 +115,7 @@ def declared(experiments: Sequence[AcquiredExperiment]) -> Experiment:
 
 
 def _driven_by(kind: PlateKind, name: str) -> list[dict[str, Any]]:
-    """Return the patches, those shorted that could drive and do not."""
+    """Return the patches; drive patches not in use are short-circuited."""
     return [
         patch.model_dump(exclude_none=True)
         | ({"role": "shorted"} if patch.role == "actuator" and patch.id != name else {})
@@ -124,7 +124,7 @@ def _driven_by(kind: PlateKind, name: str) -> list[dict[str, Any]]:
 
 
 def _driver(kind: PlateKind, gain: float) -> dict[str, Any]:
-    """Return the table of the amplifier of this gain, or of the exciter in its place."""
+    """Return the table of the amplifier with this gain, or of the exciter instead."""
     if kind.drives:
         return {"exciter": {"gain": round(EXCITER * gain, 3), "rated_force": 5.0}}
     return {"amplifier": {"gain": round(gain, 1)}}
@@ -152,7 +152,7 @@ def _programme(
 
 
 def draw_laws(rng: np.random.Generator) -> Laws:
-    """Draw laws of a thermoplastic that softens through its glass transition, where its loss peaks."""
+    """Draw laws of a thermoplastic with a glass transition: E falls, and the loss factor has its maximum there."""
     middle, width = float(rng.uniform(10.0, 35.0)), float(rng.uniform(10.0, 16.0))
     softened = 1.0 / (1.0 + np.exp(-(TABLE - middle) / width))
     stiffness = rng.uniform(2.5e9, 3.4e9) * np.exp(-rng.uniform(0.5, 0.95) * softened)
@@ -168,7 +168,7 @@ def draw_laws(rng: np.random.Generator) -> Laws:
 
 
 def _sample_rate(band: tuple[float, float]) -> float:
-    """Just enough for the drive with its fade, Hz."""
+    """Smallest sample rate for the drive with its fade, Hz."""
     low, high = band
     fade = np.exp(np.log(high / low) * TAPER / (SWEEP - 2.0 * TAPER))
     return float(high * fade / ALIAS_FREE)

@@ -1,4 +1,4 @@
-"""One campaign of a trial judged: by what the verbs do, from its folder alone."""
+"""Gap workflow on one campaign of a trial, from its folder alone, by the same code as the verbs."""
 
 import time
 from collections.abc import Collection
@@ -15,16 +15,16 @@ REFUSED = "refused.json"
 
 
 def judge_campaign(folder: Path, run: Path, without: Collection[str]) -> None:
-    """Compare a campaign as ``flexura gap`` does; gap.json, or why it cannot be judged, goes into `run`.
+    """Compare a campaign as ``flexura gap`` does; write gap.json, or the reason for refusal, into `run`.
 
     Parameters
     ----------
     folder : Path
-        The campaign's.
+        Folder of the campaign.
     run : Path
-        Made if it is not there.
+        Run folder; created if missing.
     without : collection of str
-        Effects that the library lacks today.
+        Effects removed from the library for this campaign.
     """
     run.mkdir(parents=True, exist_ok=True)
     begun = time.perf_counter()
@@ -38,5 +38,5 @@ def judge_campaign(folder: Path, run: Path, without: Collection[str]) -> None:
 
 
 def is_judged(run: Path) -> bool:
-    """Whether a run holds a verdict; it is the last thing written."""
+    """Whether a run holds a verdict, which is written last."""
     return (run / gap.GAP).is_file() or (run / REFUSED).is_file()

@@ -1,4 +1,4 @@
-"""One campaign of a trial made: drawn, its truth written down, recorded on the simulated rig."""
+"""Simulation of one campaign of a trial: drawn, its truth written, recorded on the simulated rig."""
 
 import shutil
 from concurrent.futures import ThreadPoolExecutor
@@ -26,26 +26,26 @@ from simulation.effects.library import LIBRARY, library
 
 SCHEMA = "flexura-blind-truth/1"
 NOISE = (0.01, 0.03)
-"""Of the response, on a line of a sweep's FRF. Over its four hundred lines a sweep is known as well as with 1 %
-on every tenth, and the twin's own error of 0.1 % does not hide what is a few sigma."""
+"""Noise on a line of a sweep's FRF, as a share of the response. Over its four hundred lines a sweep has the same
+information as with 1 % on every tenth, and the twin's error of 0.1 % does not hide effects of a few sigma."""
 
 
 def make_campaign(
     assignment: Assignment, kind: PlateKind, stream: str, seed: int, truth: Path, folder: Path
 ) -> None:
-    """Make a campaign whose folder does not tell what is hidden in it.
+    """Simulate a campaign; its folder does not contain the truth.
 
     Parameters
     ----------
     assignment : Assignment
     kind : PlateKind
     stream, seed : str, int
-        All of it follows from them.
+        Seeds of all random numbers.
     truth : Path
-        File to write the truth to before anything is recorded: the campaign carries its SHA-256.
+        File for the truth, written before anything is recorded; the campaign contains its SHA-256.
     folder : Path
-        The campaign's; what an interrupted run left there is removed. Of several inputs, each has its own folder
-        beside it, and this one holds them joined.
+        Campaign folder; remains of an interrupted run are removed. With several inputs each has a folder of its
+        own beside it, and this one holds the joined campaign.
     """
     rng = assignment.rng(stream, seed)
     possible = library(any_declaration(kind))
@@ -63,7 +63,7 @@ def make_campaign(
 
 
 def record_on_rig(specimen: Specimen, hidden: DrawnEffects, noise: float, truth: Path, folder: Path) -> None:
-    """Record the campaign of every input, and join them where they are several.
+    """Record the campaign of every input, and join them if there are several.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def record_on_rig(specimen: Specimen, hidden: DrawnEffects, noise: float, truth:
     noise : float
         On every input of the cards, V rms.
     truth : Path
-        Written already: every campaign carries its SHA-256.
+        File of the truth, already written; every campaign contains its SHA-256.
     folder : Path
         The campaign's, see `make_campaign`.
     """
@@ -94,7 +94,7 @@ def record_on_rig(specimen: Specimen, hidden: DrawnEffects, noise: float, truth:
 def record(
     assignment: Assignment, kind: PlateKind, specimen: Specimen, hidden: DrawnEffects, yard: EffectSize
 ) -> dict[str, Any]:
-    """Return what a truth file holds.
+    """Return the content of a truth file.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def record(
     Returns
     -------
     dict
-        Of values that JSON holds.
+        Of JSON values.
     """
     simulation, shown = specimen.simulations[0], yard.sweeps
     return {

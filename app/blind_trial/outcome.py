@@ -1,4 +1,4 @@
-"""What one campaign of a trial came to: its truth beside its verdict."""
+"""Outcome of one campaign of a trial: its verdict compared with its truth."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -21,7 +21,7 @@ CLAIMED = ("explained", "partly_explained")
 
 @dataclass(frozen=True)
 class Named:
-    """One effect that was claimed.
+    """One claimed effect.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Named:
     equivalent : tuple of str
     probability : float
     against : mapping
-        Nats of everything else that could be in its place, as in gap.json.
+        Log evidence of every alternative, relative to it, nats, as in gap.json.
     parameters : mapping
         Value and standard deviation of each.
     """
@@ -42,13 +42,13 @@ class Named:
 
     @property
     def members(self) -> frozenset[str]:
-        """Of its class: the effect and what this campaign cannot tell from it."""
+        """Its class: the effect and those that this campaign cannot distinguish from it."""
         return frozenset({self.name, *self.equivalent})
 
 
 @dataclass(frozen=True)
 class TrialOutcome:
-    """A campaign of a trial, judged.
+    """A campaign of a trial with its verdict and truth.
 
     Attributes
     ----------
@@ -57,21 +57,21 @@ class TrialOutcome:
     effects : mapping
         Hidden parameters by effect.
     scale : mapping
-        Prior standard deviations of the amplitudes, by effect: shapes (a place, a rate) have none here.
+        Prior standard deviations of the amplitudes, by effect; without shape parameters (position, rate).
     size : mapping
-        Of each effect, in sigma of noise and the twin's own error.
+        Size of each effect, in sigma of noise and the twin's own error.
     cosine : float or None
-        Between two of them.
+        Between the signals of two effects.
     imitations : mapping
-        Cosine of all that is hidden to the nearest each effect of the library can make.
+        Cosine between the total hidden signal and the nearest signal of each library effect.
     verdict : str
-        Of gap.json, or ``refused``.
+        Verdict in gap.json, or ``refused``.
     named : tuple of Named
-        Effects claimed; hints of an unknown gap are none.
+        Effects claimed; hints with verdict unknown do not count.
     closure : float or None
         On held-out temperatures.
     closure_also : tuple of float
-        On a held-out channel or level, where there was one and a gap in it.
+        On a held-out channel or level, if there was one with a gap.
     one_ramp : bool
     not_observable : frozenset of str
     seconds : float
@@ -94,12 +94,12 @@ class TrialOutcome:
 
     @property
     def right_names(self) -> bool:
-        """Exactly the effects that are there, by name."""
+        """Whether exactly the hidden effects are named."""
         return {n.name for n in self.named} == set(self.effects)
 
     @property
     def right_classes(self) -> bool:
-        """As many classes as effects, and each effect in one of its own."""
+        """Whether there are as many classes as hidden effects, each with one of them."""
         if len(self.named) != len(self.effects):
             return False
         return any(
@@ -109,7 +109,7 @@ class TrialOutcome:
 
     @property
     def declared_unknown(self) -> bool:
-        """Unknown, or a name that does the same in this campaign: confounded with what is hidden."""
+        """Whether the verdict is unknown, or only effects confounded with the hidden one are named."""
         return self.verdict == "unknown" or (bool(self.named) and all(self._acts_alike(n) for n in self.named))
 
     def record(self) -> dict[str, Any]:
@@ -133,7 +133,7 @@ class TrialOutcome:
         }
 
     def is_there(self, named: Named) -> bool:
-        """Whether a claimed class holds an effect that is there, or one confounded with what the library lacks."""
+        """Whether a claimed class contains a hidden effect, or is confounded with one that the library lacks."""
         lacking = self.kind in ("outside", "ablated")
         return self._acts_alike(named) if lacking else bool(named.members & set(self.effects))
 
@@ -142,7 +142,7 @@ class TrialOutcome:
 
 
 def outcome(truth: Record, verdict: Record | None) -> TrialOutcome:
-    """Set a truth file beside gap.json; None where the campaign was refused."""
+    """Compare a truth file with gap.json, or with None if the campaign was refused."""
     told: dict[str, Any] = {
         "number": truth["number"],
         "kind": truth["kind"],

@@ -1,4 +1,4 @@
-"""How far estimated parameters are from what was hidden, and whether their intervals hold it."""
+"""Errors of estimated parameters, and coverage of their intervals."""
 
 from collections.abc import Sequence
 
@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from app.blind_trial.outcome import TrialOutcome
 
 NINETY = 1.6448536269514722
-"""Standard deviations that hold 90 % of a normal distribution."""
+"""Half width of the 90 % interval of a normal distribution, in standard deviations."""
 
 
 def errors(outcomes: Sequence[TrialOutcome]) -> NDArray[np.float64]:
     """Relative error of the one effect of each outcome, (N,).
 
-    Its amplitudes count as one vector, in units of their priors: of a gradient along x the part along y is nearly
-    zero, and relative to itself would say nothing. Shapes take no part.
+    Its amplitudes count as one vector, in units of their priors, because a single component may be nearly zero (a
+    gradient along x has almost none along y). Shape parameters are not included.
     """
     found = []
     for o in outcomes:
@@ -28,7 +28,7 @@ def errors(outcomes: Sequence[TrialOutcome]) -> NDArray[np.float64]:
 
 
 def coverage(outcomes: Sequence[TrialOutcome]) -> tuple[int, int]:
-    """Parameters whose 90 % interval holds the truth, and all of them."""
+    """Count the parameters whose 90 % interval contains the truth, and all parameters."""
     inside = [
         abs(value - o.effects[named.name][parameter]) <= NINETY * sigma
         for o in outcomes

@@ -1,6 +1,6 @@
 """Plates of a trial: polymer plates of random geometry, outline, drive and sensors.
 
-Plates driven by patches can hold every effect of the library; without a sensor patch some are not possible.
+Every effect of the library is possible on plates driven by patches; without a sensor patch some are not.
 """
 
 from dataclasses import dataclass
@@ -16,25 +16,25 @@ from simulation.shell.fineness import Fineness
 PATCH = 0.02
 """Edge of every patch, m."""
 CLEAR = 0.012
-"""Between two patches along either axis, and between one and the edge, m: the first sensor can be moved."""
+"""Distance between two patches along either axis, and from the edge, m: leaves space to move the first sensor."""
 MODES = (11.0, 15.0)
-"""How many modes the band holds, by Weyl's law, at room temperature: to tell effects apart."""
+"""Number of modes in the band, by Weyl's law, at room temperature: enough to distinguish effects."""
 LOWEST = 100.0
-"""Hz, where bands begin."""
+"""Lower end of bands, Hz."""
 Driven = Literal["patch", "exciter", "two patches"]
 DRIVEN: tuple[Driven, ...] = get_args(Driven)
 """How plates are driven, in turn: by a patch, by an exciter, by one patch and then another."""
 OUTWARD = 0.02
-"""How far the corners of a quadrilateral plate may lie outside a rectangle's, along either axis, m."""
+"""Largest distance of a quadrilateral plate's corners outside a rectangle's, along either axis, m."""
 ACCELEROMETER = 6e-4
 """kg."""
 OTHER_MESH = Fineness(MeshRecipe(spacing=0.055, strip=1.07, edge_strip=1.27, growth=0.9), degree=9, tolerance=2e-9)
-"""How the plates that are measured are meshed: other cells and another degree than the twin's."""
+"""Mesh of the simulated measurement: other cells and another degree than the twin's."""
 
 
 @dataclass(frozen=True)
 class PlateKind:
-    """What the campaigns on one plate share.
+    """Plate and instruments common to its campaigns.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class PlateKind:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """What drives it, in turn."""
+        """Names of the inputs that drive it, in turn."""
         patches = (patch.id for patch in self.patches if patch.role == "actuator")
         return (*patches, *(drive.id for drive in self.drives))
 
@@ -81,7 +81,7 @@ class PlateKind:
 
 
 def plate_kind(number: int, rng: np.random.Generator) -> PlateKind:
-    """Draw the plate of a number: drives take turns, and so do rectangles and quadrilaterals."""
+    """Draw the plate of a number: kinds of drive alternate, and so do rectangles and quadrilaterals."""
     return draw_plate(rng, DRIVEN[number % len(DRIVEN)], rectangular=number % 2 == 0)
 
 
@@ -95,7 +95,7 @@ def draw_plate(rng: np.random.Generator, driven: Driven = "patch", *, rectangula
         One of `DRIVEN`. A plate on an exciter is read by an accelerometer, a laser and, in half of the cases, a
         patch; others by one or two patches.
     rectangular : bool
-        A quadrilateral otherwise, the corners of a rectangle moved outwards.
+        If False, a quadrilateral: a rectangle with its corners moved outwards.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def _quadrilateral(plate: Plate, rng: np.random.Generator) -> Plate:
 
 
 def _band_end(plate: Plate, modes: float, youngs_modulus: float = 1.9e9) -> float:
-    """Where a free plate has so many modes by Weyl's law, N = S f sqrt(3) / (h c), to 10 Hz."""
+    """Frequency, Hz, to which a free plate has so many modes by Weyl's law, N = S f sqrt(3) / (h c), to 10 Hz."""
     speed = np.sqrt(youngs_modulus / (plate.density * (1.0 - 0.38**2)))
     end = modes * plate.thickness * speed / (np.sqrt(3.0) * plate.area)
     return float(np.round(end, -1))

@@ -1,4 +1,4 @@
-"""The figures a trial is held against, each beside its target."""
+"""Figures of merit of a trial, each with its target."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -14,9 +14,9 @@ from app.blind_trial.parameter_errors import coverage, errors
 from app.blind_trial.proportion_interval import proportion_interval
 
 FAINT = (5.0, 8.0)
-"""Sigma between which an effect counts as one of 6."""
+"""Sizes, sigma, between which an effect counts as one of 6 sigma."""
 PLAIN, CLEAR = 13.5, 27.0
-"""Sigma from which an effect counts as one of 15, and of 30: what was reached may fall a little short."""
+"""Sizes, sigma, from which an effect counts as one of 15 or 30 sigma: the size reached may be a little less."""
 Test = Callable[[TrialOutcome], bool]
 
 
@@ -28,11 +28,11 @@ class Figure:
     ----------
     name : str
     value : float or None
-        None where nothing was counted.
+        None if there was nothing to count.
     low, high : float or None
         Of Wilson's interval at 95 %, for shares.
     count : int
-        What the figure was taken over.
+        Number of cases.
     target : (float, float)
         Ends within which it should lie.
     """
@@ -46,7 +46,7 @@ class Figure:
 
     @property
     def met(self) -> bool | None:
-        """Whether the figure reaches its target; None where nothing was counted."""
+        """Whether the figure reaches its target; None if there was nothing to count."""
         return None if self.value is None else self.target[0] <= self.value <= self.target[1]
 
     def record(self) -> dict[str, Any]:
@@ -55,7 +55,7 @@ class Figure:
 
 
 def figures(outcomes: Sequence[TrialOutcome]) -> tuple[Figure, ...]:
-    """Return the whole table; campaigns that were refused count as wrong wherever an answer was due."""
+    """Return the whole table; refused campaigns count as wrong answers."""
     return (
         *_nulls(outcomes),
         *_singles(outcomes),
@@ -132,7 +132,7 @@ def _pairs(outcomes: Sequence[TrialOutcome]) -> Iterator[Figure]:
 
 
 def closures(outcomes: Sequence[TrialOutcome]) -> NDArray[np.float64]:
-    """Gap closed on held-out temperatures, of every campaign in which what is there was found."""
+    """Closure on held-out temperatures, of every campaign whose hidden effects were found."""
     return np.array([o.closure for o in _found(outcomes) if o.closure is not None])
 
 

@@ -1,4 +1,4 @@
-"""A trial in one picture: what was hidden and what was named, how probabilities came true, how gaps closed."""
+"""Plot of a trial: confusion matrix, reliability of probabilities, closure of gaps."""
 
 from collections.abc import Sequence
 
@@ -27,7 +27,7 @@ def proof_figure(outcomes: Sequence[TrialOutcome]) -> Figure:
 
 
 def confusion(outcomes: Sequence[TrialOutcome]) -> tuple[list[str], list[str], np.ndarray]:
-    """Rows (what was hidden), columns (what was answered) and counts; pairs are left out, they have two names."""
+    """Row labels (hidden), column labels (verdict) and counts; without pairs, which have two names."""
     some = [o for o in outcomes if o.kind != "pair"]
     kinds = {_hidden(o): KINDS.index(o.kind) for o in some}
     rows = sorted(kinds, key=lambda row: (kinds[row], row))

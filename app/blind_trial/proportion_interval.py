@@ -3,7 +3,7 @@
 import numpy as np
 
 NINETY_FIVE = 1.959963984540054
-"""Standard deviations that hold 95 % of a normal distribution."""
+"""Half width of the 95 % interval of a normal distribution, in standard deviations."""
 
 
 def proportion_interval(hits: int, count: int, z: float = NINETY_FIVE) -> tuple[float, float]:

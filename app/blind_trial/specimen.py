@@ -1,4 +1,4 @@
-"""The plate that is measured: a twin on another mesh than the analysis's, with anything hidden in it."""
+"""The plate of the simulated measurement: a twin on another mesh than the analysis's, with hidden effects."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -29,30 +29,30 @@ from simulation.twin.effect_plate import EffectPlate
 from simulation.twin.twin import Twin
 
 MATERIALS = 6
-"""Temperatures whose materials the campaign's smaller operators are made for."""
+"""Number of temperatures for whose materials the campaign's reduced operators are made."""
 TAIL = 4e-4
-"""What these may leave out, see `simulation.reduction.campaign_basis`; a quarter of what the analysis allows."""
+"""Tolerance of their reduction, see `simulation.reduction.campaign_basis`; a quarter of the analysis's."""
 
 
 FOLLOWING: Mapping[str, Followed] = {
     "thermal_lag": frozenset({"rate"}),
     "amplitude_softening": frozenset({"level"}),
 }
-"""Effects that look at more than the temperature."""
+"""Effects that depend on more than the temperature."""
 
 
 class KnownTransfer(TwinTransfer):
-    """Effects of which is known what they follow: fewer answers need to be computed."""
+    """Transfer with effects whose circumstances are known, so that fewer responses are computed."""
 
     @property
     def follows(self) -> Followed:
-        """What any of the effects follows."""
+        """Circumstances on which any of the effects depends."""
         return frozenset().union(*(FOLLOWING.get(name, frozenset()) for name in self.effects))
 
 
 @dataclass(frozen=True)
 class Specimen:
-    """A plate of known laws in its rig.
+    """A plate with known laws in its simulated rig.
 
     Attributes
     ----------
@@ -61,11 +61,11 @@ class Specimen:
     simulations : (I,) tuple of Simulation
         Laws, the same in all, gain and seed.
     twin : Twin
-        Of all inputs. Its library holds the project's effects and the unlisted ones; its last cable point is not
-        declared.
+        With all inputs. Its library contains the project's effects and the unlisted ones; its last cable point is
+        not declared.
     laws : MaterialLaws
     declared : Experiment
-        What `twin` is made of: as recorded, with that point.
+        Declaration of `twin`: as recorded, with that point.
     """
 
     experiments: tuple[AcquiredExperiment, ...]
@@ -128,11 +128,11 @@ class Specimen:
 
     @property
     def cards(self) -> Mapping[str, EffectCard]:
-        """Of everything that can be hidden in it."""
+        """Cards of all effects that can be hidden in it."""
         return {**self.twin.cards, "resonator": RESONATOR.card(self.declared)}
 
     def transfer(self, effects: Mapping[str, Values]) -> PlateTransfer:
-        """Return what it answers with `effects` in it."""
+        """Return its transfer with `effects`."""
         plain = {name: values for name, values in effects.items() if name != "resonator"}
         transfer = KnownTransfer(self.twin, self.laws, plain)
         if "resonator" not in effects:
@@ -148,7 +148,7 @@ class Specimen:
         source : int
             The input that drives.
         effects : mapping of str to Values
-            What is hidden: parameters' values by effect.
+            Hidden effects: parameters' values by effect.
         noise : float
             On every input of the cards, V rms.
         file : Path
@@ -169,20 +169,20 @@ class Specimen:
 
 
 def with_hidden_point(experiment: Experiment, kind: PlateKind) -> Experiment:
-    """Return the experiment with one more point on which something can act."""
+    """Return the experiment with one more point, on which a hidden effect can act."""
     return experiment.model_copy(update={"cable": (*experiment.cable, Attachment(point=kind.hidden))})
 
 
 def specimen_operators(experiment: Experiment, kind: PlateKind, report: Progress | None = None) -> EffectOperators:
-    """Operators on the trial's own mesh, from the cache or made and kept there.
+    """Operators on the trial's own mesh, taken from the cache or computed and stored there.
 
     Parameters
     ----------
     experiment : Experiment
     kind : PlateKind
-        Gives the point that is not declared.
+        Gives the undeclared point.
     report : callable, optional
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
 
     Returns
     -------

@@ -1,11 +1,11 @@
-"""A whole trial: its folder, its plates, and its campaigns one after the other in worker processes.
+"""A whole trial: its folder, its plates, and its campaigns in worker processes.
 
 ===============================  ==================================================================
-``trial.json``                   what was asked for, and the hash of the thresholds, before anything
-``truth/NNNN.json``              what campaign NNNN hides
-``campaigns/NNNN/``              campaign NNNN, which does not tell
+``trial.json``                   settings of the trial and hash of the thresholds, written first
+``truth/NNNN.json``              hidden effects of campaign NNNN
+``campaigns/NNNN/``              campaign NNNN, without the truth
 ``runs/NNNN/gap.json``           the verdict on it
-``proof.json``                   how the verdicts compare with the truth
+``proof.json``                   comparison of the verdicts with the truth
 ===============================  ==================================================================
 """
 
@@ -38,12 +38,12 @@ from app.twins.campaign_twin import campaign_twin, effect_twin
 SCHEMA = "flexura-blind-trial/1"
 TRIAL = "trial.json"
 CAMPAIGNS_PER_PLATE = 25
-"""Reducing a plate, twice, takes as long as a few campaigns on it."""
+"""Weight of preparing a plate in the progress, in campaigns: it is reduced twice."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What is asked for.
+    """Settings of a trial.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Trial:
         return assignments(self.count, self.kinds)
 
     def truth(self, assignment: Assignment) -> Path:
-        """File with what a campaign hides."""
+        """File with the truth of a campaign."""
         return self.folder / "truth" / f"{assignment.name}.json"
 
     def campaign(self, assignment: Assignment) -> Path:
@@ -74,7 +74,7 @@ class Trial:
         return self.folder / "campaigns" / assignment.name
 
     def run(self, assignment: Assignment) -> Path:
-        """Folder of what was found in it."""
+        """Run folder of a campaign."""
         return self.folder / "runs" / assignment.name
 
     @property
@@ -85,19 +85,19 @@ class Trial:
         return tuple(plate_kind(number, np.random.default_rng([*words, number])) for number in range(count))
 
     def plate(self, assignment: Assignment) -> PlateKind:
-        """Return the plate of a campaign: they take turns, and begin each round of kinds one plate further."""
+        """Return the plate of a campaign: plates are used in turn, with a shift of one per round of kinds."""
         plates, turn = self.plates, assignment.number // sum(SHARES.values())
         return plates[(assignment.number + turn) % len(plates)]
 
     def record(self) -> dict[str, Any]:
-        """Return what ``trial.json`` holds."""
+        """Return the content of ``trial.json``."""
         thresholds = sha256(Path(str(frozen.__file__)))
         settings = {"count": self.count, "kinds": list(self.kinds), "stream": self.stream}
         return {"schema": SCHEMA, **provenance({"thresholds": thresholds}, settings, self.seed)}
 
 
 def begin(trial: Trial) -> dict[str, Any]:
-    """Freeze a trial in its folder, or take it up again; ResultFileError where the folder holds another."""
+    """Write a trial's settings into its folder, or resume it; ResultFileError if the folder holds another."""
     record, file = trial.record(), trial.folder / TRIAL
     if file.is_file():
         before = read_record(file)
@@ -113,9 +113,9 @@ def begin(trial: Trial) -> dict[str, Any]:
 
 @contextmanager
 def worker_processes(count: int) -> Iterator[Executor]:
-    """Yield fresh processes; where the block is left by an error or Ctrl-C, what waits is dropped.
+    """Yield new worker processes; on an error or Ctrl-C, waiting tasks are cancelled.
 
-    Running tasks are waited for: an abandoned pool would go through everything it was given.
+    Running tasks are waited for: an abandoned pool would work through all its tasks.
     """
     pool = ProcessPoolExecutor(
         count, mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_the_parent
@@ -127,7 +127,7 @@ def worker_processes(count: int) -> Iterator[Executor]:
 
 
 def _end_with_the_parent() -> None:
-    """Have this process end where the one that gives it work is killed: it would work through all it was given."""
+    """End this process when its parent is killed: otherwise it would work through all its tasks."""
     parent = multiprocessing.parent_process()
 
     def watch() -> None:
@@ -145,11 +145,11 @@ def run_trial(trial: Trial, executor: Executor, report: Progress, told: Callable
     ----------
     trial : Trial
     executor : Executor
-        Plates, then campaigns, are its tasks.
+        Runs the tasks: plates, then campaigns.
     report : callable
         Called with the stage and the share done.
     told : callable
-        Told in a line of every campaign that was judged, never of its verdict.
+        Called with a line of text after every campaign, without its verdict.
     """
     left = [a for a in trial.assignments if not is_judged(trial.run(a))]
     if not left:
@@ -168,18 +168,18 @@ def run_trial(trial: Trial, executor: Executor, report: Progress, told: Callable
 
 
 def prepare_specimen(kind: PlateKind) -> None:
-    """Put the operators of a plate as it is measured into the cache."""
+    """Put the operators of a plate for the simulated measurement into the cache."""
     specimen_operators(any_declaration(kind), kind)
 
 
 def prepare_twin(kind: PlateKind) -> None:
-    """Put what the analysis will ask for into the cache."""
+    """Put the operators for the analysis of a plate into the cache."""
     campaign_twin(any_declaration(kind), lambda stage, share: None)
     effect_twin(any_declaration(kind), lambda stage, share: None)
 
 
 def one_campaign(trial: Trial, assignment: Assignment) -> None:
-    """Make a campaign and judge it: what judges is given the campaign's folder and the library, nothing else."""
+    """Simulate a campaign and compare it; the comparison gets only the campaign's folder and the library."""
     truth, folder = trial.truth(assignment), trial.campaign(assignment)
     make_campaign(assignment, trial.plate(assignment), trial.stream, trial.seed, truth, folder)
     ablated = read_record(truth)["ablated"]

@@ -1,4 +1,4 @@
-"""Physics that no effect of the library has: what a trial hides to see whether the unknown is called unknown.
+"""Effects that are not in the library, hidden in a trial to test the verdict unknown.
 
 They act on the simulated plate only, through the same states as the library's effects.
 """
@@ -117,7 +117,7 @@ UNLISTED_EFFECTS: Mapping[str, Effect] = {
     "cavity": Effect(_cavity_card, _above_cavity),
     "filter_ripple": Effect(_filter_card, _filtered),
 }
-"""All but the resonator, whose force depends on frequency."""
+"""All except the resonator, whose force depends on frequency."""
 
 
 def _resonator_card(experiment: Experiment) -> EffectCard:
@@ -155,7 +155,7 @@ class ResonatorTransfer:
 
     @property
     def band(self) -> tuple[float, float]:
-        """The plate's."""
+        """Band of the plate, Hz."""
         return self.plain.band
 
     @property
@@ -165,7 +165,7 @@ class ResonatorTransfer:
 
     @property
     def follows(self) -> Followed:
-        """What the plate without it follows."""
+        """Circumstances on which the plate without the resonator depends."""
         return self.plain.follows
 
     def __call__(self, point: SweepPoint, frequency: Real) -> Complex:

@@ -1,4 +1,4 @@
-"""Which effect a campaign of a trial is about, and a protocol that can show it."""
+"""Hidden effect of a campaign of a trial, and a protocol that can show it."""
 
 from collections.abc import Sequence
 
@@ -11,13 +11,13 @@ STRANGE = ("resonator", *UNLISTED_EFFECTS)
 
 
 def wanted(assignment: Assignment, names: Sequence[str], stream: str, seed: int) -> tuple[str, ...]:
-    """Names that an assignment is about; the second of a pair is chosen with the plate at hand.
+    """Name of the effect to hide; the second of a pair is chosen later, when the plate is known.
 
     Parameters
     ----------
     assignment : Assignment
     names : sequence of str
-        Effects to choose from, but for the kind ``outside``, which has its own.
+        Effects to choose from; the kind ``outside`` has its own.
     stream, seed : str, int
         See `shuffled`.
 
@@ -37,7 +37,7 @@ def wanted(assignment: Assignment, names: Sequence[str], stream: str, seed: int)
 
 
 def ways(names: Sequence[str], rng: np.random.Generator) -> tuple[tuple[str, ...], tuple[float, ...]]:
-    """Legs and levels that can show all `names`; two legs else in a third of the campaigns."""
+    """Legs and levels that can show all `names`; two legs are also used in a third of the other campaigns."""
     legs = ("up", "down") if "thermal_lag" in names or rng.random() < 1.0 / 3.0 else ("up",)
     levels = (1.0, 2.0) if "amplitude_softening" in names else (1.0,)
     return legs, levels

@@ -1,4 +1,4 @@
-"""``flexura acquire``: run, or take up again, an experiment on a rig."""
+"""``flexura acquire``: run or resume an experiment on a rig."""
 
 import time
 import traceback
@@ -43,12 +43,12 @@ def command(
 
     Sweeps are triggered by the temperature measured; each is checked, repeated within bounds, and written as one
     finished file. However it ends (Ctrl-C, an error, a lost oven or card, a full disk, a closed terminal), the
-    oven is told to rest and the drive brought to 0 V, and the same command goes on later: what is finished is
+    oven is told to rest and the drive brought to 0 V, and the same command resumes it later: finished sweeps are
     never touched. Meanwhile, flexura view on the campaign folder shows how it gets on, and can pause or stop it.
 
-    With --test-shot nothing is begun: cards, oven and disk are looked at, then one short sweep is played at the
-    present temperature. Told are level, clipping, coherence, noise and hum of every input, and how long the
-    campaign takes. Every campaign begins with such a shot, and ends with it where a cable is off.
+    With --test-shot no campaign is begun: cards, oven and disk are checked, then one short sweep is played at the
+    present temperature. The report shows level, clipping, coherence, noise and hum of every input, and the
+    duration of the campaign. Every campaign begins with such a shot, and stops there if a cable is disconnected.
 
     Exit status 1 where sweeps are missing at the end, or the rig stopped the campaign; 3 where something could not
     be verified to be at rest (NOT AT REST: go there and switch it off).
@@ -73,9 +73,9 @@ def command(
     declared = declared.on(kind)
     acquired = declared.model_dump(mode="json") | {"rig": kind}
     if test_shot or kind == "simulated" or not is_campaign_folder(folder):
-        require_ours(folder, {"acquired": acquired})  # before a twin is built
+        require_ours(folder, {"acquired": acquired})  # checked before a twin is built
         require_room(declared, folder)
-    # a campaign killed on a real rig may have left it on: checked once the rig is open, which then comes to rest
+    # a campaign killed on a real rig may have left it on: checked once the rig is open, as that brings it to rest
     _advise(declared, kind, output)
     if test_shot:
         _shoot(declared, kind, experiment, folder, output)
@@ -111,7 +111,7 @@ def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> 
 
 @contextmanager
 def _open(declared: "AcquiredExperiment", kind: "RigKind", experiment: Path, output: Output) -> "Iterator[Rig]":
-    """Yield the rig; where its twin has to be reduced first, that is shown."""
+    """Yield the rig; the progress of reducing its twin is shown."""
     from app.rig.assembly import rig_of
 
     with ExitStack() as stack:
@@ -123,7 +123,7 @@ def _open(declared: "AcquiredExperiment", kind: "RigKind", experiment: Path, out
 def _shoot(
     declared: "AcquiredExperiment", kind: "RigKind", experiment: Path, folder: Path, output: Output
 ) -> None:
-    """Tell what is found before a campaign; where that is bad already, no twin is reduced and nothing played."""
+    """Print the checks before a campaign; after a failed check no twin is reduced and nothing is played."""
     from app.commands.doctor import show
     from app.rig.first_shot import look_before, shoot
     from app.terminal.campaign_ending import NOT_AT_REST, not_at_rest

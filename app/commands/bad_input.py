@@ -15,11 +15,11 @@ Result = TypeVar("Result")
 
 
 def bad_input(verb: Callable[Words, Result]) -> Callable[Words, Result]:
-    """Turn the refusals of ``app.files`` into click's; put it between ``@click.command`` and the function.
+    """Convert errors of ``app.files`` to click's; place it between ``@click.command`` and the function.
 
-    Where a declaration's geometry is wrong, a picture of it is written, and named.
+    For a declaration with a geometric error, a picture of it is written, and its path is in the message.
 
-    Only those: a ValueError out of the computation is a defect, and its traceback is wanted.
+    Other errors are not converted: a ValueError from the computation is a defect and needs its traceback.
     """
 
     @functools.wraps(verb)

@@ -1,4 +1,4 @@
-"""``flexura blind-trial``: how often the gap workflow is right, on campaigns of which it knows nothing."""
+"""``flexura blind-trial``: accuracy of the gap workflow on simulated campaigns with hidden effects."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -110,7 +110,7 @@ def _show(record: dict[str, Any]) -> None:
 
 
 def figures_table(rows: list[dict[str, Any]]) -> "Table":
-    """Every figure beside its target."""
+    """Table of every figure with its target."""
     from rich.table import Table
 
     table = Table(title="Figures of the trial", header_style="bold")
@@ -131,7 +131,7 @@ def _target(low: float, high: float) -> str:
 
 
 def confusion_table(campaigns: list[dict[str, Any]]) -> "Table":
-    """How campaigns of each kind were answered."""
+    """Table of the verdicts on campaigns of each kind."""
     from rich.table import Table
 
     answers = ("none", "explained", "partly_explained", "unknown", "refused")

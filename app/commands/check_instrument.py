@@ -1,4 +1,4 @@
-"""``flexura check-instrument``: what a campaign asks of an instrument's driver, and what it has to bear."""
+"""``flexura check-instrument``: test of an instrument's driver in normal use and under faults."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
@@ -88,7 +88,7 @@ def command(instrument: str, really: bool, output: Output) -> None:
 def _trials(
     declared: "DeclaredInstruments", really: bool
 ) -> "Iterator[tuple[str, Callable[[], Iterator[CheckVerdict]]]]":
-    """Yield what is to be checked, and how."""
+    """Yield the name of each instrument, and the function that runs its checks."""
     from drivers.checks.cards import check_cards, check_real_cards
     from drivers.checks.instruments import check_oven, check_real_oven, check_thermometer
 
@@ -104,7 +104,7 @@ def _trials(
 def _run(
     run: "Callable[[], Iterator[CheckVerdict]]", output: Output, name: str, requests: "EndRequests"
 ) -> "list[CheckVerdict]":
-    """Run the checks of one instrument, each shown when it is over; Ctrl-C is heard between two of them."""
+    """Run the checks of one instrument and show each when done; Ctrl-C takes effect between two checks."""
     from drivers.checks.instruments import NoCounterpart
     from drivers.checks.trial import CheckVerdict
     from drivers.ovens.error import OvenError
@@ -123,7 +123,7 @@ def _run(
         found.append(CheckVerdict("all checks", "a campaign relies on each", "not checked", said))
         if shown:
             show(found)
-    except Exception as error:  # noqa: BLE001 (another's driver may raise anything)
+    except Exception as error:  # noqa: BLE001 (a driver from elsewhere may raise anything)
         said = str(error) if isinstance(error, OvenError) else f"{type(error).__name__}: {error}"
         found.append(CheckVerdict("answers at all", "nothing can be checked otherwise", "FAILED", said))
         if shown:
@@ -134,7 +134,7 @@ def _run(
 def _until_asked_to_end(
     run: "Callable[[], Iterator[CheckVerdict]]", requests: "EndRequests"
 ) -> "Iterator[CheckVerdict]":
-    """Yield the verdicts; the last one says so where a request to end left checks out."""
+    """Yield the verdicts; after a request to end, the last one reports the checks left out."""
     from drivers.checks.trial import CheckVerdict
 
     checks = run()
@@ -155,7 +155,7 @@ def _say(unsafe: tuple[str, ...], output: Output) -> None:
 
 
 def _rest(declared: "DeclaredInstruments") -> tuple[str, ...]:
-    """Bring oven and drive to rest once more, where a rig comes to rest; return what could not be verified."""
+    """Bring oven and drive to rest once more; return what could not be verified."""
     from drivers.clock import SystemClock
     from drivers.rig.rest import rest_drive, rest_oven
 
@@ -168,7 +168,7 @@ def _rest(declared: "DeclaredInstruments") -> tuple[str, ...]:
 
 
 def show(verdicts: "Sequence[CheckVerdict]") -> None:
-    """Print what came of each check, and why it matters."""
+    """Print the result of each check, and why it matters."""
     for one in verdicts:
         result = click.style(f"{one.result:<11}", fg=COLOURS[one.result])
         click.echo(f"  {result} {one.name:<34} {one.why}")

@@ -1,4 +1,4 @@
-"""``flexura compensate``: filters that follow the temperature, by networks and by their rivals."""
+"""``flexura compensate``: temperature-dependent filters by networks and other methods."""
 
 import time
 from collections.abc import Callable
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from app.stages.compensate import CompensatedPanel
 
 GOOD_LOSS = 0.02
-"""Contrast that networks may lose against filters computed directly, at any line of any temperature."""
+"""Largest loss of contrast of networks against directly computed filters, at any line and temperature."""
 
 EXAMPLES = """\b
 Examples:
@@ -102,10 +102,10 @@ def command(
     RUN is a run folder with laws.h5, or a laws file (default: the current folder). Trains on the filters every
     SPACING °C, designed as in RUN's filters.h5 unless said otherwise, and judges networks, linear interpolation,
     cubic splines, interpolation at equal reduced frequency and principal filters against the filters computed
-    every 0.25 °C. States as a band what the uncertainty of the laws leaves of the contrast. With --transfers,
-    trains on the filters of all temperatures measured, and judges each inner one by what is made without it.
+    every 0.25 °C. The uncertainty of the contrast due to that of the laws is given as a band. With --transfers,
+    trains on the filters of all measured temperatures, and tests each inner one with networks trained without it.
     Writes compensation.h5. Exit status 1 where a network is refused, or loses more than 0.02 of contrast at any
-    line of any temperature judged.
+    line of any temperature tested.
     """
     from analysis.compensation.evidence_collapse import EvidenceCollapseError
 
@@ -146,7 +146,7 @@ def command(
 
 @dataclass(frozen=True)
 class _CompensateTask:
-    """What is to be computed, from which files, and the hidden nodes that suit few temperatures; None for many."""
+    """Task: computation, input files, and hidden nodes for few temperatures; None for many."""
 
     compute: Callable[..., "CompensatedPanel"]
     inputs: tuple[Path, ...]
@@ -173,7 +173,7 @@ def _from_laws(
     wanted: tuple[float, int | None, tuple[float, ...]],
     training: "Training",
 ) -> _CompensateTask:
-    """Prepare the compensation of a panel whose plate obeys laws."""
+    """Prepare the compensation of a panel from material laws."""
     from analysis.compensation.knots import check_places
     from analysis.compensation.settings import suited_nodes
     from analysis.focusing.temperatures import spaced
@@ -217,7 +217,7 @@ def _from_laws(
 def _from_transfers(
     run: Path | None, transfers: Path, panel: Path | None, filters: dict[str, Any], method: str | None
 ) -> _CompensateTask:
-    """Prepare the compensation of a panel of which transfers were measured at several temperatures."""
+    """Prepare the compensation of a panel from transfers measured at several temperatures."""
     from analysis.compensation.settings import FEWEST, suited_nodes
     from app.files.bad_file import ResultFileError
     from app.files.transfers_file import transfer_files

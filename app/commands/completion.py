@@ -1,4 +1,4 @@
-"""``flexura completion``: verbs, options and file names on the Tab key."""
+"""``flexura completion``: shell completion of verbs, options and file names."""
 
 import click
 from click.shell_completion import get_completion_class
@@ -15,10 +15,10 @@ Examples:
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 @click.pass_context
 def command(context: click.Context, shell: str) -> None:
-    """Print the lines that teach SHELL to complete verbs, options and file names.
+    """Print the lines that make SHELL complete verbs, options and file names.
 
-    They work where flexura itself is found, so in a shell with the environment active. Open a new shell after
-    adding them. In zsh, compinit has to have run before.
+    They work only where the command flexura is found, so in a shell with the environment active. Open a new shell
+    after adding them. In zsh, compinit has to have run before.
     """
     kind = get_completion_class(shell)
     if kind is None:

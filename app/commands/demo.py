@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 RECORDING = shipped("pp-plate")
 QUICK, QUICK_PANEL = shipped("quick-rig.toml"), shipped("quick-panel.toml")
-"""The plate of `demo_truth.EXPERIMENT` in a narrow band at four temperatures, and a panel that is soon reduced."""
+"""The plate of `demo_truth.EXPERIMENT` in a narrow band at four temperatures, and a panel that is fast to
+reduce."""
 EXAMPLES = """\b
 Examples:
   flexura demo
@@ -82,7 +83,7 @@ def quick_part(out: Path) -> Part:
 
 
 def run_stages(part: Part, *, quiet: bool = False) -> tuple[int, dict[str, float]]:
-    """Do every stage as if it were typed; the worst exit status, and the seconds each verb took."""
+    """Run every stage as if typed; return the worst exit status, and the seconds each verb took."""
     from app.main import flexura
 
     seconds, worst = {}, 0
@@ -108,17 +109,17 @@ def command(quick: bool, out: Path | None, output: Output) -> None:
     """Run everything on three campaigns; five minutes the first time, about one after that.
 
     Simulated cards (an NI gRPC device server on a loopback port) and a simulated oven measure a simulated plate
-    from 0 to 60 °C; what identification and updating find is set against what was put in. Then the whole chain
-    runs on the shipped recording of a polypropylene plate. Last, a simulated plate has something that its twin
-    lacks: flexura gap finds what, and the report shows the gap before and after. The same commands, typed one by
-    one, do the same: each is shown before it runs. With --quick, one campaign of four temperatures up to 600 Hz
+    from 0 to 60 °C; results of identification and updating are compared with the values put in. Then the whole
+    chain runs on the shipped recording of a polypropylene plate. Last, a simulated plate has something that its
+    twin lacks: flexura gap finds what, and the report shows the gap before and after. The same commands, typed one
+    by one, do the same: each is shown before it runs. With --quick, one campaign of four temperatures up to 600 Hz
     goes from the rig to filters of a small panel and a report.
     """
     from app.files.run_folder import writable_folder
 
     folder = writable_folder(out or Path("flexura-demo"), "--out")
     parts = (quick_part(folder),) if quick else parts_in(folder)
-    with redirect_stdout(sys.stderr):  # the output stream belongs to what the demo found
+    with redirect_stdout(sys.stderr):  # stdout is for the result of the demo
         done = [(part, *run_stages(part, quiet=output.quiet)) for part in parts]
     seconds = {part: took for part, _, took in done}
     pages = [(part.run / "report.html").resolve() for part in parts if "report" in seconds[part]]
@@ -135,7 +136,7 @@ def command(quick: bool, out: Path | None, output: Output) -> None:
 def record(
     seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path | None, pages: list[Path]
 ) -> dict[str, Any]:
-    """Return what ``--json`` prints: seconds a stage, laws put in and found, effects put in and found, reports.
+    """Return what ``--json`` prints: seconds per stage, laws and effects put in and found, reports.
 
     Parameters
     ----------
@@ -151,7 +152,7 @@ def record(
     Returns
     -------
     dict
-        Of values that JSON holds.
+        Of JSON values.
     """
     temperature, put_in, found = demo_truth.laws_beside(run)
     told: dict[str, Any] = {
@@ -169,7 +170,7 @@ def record(
 
 
 def show(seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path | None, pages: list[Path]) -> None:
-    """Print the tables for people, and where the reports are.
+    """Print the tables and the paths of the reports.
 
     Parameters
     ----------
@@ -194,7 +195,7 @@ def show(seconds: dict[Part, dict[str, float]], run: Path, puzzle: Path | None, 
 
 
 def stages_table(seconds: dict[Part, dict[str, float]]) -> "Table":
-    """Say in a line what each stage of each campaign found, and how long it took."""
+    """Table with the result and the time of each stage of each campaign."""
     from rich.table import Table
 
     from app.report.summary import summary

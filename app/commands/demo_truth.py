@@ -1,4 +1,4 @@
-"""What the demo's simulated plates are made of, and what was found of it."""
+"""True laws and effects of the demo's simulated plates, compared with the results."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,7 +37,7 @@ def laws_beside(run: Path) -> "tuple[np.ndarray[Any, np.dtype[np.float64]], Mate
 
 
 def laws_table(run: Path) -> "Table":
-    """Set the laws found in the acquired campaign against those the simulated plate was made of."""
+    """Table of the laws found in the acquired campaign and those of the simulated plate."""
     import numpy as np
     from rich.table import Table
 
@@ -63,7 +63,7 @@ def laws_table(run: Path) -> "Table":
 
 
 def effects_beside(run: Path) -> "tuple[dict[str, dict[str, float]], Record]":
-    """Effects hidden in the last campaign's plate, and what `flexura gap` says of it."""
+    """Effects hidden in the last campaign's plate, and the result of `flexura gap`."""
     from app.files.gap_file import load_gap
 
     return puzzle_experiment()[1], load_gap(run / "gap.h5")[1]
@@ -92,7 +92,7 @@ def put_in() -> "Iterator[tuple[str, str]]":
 
 
 def effects_table(run: Path) -> "Table":
-    """Set what was hidden in the last campaign's plate against what `flexura gap` named."""
+    """Table of the effects hidden in the last campaign's plate and those named by `flexura gap`."""
     from rich.table import Table
 
     from app.files.gap_file import load_gap

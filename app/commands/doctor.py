@@ -1,4 +1,4 @@
-"""``flexura doctor``: what works on this computer, and what to do about what does not."""
+"""``flexura doctor``: check of this computer and its instruments, with advice."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -31,8 +31,8 @@ Examples:
 def command(experiment: Path | None, out: Path | None, output: Output) -> None:
     """Look at driver, cards, serial ports, oven, disk and clock; with EXPERIMENT, at those it names.
 
-    Nothing is set or switched: cards are listed, and the oven is asked for its temperature. Exit status 1 where
-    something that is needed is not there.
+    Nothing is set or switched: cards are listed, and the oven's temperature is read. Exit status 1 where something
+    required is missing.
     """
     from app.files.experiment_toml import read_acquired_experiment
 
@@ -56,7 +56,7 @@ def command(experiment: Path | None, out: Path | None, output: Output) -> None:
 
 
 def ready(experiment: Path | None, findings: "Sequence[Finding]") -> str:
-    """Say what this computer is ready for; without an experiment nothing is needed, and much may be missing."""
+    """Describe what this computer is ready for; without an experiment nothing is required."""
     from drivers.rig.survey import FindingState
 
     if experiment is not None:
@@ -69,7 +69,7 @@ def ready(experiment: Path | None, findings: "Sequence[Finding]") -> str:
 
 
 def show(findings: "Sequence[Finding]") -> None:
-    """Print a line for each finding, and what to do about it under those that are not good."""
+    """Print a line for each finding, followed by advice for those that are not good."""
     for one in findings:
         seen = f": {one.seen}" if one.seen else ""
         click.echo(f"{click.style(f'{one.state:<5}', fg=COLOURS[one.state])}{one.what}{seen}")

@@ -1,4 +1,4 @@
-"""``flexura export``: filters in the forms in which other programs take them."""
+"""``flexura export``: filters in the formats of other programs."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -95,7 +95,7 @@ def command(
 
 
 def _temperatures(sent: "Shipment", given: tuple[float, ...]) -> "NDArray[np.float64]":
-    """Return those asked for, or every 5 °C; ResultFileError for one the filters do not cover."""
+    """Return the temperatures given, or every 5 °C; ResultFileError for one that the filters do not cover."""
     import numpy as np
 
     from analysis.focusing.temperatures import spaced
@@ -126,7 +126,7 @@ def record(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") -> 
     Returns
     -------
     dict
-        Of values that JSON holds.
+        Of JSON values.
     """
     _, weights, taps = sent.filters.banks.shape
     low, high = sent.filters.temperature_range
@@ -152,7 +152,7 @@ def record(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") -> 
 
 
 def summary(sent: "Shipment", written: tuple[Path, ...], cost: "Cost | None") -> str:
-    """Return one line for people.
+    """Return a summary in one line.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A picture of a declaration whose geometry is wrong, beside what was declared."""
+"""Picture of a declaration with a geometric error."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -7,7 +7,7 @@ from app.files.misplaced import Misplaced
 
 
 def fault_picture(wrong: Misplaced, options: Mapping[str, object]) -> str:
-    """Draw what is wrong, and return the sentence that says where; it is beside --out, else the declaration."""
+    """Draw the error, and return a sentence with the picture's path, beside --out or else the declaration."""
     from app.report.declared import picture
     from app.report.refused import pieces_declared
 

@@ -81,11 +81,11 @@ def command(
 ) -> None:
     """Design focusing filters for a panel whose plate obeys the laws of RUN.
 
-    RUN is a run folder with laws.h5, or a laws file (default: the current folder). Actuators, taps and target
-    stand in the panel's TOML file. The taps are those whose field comes nearest to the one wanted, errors outside
-    the target counting more. Judged by contrast (the energy over the target's share of the energy over the plate,
-    eq. 9, mean and worst line), the same normalised by area, level and phase over the band, latency and peak
-    drive, with the filters of each temperature and with those of 20 °C everywhere. Writes filters.h5.
+    RUN is a run folder with laws.h5, or a laws file (default: the current folder). Actuators, taps and target are
+    declared in the panel's TOML file. The taps minimise the error of the field, with a higher weight outside the
+    target. Performance is given as contrast (the energy over the target's share of the energy over the plate, eq.
+    9, mean and worst line), the same normalised by area, level and phase over the band, latency and peak drive,
+    with the filters of each temperature and with those of 20 °C everywhere. Writes filters.h5.
     """
     changes = {"regularisation": regularisation, "tolerance": tolerance} | filters
     started = time.perf_counter()
@@ -118,7 +118,7 @@ def command(
 
 @dataclass(frozen=True)
 class _FocusTask:
-    """What is to be computed, and from which files."""
+    """Task: computation and input files."""
 
     compute: Callable[["Progress"], "FocusedPanel"]
     inputs: tuple[Path, ...]
@@ -134,7 +134,7 @@ def _from_laws(
     method: str,
     temperatures: tuple[float, ...],
 ) -> _FocusTask:
-    """Prepare filters for a panel whose plate obeys laws."""
+    """Prepare filters for a panel from material laws."""
     import numpy as np
 
     from app.stages.panel_inputs import panel_of
@@ -164,7 +164,7 @@ def _from_laws(
 def _from_transfers(
     transfers: Path, panel: Path | None, changes: dict[str, Any], method: str, temperatures: tuple[float, ...]
 ) -> _FocusTask:
-    """Prepare filters from measured transfers alone."""
+    """Prepare filters for a panel from measured transfers."""
     from app.files.transfers_file import transfer_files
     from app.stages.panel_inputs import measured_panel, panel_of
 
@@ -180,7 +180,7 @@ def _from_transfers(
 
 
 def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:
-    """Say which filters the new ones, of `temperature` (T,), °C, take the place of, where that is a loss."""
+    """Return a note if the new filters, of `temperature` (T,), °C, replace filters of other temperatures."""
     from app.files.bad_file import ResultFileError
     from app.files.filter_files import load_focusing
     from app.terminal.focusing import temperatures_in_words
@@ -189,7 +189,7 @@ def replaced(target: Path, temperature: "NDArray[np.float64]") -> list[str]:
         return []
     try:
         before = load_focusing(target)[1].temperature
-    except ResultFileError:  # of no use to anybody
+    except ResultFileError:  # unreadable, so no loss
         return []
     if before.tolist() == temperature.tolist():
         return []

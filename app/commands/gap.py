@@ -33,18 +33,19 @@ def command(
 ) -> None:
     """Compare CAMPAIGN with its twin and name what the twin lacks.
 
-    Fits the twin of the declared plate with nothing but its material laws and one gain, looks where more than
-    noise is left, and tries every effect of the library on it. A name is accepted on what it leaves and on data it
-    was not fitted to; where none is good enough, the verdict is unknown. Writes gap.json, gap.h5 (for flexura
-    report), twin.toml (the twin with what was found) and laws-corrected.h5 (its laws) into the run folder. Exit
-    status 0: no gap, or explained; 1: partly explained or unknown; 2: input that cannot be judged.
+    Fits the twin of the declared plate with nothing but its material laws and one gain, finds where the residual
+    exceeds the noise, and tries every effect of the library on it. An effect is accepted by its remaining residual
+    and by data that it was not fitted to; where none is good enough, the verdict is unknown. Writes gap.json,
+    gap.h5 (for flexura report), twin.toml (the twin with what was found) and laws-corrected.h5 (its laws) into the
+    run folder. Exit status 0: no gap, or explained; 1: partly explained or unknown; 2: input that cannot be
+    judged.
     """
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_folder
     from app.terminal.gap import show, summary
 
     loaded = load_campaign(campaign)
-    from app.stages import gap  # what computes takes a second to import: a wrong folder is told before
+    from app.stages import gap  # the import takes a second: a wrong folder is reported before it
     from app.twins.campaign_model import start_of
 
     start = start_of(twin, loaded.experiment, effects)

@@ -75,12 +75,12 @@ def command(
 ) -> None:
     """Find the modes in CAMPAIGN's FRFs, follow them over temperature; or those of a test, or of FRFS.uff.
 
-    No order, no band and no start value is asked for: vector fitting proposes, variable projection moves the
-    poles to the least-squares optimum, BIC decides how many stay, and every mode carries its standard deviations
-    and the reason for its status; it is confirmed where refits of parts of the data, or sweeps of neighbouring
-    temperatures, find it again. A campaign's result goes into the run folder (frf.h5, modes.h5, modes.csv), a
-    test's too, with its shapes (flexura new writes TEST.toml). FRFS.uff is taken FRF by FRF and printed; with
-    --shared-poles as one structure, into a run folder too.
+    No model order, band or start value is needed: vector fitting proposes poles, variable projection moves them to
+    the least-squares optimum, and BIC decides how many are kept. Every mode has standard deviations and the reason
+    for its status; it is confirmed where refits of parts of the data, or sweeps at neighbouring temperatures, find
+    it again. A campaign's result goes into the run folder (frf.h5, modes.h5, modes.csv), a test's too, with its
+    shapes (flexura new writes TEST.toml). FRFS.uff is taken FRF by FRF and printed; with --shared-poles as one
+    structure, into a run folder too.
     """
     from app.files.modal_test_toml import declares_test
 
@@ -121,7 +121,7 @@ def command(
 def _wanted(
     mains: float, damping: "Damping", method: "Method", band: tuple[float, float] | None, actuator: str | None
 ) -> "Wanted":
-    """Return the options as the stage takes them; called once the input is read: the stage is slow to import."""
+    """Return the options for the stage; called after the input is read, because importing the stage is slow."""
     from analysis.identification.settings import Settings
     from app.stages.identify import Wanted
 

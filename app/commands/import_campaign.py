@@ -1,4 +1,4 @@
-"""``flexura import``: a recorded campaign becomes a campaign folder."""
+"""``flexura import``: import of a recorded campaign into a campaign folder."""
 
 from pathlib import Path
 
@@ -29,10 +29,10 @@ def command(
     """Import FOLDER, a recorded campaign (campaign.toml and NI TDMS files), as a campaign folder.
 
     Every file is checked against the declaration: channels, lengths, sample rate, units, clipping, silence,
-    temperatures. Anything wrong is named, all of it at once, and nothing is written but a picture of a geometry
-    that cannot be. An import that was killed is completed by the same command; importing the same recording
-    again changes nothing. Where several actuators drove the plate one after the other, each gives a campaign of
-    its own: name it with --actuator.
+    temperatures. All errors are reported at once; then nothing is written, except a picture of a wrong geometry.
+    An import that was killed is completed by the same command; importing the same recording again changes nothing.
+    Where several actuators drove the plate one after the other, each gives a campaign of its own: name it with
+    --actuator.
 
     Several FOLDERs are joined to one campaign in --out: campaigns of one plate, recorded, imported or acquired,
     each with actuators of its own.

@@ -80,10 +80,10 @@ def command(
 ) -> None:
     """Write the declaration of a test (test.toml) or of a campaign (campaign.toml).
 
-    FILES hold the signals or FRFs of a test; of a campaign they are TDMS files of a recorder's own layout, one a
-    sweep, or none where the layout is to be Flexura's. Channels are taken from the first file, their roles guessed
-    where they are not given; volts of a test need a sensitivity, which is asked for at a terminal. The declaration
-    is yours to correct; flexura identify, or flexura import, reads it.
+    FILES hold the signals or FRFs of a test; of a campaign they are TDMS files in a recorder's own layout, one per
+    sweep, or none for Flexura's layout. Channels are taken from the first file, and their roles are guessed if not
+    given. Test channels in volts need a sensitivity; at a terminal you are asked for it. The declaration is yours
+    to correct; flexura identify, or flexura import, reads it.
     """
     from app.files.modal_test_toml import NAME
     from app.modal_test.guessed_channels import NewTest
@@ -130,7 +130,7 @@ def command(
 
 
 def _refuse(why: str, options: Mapping[str, object]) -> None:
-    """Refuse options that the kind of declaration does not take."""
+    """Refuse options that do not apply to the kind of declaration."""
     for name, value in options.items():
         if value:
             raise click.BadParameter(why, param_hint=name)

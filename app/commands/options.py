@@ -1,4 +1,4 @@
-"""Options that several verbs share: one name, one wording, one range."""
+"""Options common to several verbs, each with one name, text and range."""
 
 import functools
 import os
@@ -11,16 +11,16 @@ import click
 Verb = TypeVar("Verb", bound=Callable[..., object])
 
 PATH = click.Path(path_type=Path)
-"""A file or folder that is written, or may lack."""
+"""A file or folder that is written, or may be missing."""
 
 
 class Existing(click.Path):
-    """A file or folder that is read: told where it lacks, before what reads or computes is imported.
+    """A file or folder that is read: reported if missing, before slow imports.
 
     Parameters
     ----------
     onward : str
-        What is allowed, or makes it: the end of the sentence.
+        What is allowed, or how to make it: the end of the message.
     """
 
     def __init__(self, onward: str) -> None:
@@ -47,10 +47,10 @@ class Existing(click.Path):
         Raises
         ------
         click.ClickException
-            Where nothing has that name.
+            If it does not exist.
         """
         path = Path(os.fspath(value))
-        if not os.path.exists(path):  # noqa: PTH110 (Path.exists raises for a name too long or a folder shut)
+        if not os.path.exists(path):  # noqa: PTH110 (Path.exists raises for too long a name or without permission)
             option = f"{param.opts[0]} " if isinstance(param, click.Option) else ""
             raise click.ClickException(f"{option}{path}: does not exist; {self.onward}")
         return path
@@ -131,7 +131,7 @@ FILTER_OPTIONS = (
 
 
 def filter_options(verb: Verb) -> Verb:
-    """Give a verb the options on how taps are designed; it takes them as one mapping, `filters`."""
+    """Add the options of the tap design to a verb, which receives them as one mapping, `filters`."""
 
     @functools.wraps(verb)
     def designing(*args: Any, **options: Any) -> object:

@@ -1,4 +1,4 @@
-"""What a verb says, and where: its result on stdout; progress, notes and the closing line on stderr."""
+"""Output of a verb: its result on stdout; progress, notes and the closing line on stderr."""
 
 import functools
 import json
@@ -17,46 +17,46 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class Output:
-    """How much a verb was asked to say.
+    """Output of a verb, by --json and --quiet.
 
     Attributes
     ----------
     as_json : bool
-        The result as JSON, instead of a table for people.
+        Whether the result is printed as JSON instead of a table.
     quiet : bool
-        Neither progress nor table nor closing line. What a user has to know is told all the same.
+        No progress, table or closing line; notes and errors are printed nevertheless.
     """
 
     as_json: bool
     quiet: bool
 
     def progress(self) -> AbstractContextManager[Progress]:
-        """Context with a callable (stage, share done) that draws bars where somebody looks."""
+        """Context manager whose value, called with (stage, share done), draws progress bars on a terminal."""
         return progress(shown=not self.quiet)
 
     def result(self, record: Callable[[], Any], show: Callable[[], object] | None = None) -> None:
-        """Print what `record` returns as JSON, or let `show` print it for people."""
+        """Print the value of `record` as JSON, or call `show` to print a table."""
         if self.as_json:
             click.echo(json.dumps(record(), indent=1, allow_nan=False))
         elif show is not None and not self.quiet:
             show()
 
     def note(self, text: str) -> None:
-        """Tell what has to be known before the result is trusted."""
+        """Print a note that is important for the use of the result."""
         click.echo(f"note: {text}", err=True)
 
     def summary(self, line: str) -> None:
-        """Say in a line what came of it."""
+        """Print the closing line, unless quiet."""
         if not self.quiet:
             click.echo(line, err=True)
 
     def failure(self, line: str) -> None:
-        """Say why it was not done, however quiet the rest."""
+        """Print an error, even if quiet."""
         click.echo(line, err=True)
 
 
 def output_options(printed: str) -> Callable[[Callable[..., Result]], Callable[..., Result]]:
-    """Give a verb --quiet and --json, which prints `printed`; it takes both as one argument, `output`."""
+    """Add --quiet and --json, which prints `printed`, to a verb, which receives both as `output`."""
 
     def add(verb: Callable[..., Result]) -> Callable[..., Result]:
         @functools.wraps(verb)

@@ -24,10 +24,10 @@ Examples:
 @output_options("how the rig was left")
 @bad_input
 def command(experiment: Path, rig: "RigKind | None", output: Output) -> None:
-    """Tell the oven of EXPERIMENT to rest, then bring its drive to 0 V; no campaign is needed or touched.
+    """Bring the oven of EXPERIMENT to rest, then its drive to 0 V; no campaign is needed or touched.
 
-    For a rig that a crash, a power cut or another program has left as it was. Where a campaign is running on the
-    rig, its process is named and nothing is done: stop it (Ctrl-C, or flexura view), which brings the rig to rest.
+    For use after a crash, a power cut or another program. If a campaign is running on the rig, its process is
+    named and nothing is done: stop it (Ctrl-C, or flexura view), which brings the rig to rest.
 
     Exit status 3 where something could not be verified to be at rest (NOT AT REST: go there and switch it off).
     """
@@ -40,7 +40,7 @@ def command(experiment: Path, rig: "RigKind | None", output: Output) -> None:
 
     declared = read_declared_experiment(experiment)
     kind = rig or declared.rig
-    with EndRequests():  # nothing cuts it short
+    with EndRequests():  # must not be interrupted
         try:
             with occupied(rig_places(declared, kind), "flexura safe"):
                 unsafe = bring_to_rest(still_rig(declared, kind, experiment))

@@ -1,4 +1,4 @@
-"""``flexura simulate-daq``: the simulated cards on a port of this computer, for any nidaqmx program."""
+"""``flexura simulate-daq``: server of the simulated cards on a local port, for any nidaqmx program."""
 
 import json
 import signal
@@ -31,8 +31,8 @@ def command(experiment: Path | None, port: int, output: Output) -> None:
     """Serve the simulated cards of EXPERIMENT (default: the shipped one) as an NI gRPC Device Server.
 
     Only this computer can reach it. Any program that uses nidaqmx can: nidaqmx.GrpcSessionOptions with a channel
-    to the address printed. Behind the cards hangs the plate of [simulation] at room temperature. Time is virtual:
-    it passes when a program waits for samples. Ends with Ctrl-C.
+    to the address printed. The plate of [simulation], at room temperature, is connected to the cards. Time is
+    virtual: it advances only while a program waits for samples. Ends with Ctrl-C.
     """
     from app.files.campaign_error import CampaignFileError, Problem
     from app.files.experiment_toml import read_acquired_experiment
@@ -61,9 +61,9 @@ def command(experiment: Path | None, port: int, output: Output) -> None:
         with serving(server, port) as address:
             terminals = list(server.chassis.surroundings.terminals())
             told = json.dumps({"address": address, "terminals": terminals}) if output.as_json else address
-            click.echo(told)  # in one line, however quiet the rest: a program waits for it
+            click.echo(told)  # in one line, even if quiet: a program waits for it
             output.summary(f"serving {declared.title}: {', '.join(terminals)}; Ctrl-C ends it")
-            while not ended.wait(0.5):  # in pieces: on Windows a waiting thread hears no Ctrl-C
+            while not ended.wait(0.5):  # in short waits: on Windows Ctrl-C does not interrupt a waiting thread
                 pass
     except OSError as error:
         raise click.ClickException(f"{error}; choose another with --port") from error

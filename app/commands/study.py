@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 FIGURES = ("4", "13", "14", "15", "16", "17", "18", "19")
 SPACINGS_OF = {"14": 5.0, "15": 5.0, "16": 5.0, "17": 5.0, "18": 5.0, "19": 8.0}
-"""Widest °C between training temperatures in figures that train."""
+"""Widest spacing of training temperatures in figures with networks, °C."""
 
 EXAMPLES = """\b
 Examples:
@@ -52,9 +52,9 @@ def command(
     """Make FIGURE of the paper, or all, for a panel whose plate obeys the laws of RUN.
 
     4: STIF, time reversal, modal control and no control with taps, and a sweep in the time domain. 13: one filter
-    for all temperatures. 14 to 17: the networks, their errors, their filters over temperature, what they bring
-    back. 18: 6 to 16 nodes. 19: 14 nodes, trained every 2, 5 and 8 °C. Writes studies.h5 and a PNG file for each
-    figure; `flexura report` shows them. Exit status 1 where the networks are refused.
+    for all temperatures. 14 to 17: the networks, their errors, their filters over temperature, the contrast they
+    recover. 18: 6 to 16 nodes. 19: 14 nodes, trained every 2, 5 and 8 °C. Writes studies.h5 and a PNG file for
+    each figure; `flexura report` shows them. Exit status 1 where the networks are refused.
     """
     from analysis.compensation.evidence_collapse import EvidenceCollapseError
     from analysis.compensation.settings import Training
@@ -102,7 +102,7 @@ def command(
 
 
 def _check_spacing(wanted: Sequence[str], training: "Training", span: tuple[float, float], laws: Path) -> None:
-    """Raise ResultFileError where the laws' range is too narrow for the networks of some figure wanted."""
+    """Raise ResultFileError if the laws' range is too narrow for the networks of a requested figure."""
     from analysis.focusing.temperatures import spaced
     from app.files.bad_file import ResultFileError
 
@@ -120,7 +120,7 @@ def _check_spacing(wanted: Sequence[str], training: "Training", span: tuple[floa
 
 
 def _draw(found: "Studies", figure: str, folder: Path) -> int:
-    """Write a PNG file for each figure asked for; return their number."""
+    """Write a PNG file for each requested figure; return their number."""
     from app.files.atomic import atomic_path
     from app.report.studies import pictures
     from app.report.style import drawing
@@ -134,7 +134,7 @@ def _draw(found: "Studies", figure: str, folder: Path) -> int:
 
 
 def show(numbers: list[Any]) -> None:
-    """Print our numbers beside the paper's for people."""
+    """Print a table of our numbers and the paper's."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table

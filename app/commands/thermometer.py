@@ -76,12 +76,12 @@ def command(
     out: Path | None,
     output: Output,
 ) -> None:
-    """Tell the temperature of RUN's panel from what one patch answers while the others play music.
+    """Estimate the temperature of RUN's panel from the response of one patch while the others play music.
 
     RUN is a run folder with laws.h5 and filters.h5 or compensation.h5 (default: the current folder). The gain
-    between drive and response need not be known. Writes thermometer.csv: a reading for every stretch, its standard
-    deviation by the noise, and a track through all of them. A stretch whose signal does not tell the temperature
-    is refused. Exit status 1 where every stretch is.
+    between drive and response need not be known. Writes thermometer.csv: one reading per section of the sound, its
+    standard deviation due to noise, and a smooth track through all. A section whose signal does not determine the
+    temperature is refused. Exit status 1 if all are.
     """
     from app.files.exports.shipment import shipment
     from app.files.run_folder import run_folder
@@ -133,7 +133,7 @@ def _asked(drive: Path | None, response: Path | None, simulate: Path | None, tem
 
 
 def _sensor(sent: "Shipment", sensor: str | None) -> int:
-    """Place of the listening patch; ResultFileError where there is none."""
+    """Index of the sensing patch; ResultFileError if there is none."""
     from app.files.bad_file import ResultFileError
 
     names = [patch.id for patch in sent.panel.patch]
@@ -173,7 +173,7 @@ def _signals(
             report("Simulated panel", 1.0)
             return signals, course
     if drive is None or response is None:
-        raise TypeError("neither a recording nor a simulation")  # _asked has seen to that
+        raise TypeError("neither a recording nor a simulation")  # excluded by _asked
     highest = sent.panel.filters.edges[1]
     with opened_sound(drive) as played, opened_sound(response) as heard:
         return recorded(played, heard, panel, sent.names, highest), None

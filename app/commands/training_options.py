@@ -1,4 +1,4 @@
-"""Options on how networks are trained."""
+"""Options of the training of networks."""
 
 import functools
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from analysis.compensation.settings import Training
 Verb = TypeVar("Verb", bound=Callable[..., object])
 
 PAPER_CHOICES = ("feed", "scale", "start", "split", "design")
-"""What --as-paper sets all at once."""
+"""Options that --as-paper sets."""
 
 TRAINING_OPTIONS = (
     click.option(
@@ -60,7 +60,7 @@ TRAINING_OPTIONS = (
 
 
 def training_options(verb: Verb) -> Verb:
-    """Give a verb the options on how networks are trained; it takes them as one mapping, `training`."""
+    """Add the options of the training to a verb, which receives them as one mapping, `training`."""
 
     @functools.wraps(verb)
     def training(*args: Any, **options: Any) -> object:
@@ -73,7 +73,7 @@ def training_options(verb: Verb) -> Verb:
 
 
 def training_of(choices: dict[str, Any], as_paper: bool) -> Training:
-    """Return how networks are trained; UsageError for a choice named beside --as-paper."""
+    """Return the training settings; UsageError for an option given together with --as-paper."""
     named = [option for option in PAPER_CHOICES if typed(option)]
     if as_paper and named:
         raise click.UsageError(f"--as-paper sets --{named[0]} itself: leave one of them out")

@@ -41,7 +41,7 @@ def command(
 
     started = time.perf_counter()
     loaded = load_campaign(campaign)
-    from app.stages import update  # what computes takes a second to import: a wrong folder is told before
+    from app.stages import update  # the import takes a second: a wrong folder is reported before it
     from app.twins.campaign_model import start_of
 
     start = start_of(twin, loaded.experiment, effects)
@@ -69,7 +69,7 @@ def command(
 
 
 def other_effects(laws: Path, effects: dict[str, Any]) -> str | None:
-    """Under which effects the laws in a file stand that are about to be replaced; None if under these, or none."""
+    """Describe other effects with which the laws to be replaced were fitted; None if the same, or no laws."""
     from app.files.bad_file import ResultFileError
     from app.files.laws_file import effects_in_laws
 

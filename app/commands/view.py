@@ -1,4 +1,4 @@
-"""``flexura view``: a campaign while it runs, or what was found in it."""
+"""``flexura view``: window on a running campaign, or on its results."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING

@@ -91,7 +91,7 @@ def cached_reduction(
     training : BasisTraining, optional
         The strict one unless given.
     progress : callable, optional
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
 
     Returns
     -------

@@ -61,7 +61,7 @@ def cached_operators(
     box : MaterialBox
         Materials over which the operators are trained.
     report : callable
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
     fineness : Fineness, optional
         The converged one unless given.
     basis : callable, optional

@@ -88,7 +88,7 @@ def identify_test(frfs: FrfSet, wanted: "Wanted", report: Progress) -> TestModes
     frfs : FrfSet
     wanted : Wanted
     report : callable
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
 
     Returns
     -------

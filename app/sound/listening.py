@@ -38,7 +38,7 @@ def listened(
     largest_sigma : float
         A reading less certain than this is refused, K.
     report : callable, optional
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
 
     Returns
     -------

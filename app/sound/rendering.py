@@ -81,7 +81,7 @@ def render(
     trace : Trace
         Looks at the field meanwhile.
     report : callable, optional
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
     clock : callable, optional
         Returns seconds; processor time of the thread by default.
 

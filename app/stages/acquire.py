@@ -1,4 +1,4 @@
-"""An experiment run on a rig, into a campaign folder that windows may watch: begun, or taken up again."""
+"""Acquire stage: an experiment run on a rig into a campaign folder, started or resumed."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -40,20 +40,20 @@ def acquire_campaign(
     Parameters
     ----------
     session : Session
-        Opened and left here; what it could not bring to rest it says afterwards.
+        Opened and closed here; afterwards its `unsafe` tells what could not be brought to rest.
     experiment : AcquiredExperiment
     folder : Path
         Of the campaign.
     source : Source
-        What the experiment was read from.
+        File that the experiment was read from.
     acquired : mapping
-        What the campaign's folder is to know of the rig.
+        Description of the rig, stored in the campaign's folder.
     observer : callable
         Called at every reading.
     again : bool
-        Try once more what was missed or failed.
+        Whether to repeat missed and failed sweeps.
     places : sequence of str
-        What of the rig only one process can use.
+        Names of the parts of the rig that only one process can use.
 
     Returns
     -------
@@ -89,10 +89,10 @@ def acquire_campaign(
 
 @contextmanager
 def _claimed(session: Session, folder: Path, places: Sequence[str]) -> Iterator[None]:
-    """Have the rig and the folder for oneself.
+    """Context manager that locks the rig and the folder for this process.
 
-    Where the folder cannot be written no campaign is taken up; a rig that a killed one left on is brought to rest
-    before that is raised.
+    If the folder cannot be written, a rig that a killed campaign left on is brought to rest before the error is
+    raised.
     """
     with occupied(places, f"flexura acquire, campaign {folder}"), ExitStack() as held:
         try:
@@ -106,7 +106,7 @@ def _claimed(session: Session, folder: Path, places: Sequence[str]) -> Iterator[
 
 
 def _require_wired(session: Session, experiment: AcquiredExperiment) -> None:
-    """Raise RigStopped where a short sweep, before the oven moves, shows that no campaign can succeed."""
+    """Raise RigStopped if a short sweep, before the oven moves, shows a fault that would spoil the campaign."""
     try:
         shot = fire(session.cards, experiment.protocol, session.check)
     except DaqError as error:

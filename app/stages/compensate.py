@@ -1,4 +1,4 @@
-"""Compensate stage: networks and their rivals, trained on a panel's filters and judged, computed and saved."""
+"""Compensate stage: networks and other methods that predict a panel's filters over temperature, compared."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -32,11 +32,11 @@ class CompensatedPanel:
     ----------
     panel : Panel
     compensation : Compensation
-        Networks, their rivals, and how well each does.
+        Networks and other methods, with the performance of each.
     spacing : float or None
-        Between training temperatures, K; None where they were placed, or measured.
+        Spacing of training temperatures, K; None where they were placed, or measured.
     device : str
-        Where they were trained.
+        Device on which the networks were trained.
     measured : bool
         Whether the filters come from measured transfers; otherwise from laws and a twin.
     """
@@ -48,7 +48,7 @@ class CompensatedPanel:
     measured: bool = False
 
     def __repr__(self) -> str:
-        """Training temperatures, contrast lost and the method recommended in one line."""
+        """Training temperatures, loss of contrast and recommended method in one line."""
         found = self.compensation
         t, loss = found.temperature, found.largest_loss
         return (
@@ -69,7 +69,7 @@ def compute(
     place: int | None = None,
     across: Sequence[float] = (),
 ) -> CompensatedPanel:
-    """Build the panel's twin, train one network per actuator, and judge every method.
+    """Build the panel's twin, train one network per actuator, and compare all methods.
 
     Parameters
     ----------
@@ -79,17 +79,17 @@ def compute(
     report : callable
         Called with a stage's name and the share of it done.
     training : Training, optional
-        Standard settings where it is left out, with fewer hidden nodes for few temperatures placed.
+        By default the standard settings, with fewer hidden nodes for few placed temperatures.
     spacing : float
-        Between training temperatures, K.
+        Spacing of training temperatures, K.
     method : str
-        How the filters are designed that the networks have to follow.
+        Design method of the filters that the networks predict.
     device : str
         Where they are trained: ``cpu``, or a device of torch, ``cuda``, ``cuda:1``.
     place : int, optional
-        How many training temperatures are placed where the filters need them, instead of every `spacing`.
+        Number of training temperatures, placed by need instead of every `spacing`.
     across : sequence of float
-        Differences of temperature between two opposite sides of the panel, K, at which the filters are tried.
+        Differences of temperature between two opposite sides of the panel, K, for which contrast is computed.
 
     Returns
     -------
@@ -100,8 +100,8 @@ def compute(
     EvidenceCollapseError
         Where a network is refused.
     ValueError
-        Where laws and panel share no temperatures, fewer than four training temperatures, or no range as wide as
-        a difference `across`.
+        Where the common range of laws and panel is empty, has fewer than four training temperatures, or is
+        narrower than a difference `across`.
     """
     laws = panel.plate.grown(laws)
     low, high = covered(laws, panel.filters.operating_range)
@@ -120,7 +120,7 @@ def compute(
         place=place,
     )
     if across:
-        from app.twins.tilted_twin import tilted_twin  # it meshes and assembles
+        from app.twins.tilted_twin import tilted_twin  # slow import: mesher and assembly
 
         twin = tilted_twin(panel, laws, report)
         tilted = tilted_contrast(
@@ -138,7 +138,7 @@ def compute_measured(
     method: Method = "stif",
     device: str = "cpu",
 ) -> CompensatedPanel:
-    """Train one network per actuator on the filters of measured transfers, and judge every method without a twin.
+    """Train one network per actuator on filters of measured transfers, and compare all methods without a twin.
 
     Parameters
     ----------
@@ -146,9 +146,9 @@ def compute_measured(
     report : callable
         Called with a stage's name and the share of it done.
     training : Training, optional
-        Standard settings where it is left out, with fewer hidden nodes for few temperatures.
+        By default the standard settings, with fewer hidden nodes for few temperatures.
     method : str
-        How the filters are designed that the networks have to follow.
+        Design method of the filters that the networks predict.
     device : str
         Where they are trained: ``cpu``, or a device of torch, ``cuda``, ``cuda:1``.
 
@@ -161,7 +161,7 @@ def compute_measured(
     EvidenceCollapseError
         Where a network is refused.
     ValueError
-        Where the transfers are of fewer than five temperatures.
+        For transfers at fewer than five temperatures.
     """
     training = training or Training(nodes=suited_nodes(len(measured.transfers.temperature), measured=True))
     found = compensate_measured(measured, training, _clock(device), device, report, method, workers())
@@ -169,7 +169,7 @@ def compute_measured(
 
 
 def _clock(device: str) -> Callable[[], float]:
-    """Time by which methods are compared: of the processor, which others use meanwhile; of the wall elsewhere."""
+    """Clock for timing methods: the thread's processor time on the processor, wall time on other devices."""
     return time.thread_time if device == "cpu" else time.perf_counter
 
 
@@ -182,7 +182,7 @@ def save(run: Path, found: CompensatedPanel, inputs: Mapping[str, str]) -> Path:
         Run folder.
     found : CompensatedPanel
     inputs : mapping
-        SHA-256 of every file that the networks follow from, by its name.
+        SHA-256 of every input file of the networks, by its name.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Declaration check: the declared plate compared with one sweep, within seconds, before its twin is built."""
+"""Declaration check: comparison of the declared plate with one sweep before its twin is built; takes seconds."""
 
 import numpy as np
 
@@ -29,20 +29,20 @@ def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tup
     Returns
     -------
     tuple of str
-        Notes on what is doubtful.
+        Notes on doubtful declarations.
 
     Raises
     ------
     ResultFileError
-        Where two sweeps, the middle and the coldest or warmest, agree with no material that is allowed, but well
-        with another.
+        Where two sweeps, the middle one and the coldest or warmest, agree with no material in the declared ranges,
+        but well with one outside.
     """
     report(STAGE, 0.0)
     box = material_box(experiment.plate.material)
     try:
         model = CoarsePlate.of(experiment, scanned_box(box))
     except (RuntimeError, GeometryError, np.linalg.LinAlgError):
-        return ()  # where the check cannot be made, updating goes on
+        return ()  # if the check cannot be made, updating continues
     frf = frf.of_source(frf.driving[0])
     used, middle = ~frf.excluded, middle_sweep(frf)
     report(STAGE, 0.4)
@@ -60,7 +60,7 @@ def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tup
 
 
 def sentence(experiment: Experiment, temperature: float, look: ModulusScan) -> str:
-    """Say what was declared, what the resonances suggest, and what to change.
+    """Describe what was declared, what the resonances suggest, and what to change.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def sentence(experiment: Experiment, temperature: float, look: ModulusScan) -> s
     plate = experiment.plate
     low, high = material_box(plate.material).youngs_modulus
     ratio = look.modulus / float(np.sqrt(low * high))
-    # at one mass, frequencies follow the root of E h**3
+    # at constant mass, frequencies are proportional to the root of E h**3
     thinnest, middle, thickest = (
         1e3 * plate.thickness * (look.modulus / e) ** (1.0 / 3.0) for e in (high, np.sqrt(low * high), low)
     )

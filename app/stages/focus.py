@@ -23,7 +23,7 @@ from app.twins.panel_twin import panel_twin
 
 FILTERS = "filters.h5"
 SPACING = 5.0
-"""Between the temperatures of the filters where none are named, K."""
+"""Default spacing of the filters' temperatures, K."""
 
 
 @dataclass(frozen=True)
@@ -34,13 +34,13 @@ class FocusedPanel:
     ----------
     panel : Panel
     focusing : Focusing
-        Filters at every temperature, and how well they do.
+        Filters at every temperature, with their performance.
     comparison : MethodComparison
-        Focusing methods without taps, on the panel's plate of the reference values.
+        All methods with complex filters, on a plate with reference values of the constants.
     measured : bool
         Whether the filters come from measured transfers; otherwise from laws and a twin.
     uncorrected : Aim or None
-        What filters reach that were designed with the laws of a twin without its effects; None where not asked.
+        Performance of filters designed with the laws of a twin without its effects; None if not requested.
     """
 
     panel: Panel
@@ -80,11 +80,11 @@ def compute(
     report : callable
         Called with a stage's name and the share of it done.
     temperature : (T,) ndarray, optional
-        Degrees Celsius; every 5 K of what laws and panel share where it is left out.
+        Degrees Celsius; by default every 5 K of the common range of laws and panel.
     method : str
         How filters are designed.
     uncorrected : MaterialLaws, optional
-        Laws of a twin that lacks an effect; what filters designed with them reach is computed, too.
+        Laws of a twin that lacks an effect; the performance of filters designed with them is computed, too.
 
     Returns
     -------
@@ -93,7 +93,7 @@ def compute(
     Raises
     ------
     ValueError
-        Where laws and panel share no temperatures.
+        Where laws and panel have no common temperature.
     """
     laws = panel.plate.grown(laws)
     if temperature is None:
@@ -108,7 +108,7 @@ def compute(
 
 
 def compute_measured(measured: MeasuredPanel, report: Progress, *, method: Method = "stif") -> FocusedPanel:
-    """Design filters of a panel from its measured transfers alone.
+    """Design filters of a panel from its measured transfers.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def save(run: Path, found: FocusedPanel, inputs: Mapping[str, str]) -> Path:
         Run folder.
     found : FocusedPanel
     inputs : mapping
-        SHA-256 of every file that the filters follow from, by its name.
+        SHA-256 of every input file of the filters, by its name.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Gap stage: a campaign compared with its twin, and the results of the comparison saved."""
+"""Gap stage: comparison of a campaign with its twin, computed and saved."""
 
 from collections.abc import Collection, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -38,7 +38,7 @@ from simulation.twin.twin import Twin
 GAP, FIGURES, TWIN, LAWS = "gap.json", "gap.h5", "twin.toml", "laws-corrected.h5"
 
 LEAST_LOSS = 1e-4
-"""Least loss factor at which the error of the twin is estimated: a fit may end below any real plate's."""
+"""Smallest loss factor for the error estimate of the twin: a fit may end below that of any real plate."""
 ROUGH = 2e-3
 """Certified error of the twin with effects above which a note says so; usual twins stay below."""
 
@@ -113,7 +113,7 @@ def compute(
     Raises
     ------
     ResultFileError
-        For a campaign that cannot be judged, with the reason.
+        For a campaign that cannot be compared with its twin, with the reason.
     """
     plain = updated_twin(campaign, mains, report)
     frf = plain.frf

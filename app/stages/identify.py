@@ -1,4 +1,4 @@
-"""Identify stage: modes of a campaign, computed and saved; modes of single FRFs of universal files."""
+"""Identify stage: modes of a campaign, computed and saved, and modes of single FRFs of universal files."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -45,13 +45,13 @@ class Wanted:
     settings : Settings
         Of the search.
     damping : str
-        How poles are read.
+        ``hysteretic`` or ``viscous`` reading of poles.
     method : str
         ``auto`` or ``peak-picking``.
     band : (float, float) or None
         Hz; None for all lines.
     actuator : str or None
-        Of several that drove a campaign's plate in turn, whose sweeps are taken; None for the first.
+        Which actuator's sweeps are used, if several drove the plate in turn; None for the first.
     """
 
     settings: Settings
@@ -68,7 +68,7 @@ class Wanted:
             raise ValueError(f"band {self.band[0]:g} to {self.band[1]:g} Hz: two frequencies, ascending, wanted")
 
     def record(self) -> dict[str, Any]:
-        """Return the options as a result file's provenance holds them."""
+        """Return the options in the form stored in a result file's provenance."""
         return {
             "method": self.method,
             "damping": self.damping,
@@ -84,7 +84,7 @@ class Wanted:
         return replace(self, settings=replace(self.settings, mains=mains))
 
     def cut(self, frf: Frf) -> Frf:
-        """Return a campaign's FRFs inside the band."""
+        """Return a campaign's FRFs on the lines inside the band."""
         if self.band is None:
             return frf
         inside = (frf.frequency >= self.band[0]) & (frf.frequency <= self.band[1])
@@ -98,11 +98,11 @@ class Wanted:
         )
 
     def one_by_one(self) -> Callable[[Measured, Settings], Modes] | None:
-        """Return the method that takes each sweep alone, or None where sweeps follow from one to the next."""
+        """Return the method that identifies each sweep alone, or None where sweeps are fitted jointly."""
         return identify_by_peaks if self.method == "peak-picking" else None
 
     def identify(self, frfs: Sequence[MeasuredTransfer]) -> Modes:
-        """Identify FRFs that share poles and lines; ValueError where there is nothing to be found."""
+        """Identify FRFs with common poles and lines; ValueError if there is nothing to identify."""
         quantities = {frf.quantity for frf in frfs}
         terms = choices_for(quantities.pop()) if len(quantities) == 1 else EVERY_CHOICE
         frequency = frfs[0].frequency
@@ -126,7 +126,7 @@ class IdentifiedCampaign:
     tracked : TrackedModes
         Of the lines inside the band.
     inputs : mapping
-        SHA-256 of every file that all this follows from, by its name.
+        SHA-256 of every input file, by its name.
     every : Frf
         The FRFs of all actuators.
     """
@@ -155,7 +155,7 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
     report : callable
         Called with a stage's name and the share of it done.
     twin : Path, optional
-        Run folder of ``flexura update`` whose twin says which modes to expect.
+        Run folder of ``flexura update`` whose twin predicts the modes.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def compute(campaign: Campaign, wanted: Wanted, report: Progress, twin: Path | N
 
 
 def _confirmed(frf: Frf, tracked: TrackedModes) -> TrackedModes:
-    """Let sweeps of neighbouring temperatures confirm each other, and refit those that have no neighbour."""
+    """Confirm modes by sweeps of neighbouring temperatures, and sweeps without a neighbour by refits."""
     measured = [sweep_measured(frf, t) for t in range(len(tracked.modes))]
     judged = confirmed_by_neighbours(tracked, measured)
     modes = (m if m.confirmation else confirmed(own, m) for own, m in zip(measured, judged.modes, strict=True))
@@ -194,7 +194,7 @@ def _confirmed(frf: Frf, tracked: TrackedModes) -> TrackedModes:
 def save(
     run: Path, campaign: Campaign, found: IdentifiedCampaign, wanted: Wanted, export: Path | None = None
 ) -> None:
-    """Write frf.h5, modes.h5 and modes.csv, and the FRFs as a universal file where asked for.
+    """Write frf.h5, modes.h5 and modes.csv, and the FRFs as a universal file if requested.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def save(
     campaign : Campaign
     found : IdentifiedCampaign
     wanted : Wanted
-        Goes into the provenance.
+        Stored in the provenance.
     export : Path, optional
         Universal file for the FRFs.
 
@@ -213,7 +213,7 @@ def save(
         Where a file cannot be written.
     """
     made_from = provenance(found.inputs, {"campaign": campaign.name} | wanted.record())
-    save_frf(run / "frf.h5", campaign.experiment, found.every, made_from)  # as update and gap write it
+    save_frf(run / "frf.h5", campaign.experiment, found.every, made_from)  # as written by update and gap
     if export is not None:
         write_frfs(export, campaign_frfs(campaign.experiment, found.frf))
     save_modes(run / "modes.h5", found.tracked, made_from)

@@ -1,4 +1,4 @@
-"""Identify stage of a test, or of a universal file's FRFs as those of one structure: modes and shapes."""
+"""Identify stage of a modal test, or of a universal file's FRFs of one structure: modes and mode shapes."""
 
 from analysis.mains import likely_mains
 from analysis.progress import Progress
@@ -10,7 +10,7 @@ save = save_test
 
 
 def compute(frfs: FrfSet, wanted: Wanted, report: Progress, *, mains_named: bool) -> tuple[TestModes, Wanted]:
-    """Identify FRFs with one set of poles, and take shapes out of their residues.
+    """Identify FRFs with one set of poles, and compute mode shapes from their residues.
 
     Parameters
     ----------
@@ -18,15 +18,15 @@ def compute(frfs: FrfSet, wanted: Wanted, report: Progress, *, mains_named: bool
         Of one structure.
     wanted : Wanted
     report : callable
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
     mains_named : bool
-        Whether the mains frequency in `wanted` was chosen by the user: then it is not looked for in the FRFs.
+        Whether the user chose the mains frequency in `wanted`; if not, it is detected in the FRFs.
 
     Returns
     -------
     found : TestModes
     wanted : Wanted
-        At the mains frequency of the declaration, or the one whose hum the FRFs show.
+        With the mains frequency used: that of the declaration, or the one whose hum the FRFs show.
 
     Raises
     ------

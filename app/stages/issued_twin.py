@@ -1,4 +1,4 @@
-"""The twin that the gap stage issues: declaration, laws, effects and origin, as a twin file holds them."""
+"""Content of the twin file written by the gap stage: declaration, laws, effects and origin."""
 
 import hashlib
 import json
@@ -18,7 +18,7 @@ from app.files.twin_file import Basis, Estimated, TwinEffect, TwinFile, TwinLaws
 def issued_twin(
     campaign: Campaign, corrected: CorrectedTwin, basis_error: float, verdict: Verdict, based_on: str | None
 ) -> TwinFile:
-    """Describe the twin that was issued; numbers to nine digits, standard deviations to four.
+    """Return the content of the twin file; numbers to nine digits, standard deviations to four.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def issued_twin(
     Raises
     ------
     ValueError
-        For values that no twin file may hold.
+        For values that are not valid in a twin file.
     """
     experiment, found = campaign.experiment, corrected.updated
     units = [one.gain_unit for one in experiment.inputs]

@@ -17,26 +17,26 @@ from app.files.panel_file import SECTION_2, panel_of_text, read_panel
 
 
 def panel_of(path: Path | None, changes: Mapping[str, Any]) -> tuple[Panel, Path]:
-    """Return the panel of a file, or the shipped one, with filter settings changed where `changes` says so."""
+    """Return the panel of a file, or the shipped one, with the filter settings in `changes` replaced."""
     path = path or SECTION_2
     panel = changed(read_panel(path), changes)
     return panel, path
 
 
 def changed(panel: Panel, changes: Mapping[str, Any]) -> Panel:
-    """Panel with some filter settings replaced and checked anew; None leaves a setting as it is."""
+    """Panel with some filter settings replaced and validated; None keeps a setting."""
     given = {name: value for name, value in changes.items() if value is not None}
     if not given:
         return panel
     declared = panel.model_dump(mode="json")
     declared["filters"] |= given
     if "taps" in given and "delay" not in given:
-        declared["filters"]["delay"] = None  # it follows the length
+        declared["filters"]["delay"] = None  # the default delay depends on the length
     return panel_of_text(json.dumps(declared), "command line")
 
 
 def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple[Panel, Path]:
-    """Return the panel of a file, or else the one the run's filters were made for, or else the shipped one.
+    """Return the panel of a file, or else that of the run's filters, or else the shipped one.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple
     Raises
     ------
     ResultFileError
-        Where these filters were designed from measured transfers: they have no twin.
+        Where these filters were designed from measured transfers, so that there is no twin.
     """
     made = run / "filters.h5"
     if path is None and made.is_file() and made_from_transfers(made):
@@ -67,7 +67,7 @@ def panel_for(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple
 
 
 def scanned_panel(path: Path | None, run: Path, changes: Mapping[str, Any]) -> tuple[Panel, Path]:
-    """Return the panel of a file, or else the one that a run's filters were made for, whatever from.
+    """Return the panel of a file, or else that of a run's filters, from laws or measured transfers.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) ->
     ResultFileError
         For more than one temperature, and where panel and transfers do not fit each other.
     """
-    from app.files.transfers_file import read_transfers  # with what reads universal files
+    from app.files.transfers_file import read_transfers  # slow import: readers of universal files
 
     if len(temperatures) > 1 or not np.isfinite(temperatures).all():
         raise ResultFileError(f"--temperature {temperatures}: one, at which {path} was measured, in °C")
@@ -138,20 +138,20 @@ def measured_panel(panel: Panel, path: Path, temperatures: tuple[float, ...]) ->
         raise ResultFileError(f"{path}: point {int(np.argmax(off)) + 1} at ({x:g}, {y:g}) m lies off the plate")
     measured = MeasuredPanel(panel, transfers)
     try:
-        measured.grid  # noqa: B018 - made here, so that what it refuses is told
+        measured.grid  # noqa: B018 - computed here to report its errors
     except ValueError as error:
         raise ResultFileError(f"{path}: {error}; measure points on the target") from error
     return measured
 
 
 def method_for(named: Method | None, path: Path | None, run: Path) -> Method:
-    """Return the method named, or else that of the run's filters where their panel is taken, or STIF.
+    """Return the method named, or else that of the run's filters if their panel is used, or STIF.
 
     Parameters
     ----------
     named : str or None
     path : Path or None
-        File of the panel; None where the run's panel is taken.
+        File of the panel; None if the run's panel is used.
     run : Path
 
     Returns
@@ -163,12 +163,12 @@ def method_for(named: Method | None, path: Path | None, run: Path) -> Method:
 
 
 def workers() -> int:
-    """Threads to compute temperatures on: one for each core, as far as the memory of their fields goes."""
+    """Return the number of threads that compute temperatures: one per core, limited by the memory for fields."""
     return min(os.cpu_count() or 1, 16)
 
 
 def checked_device(device: str) -> None:
-    """Raise ResultFileError unless networks can be trained on `device`: the processor, or what torch knows."""
+    """Raise ResultFileError unless networks can be trained on `device`: ``cpu`` or a device of torch."""
     if device == "cpu":
         return
     import torch

@@ -1,4 +1,4 @@
-"""Laws that a panel's plate obeys, and the temperatures they share with the panel."""
+"""Material laws of a panel's plate, and their common temperature range with the panel."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from app.files.twin_file import TwinFile, read_twin
 
 
 def laws_of(run: Path, verb: str) -> tuple[Path, MaterialLaws]:
-    """Return the laws of a run folder, or of a laws file named itself, and where they stand."""
+    """Return the laws of a run folder or of a laws file, and the path of that file."""
     path = run if run.is_file() else run_file(run, "laws.h5", verb)
     return path.resolve(), load_laws(path)
 
@@ -30,15 +30,15 @@ def laws_for(run: Path | None, twin: Path | None, verb: str) -> tuple[Path, Mate
     twin : Path or None
         Twin file.
     verb : str
-        Of the command that asks, for messages.
+        Name of the calling command, for messages.
 
     Returns
     -------
     path : Path
-        File the laws stand in.
+        File of the laws.
     laws : MaterialLaws
     folder : Path
-        Of the results: beside the laws, or with a twin file `run` where that is a folder.
+        Folder for results: that of the laws; with a twin file `run`, if that is a folder.
     """
     if twin is None:
         path, laws = laws_of(run or Path(), verb)
@@ -62,7 +62,7 @@ def laws_of_twin(twin: TwinFile, origin: Path) -> MaterialLaws:
 
 
 def effects_left_out(twin: Path) -> list[str]:
-    """Say which effects of a twin file a panel does not take along; nothing for none."""
+    """Return a note on the effects of a twin file that do not apply to a panel; empty if there are none."""
     effects = list(read_twin(twin).effects)
     if not effects:
         return []
@@ -71,7 +71,7 @@ def effects_left_out(twin: Path) -> list[str]:
 
 
 def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, float]:
-    """Return the temperatures that panel and laws share.
+    """Return the common temperature range of panel and laws.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, flo
     Raises
     ------
     ResultFileError
-        If they share none.
+        If there is none.
     """
     try:
         return covered(laws, panel.filters.operating_range)
@@ -97,7 +97,7 @@ def range_of(panel: Panel, laws: MaterialLaws, origin: Path) -> tuple[float, flo
 
 
 def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
-    """Return temperatures, all of which the laws cover.
+    """Return temperatures after checking that the laws cover all of them.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def within(temperature: Real, laws: MaterialLaws, origin: Path) -> Real:
     Raises
     ------
     ResultFileError
-        Naming the first that the laws do not cover; or where there is none.
+        If the laws do not cover one, which is named, or if `temperature` is empty.
     """
     if not temperature.size:
         raise ResultFileError(f"{origin}: no temperature is named; at least one is needed")

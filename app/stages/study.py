@@ -36,7 +36,7 @@ def run_studies(
     training: Training,
     report: Progress,
 ) -> Studies:
-    """Compute what figures of the paper show.
+    """Compute the data of figures of the paper.
 
     Parameters
     ----------
@@ -48,12 +48,12 @@ def run_studies(
         Of the panel's plate.
     training : Training
     report : callable
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
 
     Returns
     -------
     Studies
-        None in it for figures not asked for.
+        With None for figures not requested.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What filters lose that were designed with the laws of a twin that lacks an effect."""
+"""Performance of filters designed with the laws of a twin that lacks an effect."""
 
 from functools import partial
 from pathlib import Path
@@ -25,20 +25,20 @@ def uncorrected_aim(
     temperature: NDArray[np.float64],
     method: Method,
 ) -> Aim | None:
-    """Aim, on a panel that obeys the true laws, of FIR filters designed for the uncorrected ones.
+    """Assess, on a panel with the true laws, FIR filters designed for the uncorrected laws.
 
     Parameters
     ----------
     model : PanelTwin
     panel : Panel
     laws : MaterialLaws
-        Which the panel obeys.
+        True laws of the panel.
     uncorrected : MaterialLaws or None
-        For which the filters are designed.
+        Laws for which the filters are designed.
     temperature : (T,) ndarray
         Degrees Celsius.
     method : str
-        How they are designed.
+        Design method.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def uncorrected_aim(
 
 
 def uncorrected_laws(run: Path, temperature: NDArray[np.float64]) -> MaterialLaws | None:
-    """Laws that `flexura update` left in a run.
+    """Laws written by `flexura update` into a run.
 
     Parameters
     ----------
@@ -77,8 +77,8 @@ def uncorrected_laws(run: Path, temperature: NDArray[np.float64]) -> MaterialLaw
     Returns
     -------
     MaterialLaws or None
-        None where there are none that cover `temperature`, and where they were fitted with effects switched on
-        (`flexura update --twin`): those are corrected.
+        None if there are none, if they do not cover `temperature`, or if they were fitted with effects switched on
+        (`flexura update --twin`), because those are corrected.
     """
     try:
         laws = load_laws(run / "laws.h5")

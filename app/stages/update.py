@@ -40,11 +40,11 @@ class Updating:
     Attributes
     ----------
     frf : Frf
-        As fitted: the sign of inverted channels corrected, outlier sweeps left out.
+        FRFs as fitted: signs of inverted channels corrected, outlier sweeps left out.
     updated : Updated
         Estimates per sweep.
     laws : MaterialLaws or None
-        Through the estimates; None for fewer than three temperatures.
+        Smooth laws through the estimates; None for fewer than three temperatures.
     twin : TwinFrf
         FRFs of the updated twin.
     """
@@ -90,7 +90,7 @@ def compute(
     Raises
     ------
     ResultFileError
-        For a campaign that cannot be judged, with the reason.
+        For a campaign that cannot be fitted, with the reason.
     """
     if start is None:
         return updated_twin(campaign, mains, report)
@@ -142,7 +142,7 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
     Raises
     ------
     ResultFileError
-        Where the campaign cannot be judged.
+        Where the campaign cannot be fitted.
     """
     frf, twin, updated = _fitted(campaign, mains, report)
     points = [SweepPoint(float(t), 0.0, 1.0, int(k)) for t, k in zip(frf.temperature, frf.driven_by, strict=True)]
@@ -159,12 +159,12 @@ def updated_twin(campaign: Campaign, mains: float, report: Progress) -> Updating
 
 
 def _fitted(campaign: Campaign, mains: float, report: Progress) -> tuple[Frf, Twin[DeclaredPlate], Updated]:
-    """Measured FRFs, inverted channels turned; the twin, and its material in every sweep."""
+    """Measured FRFs with inverted channels corrected, the twin, and its material in every sweep."""
     with judging(campaign):
         frf = campaign_frf(campaign, mains=mains)
-        frf.require_noise()  # before a twin is built for nothing
+        frf.require_noise()  # checked before a twin is built
         if not twin_is_built(campaign.experiment):
-            from app.stages.declaration_check import check_declaration  # brings the mesher, which takes a while
+            from app.stages.declaration_check import check_declaration  # slow import: mesher
 
             frf = replace(frf, notes=(*frf.notes, *check_declaration(campaign.experiment, frf, report)))
         twin = campaign_twin(campaign.experiment, report)
@@ -205,7 +205,7 @@ def _updated_under_effects(
 
 
 def plain_laws(campaign: Campaign, updated: Updated) -> MaterialLaws | None:
-    """Draw laws through the estimates that settled; None where they cover fewer than three temperatures."""
+    """Fit laws through the settled estimates; None where these cover fewer than three temperatures."""
     good = updated.settled
     temperature = updated.temperature[good]
     if temperature.size < 3 or (temperature.max() - temperature.min()) < 1.0:

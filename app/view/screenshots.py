@@ -29,7 +29,7 @@ def screenshots(window: Window, folder: Path, report: Progress) -> list[Path]:
     window : Window
     folder : Path
     report : callable
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
 
     Returns
     -------

@@ -86,7 +86,7 @@ class SupervisedOven:
         self._stop()
 
     def check(self) -> None:
-        """Show that the user is there; raise where the session is to end, or the supervision has ended it."""
+        """Record that the main thread is alive; raise if the session is to end or the supervision ended it."""
         self._user = self._clock.now()
         self._asked_to_end()
         if self._wrong is not None:

@@ -40,7 +40,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     energy = np.minimum(circumstances.strain_energy, LARGEST)
     kept = 1.0 - values["a"] * energy

@@ -47,7 +47,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     warmer = state.mean_temperature - REFERENCE_TEMPERATURE
     chi = 1.0 / (1.0 + values["gamma25"] * np.exp(values["softening"] * warmer))

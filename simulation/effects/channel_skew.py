@@ -36,7 +36,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     return state.with_(phase=state.phase - 2.0 * np.pi * circumstances.frequency * values["delay"])
 

@@ -38,7 +38,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     factor = np.exp(values["p"] * np.log(circumstances.frequency / REFERENCE_FREQUENCY))
     return state.with_(loss=state.loss * factor)

@@ -34,7 +34,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     tilt = 0.5 * (values["gx"] * state.xi + values["gy"] * state.zeta)
     return state.with_(temperature=state.temperature + tilt)

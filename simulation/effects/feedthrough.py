@@ -39,7 +39,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     return state.with_(feedthrough=state.feedthrough + values["gain"])
 

@@ -36,7 +36,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     ratio = values["corner"] / circumstances.frequency
     return state.with_(

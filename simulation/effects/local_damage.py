@@ -52,7 +52,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     disc = Disc(x=values["x"], y=values["y"], radius=RADIUS, loss=values["loss"])
     return state.with_(discs=(*state.discs, disc))

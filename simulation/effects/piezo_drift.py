@@ -47,7 +47,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     warmer = circumstances.point.temperature - REFERENCE_TEMPERATURE
     return state.with_(log_gain=state.log_gain + np.log(1.0 + values["alpha"] * warmer))

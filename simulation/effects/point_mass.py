@@ -34,7 +34,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     load = PointLoad(circumstances.cables[0], mass=values["mass"])
     return state.with_(point_loads=(*state.point_loads, load))

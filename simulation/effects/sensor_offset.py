@@ -41,7 +41,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     return state.with_(offset_x=state.offset_x + values["dx"], offset_y=state.offset_y + values["dy"])
 

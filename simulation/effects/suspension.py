@@ -37,7 +37,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     loads = tuple(
         PointLoad(point, stiffness=values["stiffness"], damping=values["damping"])

@@ -36,7 +36,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     room = circumstances.room_temperature
     heating = (state.mean_temperature - room) / (REFERENCE_TEMPERATURE - room)

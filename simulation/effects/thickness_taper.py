@@ -34,7 +34,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     Returns
     -------
     PlateState
-        `state` with the effect on.
+        `state` with the effect.
     """
     share = values["tx"] * state.xi + values["ty"] * state.zeta
     return state.with_(thickness=state.thickness * (1.0 + share))

@@ -63,7 +63,7 @@ def reduce_with_effects(
     fineness : Fineness, optional
     training : BasisTraining, optional
     progress : callable, optional
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
 
     Returns
     -------

@@ -50,7 +50,7 @@ def reduce_with_footprints(
         Whether the deflection there counts in the error.
     training : BasisTraining, optional
     progress : callable, optional
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
 
     Returns
     -------

@@ -86,7 +86,7 @@ def plain_reduction(
     fineness : Fineness, optional
     training : BasisTraining, optional
     progress : callable, optional
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
 
     Returns
     -------

@@ -65,7 +65,7 @@ def reduce(
         know, as for looking at shapes.
     training : BasisTraining, optional
     progress : callable, optional
-        Told the stage's name and the share done.
+        Called with the stage's name and the share done.
 
     Returns
     -------

@@ -53,7 +53,7 @@ class Fields:
         laws : MaterialLaws
             Before the plate's growth.
         report : callable
-            Told the stage's name and the share done.
+            Called with the stage's name and the share done.
 
         Returns
         -------
