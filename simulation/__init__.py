@@ -1,12 +1,12 @@
-"""The computed plate: from its declaration to volts, newtons and metres per second.
+"""The computed plate: finite-element model, reduced models and twin of a declared plate.
 
 ================  ================================================================
 ``meshing``       meshes of any outline
 ``shell``         the laminated Mindlin shell with piezo patches on such a mesh
-``state``         what a plate is during one sweep, and its matrices then
+``state``         state of a plate during one sweep, and its matrices
 ``effects``       the library of effects, one in a file; each turns one state into another
-``reduction``     small matrices that answer for a whole range of materials and states
-``twin``          inputs in, outputs out, with derivatives
-``verification``  exact and published solutions that the plate is held against
+``reduction``     reduced models for a whole range of materials and states
+``twin``          transfers from inputs to outputs, with derivatives
+``verification``  comparison with exact and published solutions
 ================  ================================================================
 """

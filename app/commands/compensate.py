@@ -156,7 +156,7 @@ class _CompensateTask:
 
 
 def _refuse_with_transfers(twin: Path | None, place: int | None, across: tuple[float, ...]) -> None:
-    """Refuse options that choose temperatures, or laws, beside transfers that were measured at theirs."""
+    """Refuse options on temperatures or laws together with measured transfers."""
     if twin is not None or place is not None or across or typed("spacing"):
         raise click.UsageError(
             "--transfers takes the place of --twin, and trains on the temperatures measured: leave out "

@@ -136,7 +136,7 @@ def _campaign(
     options: "Callable[[], Wanted]",
     output: Output,
 ) -> None:
-    """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs for others where asked."""
+    """Identify and track a campaign; write frf.h5, modes.h5 and modes.csv, and its FRFs if `export` is given."""
     from app.files.campaign import load_campaign
     from app.files.run_folder import run_file, run_folder, writable_folder
 

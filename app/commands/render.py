@@ -1,4 +1,4 @@
-"""``flexura render``: sound through filters that follow the temperature."""
+"""``flexura render``: sound filtered with temperature-dependent filters."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -98,7 +98,7 @@ def command(
 
 
 def covered(sent: "Shipment", laws: "MaterialLaws", course: "TemperatureProgramme") -> None:
-    """Make sure that filters and laws reach as far as the temperature goes.
+    """Raise ResultFileError unless filters and laws cover all temperatures.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def covered(sent: "Shipment", laws: "MaterialLaws", course: "TemperatureProgramm
     from app.files.bad_file import ResultFileError
 
     held = sent.filters.input.temperature_range
-    if sent.filters.weights.count == 1:  # one filter, which follows nothing; its panel's range counts
+    if sent.filters.weights.count == 1:  # one filter for all temperatures; its panel's range counts
         held = sent.panel.filters.operating_range
     for what, (low, high) in (("filters", held), ("laws", laws.temperature_range)):
         outside = course.temperature[(course.temperature < low - 1e-9) | (course.temperature > high + 1e-9)]
@@ -134,12 +134,12 @@ def record(sent: "Shipment", done: "Rendering", trace: "Trace", block: int) -> d
     done : Rendering
     trace : Trace
     block : int
-        Samples filtered at a time, which count as latency.
+        Samples per block, which add to the latency.
 
     Returns
     -------
     dict
-        Of values that JSON holds.
+        Of JSON values.
     """
     return {
         "sound": str(done.sound),
@@ -167,7 +167,7 @@ def record(sent: "Shipment", done: "Rendering", trace: "Trace", block: int) -> d
 
 
 def notes(channels: int, trace: "Trace") -> list[str]:
-    """Return what has to be known of the sound."""
+    """Return notes on the sound."""
     found = [] if channels == 1 else [f"the mean of its {channels} channels is played"]
     silent = sum(m.following.sound != m.following.sound for m in trace.moments)
     if silent:

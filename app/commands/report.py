@@ -1,4 +1,4 @@
-"""``flexura report``: everything a run found, on one page."""
+"""``flexura report``: all results of a run on one page."""
 
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ def command(run: Path, pictures: bool, out: Path | None, output: Output) -> None
     from app.files.run_folder import is_test_run, run_file, run_folder
 
     if not is_test_run(run):
-        run_file(run, "frf.h5", "report")  # a wrong folder is told before what draws is imported
+        run_file(run, "frf.h5", "report")  # a wrong folder is reported before slow imports
     from app.report.page import Absent, Picture, page
     from app.report.sections import sections
     from app.report.style import drawing

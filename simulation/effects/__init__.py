@@ -1,7 +1,7 @@
-"""What real plates and rigs do that a plain twin does not, one effect in a file.
+"""Physical effects of real plates and rigs that a twin without effects lacks, one per file.
 
-`effect` says what an effect is, `library` holds all of them in the order in which they act, `user_folder` loads a
-user's own and `verification` checks what every effect must do. By what they change:
+`effect` defines the class, `library` lists all effects in the order of application, `user_folder` loads a user's
+own and `verification` checks the requirements on every effect. By what they change:
 
 - temperature over the plate: `thermal_lag`, `thermal_gradient`, `draught_gradient`
 - shape: `thickness_taper`, `sensor_offset`

@@ -1,4 +1,4 @@
-"""Air loading: the air moves with the plate and carries sound away."""
+"""Air loading: added mass and sound radiation of the air around the plate."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,7 +15,7 @@ EDGE_RADIATION = 0.35  # share of the plane-wave resistance that a finite plate 
 
 
 def card(experiment: Experiment) -> EffectCard:
-    """Describe the candidate; 1 is the simple theory of an infinite plate in free air, good to a factor."""
+    """Describe the candidate; 1 is the theory of an infinite plate in free air, correct within a factor."""
     return EffectCard(
         name="air_loading",
         summary="the air on both faces adds mass to long bending waves and carries sound away",
@@ -37,7 +37,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     circumstances : Circumstances
         Of the sweep.
     values : mapping
-        ``added_mass_factor`` and ``radiation_factor``, 1 for the formulas as they stand.
+        ``added_mass_factor`` and ``radiation_factor``, 1 for the formulas below.
 
     Returns
     -------

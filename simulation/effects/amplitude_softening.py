@@ -1,4 +1,4 @@
-"""Amplitude softening: the modulus falls and the loss rises where the plate is strained more."""
+"""Amplitude softening: the modulus falls and the loss rises with strain amplitude."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,7 +10,7 @@ from analysis.experiment import Experiment
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 
-LARGEST = 4.0  # of the relative strain energy: what doubling the level makes of the strongest resonance
+LARGEST = 4.0  # largest relative strain energy: strongest resonance at twice the level
 
 
 def card(experiment: Experiment) -> EffectCard:
@@ -27,7 +27,7 @@ def card(experiment: Experiment) -> EffectCard:
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
     """Storage modulus times 1 - a e, loss modulus times 1 - a e + b e, e the relative strain energy, at most 4.
 
-    The energy is that of the plate so softened: `simulation.twin.strain_energy` finds it.
+    The energy is that of the softened plate, found by iteration in `simulation.twin.strain_energy`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Bond shear lag: a compliant glue line passes on a part of the patches' strain, less when warm."""
+"""Bond shear lag: a compliant glue line transmits only a part of the patches' strain, less when warm."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,7 +10,7 @@ from analysis.experiment import Experiment
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 
-REFERENCE_TEMPERATURE = 25.0  # degrees Celsius, where gamma25 holds
+REFERENCE_TEMPERATURE = 25.0  # degrees Celsius, at which gamma25 is given
 
 
 def card(experiment: Experiment) -> EffectCard:

@@ -10,7 +10,7 @@ from analysis.experiment import Experiment
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 
-REFERENCE_FREQUENCY = 500.0  # Hz, where the laws hold as they stand
+REFERENCE_FREQUENCY = 500.0  # Hz, at which the laws apply unchanged
 
 
 def card(experiment: Experiment) -> EffectCard:
@@ -25,7 +25,7 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Loss factor eta (f/500)**p, the storage modulus as it was.
+    """Loss factor eta (f/500)**p; the storage modulus is not changed.
 
     Parameters
     ----------

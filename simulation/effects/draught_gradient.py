@@ -1,4 +1,4 @@
-"""Draught gradient: one side of the plate is warmer than the other, alike at every temperature."""
+"""Draught gradient: one side of the plate is warmer than the other, by the same amount at every temperature."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""A physical effect: its card, and what it does to the state of a plate."""
+"""A physical effect: its card, and the change that it makes to the state of a plate."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ Apply = Callable[[PlateState, Circumstances, Mapping[str, Any]], PlateState]
 
 
 def always(experiment: Experiment) -> bool:
-    """For effects any campaign can hold."""
+    """Return True: the effect is possible in any campaign."""
     return True
 
 

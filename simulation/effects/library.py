@@ -1,4 +1,4 @@
-"""The effects that come with the project, in the order in which they change a plate's state, and a user's own."""
+"""The project's effects in the order of application, and a user's own."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -33,9 +33,9 @@ from simulation.state.plate_state import Circumstances, PlateState
 
 LIBRARY: Mapping[str, Effect] = MappingProxyType(
     {
-        # The plate's temperature, as a whole: all others that look at it want it settled.
+        # First the plate's mean temperature, because other effects depend on it.
         "thermal_lag": thermal_lag.EFFECT,
-        # Read the plate's temperature, or nothing.
+        # Effects that depend on the plate's temperature, or on no temperature.
         "orthotropy": orthotropy.EFFECT,
         "thickness_taper": thickness_taper.EFFECT,
         "suspension": suspension.EFFECT,
@@ -51,8 +51,8 @@ LIBRARY: Mapping[str, Effect] = MappingProxyType(
         "high_pass": high_pass.EFFECT,
         "feedthrough": feedthrough.EFFECT,
         "amplitude_softening": amplitude_softening.EFFECT,
-        # Tilt the temperature over the plate. Last, for the mean over sampling points that crowd somewhere is
-        # not the plate's temperature any more; the one that reads it before the one that does not.
+        # Last the temperature gradients, because afterwards the mean over unevenly spaced points is no longer the
+        # plate's temperature; the one that uses this temperature comes first.
         "thermal_gradient": thermal_gradient.EFFECT,
         "draught_gradient": draught_gradient.EFFECT,
     }
@@ -61,16 +61,16 @@ LIBRARY: Mapping[str, Effect] = MappingProxyType(
 
 
 def library(experiment: Experiment, folder: Path | None = None) -> dict[str, Effect]:
-    """Return the effects that `experiment` declares enough for, by name, in the order of application.
+    """Return the effects for which `experiment` declares enough, by name, in the order of application.
 
-    Those of the Python files in `folder` follow the project's own, by file name: they see all that these did.
+    Those of the Python files in `folder` follow the project's own, by file name, and act on the resulting state.
     ValueError as from `load_folder`.
     """
     return {name: effect for name, effect in _all(experiment, folder).items() if effect.available(experiment)}
 
 
 def untried(experiment: Experiment, folder: Path | None = None) -> dict[str, EffectCard]:
-    """Cards of those effects that `library` leaves out, `experiment` not declaring enough for them."""
+    """Cards of the effects that `library` leaves out, because `experiment` does not declare enough for them."""
     return {
         name: effect.card(experiment)
         for name, effect in _all(experiment, folder).items()
@@ -91,8 +91,7 @@ def apply_all(
 ) -> PlateState:
     """Apply those effects that have values, in the order of `effects`.
 
-    A value v + 1j * step makes step times the derivative the imaginary part of whatever in the state follows that
-    parameter.
+    With a value v + 1j * step, every number of the state has step times its derivative as imaginary part.
 
     Parameters
     ----------
@@ -101,7 +100,7 @@ def apply_all(
     circumstances : Circumstances
         Of the sweep.
     values : mapping of str to mapping
-        Of every effect that is on, its parameters' values in the units of its card.
+        Parameter values of every effect that is on, in the units of its card.
 
     Returns
     -------

@@ -21,7 +21,7 @@ def card(experiment: Experiment) -> EffectCard:
     plate = experiment.plate
     sites, (low, high) = _sites(plate), plate.bounds
     middle = 0.5 * np.add(low, high)
-    # a plate with a hole in its middle has the spot elsewhere
+    # if there is a hole in the middle, the spot is elsewhere
     centred = _whole(plate, middle[None])[0] or not len(sites)
     x, y = middle if centred else sites[np.hypot(*(sites - middle).T).argmin()]
     return EffectCard(
@@ -59,13 +59,13 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
 
 
 def available(experiment: Experiment) -> bool:
-    """Whether the spot finds a place on the plate."""
+    """Whether there is a place for the spot on the plate."""
     plate = experiment.plate
     return min(plate.length_x, plate.length_y) > 2.0 * RADIUS and len(_sites(plate)) > 0
 
 
 def _coordinate(name: str, low: float, high: float, typical: float) -> Parameter:
-    """Return the place of a disc within the box around the plate, as likely here as there."""
+    """Return a coordinate of the disc's centre, uniformly likely within the box around the plate."""
     spread = (high - low) / np.sqrt(12.0)
     return Parameter(name, "m", low + RADIUS, high - RADIUS, float(spread), shape=True, typical=typical)
 

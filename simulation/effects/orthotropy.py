@@ -1,4 +1,4 @@
-"""Orthotropy: flow or rolling direction, different moduli along x and y."""
+"""Orthotropy: different moduli along x and y, from a flow or rolling direction."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -26,7 +26,7 @@ def card(experiment: Experiment) -> EffectCard:
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
     """E_x = E (1 - delta_e), E_y = E (1 + delta_e), in-plane shear modulus times 1 + delta_g.
 
-    nu_xy nu_yx = nu**2 makes Q12 follow the root of E_x E_y; transverse shear stays.
+    nu_xy nu_yx = nu**2, so Q12 is proportional to the root of E_x E_y; transverse shear is not changed.
 
     Parameters
     ----------

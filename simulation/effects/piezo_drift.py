@@ -10,7 +10,7 @@ from analysis.experiment import Experiment
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 
-REFERENCE_TEMPERATURE = 25.0  # degrees Celsius, where the gain is as nominal
+REFERENCE_TEMPERATURE = 25.0  # degrees Celsius, at which the gain is nominal
 
 
 def card(experiment: Experiment) -> EffectCard:

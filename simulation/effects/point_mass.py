@@ -1,4 +1,4 @@
-"""Point mass: the cable and its glue ride on the plate."""
+"""Point mass: mass of a cable and its glue on the plate."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -21,7 +21,7 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Put the mass on the normal motion of the cable point, the first one where several are declared.
+    """Add the mass to the normal motion of the (first) cable point.
 
     Parameters
     ----------

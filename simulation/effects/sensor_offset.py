@@ -1,4 +1,4 @@
-"""Sensor offset: the first sensor patch was glued beside its mark."""
+"""Sensor offset: the first sensor patch is not at its declared place."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -9,8 +9,8 @@ from analysis.geometry.relations import TOUCH, leaves, overlap
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 
-FARTHEST = 0.0025  # m, a patch of some 20 mm that lies farther off is seen by eye
-RESOLVED = 1e-7  # m, to which the room for it is found
+FARTHEST = 0.0025  # m; for a patch of some 20 mm a larger offset would be visible
+RESOLVED = 1e-7  # m, accuracy of the largest offset that fits
 
 
 def card(experiment: Experiment) -> EffectCard:
@@ -28,7 +28,7 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Put the first sensor patch at its declared centre + (dx, dy).
+    """Move the first sensor patch to its declared centre + (dx, dy).
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
 
 
 def available(experiment: Experiment) -> bool:
-    """Whether there is a sensor patch and room to move it both ways."""
+    """Whether there is a sensor patch with space to move it in both directions."""
     return bool(experiment.sensors) and all(low < high for low, high in (_range(experiment, k) for k in (0, 1)))
 
 
@@ -65,7 +65,7 @@ def _range(experiment: Experiment, axis: int) -> tuple[float, float]:
 
 
 def _farthest(fits: Callable[[float], bool]) -> float:
-    """Return the longest way that fits, up to `FARTHEST`, m."""
+    """Return the largest distance that fits, up to `FARTHEST`, m."""
     if fits(FARTHEST):
         return FARTHEST
     low, high = 0.0, FARTHEST

@@ -1,4 +1,4 @@
-"""Suspension: the strings hold the plate by springs and dashpots."""
+"""Suspension: springs and dashpots of the strings."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -24,7 +24,7 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Put the same spring and dashpot on the normal motion of each declared string point.
+    """Add the same spring and dashpot to the normal motion of each declared string point.
 
     Parameters
     ----------

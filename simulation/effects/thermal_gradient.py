@@ -1,4 +1,4 @@
-"""Thermal gradient: the oven heats one side of the plate more than the other, the more the hotter it is."""
+"""Thermal gradient: one side of the plate is warmer than the other, in proportion to the heating."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""Thermal lag: the plate follows the oven late."""
+"""Thermal lag: the plate's temperature lags behind the oven's."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,7 +12,7 @@ from simulation.state.plate_state import Circumstances, PlateState
 def card(experiment: Experiment) -> EffectCard:
     """Describe the candidate.
 
-    Heat capacity over twice the convection: c h rho/(2 alpha) is 300 s for 3 mm of polymer in moving air
+    Heat capacity over convection on both faces: c h rho/(2 alpha) is 300 s for 3 mm of polymer in moving air
     (alpha = 10 W/m2K), four times that for a thick plate in still air.
     """
     return EffectCard(

@@ -10,7 +10,7 @@ from simulation.state.plate_state import Circumstances, PlateState
 
 
 def card(experiment: Experiment) -> EffectCard:
-    """Describe the candidate; sheets keep to a few per cent, tx and ty together stay far from no thickness."""
+    """Describe the candidate; sheets vary by a few per cent, and the thickness stays positive in these ranges."""
     return EffectCard(
         name="thickness_taper",
         summary="the plate is thicker at one end than at the other",
@@ -21,7 +21,7 @@ def card(experiment: Experiment) -> EffectCard:
 
 
 def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, Any]) -> PlateState:
-    """Thickness h0 (1 + tx xi + ty zeta), symmetric about the mid-plane; the mass stays as weighed.
+    """Thickness h0 (1 + tx xi + ty zeta), symmetric about the mid-plane, with the total mass kept.
 
     Parameters
     ----------

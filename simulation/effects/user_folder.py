@@ -1,4 +1,4 @@
-"""A user's own effects: Python files of a folder, each of which defines EFFECT."""
+"""A user's own effects: Python files in a folder, each defining EFFECT."""
 
 import importlib.util
 from collections.abc import Container
@@ -14,15 +14,15 @@ from simulation.effects.verification import verify
 def load_folder(folder: Path, experiment: Experiment, taken: Container[str] = ()) -> dict[str, Effect]:
     """Run every ``*.py`` of `folder` and return their effects by name, in the order of the files' names.
 
-    Files whose names begin with an underscore are passed over.
+    Files whose names begin with an underscore are ignored.
 
     Parameters
     ----------
     folder : Path
     experiment : Experiment
-        What effects are made for and verified on.
+        Declaration for which the effects are made and verified.
     taken : container of str
-        Names that the library has already.
+        Names already used in the library.
 
     Returns
     -------
@@ -31,9 +31,8 @@ def load_folder(folder: Path, experiment: Experiment, taken: Container[str] = ()
     Raises
     ------
     ValueError
-        Naming the file and what is wrong with it: it raises, defines no EFFECT, has a card that is none or a name
-        that is `taken` (or another file's), or does not do what an effect must (see `verify`). Also where `folder`
-        is no folder or holds no effect.
+        With the file and the error: it raises, defines no EFFECT, has an invalid card or a name that is `taken`
+        (or another file's), or fails `verify`. Also if `folder` is no folder or contains no effect.
     """
     if not folder.is_dir():
         raise ValueError(f"{folder}: not a folder; a folder of Python files that define EFFECT is wanted")

@@ -1,4 +1,4 @@
-"""What every effect must do, whoever wrote it: nothing at zero, and derivatives that a complex step gets right."""
+"""Requirements on every effect: no change at zero amplitude, and correct derivatives by a complex step."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -15,26 +15,26 @@ from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 
 COMPLEX_STEP = 1e-30
-"""Times a parameter's prior sigma; nothing is subtracted, so that it may be as small as it likes."""
+"""Complex step, in prior sigma of the parameter; it may be tiny because nothing is subtracted."""
 REAL_STEP = 1e-4
-"""Times a parameter's prior sigma, for central differences."""
+"""Step of central differences, in prior sigma of the parameter."""
 AGREEMENT = 1e-5
-"""Of both derivatives, relative to the larger; central differences are good to 1e-8 or so."""
+"""Largest relative difference of the two derivatives; central differences are accurate to about 1e-8."""
 STEEPEST = 1e3
-"""Slope at zero over the mean slope up to a third of a sigma: roots and the like have none."""
+"""Largest slope at zero over the mean slope to a third of a sigma: the slope of a square root is infinite."""
 
 SPECTRA = ("storage", "loss", "area_mass", "area_resistance", "log_gain", "phase")
-"""What of a state is given line by line."""
+"""Attributes of a state with one value per line."""
 
 
 def verify(effect: Effect, experiment: Experiment) -> None:
-    """Raise ValueError, saying what is wrong, unless an effect is fit for the search.
+    """Raise ValueError, with the reason, unless an effect can be used in the search.
 
-    At three sweeps that differ in temperature, rate and level: all amplitudes zero leave the state exactly as it
-    was, whatever the shapes; the imaginary part that a complex step leaves in every number of the state is the
-    derivative that central differences find; every amplitude has a slope at zero, finite everywhere and other than
-    zero at one of the sweeps at least, for that is what a search sees of an effect before it tries it. What looks
-    at the strain energy does so line by line, in spectra alone, and lets complex energies through.
+    Requirements, at three sweeps with different temperature, rate and level: with all amplitudes zero the state is
+    not changed, whatever the shapes; derivatives by a complex step equal those by central differences, for every
+    number of the state; every amplitude has a slope at zero that is finite, and nonzero at one sweep at least,
+    because the score test uses this slope. An effect that depends on strain energy does so line by line, in
+    spectra only, and accepts complex energies.
     """
     card = effect.card(experiment)
     idle = {parameter.name for parameter in card.amplitudes}
@@ -53,9 +53,9 @@ def verify(effect: Effect, experiment: Experiment) -> None:
 
 
 def numbers(state: PlateState) -> dict[str, NDArray[Any]]:
-    """All that can differ between two states, as flat arrays by attribute.
+    """All numbers of a state, as flat arrays by attribute, to compare two states.
 
-    Loads without stiffness, damping and mass, and discs that have lost nothing, are as good as none.
+    Loads without stiffness, damping and mass, and discs without loss, are left out.
     """
     loads = [load for load in state.point_loads if load.stiffness or load.damping or load.mass]
     discs = [disc for disc in state.discs if disc.loss]
@@ -69,19 +69,19 @@ def numbers(state: PlateState) -> dict[str, NDArray[Any]]:
 
 
 def interior_point(card: EffectCard, site: Mapping[str, float]) -> dict[str, float]:
-    """Return values a third of a sigma into every amplitude's range, with the shapes of a site moved off it."""
+    """Return values with every amplitude a third of a sigma inside its range, and shapes moved off the site."""
     starts = card.zero(site)
     return {parameter.name: _inside(parameter, starts[parameter.name]) for parameter in card.parameters}
 
 
 def _inside(parameter: Parameter, start: float) -> float:
-    """Go a third of a sigma up where the range allows it, else down, at most half of the way to its end."""
+    """Move up by a third of a sigma if the range allows it, else down, at most half-way to its end."""
     away, up, down = parameter.sigma / 3.0, parameter.high - start, start - parameter.low
     return start + min(away, 0.5 * up) if up > 0.0 else start - min(away, 0.5 * down)
 
 
 def _trials(experiment: Experiment) -> list[tuple[Circumstances, PlateState]]:
-    """Three sweeps of a plate whose laws are all steep."""
+    """Circumstances and states of three sweeps of a plate with steep laws."""
     low, high = experiment.protocol.band
     frequency = np.geomspace(low, high, 7)
     axis = np.array([-1.0, -0.4, 0.3, 1.0])
@@ -135,7 +135,7 @@ def _check_derivatives(effect: Effect, card: EffectCard, state: PlateState, circ
 
 
 def _check_energy(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> None:
-    """Step the energy of one line: nothing but that line of spectra may change, and by the right slope."""
+    """Step the energy of one line: only that line of spectra may change, with the correct slope."""
     if not effect.needs_strain_energy:
         return
     at, line = interior_point(card, card.sites[len(card.sites) // 2]), circumstances.frequency.size // 2
@@ -162,7 +162,7 @@ def _check_energy(effect: Effect, card: EffectCard, state: PlateState, circumsta
 
 
 def _slopes_at_zero(effect: Effect, card: EffectCard, state: PlateState, circumstances: Circumstances) -> set[str]:
-    """Return the amplitudes that move something at zero; ValueError for one that has no finite slope there."""
+    """Return the amplitudes with a nonzero slope at zero; ValueError for one without a finite slope there."""
     zero, alive = card.zero(card.sites[len(card.sites) // 2]), set()
     for parameter in card.amplitudes:
         tiny, away = COMPLEX_STEP * parameter.sigma, _inside(parameter, 0.0)

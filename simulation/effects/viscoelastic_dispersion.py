@@ -1,4 +1,4 @@
-"""Viscoelastic dispersion: a lossy modulus rises with frequency, as causality wants."""
+"""Viscoelastic dispersion: a lossy modulus rises with frequency, as causality requires."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,11 +10,11 @@ from analysis.experiment import Experiment
 from simulation.effects.effect import Effect
 from simulation.state.plate_state import Circumstances, PlateState
 
-REFERENCE_FREQUENCY = 500.0  # Hz, where the laws hold as they stand
+REFERENCE_FREQUENCY = 500.0  # Hz, at which the laws apply unchanged
 
 
 def card(experiment: Experiment) -> EffectCard:
-    """Describe the candidate; 1 is what the Kramers-Kronig relations ask of a constant loss factor."""
+    """Describe the candidate; 1 follows from the Kramers-Kronig relations for a constant loss factor."""
     return EffectCard(
         name="viscoelastic_dispersion",
         summary="the modulus rises with frequency as much as its loss factor demands",
@@ -33,7 +33,7 @@ def apply(state: PlateState, circumstances: Circumstances, values: Mapping[str, 
     circumstances : Circumstances
         Of the sweep.
     values : mapping
-        ``kappa``, 1 for the local relation as it stands.
+        ``kappa``, 1 for the local relation below.
 
     Returns
     -------

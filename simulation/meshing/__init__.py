@@ -3,18 +3,18 @@
 ===============  ================================================================
 ``crossings``    where borders cross or touch
 ``arrangement``  borders as a planar graph: edges, nodes and faces
-``recipe``       how fine
+``recipe``       sizes of the mesh
 ``corners``      angles between neighbouring edges of a face
 ``clearance``    free distances between borders
-``sides``        edges cut into pieces, and the widths of strips
-``repairs``      what a round of meshing teaches the next one
+``sides``        division of edges into pieces, and widths of strips
+``repairs``      changes from one round of meshing to the next
 ``strips``       quadrilaterals along every border
-``fill``         triangles for the rest
-``grading``      smaller cells at corners
-``numbering``    points, cells and edges numbered
-``quality``      how sound the cells are
-``mesher``       all of it: the mesh of a plate
-``plate_mesh``   what comes out
-``foreign``      meshes made elsewhere
+``fill``         triangles in the remaining area
+``grading``      refinement at corners
+``numbering``    numbers of points, cells and edges
+``quality``      quality of the cells
+``mesher``       mesh of a plate, from all these steps
+``plate_mesh``   the finished mesh
+``foreign``      meshes of other programs
 ===============  ================================================================
 """

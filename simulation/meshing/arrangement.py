@@ -1,7 +1,7 @@
 """Borders of a plate as a planar graph: nodes, edges, and the faces between them.
 
-Borders may cross, touch along a common line or lie on each other (patches on both faces): every edge knows the
-borders that it is part of, every face the borders that enclose it.
+Borders may cross, touch along a common line or lie on each other (patches on both faces): every edge has a list of
+the borders that it is part of, every face one of the borders that enclose it.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from simulation.meshing.crossings import SAME, cuts_of, inside, polyline
 
 @dataclass(frozen=True)
 class EdgeOrigin:
-    """Where an edge lies on a border.
+    """Part of a border that an edge coincides with.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class EdgeOrigin:
 
     @property
     def forward(self) -> bool:
-        """Whether the edge runs along its border, the inside of the border on its left."""
+        """Whether the edge has the direction of its border, whose inside is on its left."""
         return self.last > self.first
 
 
@@ -109,7 +109,7 @@ def direction(curve: Curve) -> Real:
 
 
 def _edges(borders: Sequence[Loop], cuts: list[list[list[float]]]) -> tuple[Real, tuple[Edge, ...]]:
-    """Nodes and edges; pieces that lie on each other are one edge of several origins."""
+    """Nodes and edges; coincident pieces become one edge with several origins."""
     nodes: list[Real] = []
 
     def node(point: Real) -> int:
@@ -149,7 +149,7 @@ def _edges(borders: Sequence[Loop], cuts: list[list[list[float]]]) -> tuple[Real
 
 
 def _faces(nodes: Real, edges: tuple[Edge, ...], borders: Sequence[Loop]) -> tuple[Face, ...]:
-    """Trace every half-edge round its face; boundaries that run clockwise are holes of the face around them."""
+    """Trace every half-edge round its face; clockwise boundaries are holes of the face around them."""
     follows = _next(nodes, edges)
     seen: set[HalfEdge] = set()
     outer: list[tuple[tuple[HalfEdge, ...], Real, float]] = []

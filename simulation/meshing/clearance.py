@@ -8,11 +8,11 @@ from analysis.geometry.curves import Curve
 from simulation.meshing.arrangement import Arrangement
 
 APERTURE = 1.14
-"""Half of the angle in which the next border is looked for, rad."""
+"""Half of the angle in which the next border is searched, rad."""
 
 
 class Clearance:
-    """Free distance to the next border, seen from a point into some direction."""
+    """Free distance from a point to the next border in some direction."""
 
     def __init__(self, plan: Arrangement, edges: set[int]) -> None:
         samples = []
@@ -40,6 +40,6 @@ class Clearance:
 
 
 def length_of(curve: Curve) -> float:
-    """Length of a curve, m, to about 1e-4 of it."""
+    """Length of a curve, m, with a relative error of about 1e-4."""
     along = curve.derivative(np.linspace(0.0, 1.0, 33))
     return float(np.sqrt((along**2).sum(axis=1)).mean())

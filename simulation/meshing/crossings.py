@@ -1,4 +1,4 @@
-"""Where borders cross, touch or run through each other's corners."""
+"""Points where borders cross, touch or pass through each other's corners."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -11,11 +11,11 @@ from analysis.geometry.curves import Curve, turning
 from analysis.geometry.loop import Loop
 
 SAME = 1e-7
-"""Points closer than this are one, m."""
+"""Points closer than this are merged, m."""
 CHORD = np.deg2rad(4.0)
-"""Turn of a curve that one side of its polyline stands for."""
+"""Largest turn of a curve per side of its polyline, rad."""
 ALONG = 1e-4
-"""Sine of the angle below which curves that meet do not cross."""
+"""Sine of the angle below which curves count as tangent, not crossing."""
 
 
 def polyline(curve: Curve) -> tuple[Real, Real]:
@@ -83,7 +83,7 @@ def _crossings(
         for _ in range(8):
             slopes = np.column_stack([one.derivative(place[0]), -other.derivative(place[1])])
             if abs(np.linalg.det(slopes)) < ALONG * np.prod(np.hypot(*slopes)):
-                break  # they run along each other
+                break  # the curves coincide
             place = np.clip(place - np.linalg.solve(slopes, one.at(place[0]) - other.at(place[1])), 0.0, 1.0)
         else:
             meet = one.at(place[0])

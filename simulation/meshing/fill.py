@@ -1,4 +1,4 @@
-"""Triangles for what strips leave of a face: Delaunay's, of points graded with their distance from its border."""
+"""Delaunay triangles in the part of a face without strips, with points graded by distance from its border."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ from simulation.meshing.crossings import inside
 LEAST_ANGLE = np.deg2rad(10.0)
 SMOOTHINGS = 5
 BAND = 1.42
-"""Points of one level of sizes serve sizes from the level over this to the level times this."""
+"""Points of one size level are used for sizes from the level over this to the level times this."""
 CHUNK = 400_000
-"""Pairs of places and sides looked at together."""
+"""Number of pairs of places and sides computed at a time."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class Fill:
     triangles : (T, 3) ndarray of int
         Counter-clockwise.
     missing, thin : list of (int, int)
-        Sides of the rings, by their points, that are no side of a triangle, and those that are the longest
-        side of a flat triangle.
+        Sides of the rings, by their points, that are no side of a triangle; and those that are the longest side of
+        a flat triangle.
     """
 
     points: Real
@@ -79,7 +79,7 @@ def fill(points: Real, rings: Sequence[Sequence[int]], spacing: float, growth: f
     Returns
     -------
     Fill
-        Points, triangles, and what is wrong with them.
+        Points, triangles, and their faults.
     """
     sides = _sides(rings)
     start, end = points[sides[:, 0]], points[sides[:, 1]]
@@ -108,7 +108,7 @@ def _distance(places: Real, start: Real, end: Real) -> Real:
 
 
 def _graded(start: Real, end: Real, spacing: float, growth: float) -> Real:
-    """Place points (K, 2) apart by about the size wanted there: that of the sides, growing with the distance."""
+    """Place points (K, 2) with the local spacing: that of the sides, growing with the distance from them."""
     length = np.sqrt(((end - start) ** 2).sum(axis=1))
     low, high = start.min(axis=0), start.max(axis=0)
     found = []
@@ -118,7 +118,7 @@ def _graded(start: Real, end: Real, spacing: float, growth: float) -> Real:
         origin = 0.5 * (low + high)
         count = np.ceil((high - low) / step).astype(int) + 1
         if level < spacing:
-            near = length < BAND * level  # finer points are wanted beside short sides only
+            near = length < BAND * level  # finer points only beside short sides
             i, j = _beside(0.5 * (start[near] + end[near]) - origin, step, growth)
         else:
             i, j = (grid.ravel() for grid in np.mgrid[-count[0] : count[0] + 1, -count[1] : count[1] + 1])
@@ -152,7 +152,7 @@ def _beside(middles: Real, step: Real, growth: float) -> tuple[Whole, Whole]:
 
 
 def _apart(candidates: Real) -> Real:
-    """Of points with sizes (K, 3) those (K', 2) that keep their distance from all before them."""
+    """Select from points with sizes (K, 3) those (K', 2) far enough from all points before them."""
     if not len(candidates):
         return np.zeros((0, 2))
     kept: list[int] = []
@@ -180,7 +180,7 @@ def _triangles(points: Real, start: Real, end: Real) -> Whole:
 
 
 def _smoothed(points: Real, triangles: Whole, fixed: int) -> Real:
-    """Free points moved to the mean of the middles of the triangles round them, weighted by area."""
+    """Free points moved to the area-weighted mean of the centroids of their triangles."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     area = np.abs((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
     middle = (a + b + c) / 3.0
@@ -203,7 +203,7 @@ def _missing(triangles: Whole, sides: Whole) -> list[tuple[int, int]]:
 def _thin(points: Real, triangles: Whole, sides: Whole) -> list[tuple[int, int]]:
     """Sides that are the longest side of a flat triangle, ascending.
 
-    A triangle on a short base is thin too, but halving the base mends nothing; nor does it in a sharp corner.
+    Triangles on a short base or in a sharp corner are thin too, but halving that side does not improve them.
     """
     wanted = {(int(a), int(b)) for a, b in np.sort(sides, axis=1)}
     found = set()

@@ -1,4 +1,4 @@
-"""Meshes made elsewhere, with patches, zones and edges as physical groups."""
+"""Meshes of other programs, with patches, zones and edges as physical groups."""
 
 from collections.abc import Sequence
 
@@ -13,9 +13,9 @@ from simulation.meshing.quality import jacobian_ratio
 from simulation.shell.lobatto import lobatto
 
 PLATE = "plate"
-"""Group of what belongs to no patch and no zone."""
+"""Group of the cells in no patch and no zone."""
 NEAR = 0.98
-"""Where on an edge, between -1 and 1, its curve is looked up: at a corner two curves are equally near."""
+"""Position on an edge, -1 to 1, where its curve is searched: at a corner two curves are equally near."""
 
 
 def foreign_mesh(
@@ -27,16 +27,16 @@ def foreign_mesh(
 ) -> PlateMesh:
     """Mesh of a plate from triangles and quadrilaterals, straight or quadratic.
 
-    Every border of a patch or zone needs a physical surface of its name. A physical curve of a border's name is
-    held against it. A group ``plate`` may hold the rest.
+    Every border of a patch or zone needs a physical surface of its name. A physical curve with a border's name is
+    compared with that border. A group ``plate`` may hold the rest.
 
     Parameters
     ----------
     declared : ForeignMesh
     borders : sequence of Border
-        What the plate is declared to be.
+        Borders of the declared plate.
     cuts : sequence of (float, float)
-        Where supported edges begin and end, m: corners of cells have to stand there.
+        Ends of supported edges, m: corners of cells must be there.
     tolerance : float
         Largest distance of an edge from its border, m.
 
@@ -47,8 +47,8 @@ def foreign_mesh(
     Raises
     ------
     GeometryError
-        For groups that are unknown or missing, cells of points that are not there, cells that are turned over, and
-        a mesh that does not fit the borders.
+        For unknown or missing groups, cells with undefined points, inverted cells, and a mesh that does not fit
+        the borders.
     """
     _check_numbers(declared)
     _check_groups(declared, borders)
@@ -86,7 +86,7 @@ def foreign_mesh(
 
 
 def _check_numbers(declared: ForeignMesh) -> None:
-    """GeometryError for points and cells that are not there."""
+    """GeometryError for undefined points and missing cells."""
     points, cells = len(declared.points), len(declared.quads) + len(declared.triangles)
     edges = [*declared.midsides, *(pair for pairs in declared.curve.values() for pair in pairs)]
     for what, count, rows in (
@@ -116,7 +116,7 @@ def _check_groups(declared: ForeignMesh, borders: Sequence[Border]) -> None:
 
 
 def _turned_alike(declared: ForeignMesh, points: Real) -> tuple[Whole, Whole]:
-    """Quadrilaterals and triangles, counter-clockwise; GeometryError where some are turned over."""
+    """Quadrilaterals and triangles, counter-clockwise; GeometryError if only some are inverted."""
     quads, triangles = (
         np.reshape(declared.quads, (-1, 4)).astype(int),
         np.reshape(declared.triangles, (-1, 3)).astype(int),
@@ -126,7 +126,7 @@ def _turned_alike(declared: ForeignMesh, points: Real) -> tuple[Whole, Whole]:
         x, y = np.moveaxis(points[cells], -1, 0)
         areas.append(0.5 * (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1))
     area = np.concatenate(areas)
-    if (area < 0.0).all():  # a surface seen from below
+    if (area < 0.0).all():  # a surface with its normal downwards
         return quads[:, ::-1], triangles[:, ::-1]
     if not (area > 0.0).all():
         rare = area <= 0.0 if (area > 0.0).sum() >= (area < 0.0).sum() else area >= 0.0
@@ -139,7 +139,7 @@ def _turned_alike(declared: ForeignMesh, points: Real) -> tuple[Whole, Whole]:
 
 
 def _borders(mesh: PlateMesh, borders: Sequence[Border], tolerance: float) -> dict[str, BorderEdges]:
-    """Edges along every border: of the rim for outline and holes, between its cells and others for the rest."""
+    """Edges along every border: boundary edges for outline and holes, edges between its cells and others else."""
     cells = [*zip(mesh.quad_edges, range(len(mesh.quads)), strict=True)]
     cells += [*zip(mesh.triangle_edges, range(len(mesh.quads), mesh.cells), strict=True)]
     sharing = np.zeros((len(borders) + 1, len(mesh.edges)), int)
@@ -199,7 +199,7 @@ def _spans(mesh: PlateMesh, edges: Whole, border: Border) -> BorderEdges:
 
 
 def _check_lines(mesh: PlateMesh, found: dict[str, BorderEdges], lines: dict[str, set[tuple[int, int]]]) -> None:
-    """Hold physical curves against the borders whose names they have."""
+    """Compare physical curves with the borders of the same name."""
     for group, pairs in lines.items():
         own = {(int(a), int(b)) for a, b in mesh.edges[found[group].edge]}
         wrong = [pair for pair in pairs if (min(pair), max(pair)) not in own]

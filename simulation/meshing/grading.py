@@ -1,4 +1,4 @@
-"""Smaller cells next to corners, where stresses are singular."""
+"""Refinement of cells next to corners, where stresses are singular."""
 
 from collections.abc import Callable
 
@@ -9,14 +9,14 @@ from simulation.meshing.strips import Cells, Path
 
 
 def graded(cells: Cells, share: float, corners: set[int]) -> None:
-    """Split every quadrilateral at one of the corners in three, the smallest next to it.
+    """Split every quadrilateral at a corner into three, the smallest next to the corner.
 
     Parameters
     ----------
     cells : Cells
         Changed in place.
     share : float
-        Of an edge at a corner that the smallest cell takes.
+        Share of an edge at a corner taken by the smallest cell.
     corners : set of int
         Points; a quadrilateral has one of them at most.
     """

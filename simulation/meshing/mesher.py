@@ -1,8 +1,8 @@
 """Mesh of a plate of any outline, with holes, zones of another thickness and patches.
 
-Strips of quadrilaterals run along every border; triangles fill the rest. Where strips meet each other, or a good
-triangle cannot be had, strips are made narrower or pieces shorter there, and all is laid again; where there is no
-room for a strip at all, triangles reach to the border.
+Strips of quadrilaterals run along every border; triangles fill the rest. Where strips overlap, or triangles are of
+poor quality, strips are made narrower or pieces shorter there, and the mesh is made again; where there is no space
+for a strip, triangles extend to the border.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -28,11 +28,11 @@ from simulation.meshing.strips import Cells, strips
 
 ROUNDS = 24
 MOST_CUTS = 250
-"""Pieces halved in all the rounds: more would be spent on two borders that nearly coincide."""
+"""Largest number of halved pieces in all rounds: only nearly coincident borders would need more."""
 LEAST_RATIO = 0.01
-"""Of the Jacobian of a cell, see `jacobian_ratio`."""
+"""Smallest `jacobian_ratio` of a cell."""
 NARROWEST = 0.06
-"""Of the width wanted: below it a strip is left out."""
+"""Share of the desired width below which a strip is left out."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Border:
     Attributes
     ----------
     name : str
-        By which its cells and edges are found in the mesh.
+        Key of its cells and edges in the mesh.
     loop : Loop
     kind : str
         ``outline``, ``hole`` or ``inner``: patches and zones.
@@ -55,7 +55,7 @@ class Border:
 
 @dataclass
 class MeshFault:
-    """A place where the mesh is not good, and what may be done about it."""
+    """A place of poor mesh quality, and possible remedies."""
 
     place: Real
     face: int
@@ -73,7 +73,7 @@ def mesh_plate(
     recipe: MeshRecipe | None = None,
     cuts: Sequence[tuple[float, float]] = (),
 ) -> PlateMesh:
-    """Mesh what lies inside the outline and outside the holes.
+    """Mesh the area inside the outline and outside the holes.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def mesh_plate(
         Of the plate, m.
     recipe : MeshRecipe, optional
     cuts : sequence of points
-        On borders, where an edge shall end, m: ends of supports.
+        Points on borders where an edge must end, m: ends of supports.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def mesh_plate(
     Raises
     ------
     GeometryError
-        Where no good mesh was found, with the place and the borders there.
+        If no good mesh was found, with the place and the borders there.
     """
     recipe = recipe or MeshRecipe()
     try:
@@ -154,9 +154,9 @@ def _sizes(
 def _filled(
     cells: Cells, faces: Iterable[int], spacing: float, growth: float, known: dict[bytes, Fill]
 ) -> tuple[Whole, list[int], list[MeshFault]]:
-    """Triangles of every face (points appended to `cells`), their faces, and what is wrong.
+    """Triangles of every face (points appended to `cells`), their faces, and faults.
 
-    `known` holds what earlier rounds found for the same rings.
+    `known` holds results of earlier rounds for the same rings.
     """
     triangles, owners = [np.array(cells.wedges, int).reshape(-1, 3)], [*cells.wedge_face]
     faults: list[MeshFault] = []
@@ -187,14 +187,14 @@ def _fault(cells: Cells, face: int, a: int, b: int, *, narrow: bool) -> MeshFaul
     own = next((p for p in ((a, b), (b, a)) if p in cells.on_edge), None)
     place = 0.5 * (cells.points[a] + cells.points[b])
     piece = own or cells.inner.get(pair)
-    if piece is not None and own is None:  # the end of a strip does not get shorter with its piece
+    if piece is not None and own is None:  # halving a piece does not shorten the end of its strip
         side, base = (np.hypot(*(cells.points[i] - cells.points[j])) for i, j in (pair, piece))
         narrow = narrow or bool(side > 1.5 * base)
     return MeshFault(place, face, piece, (a, b), narrow and any(k in cells.foot for k in pair))
 
 
 def _turned(mesh: PlateMesh, cells: Cells, triangles: Whole, owners: Sequence[int]) -> Iterable[MeshFault]:
-    """Faults of the cells of a mesh that are turned over, or nearly so."""
+    """Faults of inverted or nearly inverted cells of a mesh."""
     for cell in np.flatnonzero(jacobian_ratio(mesh) < LEAST_RATIO).tolist():
         place = mesh.centers[cell]
         quads = len(cells.quads)
@@ -209,7 +209,7 @@ def _turned(mesh: PlateMesh, cells: Cells, triangles: Whole, owners: Sequence[in
 
 
 def _repaired(repairs: Repairs, faults: Sequence[MeshFault], cells: Cells, cutter: Cutter) -> Repairs:
-    """Return what is to be done otherwise in the next round."""
+    """Return the changes for the next round."""
     splits, caps, bare = dict(repairs.splits), list(repairs.caps), set(repairs.bare)
     for fault in faults:
         if fault.piece in cells.on_edge and not fault.narrow:
@@ -238,7 +238,7 @@ def _finished(
     owners: Sequence[int],
     recipe: MeshRecipe,
 ) -> PlateMesh:
-    """Grade the corners and number everything."""
+    """Refine the corners and number points, cells and edges."""
     if recipe.grading:
         wanted = {corner for corner, outer in cells.corners.items() if recipe.outer_corners or not outer}
         corners = corners_apart(cells, wanted, set(triangles.ravel().tolist()))

@@ -1,4 +1,4 @@
-"""The mesh that comes of strips and triangles: points, cells and edges numbered, curves followed."""
+"""Assembly of strips and triangles to a mesh: numbers of points, cells and edges, and curved edges."""
 
 from collections.abc import Mapping, Sequence
 
@@ -20,7 +20,7 @@ def numbered(
     triangles: Whole,
     owners: Sequence[int],
 ) -> PlateMesh:
-    """Build the mesh: number points, cells and edges, and follow the curves.
+    """Build the mesh: number points, cells and edges, and fit curved edges.
 
     Parameters
     ----------

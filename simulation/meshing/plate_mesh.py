@@ -1,4 +1,4 @@
-"""A mesh of curved quadrilaterals and triangles, and what its cells and edges belong to."""
+"""A mesh of curved quadrilaterals and triangles, with the borders of its cells and edges."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Real, Whole
 
 CURVE_DEGREE = 8
-"""Degree to which curved edges are followed."""
+"""Polynomial degree of curved edges."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How finely a plate is meshed, in multiples of its own thickness."""
+"""Sizes of the mesh, in multiples of the plate's thickness."""
 
 from dataclasses import dataclass
 
@@ -8,13 +8,13 @@ class MeshRecipe:
     """Sizes of the mesh.
 
     Strips of quadrilaterals along every border resolve the shear layer of a Reissner-Mindlin plate, whose width is
-    of the order of the thickness h: they are tied to it.
+    of the order of the thickness h; so their width is given in h.
 
     Attributes
     ----------
     spacing : float
-        Largest edge of a cell of a plate 3 mm thick, m; of other plates by the root of the thickness, as
-        bending waves are.
+        Largest edge of a cell of a plate 3 mm thick, m; for other plates it scales with the root of the thickness,
+        like bending wavelengths.
     strip : float
         Width of the strips on both sides of the borders of patches and zones, in h.
     edge_strip : float
@@ -24,13 +24,13 @@ class MeshRecipe:
     turn : float
         Largest turn of a border within a cell, rad.
     grading : float
-        Share of a cell next to a corner that its smallest part takes; 0: corners are not refined.
+        Share of a cell at a corner taken by its smallest part; 0: no refinement of corners.
     levels : int
         How many times cells next to a corner are refined.
     outer_corners : bool
-        Whether corners of the outline are refined, too; else those of patches and re-entrant ones alone.
+        Whether corners of the outline are refined, too; else only those of patches and re-entrant ones.
     pieces : int
-        Least number of cells along a side of a patch, those of its corners included.
+        Smallest number of cells along a side of a patch, including those at its corners.
     """
 
     spacing: float = 0.040

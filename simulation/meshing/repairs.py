@@ -1,4 +1,4 @@
-"""What a round of meshing that failed teaches the next one: further cuts, narrower strips, borders without one."""
+"""Changes after a failed round of meshing: further cuts, narrower strips, borders without a strip."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Cap:
-    """A place, (x, y) m, near which strips were found too wide, and the width allowed there, m."""
+    """A place, (x, y) m, near which strips were too wide, and the largest width there, m."""
 
     place: tuple[float, float]
     width: float
@@ -29,7 +29,7 @@ class Cap:
 
 @dataclass(frozen=True)
 class Repairs:
-    """What earlier rounds of meshing have taught.
+    """Changes from earlier rounds of meshing.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Repairs:
         return any(s.half == half and s.first - 1e-9 <= place <= s.last + 1e-9 for s in self.bare)
 
     def closed(self, corner: Corner) -> bool:
-        """Whether strips end at a corner, for one of them is left out there."""
+        """Whether strips end at a corner, because one of them is left out there."""
         ends = ((corner.before, not corner.before.backward), (corner.after, corner.after.backward))
         return any(self.without_strip(half, float(at_end)) for half, at_end in ends)
 

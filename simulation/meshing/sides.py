@@ -1,7 +1,7 @@
-"""How the edges of faces are cut into pieces, and how wide the strips along them may be.
+"""Division of the edges of faces into pieces, and widths of the strips along them.
 
-Every edge is cut by the longest piece wanted, by its turn, and by the free distance to the next border. Next to a
-corner a piece as long as the strips are wide is cut off on both sides, so that the strips meet there.
+The length of pieces is limited by the longest piece allowed, by the edge's turn, and by the free distance to the
+next border. At a corner the first piece on both sides is as long as the strips are wide, so that the strips meet.
 """
 
 from collections.abc import Mapping
@@ -19,25 +19,25 @@ from simulation.meshing.corners import CONVEX, REENTRANT, Corner, corners_of
 from simulation.meshing.repairs import Repairs, Stretch
 
 SHARE = 0.3
-"""Of the free distance to the next border, or of an edge's length, that a strip may take."""
+"""Largest width of a strip, as a share of the free distance to the next border, or of an edge's length."""
 LONGEST = 2.5
-"""Pieces are at most so many times as long as the face is wide there."""
+"""Largest length of a piece, relative to the local width of the face."""
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """What the strips of one edge shall be.
+    """Sizes of the strips of one edge.
 
     Attributes
     ----------
     left, right : float
         Width on each side, m; 0 where nothing is meshed.
     longest : float
-        Of its pieces, m.
+        Largest length of its pieces, m.
     turn : float
-        Largest of a piece, rad.
+        Largest turn of a piece, rad.
     pieces : int
-        Least number of them.
+        Smallest number of pieces.
     """
 
     left: float
@@ -86,7 +86,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Cutter:
-    """What it takes to cut the edges of an arrangement."""
+    """Data for cutting the edges of an arrangement, with caches."""
 
     plan: Arrangement
     faces: Mapping[int, Face]
@@ -94,13 +94,13 @@ class Cutter:
     clear: Clearance
     corners: Mapping[int, list[list[Corner]]]
     known: dict[tuple[HalfEdge, float], float] = field(default_factory=dict)
-    """Free distances beside half-edges, by parameter: most are asked for again in every round."""
+    """Cache of free distances beside half-edges, by parameter: most are needed again in every round."""
     places: dict[tuple[int, float, float, frozenset[float]], Real] = field(default_factory=dict)
     """Cuts by edge, ends of the first and the last piece, and further cuts."""
 
     @classmethod
     def of(cls, plan: Arrangement, faces: Mapping[int, Face], sizes: Mapping[int, Sizes]) -> "Cutter":
-        """Find corners and free distances once: they do not change from round to round.
+        """Prepare corners and free distances, which do not change from round to round.
 
         Parameters
         ----------
@@ -119,7 +119,7 @@ class Cutter:
         return cls(plan, faces, sizes, Clearance(plan, edges), corners)
 
     def width(self, half: HalfEdge) -> float:
-        """Width wanted of the strip to the left of a half-edge, m."""
+        """Desired width of the strip to the left of a half-edge, m."""
         size = self.sizes[half.edge]
         return size.right if half.backward else size.left
 

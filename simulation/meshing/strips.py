@@ -1,4 +1,4 @@
-"""Strips of quadrilaterals along both sides of every border, and what they leave of each face.
+"""Strips of quadrilaterals along both sides of every border, and the rings around the rest of each face.
 
 A strip joins the pieces of an edge to nodes a strip's width inside the face. Where the border turns, strips of
 both sides meet: at a convex corner in one kite between the feet of the two inner lines, at a re-entrant one in
@@ -27,7 +27,7 @@ FAN = np.deg2rad(100.0)
 
 @dataclass(frozen=True)
 class Foot:
-    """Where an inner point of a strip comes from.
+    """Origin of an inner point of a strip.
 
     Attributes
     ----------
@@ -56,11 +56,11 @@ class Cells:
     on_edge: dict[tuple[int, int], tuple[int, float, float]] = field(default_factory=dict)
     """Pieces by their two points -> edge of the arrangement and parameters at these points."""
     rings: list[list[list[int]]] = field(default_factory=list)
-    """Of every face: chains of points round what is to be filled."""
+    """Rings of points around the area to be filled, by face."""
     inner: dict[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
     """Sides of rings, ascending -> the piece from which their strip starts."""
     foot: dict[int, Foot] = field(default_factory=dict)
-    """Of every inner point of a strip."""
+    """Origin of every inner point of a strip."""
     wedges: list[tuple[int, int, int]] = field(default_factory=list)
     """Triangles in which strips end."""
     wedge_face: list[int] = field(default_factory=list)
@@ -119,7 +119,7 @@ def _lay(
 ) -> list[int]:
     """Lay the strip of one cycle; return the ring of its inner points.
 
-    `corners[k]` lies between `sides[k]` and the next one; with it stands whether strips end there.
+    `corners[k]` is between `sides[k]` and the next one; its flag tells whether strips end there.
     """
     inner: list[dict[int, int]] = [{} for _ in sides]
     beyond: list[list[int]] = []
@@ -165,7 +165,7 @@ def _lay(
 def _piece(cells: Cells, side: Side, i: int, inner: Mapping[int, int], face: int) -> tuple[int, int]:
     """Lay one piece of a strip; return the two points in which its inner side ends.
 
-    Where the strip begins or ends, it is a triangle; where there is none, the border itself.
+    At the beginning and end of a strip a piece is a triangle; without a strip it is the border itself.
     """
     a, b = side.number[i], side.number[i + 1]
     if side.bare[i] or not (i in inner or i + 1 in inner):
@@ -182,7 +182,7 @@ def _piece(cells: Cells, side: Side, i: int, inner: Mapping[int, int], face: int
 
 
 def _kite_tip(before: Side, after: Side) -> Real:
-    """Where the inner lines of two sides meet inside a convex corner: over the feet at their first cuts."""
+    """Point where the inner lines of two sides meet inside a convex corner, above their first cuts."""
     a, b = before.curve.at(before.place[-2]), after.curve.at(after.place[1])
     lines = np.column_stack([before.inwards(len(before.place) - 2), -after.inwards(1)])
     if abs(np.linalg.det(lines)) < 1e-3:
@@ -231,7 +231,7 @@ def _quad(cells: Cells, quad: tuple[int, int, int, int], face: int) -> None:
 
 
 def _parallel(cells: Cells, side: Side, k: int, pair: tuple[int, int]) -> None:
-    """Let the inner line of a strip follow a curved border, its ends where they are."""
+    """Curve the inner line of a strip parallel to a curved border, with its ends unchanged."""
     piece = side.curve.part(side.place[k], side.place[k + 1])
     if turning(piece) == 0.0:
         return

@@ -1,41 +1,41 @@
-"""Reduced models of a plate, their error measured against the full one.
+"""Reduced models of a plate, with their error measured against the full one.
 
 A plate over a range of materials:
 
 =========================  ================================================================
 ``rational_krylov``        candidate vectors
-``damped_modes``           real modes, cheap enough to train with
-``resonance_lines``        lines that lie on narrow resonances
-``energy_decomposition``   the candidates worth keeping
-``certification``          the error against the full model where it was not trained
-``basis_training``         for which materials, and how exactly
-``galerkin``               a reduced model on given vectors
+``damped_modes``           real modes, a fast approximation for training
+``resonance_lines``        frequency lines, including those on narrow resonances
+``energy_decomposition``   proper orthogonal decomposition of the candidate vectors
+``certification``          error against the full model outside the training set
+``basis_training``         settings: training materials and tolerance
+``galerkin``               projection of a model onto given vectors
 ``reduce``                 all of it
-``footprint_reduction``    the same, with forces and motions besides patches
-``reduced_model``          small matrices that answer for the whole range
-``lowest_modes``           its natural modes
-``certified_lines``        frequencies at which it may be asked
-``dashpots``               viscous supports, connected to a plate without them
+``footprint_reduction``    the same for forces and motions in addition to patches
+``reduced_model``          the reduced model: small matrices for the whole range
+``lowest_modes``           natural modes of a reduced model
+``certified_lines``        check that frequencies are within the certified band
+``dashpots``               viscous supports, added to a plate without them
 ``modal_form``             poles, and transfers as sums over them
 ``symmetric_poles``        poles of lightly coupled modes
-``pole_sums``              these sums, at all lines of a band
-``energy_sums``            energies of the answers, likewise
-``modal_slopes``           their derivatives by changes of the stiffness
-``basis_key``              a reduced model's name by all that decides it
-``plate_basis``            functions and vectors behind a reduced model
-``coarse_plate``           a plate known to a per cent, for a first look at data
+``pole_sums``              evaluation of these sums at all lines of a band
+``energy_sums``            energies of the responses as sums over poles
+``modal_slopes``           derivatives of transfers with respect to the stiffness
+``basis_key``              cache key of a reduced model, from all its inputs
+``plate_basis``            finite-element functions and vectors of a reduced model
+``coarse_plate``           fast model with errors of a per cent, for a first check of data
 =========================  ================================================================
 
 The same plate with physical effects on it:
 
 =========================  ================================================================
 ``projector``              strains and displacements of given vectors
-``patch_projection``       every energy of the patches on given vectors
-``effect_projection``      every field-weighted energy on given vectors
-``missing_answers``        what the plain vectors miss in other states
+``patch_projection``       energies of the patches on given vectors
+``effect_projection``      field-weighted energies of the plate on given vectors
+``missing_answers``        additional vectors for the responses in other states
 ``effect_operators``       the reduced matrices from which any state is composed
-``composition``            a state composed of them
-``effect_reduction``       all of it: operators of a plate
+``composition``            matrices of one state, summed from these
+``effect_reduction``       the whole reduction to operators of a plate
 ``effect_certification``   their error
 ``campaign_basis``         a smaller model for the few materials of one campaign
 =========================  ================================================================

@@ -1,4 +1,4 @@
-"""Name of a reduced model by all that decides what it is."""
+"""Cache key of a reduced model: hash of all its inputs."""
 
 import hashlib
 import json
@@ -15,7 +15,7 @@ from simulation.shell.fineness import Fineness
 from simulation.shell.piezo_material import PIEZO_MATERIALS
 
 METHOD = 13
-"""Raised whenever the same declaration would give another reduced model."""
+"""Version, increased whenever the same declaration would give another reduced model."""
 
 
 def basis_key(
@@ -30,7 +30,7 @@ def basis_key(
 ) -> str:
     """SHA-256 over plate, patches, their material, mesh, training, box, band and points.
 
-    Names and roles of patches do not count: they change no matrix.
+    Names and roles of patches are left out: they change no matrix.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def basis_key(
     band : (float, float)
         Hz.
     points : (K, 2) array_like, optional
-        Where the deflection will be asked for, m.
+        Points at which the deflection is computed, m.
     fineness : Fineness, optional
     training : BasisTraining, optional
     field_certified : bool
@@ -59,7 +59,7 @@ def basis_key(
     geometry = [patch.model_dump(exclude={"id", "role"}) for patch in patches]
     declared = {
         "method": METHOD,
-        "plate": plate.model_dump(exclude={"material"}),  # of an isotropic one only the box counts
+        "plate": plate.model_dump(exclude={"material"}),  # the box replaces the constants of an isotropic material
         "patches": geometry,
         "materials": {patch.material: asdict(PIEZO_MATERIALS[patch.material]) for patch in patches},
         "box": asdict(box),

@@ -1,4 +1,4 @@
-"""How a plate is reduced: for which materials, and how exactly."""
+"""Settings of the reduction of a plate: training materials and tolerance."""
 
 from dataclasses import dataclass
 
@@ -9,18 +9,19 @@ from analysis.material import MaterialBox
 
 @dataclass(frozen=True)
 class BasisTraining:
-    """How a reduced model is made.
+    """Settings of a reduced model.
 
     Attributes
     ----------
     tolerance : float
         Error allowed, relative to a transfer's rms over the band.
     modulus_ratio, poisson_step : float
-        Widest gaps between trained materials; along E of every other one.
+        Largest gaps between training materials along E (a ratio, of every other one) and nu.
     lines : int
-        Frequencies at which responses are compared and decomposed.
+        Number of frequencies at which responses are compared and decomposed.
     rounds : int
-        How often the error is measured, and what was missed joins the vectors, before the reduction is given up.
+        Largest number of rounds, in each of which the error is measured and missing responses are added to the
+        vectors.
     """
 
     tolerance: float = 1e-4

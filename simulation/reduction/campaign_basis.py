@@ -1,4 +1,4 @@
-"""A smaller model for the few materials that one campaign meets."""
+"""A smaller model for the few materials of one campaign."""
 
 from collections.abc import Sequence
 
@@ -19,18 +19,18 @@ from simulation.state.plate_state import PlateState
 LINES = 60
 TAIL = 1.5e-3
 AROUND = 1e-5
-"""What may be left out of the motions around the sensor, as a share of their size.
+"""Tolerance of the motions around the sensor, as a share of their size.
 
-Where the mesh moves under a field, nearly all that its energies change by cancels: what the sensor's offset
-does to a transfer is the small rest.
+It is small because, when the mesh moves, most changes of energies cancel: the effect of the sensor's offset on a
+transfer is the small difference.
 """
 
 
 def for_materials(ops: EffectOperators, materials: Sequence[LocalLaws], tail: float = TAIL) -> EffectOperators:
-    """Operators on the leading directions of a plate's answers at some materials, in plain and extreme states.
+    """Operators on the leading directions of a plate's responses at some materials, in plain and extreme states.
 
-    Proper orthogonal decomposition, as in `simulation.reduction.energy_decomposition`. The extreme states are
-    asked for the first and the last material only.
+    Proper orthogonal decomposition, as in `simulation.reduction.energy_decomposition`. Extreme states are used
+    with the first and the last material only.
 
     Parameters
     ----------
@@ -38,8 +38,7 @@ def for_materials(ops: EffectOperators, materials: Sequence[LocalLaws], tail: fl
     materials : sequence of LocalLaws
         At least one.
     tail : float
-        What may be left out of the answers, as a share of their size in the energy's norm: transfers follow its
-        square.
+        Largest share of the responses left out, in the energy norm; the error of transfers is its square.
 
     Returns
     -------
@@ -67,7 +66,7 @@ def for_materials(ops: EffectOperators, materials: Sequence[LocalLaws], tail: fl
 
 
 def _answers(ops: EffectOperators, state: PlateState) -> Real:
-    """Real and imaginary parts of the answers to patches and point forces, each of size 1 in the mass, (r, k)."""
+    """Real and imaginary parts of the responses to patches and point forces, each of mass norm 1, (r, k)."""
     whole = composed(ops, Coefficients.of(state, ops.offset_range or 1.0))
     squares, shapes = scipy.linalg.eigh(whole.plate + whole.fixed, whole.mass, check_finite=False)
     force = shapes.T @ np.hstack([whole.coupling, ops.forces])

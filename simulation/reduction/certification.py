@@ -1,4 +1,4 @@
-"""The error of a reduced model, measured against the full one where it was not trained."""
+"""Error of a reduced model, measured against the full one outside the training set."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -15,16 +15,16 @@ Constants = tuple[float, float, float]
 WORKERS = 2
 """Materials solved at a time."""
 DRAWN = 3
-"""Materials drawn from the box at each attempt."""
+"""Number of random materials in the box at each attempt."""
 HALTON = (2, 3, 5)
 """Bases of Halton's sequence along E, nu and eta."""
 
 
 def held_out(box: MaterialBox, attempt: int) -> list[Constants]:
-    """(E, nu, eta) between the trained materials, three of them drawn, new ones at each attempt.
+    """(E, nu, eta) between the training materials, three of them random, new ones at each attempt.
 
-    The first attempt also asks on the box's soft and stiff sides at the least damping, where
-    resonances are most and sharpest.
+    The first attempt also uses the box's softest and stiffest materials at the smallest damping, where resonances
+    are most numerous and sharpest.
     """
     (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
     sides = [(e0, n0 + 0.55 * (n1 - n0), h0), (e1, n0 + 0.45 * (n1 - n0), h0)] if attempt == 0 else []
@@ -36,7 +36,7 @@ def held_out(box: MaterialBox, attempt: int) -> list[Constants]:
 def _scattered(count: int, rng: np.random.Generator) -> Real:
     """Points (count, 3) of the unit cube, far from each other: Halton's sequence, shifted at random.
 
-    Plain sums, because importing SciPy's takes a second.
+    Written here, because importing SciPy's takes a second.
     """
     digits = 8
     found = np.empty((count, len(HALTON)))
@@ -51,9 +51,10 @@ def measured_error(
 ) -> tuple[float, Complex]:
     """Measure the error of `small` at the held-out materials.
 
-    Each material is solved in full at the frequency where `small` departs most from the `candidate` it was cut
-    from, of the even `lines` and those on narrow resonances; a material that was drawn also at a frequency drawn
-    from the band or, where resonances are narrow, from their flanks. Errors are those of `ReducedModel.error`.
+    The full model is solved for each material at the frequency, of the even `lines` and those on narrow
+    resonances, where `small` differs most from the `candidate` it was selected from; for a random material also at
+    a random frequency in the band or, where resonances are narrow, on their flanks. Errors are those of
+    `ReducedModel.error`.
 
     Parameters
     ----------
@@ -62,15 +63,15 @@ def measured_error(
     small : ReducedModel
     candidate : ReducedModel
     lines : (F,) ndarray, Hz
-        Even, over the band.
+        Evenly spaced over the band.
     attempt : int
-        Decides which materials and frequencies are drawn.
+        Number of the attempt, which is the seed of random materials and frequencies.
 
     Returns
     -------
     error : float
     seen : (n, S) complex ndarray
-        The full model's responses there, displacements per volt with the sign turned.
+        The full model's responses there: minus the displacements per volt.
     """
     rng = np.random.default_rng(100 + attempt)
     materials = held_out(small.box, attempt)
@@ -94,7 +95,7 @@ def measured_error(
         return worst, full.reshape(model.size, -1)
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        found = list(executor.map(at, reversed(range(len(materials)))))  # the drawn ones first: they take longest
+        found = list(executor.map(at, reversed(range(len(materials)))))  # the random ones first: they take longest
     return max(worst for worst, _ in found), np.hstack([seen for _, seen in found])
 
 

@@ -1,4 +1,4 @@
-"""Frequencies at which a reduced plate may be asked."""
+"""Check that frequencies are within the band of a reduced plate."""
 
 import numpy as np
 from numpy.typing import ArrayLike

@@ -1,4 +1,4 @@
-"""A plate known to a per cent over moduli of a hundredfold range: made in a second, for a first look at data."""
+"""Coarse model of a plate, accurate to a per cent over a hundredfold range of moduli, made in a second."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -23,18 +23,18 @@ from simulation.twin.instruments import Instruments
 from simulation.twin.transfer import Transfer
 
 DEGREE, CELLS = 4, 5
-"""Of the mesh, and cells along the shorter side: frequencies to a few per mille."""
+"""Degree of the mesh, and cells along the shorter side: frequencies accurate to a few per mille."""
 LOSS_FACTOR = 0.04
-"""At which all is compared, whatever the material's own."""
+"""Loss factor used for every comparison, whatever the material's own."""
 MODULUS_RATIO = 7.0
 VECTORS = 24
-"""Krylov vectors of every shift and modulus."""
+"""Number of Krylov vectors for every shift and modulus."""
 FORCES = 4
 
 
 @dataclass(frozen=True)
 class CoarsePlate:
-    """Transfer from the input to the outputs of a plate known roughly; see `analysis.updating.modulus_scan`.
+    """Approximate transfer from the input to the outputs of a plate, for `analysis.updating.modulus_scan`.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class CoarsePlate:
         return cls(reduced.loaded(np.array([one.mass for one in footprints])), Instruments.of(experiment))
 
     def frf(self, youngs_modulus: float, poisson_ratio: float, frequency: Real) -> Complex:
-        """Return the outputs per unit of the input, about, damped by `LOSS_FACTOR`.
+        """Return the approximate outputs per unit of the input, with the loss factor `LOSS_FACTOR`.
 
         Parameters
         ----------
@@ -85,7 +85,8 @@ def coarse_reduction(
 ) -> ReducedModel:
     """Galerkin model on Krylov vectors at a few moduli and the middle nu; its error is not measured.
 
-    Patches and the first `FORCES` footprints, the input among them, drive the vectors; others are read off them.
+    The vectors are responses to patches and to the first `FORCES` footprints, the input among them; others are
+    outputs only.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A plate in one state, composed of reduced matrices."""
+"""Reduced matrices of a plate in one state, summed from the operators."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -11,12 +11,12 @@ from simulation.state.field_basis import field_basis
 from simulation.state.plate_state import PlateState
 
 STEP = 1e-30
-"""Imaginary part of a parameter by which derivatives are taken: far below rounding of the real part."""
+"""Complex step of a parameter for derivatives: far below rounding of the real part."""
 
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Factors of the stacks of `EffectOperators`; complex where a state was stepped into the complex plane.
+    """Factors of the stacks of `EffectOperators`; complex for a state with a complex step.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Coefficients:
 
     @classmethod
     def of(cls, state: PlateState, offset_range: float) -> Self:
-        """Project the fields of `state`, which stand at the points of `field_basis`."""
+        """Project the fields of `state`, given at the points of `field_basis`."""
         fine, coarse = field_basis(BENDING_DEGREE), field_basis(MEMBRANE_DEGREE)
         nu = state.laws.poisson_ratio(state.temperature)
         c1 = state.laws.youngs_modulus(state.temperature) / (1.0 - nu**2)
@@ -95,7 +95,7 @@ class Composite:
 
 
 def proportion(a: Real, b: Real) -> float | None:
-    """Return c where a = c b, as of losses that follow a stiffness: one product serves both; None elsewhere."""
+    """Return c if a = c b, as for a loss proportional to a stiffness, which saves a product; else None."""
     place = np.unravel_index(np.argmax(np.abs(b)), b.shape)
     c = float(a[place] / b[place]) if b[place] else 0.0
     return c if np.abs(a - c * b).max() <= 1e-13 * abs(float(a[place])) else None
@@ -115,7 +115,7 @@ def composed(ops: EffectOperators, c: Coefficients) -> Composite:
 
 
 def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
-    """Sum what depends on the coefficients with the sensor in its place."""
+    """Sum the stacks with the sensor at its declared place."""
     return Composite(
         plate=_summed(c.bending, ops.bending) + _summed(c.membrane, ops.membrane) + _summed(c.shear, ops.shear),
         plate_loss=_summed(c.bending_loss, ops.bending)
@@ -128,7 +128,7 @@ def _plain(ops: EffectOperators, c: Coefficients) -> Composite:
 
 
 def offset_part(ops: EffectOperators, c: Coefficients, place: Numbers) -> Composite:
-    """Sum what the offset adds, with moduli, thickness and inertia as they are around the sensor.
+    """Sum the changes by the sensor's offset, with moduli, thickness and inertia around the sensor.
 
     Parameters
     ----------

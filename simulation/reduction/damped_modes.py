@@ -1,4 +1,4 @@
-"""Transfers of a small plate whose whole stiffness is damped: real modes, cheap enough to train with."""
+"""Transfers of a reduced plate with proportional damping: real modes, a fast approximation for training."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -12,10 +12,10 @@ from simulation.reduction.resonance_lines import resonance_lines, root_mean_squa
 
 @dataclass(frozen=True)
 class DampedModes:
-    """Undamped modes of a plate whose mass is the identity, and the couplings seen in them.
+    """Undamped modes of a plate with identity mass, and the couplings in modal coordinates.
 
-    A plate with lossless patches has complex modes. For choosing a space the difference does not
-    matter, and a real symmetric eigenproblem takes a thirtieth of the time.
+    A plate with lossless patches has complex modes. The difference does not matter for the choice of a space, and
+    a real symmetric eigenproblem takes a thirtieth of the time.
 
     Attributes
     ----------
@@ -50,12 +50,12 @@ class DampedModes:
         -------
         DampedModes
         """
-        squares, shapes = np.linalg.eigh(0.5 * (stiffness + stiffness.T))  # scipy's keeps other threads waiting
+        squares, shapes = np.linalg.eigh(0.5 * (stiffness + stiffness.T))  # scipy's version blocks other threads
         columns = np.zeros((len(squares), 0)) if dashpots is None else shapes.T @ dashpots
         return cls(squares, shapes, shapes.T @ coupling, columns)
 
     def lines(self, loss_factor: float, grid: Real) -> Real:
-        """Lines at which nothing of the plate's response is missed, see `resonance_lines`."""
+        """Lines that resolve every resonance, Hz, see `resonance_lines`."""
         return resonance_lines(np.sqrt(np.abs(self.squares)) / (2 * np.pi), loss_factor, grid)
 
     def terms(self, lines: Real, loss_factor: float) -> Complex:

@@ -1,8 +1,8 @@
-"""Dashpots of supports: few columns R whose product R R' is the damping matrix, connected to a plate without them.
+"""Dashpots of supports: a damping matrix R R' of low rank, added to a plate without them.
 
-Z = Z0 + j w R R' is no diagonal in the modes of Z0. But what the dashpots do is known from the answers of Z0 to
-the columns of R (Woodbury): Z**-1 b = Z0**-1 b - Z0**-1 R x, where x = (1 + j w R' Z0**-1 R)**-1 j w R' Z0**-1 b
-are the forces of the dashpots.
+Z = Z0 + j w R R' is not diagonal in the modes of Z0. But the effect of the dashpots follows from the responses of
+Z0 to the columns of R (Woodbury): Z**-1 b = Z0**-1 b - Z0**-1 R x, where x = (1 + j w R' Z0**-1 R)**-1 j w R'
+Z0**-1 b are the forces of the dashpots.
 """
 
 import numpy as np
@@ -12,14 +12,14 @@ from scipy.sparse import csr_matrix, issparse
 from analysis.arrays import Complex, Real
 
 LEAST = 1e-7
-"""Share of the largest power that a direction has to take up to count among the columns."""
+"""Smallest dissipated power of a column, as a share of the largest."""
 
 
 def columns(damping: csr_matrix | Real, answers: Real) -> Real:
     """R (n, q) with R R' x = C x for every x among the answers (n, k), C (n, n) symmetric (Nystroem).
 
-    Directions that take up less than `LEAST` of the power of the strongest are left out; all answers count alike,
-    whether they are those to a volt or to a newton.
+    Directions that dissipate less than `LEAST` of the power of the strongest are left out; all responses have
+    equal weight, whether to a volt or to a newton.
     """
     if not (damping.nnz if issparse(damping) else damping.any()):
         return np.zeros((len(answers), 0))
@@ -51,7 +51,7 @@ def forces(between: Complex, moved: Complex, frequency: ArrayLike) -> Complex:
 
 
 def connected(compliance: Complex, count: int, frequency: ArrayLike) -> Complex:
-    """Connect the dashpots to the compliance of a plate without them.
+    """Add the dashpots to the compliance of a plate without them.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The error of a reduced plate with effects, measured against the full one in states it was not made for."""
+"""Error of a reduced plate with effects, measured against the full one in states outside the training set."""
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,17 +18,16 @@ from simulation.state.state_matrices import FullPlate
 from simulation.twin.local_solution import LocalSolution
 
 STATES = (((0.25, 0.79), 0.0), ((0.82, 0.26), -0.5))
-"""Shares of the box's ranges of E and nu, and size of the effects: soft as declared, stiff with all of them."""
+"""Shares of the box's ranges of E and nu, and size of the effects: soft without effects, stiff with all."""
 GRID = 200
-"""Even lines along the band."""
+"""Number of evenly spaced lines in the band."""
 
 
 def measured_error(full: FullPlate, ops: EffectOperators, footprints: Sequence[Footprint] = ()) -> float:
     """Largest error of any transfer between patches and footprints, over its peak along the band.
 
-    Of a soft plate as declared, and of a stiff one with all effects at once, half as strong as `extreme_states`
-    and on the side these were not made for; at the line where the reduced transfers are largest and at one drawn
-    from the band.
+    For a soft plate as declared, and a stiff one with all effects at once, half as strong as in `extreme_states`
+    and of opposite sign; at the line where the reduced transfers are largest and at a random line.
 
     Parameters
     ----------
@@ -44,7 +43,7 @@ def measured_error(full: FullPlate, ops: EffectOperators, footprints: Sequence[F
     Raises
     ------
     ValueError
-        Where the sensor has no room for the offset.
+        Where there is no space for the sensor's offset.
     """
     rng = np.random.default_rng(0)
     basis = field_basis(BENDING_DEGREE)
@@ -79,10 +78,11 @@ def state_error(
     reduced : PlateState
         With its fields at the points of `field_basis`.
     exact : PlateState
-        The same state with its fields at the points of the full plate; where the sensor is off its place, at those
-        of the plate so moved: fields stay where they are.
+        The same state with its fields at the points of the full plate; with an offset of the sensor, at those of
+        the moved mesh, because fields do not move with it.
     drawn : int
-        Of `GRID` lines along the band, asked besides the one at which the reduced transfers are largest.
+        Index among `GRID` lines of the band, used in addition to the line at which the reduced transfers are
+        largest.
     footprints : sequence of Footprint
         The first of `EffectOperators.forces`.
 
@@ -106,7 +106,7 @@ def state_error(
 
 
 def solved(ops: EffectOperators, state: PlateState, frequency: Real, count: int) -> LocalSolution:
-    """Solve a state, spectra left constant over frequency.
+    """Solve a state, with spectra constant over frequency.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Reduced matrices from which a plate in any state is composed."""
+"""Reduced matrices whose weighted sums describe a plate in any state."""
 
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
@@ -10,16 +10,17 @@ from analysis.arrays import Real
 from analysis.material import MaterialBox
 
 BENDING_DEGREE, MEMBRANE_DEGREE = 3, 2
-"""Total degrees of the fields that multiply bending energy, and membrane, shear and inertia.
+"""Largest total degrees of the fields that multiply bending energy, and membrane, shear and inertia.
 
-Tapers of 5 % and differences of 7 K at once leave 1e-4 of a transfer's peak beyond them; one degree less, 2e-3.
+With tapers of 5 % and differences of 7 K together, the truncation error is 1e-4 of a transfer's peak; with one
+degree less, 2e-3.
 """
 
 DISCRETIZATION = 2.0
-"""Error against a finer mesh over `dropped` and the loss factor, with a margin: 0.3 to 1.1 measured."""
+"""Factor from `dropped` over the loss factor to the error against a finer mesh: 0.3 to 1.1 measured."""
 
 OFFSET_DEGREE = 6
-"""Total degree of what an offset of the sensor does, as a polynomial of the offset."""
+"""Total degree of the effect of a sensor offset, as a polynomial of the offset."""
 ZONE_DEGREES = {"bending": 1, "membrane": 0, "shear": 1, "mass": 1}
 """Total degrees of the fields over the elements that stretch when the sensor moves."""
 
@@ -41,7 +42,7 @@ STACKS = (
     "patch_membrane",
     "patch_mass",
 )
-"""The entries of `EffectOperators` that are symmetric matrices of its coordinates, or stacks of them."""
+"""Entries of `EffectOperators` that are symmetric matrices in its coordinates, or stacks of them."""
 OFFSET_STACKS = ("offset_bending", "offset_membrane", "offset_shear", "offset_mass")
 """Those of motions around the first sensor."""
 
@@ -84,8 +85,9 @@ class EffectOperators:
         Fields as polynomials over the plate -> as those powers, least squares over the zone.
     strain : (8, N, r) ndarray
         Strains of every coordinate at points over the plate: membrane x, y, xy; curvature x, y, xy, both in the
-        sheet's own axes; transverse shear x, y. They weigh what changes on a spot smaller than any polynomial.
-        In a thickness zone they are scaled so that with the plate's own thickness they have the zone's energies.
+        sheet's own axes; transverse shear x, y. They give the effect of local changes smaller than any polynomial
+        resolves. In a thickness zone they are scaled so that with the plate's own thickness they have the zone's
+        energies.
     sheet : (3,) ndarray
         Declared factors of E_x, E_y and the in-plane shear modulus in these axes.
     strain_points : (N, 2) ndarray
@@ -95,7 +97,7 @@ class EffectOperators:
     thickness : float
         Of the plate, m.
     points : (K, 2) ndarray
-        Where point loads can act, m.
+        Points for point loads, m.
     deflection : (K, r) ndarray
         w there.
     box : MaterialBox
@@ -159,10 +161,10 @@ class EffectOperators:
         return len(self.normal)
 
     def numerical_error(self, loss_factor: float) -> float:
-        """Estimate what functions left out and reduction do to a transfer as declared, as a share of its rms.
+        """Estimate the error of a transfer without effects by truncation and reduction, as a share of its rms.
 
-        Functions left out that hold a share e of the energy of an answer raise a natural frequency by e/2 of
-        itself, and change a response near resonance by e over the loss factor.
+        If the truncated functions hold a share e of a response's energy, a natural frequency is too high by e/2,
+        relative, and a response near resonance changes by e over the loss factor.
         """
         return self.plain_error + DISCRETIZATION * self.dropped / loss_factor
 
@@ -174,7 +176,7 @@ class EffectOperators:
     def restricted(self, basis: Real, motions: Real) -> Self:
         """Galerkin model on the columns of `basis` (r, s); same ranges and stated error.
 
-        Of the motions around the sensor, only the orthonormal columns of `motions` (q, t) are followed.
+        Of the motions around the sensor, only the orthonormal columns of `motions` (q, t) are kept.
         """
         stacks: dict[str, Any] = {name: basis.T @ getattr(self, name) @ basis for name in STACKS}
         around = {name: motions.T @ getattr(self, name) @ motions for name in OFFSET_STACKS}

@@ -1,4 +1,4 @@
-"""Projection of every field-weighted energy of a plate with patches onto given vectors.
+"""Projection of field-weighted energies of a plate with patches onto given vectors.
 
 Strains and displacements of the vectors are evaluated at the points of quadrature, some cells at a time; every
 energy is then a product of dense matrices.
@@ -22,7 +22,7 @@ from simulation.state.field_basis import polynomial, polynomials
 Step = Callable[[], None]
 
 STRAIN_SPACING = 0.004
-"""Distance of the points at which strains are kept, m: some thirty within a spot of 24 mm."""
+"""Spacing of the points at which strains are stored, m: some thirty within a spot of 24 mm."""
 IN_PLANE = ("bending", "membrane")
 """Energies of in-plane strains, which the moduli Q11, Q22, Q12 and Q66 multiply in the sheet's own axes."""
 
@@ -34,7 +34,7 @@ def weight_table(p: Projector, degrees: Collection[tuple[int, int]]) -> Real:
 
 
 def plate_energies(p: Projector, executor: Executor, step: Step) -> dict[str, Real]:
-    """Project the energies of the plate, weighed by smooth fields.
+    """Project the energies of the plate, weighted by smooth fields.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def weighed_energies(
     executor: Executor | None = None,
     step: Step | None = None,
 ) -> dict[str, Real]:
-    """Energies of the plate with weights over some cells; with ``mass`` comes ``rotary``.
+    """Weighted energies of the plate over some cells; ``mass`` includes ``rotary``.
 
     Parameters
     ----------
@@ -74,11 +74,11 @@ def weighed_energies(
     space : ShapeSpace
         Of the plate, or of the plate with its sensor moved.
     table : (terms, Q) ndarray
-        Weights at the points of quadrature, the first of them one everywhere: others are lifted by it where they
-        are negative, so that every energy is a sum of squares.
+        Weights at the points of quadrature; the first is one everywhere and is added to others that are negative
+        somewhere, so that every energy is a sum of squares.
     counts : dict
-        How many of them each kind takes: ``bending``, ``membrane``, ``shear``, ``mass``, ``normal`` (the square of
-        the deflection).
+        Number of weights used for each kind: ``bending``, ``membrane``, ``shear``, ``mass``, ``normal`` (the
+        square of the deflection).
     cells : (cells,) bool ndarray, optional
         All unless given.
     executor : Executor, optional
@@ -137,7 +137,7 @@ def weighed_energies(
 
 
 def _lowered(stack: NDArray[Any], lift: Real) -> NDArray[Any]:
-    """Take off by how much weights were lifted, term by term in place: stacks fill hundreds of megabytes."""
+    """Subtract the constants added to weights, term by term in place: stacks take hundreds of megabytes."""
     for term in np.flatnonzero(lift[: stack.shape[1]]):
         stack[:, term] -= lift[term] * stack[:, 0]
     return stack
@@ -192,7 +192,7 @@ def strains(p: Projector) -> dict[str, Any]:
     angle = shell.sheet.angle
     strain = np.concatenate([_in_axes(strain[:3], angle), _in_axes(strain[3:6], angle), strain[6:]])
     for zone, loop in zip(plate.zone, plate.zone_loops, strict=True):
-        # energies go with h and h**3: what is weighed with the plate's thickness is scaled where another one holds
+        # energies are proportional to h and h**3: strains in zones are scaled to the plate's own thickness
         share, here = zone.thickness / plate.thickness, loop.contains(points)
         strain[:, here] *= np.array([share**0.5] * 3 + [share**1.5] * 3 + [share**0.5] * 2)[:, None, None]
     return {

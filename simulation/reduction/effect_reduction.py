@@ -1,8 +1,8 @@
-"""Reduction of a plate so that it answers for a whole family of states: effects of every size, combined freely.
+"""Reduction of a plate for a whole family of states: effects of every size, in any combination.
 
-The vectors of the plain reduction are joined by the leading directions of what they miss of the answers to forces
-at points as declared, and of those to patches and transducers in extreme states. What is left is measured against
-the full plate in other states.
+The vectors of the plain reduction are extended by the leading directions of the responses that they do not
+represent: to point forces in the state as declared, and to patches and transducers in extreme states. The error is
+measured against the full plate in other states.
 """
 
 from collections.abc import Callable, Sequence
@@ -37,9 +37,9 @@ from simulation.state.state_matrices import FullPlate
 
 STAGE = "reducing the plate with its effects"
 WORKERS = 2
-"""States answered, and energies projected, at a time."""
+"""Number of states solved, and of energies projected, at a time."""
 LEAST, TAIL = 5e-4, 2e-3
-"""Shares of a state's answers: what one direction has to hold, and what all that are left out may hold."""
+"""Shares of a state's responses: smallest share of one direction, largest share of all directions left out."""
 
 
 def reduce_with_effects(
@@ -51,15 +51,15 @@ def reduce_with_effects(
     training: BasisTraining | None = None,
     progress: Progress | None = None,
 ) -> tuple[EffectOperators, FullPlate, Real]:
-    """Reduce an experiment's plate for all states that effects make of it.
+    """Reduce an experiment's plate for all states that effects can cause.
 
     Parameters
     ----------
     experiment : Experiment
     box : MaterialBox
     basis : PlateBasis, optional
-        Of the plain reduction at the same `fineness`; one that is not given, or is of another mesh (of another
-        version's triangulation), is made with `training`.
+        Of the plain reduction at the same `fineness`; if not given, or of another mesh (another version's
+        triangulation), it is computed with `training`.
     fineness : Fineness, optional
     training : BasisTraining, optional
     progress : callable, optional
@@ -78,7 +78,7 @@ def reduce_with_effects(
     GeometryError
         Where no good mesh is found.
     ValueError
-        If box or band make no sense, or the plate has neither patch nor force.
+        For an invalid box or band, or a plate with neither patch nor force.
     RuntimeError
         If the tolerance of the plain reduction cannot be reached.
     """
@@ -123,7 +123,7 @@ def reduce_with_effects(
 
 
 def _finer(box: MaterialBox) -> float:
-    """Return the factor of shares of answers: transfers follow their squares, over the loss factor."""
+    """Return a factor on the shares: errors of transfers are their squares over the loss factor."""
     fine = Fineness()
     return float(np.sqrt(fine.share(box) / fine.tolerance))
 
@@ -137,7 +137,7 @@ def _missing(
     band: tuple[float, float],
     report: Progress,
 ) -> Real:
-    """Collect what the vectors miss, (n, s): answers to `loads` (n, k) as declared, to the rest in extreme states.
+    """Collect missing directions (n, s): responses to `loads` (n, k) as declared, to the rest in extreme states.
 
     The rest are the patches and the footprints `felt`.
     """
@@ -166,9 +166,9 @@ def plain_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
 
 
 def training_states(full: FullPlate, box: MaterialBox) -> list[PlateState]:
-    """States in which the vectors must answer: what an offset does is no mirror of what the opposite one does.
+    """States used for training, with offsets of both signs, because their effects are not symmetric.
 
-    The bond is loosened on a stiff plate too: patches that hardly hold change it in another way than a soft one.
+    A compliant bond is included for a stiff plate too, because its effect differs from that on a soft plate.
     """
     reach = OFFSET_RANGE if can_move(full) else 0.0
     soft, stiff, _ = plain_states(full, box)
@@ -186,7 +186,7 @@ def project(
     band: tuple[float, float],
     step: Callable[[], None],
 ) -> EffectOperators:
-    """Operators on given vectors; their error is yet unmeasured.
+    """Operators on given vectors; their error is not measured yet.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ def project(
     vectors : (n, r) ndarray
         Orthonormal in the mass.
     model : ShellModel
-        The plain plate, whose capacitances are taken.
+        The plate without effects, which gives the capacitances.
     places : (K, 2) ndarray, m
         Points of strings and cables.
     probe : (K + S, n) matrix
@@ -208,7 +208,7 @@ def project(
     Returns
     -------
     EffectOperators
-        Its error is infinite, for nobody has measured it.
+        With an infinite error, because it is not measured.
     """
     p = Projector(full, vectors)
     with ThreadPoolExecutor(WORKERS) as executor:

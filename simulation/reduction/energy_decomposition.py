@@ -1,4 +1,4 @@
-"""Proper orthogonal decomposition, in the energy norm, of what a plate does over a box of materials."""
+"""Proper orthogonal decomposition, in the energy norm, of a plate's responses over a box of materials."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -17,19 +17,19 @@ from simulation.reduction.reduced_model import ReducedModel
 from simulation.reduction.resonance_lines import root_mean_square
 
 WORKERS = 2
-"""Materials answered at a time."""
+"""Number of materials solved at a time."""
 MODULI, RATIOS = 6, 4
-"""Materials along E (geometric) and nu (even) at which responses are taken."""
+"""Number of materials along E (geometric) and nu (even) at which responses are computed."""
 
 BEYOND = 0.03
-"""Share of a band's ends by which responses are taken beyond it. A resonance just above the band at the nu of
-training lies within it between two of them: the transfers err there 10 times as much unless it was seen."""
+"""Margin of the training responses beyond the band, as a share of its ends. A resonance just above the band at the
+training nu may lie inside it at other nu: without the margin errors there are 10 times as large."""
 
 FIELD_LINES = 5
-"""The field is compared at every so many lines."""
+"""The field is compared at every so-many-th line."""
 
 LEAST_LOSS = 1e-4
-"""An undamped plate has no finite response at resonance to train on."""
+"""Smallest loss factor of training: without damping the response at resonance is infinite."""
 
 
 def middle(box: MaterialBox) -> tuple[float, float]:
@@ -38,12 +38,12 @@ def middle(box: MaterialBox) -> tuple[float, float]:
 
 
 def energy_shift(band: tuple[float, float]) -> float:
-    """Factor of the mass, rad2/s2, that makes a free plate's energy a norm of rigid motion too."""
+    """Factor on the mass, rad2/s2, so that stiffness plus mass is a norm for rigid motion of a free plate too."""
     return float((2 * np.pi * max(band[0], 0.1 * band[1])) ** 2)
 
 
 def training_loss(box: MaterialBox) -> float:
-    """Loss factor of training responses: the box's least, for the sharpest resonances."""
+    """Loss factor of training responses: the smallest of the box, for the sharpest resonances."""
     return max(box.loss_factor[0], LEAST_LOSS)
 
 
@@ -66,7 +66,7 @@ def orthonormal(vectors: Real, weight: csr_matrix, cutoff: float) -> Real:
     weighed = weight @ vectors
     norm = np.sqrt(np.einsum("ni,ni->i", vectors, weighed))
     gram = (vectors.T @ weighed) / np.outer(norm, norm)
-    for attempt in range(2):  # the second pass repairs what the Gram matrix's rounding cost
+    for attempt in range(2):  # the second pass corrects rounding errors of the Gram matrix
         values, basis = np.linalg.eigh(0.5 * (gram + gram.T))
         kept = values > cutoff**2 * values[-1]
         basis = basis[:, kept] / np.sqrt(values[kept])
@@ -83,7 +83,7 @@ def mass_orthonormal(vectors: Real, energy: csr_matrix, mass: csr_matrix) -> Rea
     ----------
     vectors : (n, k) ndarray
     energy : (n, n) csr_matrix
-        Symmetric and positive definite: decides what is nearly dependent.
+        Symmetric and positive definite: the norm for near dependence.
     mass : (n, n) csr_matrix
 
     Returns
@@ -105,7 +105,7 @@ def leading(gram: Real, least: float) -> tuple[Real, Real]:
 
 
 def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Real:
-    """Fewest leading directions (N, r) of the responses all over the box that keep the tolerance.
+    """Smallest set of leading directions (N, r) of the responses over the box that keeps the tolerance.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def decomposition(candidate: ReducedModel, lines: Real, tolerance: float) -> Rea
 
 @dataclass(frozen=True)
 class _Reference:
-    """Transfers, and the field at the points on some of the lines, that a smaller model must meet."""
+    """Reference transfers, and field at the points on some of the lines, for the error of a smaller model."""
 
     lines: Real
     transfers: NDArray[np.complex128]

@@ -1,4 +1,4 @@
-"""Energies of a reduced plate's answers as sums over its poles, without the answers themselves."""
+"""Energies of a reduced plate's responses as sums over its poles, without computing the responses."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -11,19 +11,19 @@ from simulation.reduction.modal_form import ModalForm
 from simulation.reduction.pole_sums import PoleSums
 
 LIVELY = 1e-6
-"""Imaginary part of a pole, as a share of its size or of the highest squared frequency, under which two such poles
-stand too close to one another's mirror images to be divided by the distance: rigid motions of a free plate."""
+"""Smallest imaginary part of a pole, as a share of its size or of the highest squared frequency: with a smaller
+one (rigid motions of a free plate) the distance to a conjugate pole is too small a divisor."""
 
 
 @dataclass(frozen=True)
 class EnergySums:
-    """Answers x_n = Z⁻¹ b_n to N loads at F lines, of which products x_nᴴ G x_m are wanted.
+    """Products x_nᴴ G x_m of the responses x_n = Z⁻¹ b_n to N loads at F lines.
 
     Over modes S with poles p, x_nᴴ G x_m = Σ_jk conj(a_jn / (p_j - s)) (Sᴴ G S)_jk a_km / (p_k - s). A product of
     two terms is a difference, 1/((p_j* - s)(p_k - s)) = (1/(p_j* - s) - 1/(p_k - s)) / (p_k - p_j*), so that the
     double sum becomes a single one and its Hermitian transpose: N² r products a line in place of N r².
-    Rounding counts with the square of the shapes' condition, 1e-10 where two poles lie 1e-8 of their coupling from
-    sharing one shape; equal poles of two shapes do no harm.
+    Rounding errors grow with the square of the shapes' condition number: 1e-10 where two poles are 1e-8 of their
+    coupling from a common shape; equal poles with two shapes are harmless.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class EnergySums:
         Raises
         ------
         ValueError
-            Where dashpots are connected: their forces are no sum over poles.
+            With dashpots, whose forces are no sum over poles.
         """
         if modal.count:
             raise ValueError(f"{modal.count} columns of dashpots: their forces are no sum over poles")

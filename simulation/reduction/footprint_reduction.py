@@ -1,4 +1,4 @@
-"""Reduction of a plate on which forces act and motions are read, besides its patches."""
+"""Reduction of a plate with forces and measured motions in addition to its patches."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -29,10 +29,10 @@ def reduce_with_footprints(
     training: BasisTraining | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> tuple[ReducedModel, Real]:
-    """As `simulation.reduction.reduce.reduce`, with the footprints of transducers.
+    """Reduce as `simulation.reduction.reduce.reduce` does, with the footprints of transducers.
 
-    Forces on the `driven` footprints and those that carry a mass are trained and certified as patches are, and so
-    are all others if they are few; of a laser's many points the field is certified instead.
+    Forces on the `driven` footprints and on those with a mass are trained and certified like patches, and so are
+    all others if they are few; for a laser's many points the field is certified instead.
 
     Parameters
     ----------
@@ -43,11 +43,11 @@ def reduce_with_footprints(
         Hz.
     footprints : sequence of Footprint
     driven : sequence of int
-        Places in `footprints`.
+        Indices in `footprints`.
     points : (K, 2) array_like, optional
-        Where the deflection will be asked for, m.
+        Points at which the deflection is computed, m.
     field_certified : bool
-        Whether the deflection there counts in the error.
+        Whether the deflection there is included in the error.
     training : BasisTraining, optional
     progress : callable, optional
         Called with the stage's name and the share done.
@@ -61,7 +61,7 @@ def reduce_with_footprints(
     Raises
     ------
     ValueError
-        If box or band make no sense, or the plate has neither patch nor force.
+        For an invalid box or band, or a plate with neither patch nor force.
     RuntimeError
         If the tolerance cannot be reached.
     """

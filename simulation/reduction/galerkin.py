@@ -1,4 +1,4 @@
-"""A reduced model on given vectors."""
+"""Galerkin projection of a model onto given vectors."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -11,13 +11,13 @@ from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.shell_model import ShellModel
 
 WORKERS = 2
-"""Matrices projected at a time."""
+"""Number of matrices projected at a time."""
 
 
 def projected(
     model: ShellModel, vectors: Real, box: MaterialBox, band: tuple[float, float], dashpots: Real
 ) -> ReducedModel:
-    """Galerkin model on given vectors; its error is yet unmeasured.
+    """Galerkin model on given vectors; its error is not measured yet.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def projected(
     band : (float, float)
         Hz.
     dashpots : (n, q) ndarray
-        Columns whose product is the damping, as far as it is felt.
+        Columns whose product is the damping matrix, truncated to its significant part.
 
     Returns
     -------

@@ -10,7 +10,7 @@ from simulation.reduction.reduced_model import ReducedModel
 def lowest_modes(
     model: ReducedModel, youngs_modulus: float, poisson_ratio: float, loss_factor: float, count: int
 ) -> tuple[Complex, Real]:
-    """Lowest undamped modes, each with the damping that plate and dashpots give it (patches add none).
+    """Lowest undamped modes, with the damping of each by plate and dashpots (patches are lossless).
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def lowest_modes(
     Returns
     -------
     squares : (count,) complex ndarray, rad2/s2
-        Squares of the angular frequency, the damping as their imaginary part.
+        Squared angular frequencies, with the damping as imaginary part.
     shapes : (r, count) ndarray
 
     Raises

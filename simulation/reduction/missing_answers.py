@@ -1,8 +1,8 @@
-"""What the space of the plain plate misses of the answers in other states.
+"""Responses in other states that the space of the plate without effects does not represent.
 
-Each state by itself: the plain space is joined by a few Krylov vectors of the plate in that state, and the leading
-directions of what the plain space alone cannot represent are kept, each as long as its share in the answers.
-Together, over all states, they are decomposed once more.
+For each state, the plain space is extended by a few Krylov vectors of that state, and the leading directions
+outside the plain space are kept, scaled by their share in the responses. The directions of all states are then
+decomposed once more.
 """
 
 import numpy as np
@@ -16,15 +16,15 @@ from simulation.shell.factors import factorize
 from simulation.state.state_matrices import StateMatrices
 
 SHIFTS = (0.55, 1.0)
-"""Places of the band, as shares of its end, at which a state's stiffness is factorized."""
+"""Shifts, as shares of the band's upper end, at which a state's stiffness is factorized."""
 BLOCKS = 14
-"""Krylov vectors of every load and shift."""
+"""Number of Krylov vectors for every load and shift."""
 LOSS_FACTOR = 0.04
 LINES = 150
 
 
 def missed(vectors: Real, matrices: StateMatrices, band: tuple[float, float], least: float) -> Real:
-    """Directions that vectors miss of a state's answers to its loads, leading ones first.
+    """Directions of a state's responses outside the span of vectors, leading ones first.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def missed(vectors: Real, matrices: StateMatrices, band: tuple[float, float], le
     Returns
     -------
     (n, s) ndarray
-        The length of each, in the norm of the state's energy, is its rms share in the answers.
+        The norm of each, in the state's energy, is its rms share in the responses.
     """
     stiffness = matrices.plate + matrices.patches
     shifts = 2 * np.pi * np.array(SHIFTS) * band[1]
@@ -67,7 +67,7 @@ def missed(vectors: Real, matrices: StateMatrices, band: tuple[float, float], le
 
 
 def joined(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, tail: float) -> Real:
-    """Basis of vectors and the leading directions of all that they miss, orthonormal in the mass.
+    """Basis of vectors and the leading missing directions, orthonormal in the mass.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def joined(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, t
         Of all states, see `missed`.
     energy, mass : (n, n) sparse matrix
     tail : float
-        What may be left out, as a share of a state's answers.
+        Largest share of a state's responses left out.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def joined(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, t
 
 
 def _answers(stiffness: Real, mass: Real, force: Real, band: tuple[float, float]) -> Real:
-    """Real and imaginary parts of the lightly damped answers along the band, (N, k)."""
+    """Real and imaginary parts of the lightly damped responses over the band, (N, k)."""
     values, basis = np.linalg.eigh(_symmetric(mass))
     kept = values > 1e-11 * values[-1]
     basis = basis[:, kept] / np.sqrt(values[kept])

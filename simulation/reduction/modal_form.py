@@ -17,8 +17,8 @@ from simulation.reduction.symmetric_poles import symmetric_poles
 class ModalForm:
     """Eigenvalues and eigenvectors of a complex symmetric stiffness whose mass is the identity, and dashpots.
 
-    The right eigenvectors' inverse serves as left eigenvectors. It is their transpose but where eigenvalues meet:
-    there the normalisation x'x = 1 of complex symmetric eigenvectors has no answer.
+    The right eigenvectors' inverse serves as left eigenvectors. It is their transpose except where eigenvalues
+    coincide: there the normalisation x'x = 1 of complex symmetric eigenvectors may be impossible.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class ModalForm:
     inverse : (r, r) ndarray
         Left eigenvectors, one a row.
     dashpots : (r, q) ndarray
-        Columns whose product is the damping matrix, 1/s; they are in none of the above.
+        Columns whose product is the damping matrix, 1/s; not included in the other attributes.
     """
 
     poles: Complex
@@ -39,14 +39,14 @@ class ModalForm:
 
     @classmethod
     def of(cls, stiffness: Complex, dashpots: Real | None = None) -> Self:
-        """Solve the eigenproblem of a complex (r, r) stiffness; `dashpots` (r, q) are connected to its modes."""
+        """Solve the eigenproblem of a complex (r, r) stiffness; `dashpots` (r, q) are stored."""
         columns = np.zeros((len(stiffness), 0)) if dashpots is None else dashpots
         found = symmetric_poles(stiffness)
         if found is not None:
             order = np.argsort(found[0].real)
             shapes = np.asfortranarray(found[1][:, order])
             return cls(found[0][order], shapes, shapes.T, columns)
-        poles, shapes = np.linalg.eig(stiffness)  # scipy's holds the interpreter; this one lets other threads run
+        poles, shapes = np.linalg.eig(stiffness)  # scipy's version holds the interpreter lock; this one does not
         order = np.argsort(poles.real)
         shapes = np.asfortranarray(shapes[:, order])
         return cls(poles[order], shapes, scipy.linalg.inv(shapes, check_finite=False), columns)
@@ -59,7 +59,7 @@ class ModalForm:
     def damped_poles(self) -> Complex:
         """Squared angular frequencies of free motion with the dashpots, rad2/s2, by ascending real part.
 
-        Motions that die away without swinging are left out.
+        Overdamped motions are left out.
         """
         if not self.count:
             return self.poles
@@ -89,7 +89,7 @@ class ModalForm:
         right : (r, J) ndarray
         frequency : (F,) array_like, Hz
         sums : PoleSums, optional
-            Of `poles` at `frequency`, where they are known.
+            Of `poles` at `frequency`, if known.
 
         Returns
         -------

@@ -17,7 +17,7 @@ SAME_POLE = 1e-9
 
 @dataclass(frozen=True)
 class ModalSlopes:
-    """a' Z**-1 b of I columns a and J columns b at F lines, and how a changing stiffness moves it.
+    """a' Z**-1 b of I columns a and J columns b at F lines, with derivatives by the stiffness.
 
     The derivative for a change K' of the stiffness is -a' Z**-1 K' Z**-1 b. In modal coordinates the product of
     two terms 1/((p - s)(q - s)) is the difference of the single terms over q - p, so that a sum over pairs of
@@ -34,9 +34,9 @@ class ModalSlopes:
         The columns b likewise.
     sums : PoleSums
     apart : (r, r) complex ndarray
-        1/(q - p) of all pairs of poles; 0 where they are one.
+        1/(q - p) of all pairs of poles; 0 for a double pole.
     double : (r, r) bool ndarray
-        Pairs that are one.
+        Pairs that count as a double pole.
     whole : (I + q, J + q, F) complex ndarray
         a' Z**-1 b without the dashpots.
     """

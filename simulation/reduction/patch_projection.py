@@ -1,4 +1,4 @@
-"""Projection of every energy of a plate's patches onto given vectors."""
+"""Projection of the energies of a plate's patches onto given vectors."""
 
 from concurrent.futures import Executor
 
@@ -37,7 +37,7 @@ def patch_energies(p: Projector, executor: Executor) -> dict[str, Real]:
 
 
 def _one_patch(p: Projector, place: int, table: Real, nominal: Real) -> tuple[Real, Real, Real, Real]:
-    """Return what one patch adds to `patch_energies`: own, membrane, mass, and its column of the coupling."""
+    """Return one patch's terms of `patch_energies`: own, membrane, mass, and its column of the coupling."""
     r, terms, shell = p.vectors.shape[1], len(table), p.full.shell
     patch, covered = shell.patches[place], shell.under[place]
     ceramic, t = shell.materials[patch.material], patch.thickness

@@ -1,4 +1,4 @@
-"""A plate from its declaration to its reduced model, and what that rests on: to it effects add what they need."""
+"""From the declaration of a plate to its reduced model, and the basis that the reduction with effects extends."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from simulation.shell.shell_model import ShellModel
 
 @dataclass(frozen=True)
 class PlateBasis:
-    """Chosen functions of a plate, and vectors over them.
+    """Selected finite-element functions of a plate, and reduction vectors over them.
 
     Attributes
     ----------
@@ -70,19 +70,19 @@ def plain_reduction(
     patches : sequence of Patch
         Voltages and charges keep this order.
     box : MaterialBox
-        Of the materials that will be asked.
+        Ranges of the materials.
     band : (float, float)
         Hz.
     attached : sequence of Footprint
-        Discs of strings and cables: forces there count in the choice of functions.
+        Discs of strings and cables: responses to forces there are used in the selection of functions.
     footprints : sequence of Footprint
         Of transducers.
     driven : sequence of int
-        Places in `footprints`.
+        Indices in `footprints`.
     points : (K, 2) array_like, optional
-        Where the deflection will be asked for, m.
+        Points at which the deflection is computed, m.
     field_certified : bool
-        Whether the deflection there counts in the error.
+        Whether the deflection there is included in the error.
     fineness : Fineness, optional
     training : BasisTraining, optional
     progress : callable, optional
@@ -100,7 +100,7 @@ def plain_reduction(
     GeometryError
         Where no good mesh is found.
     ValueError
-        If box or band make no sense, or the plate has neither patch nor force.
+        For an invalid box or band, or a plate with neither patch nor force.
     RuntimeError
         If the tolerance cannot be reached.
     """

@@ -11,15 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 from analysis.arrays import Complex, Real
 
 FAR, NODES = 4.0, 16
-"""A pole beyond FAR times the highest squared frequency leaves 14**-NODES to interpolation."""
+"""For poles beyond FAR times the highest squared frequency, the interpolation error is 14**-NODES."""
 
 
 @dataclass(frozen=True)
 class PoleSums:
     """Terms 1/(pole - s) of r poles at s, the F squared angular frequencies.
 
-    What the poles far above the lines add is so smooth that a polynomial through few points gives it to rounding:
-    most poles of a reduced model are far.
+    The sum over poles far above the lines is so smooth that a polynomial through a few points is exact to
+    rounding; most poles of a reduced model are far.
 
     Attributes
     ----------

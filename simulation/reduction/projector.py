@@ -53,7 +53,7 @@ class Projector:
 
                 def value(field: int, letter: str) -> Real:
                     if (field, letter) not in cache:  # noqa: B023
-                        found = here[letter] @ coordinates[field]  # noqa: B023 (called within this round)
+                        found = here[letter] @ coordinates[field]  # noqa: B023 (called within this iteration)
                         cache[field, letter] = found.reshape(-1, found.shape[-1])  # noqa: B023
                     return cache[field, letter]  # noqa: B023
 

@@ -1,8 +1,8 @@
 """Candidate space of a reduced model: block rational Krylov spaces at a few undamped materials.
 
-Real shifts and real factors cost half of complex ones, and every further vector costs one
-back-substitution. Damping of the plate alone is no other direction: it makes frequency and the
-ratio of patch to plate stiffness complex, and the space is trained over both.
+Real shifts and real factors cost half as much as complex ones, and every further vector costs one
+back-substitution. Damping of the plate needs no further vectors: it makes frequency and the ratio of patch to
+plate stiffness complex, and the space is trained over both.
 """
 
 from dataclasses import dataclass, field
@@ -17,16 +17,16 @@ from simulation.shell.factors import factorize
 from simulation.shell.shell_model import ShellModel
 
 STEPS = 4
-"""Blocks added to every chain between two looks at the convergence."""
+"""Number of blocks added to every chain between two checks of convergence."""
 
 LONGEST = 90
-"""Blocks of a chain at which a space that has not converged is given up."""
+"""Largest number of blocks of a chain; without convergence an error is raised."""
 
 
 class GrowingRows:
-    """Vectors that grow in number, one a row, along which their products are taken.
+    """A growing set of vectors, one per row, so that products run along rows.
 
-    They stand in an array with room for more: adding a few does not copy all.
+    They are stored in an array with spare rows, so that adding a few does not copy all.
     """
 
     def __init__(self, size: int) -> None:
@@ -69,8 +69,8 @@ class Chain:
     def extend(self, steps: int) -> tuple[Real, Real]:
         """Add blocks, orthonormal to all before in the mass's inner product: (n, k), and mass times them.
 
-        The operator is symmetric in this product: but for rounding, a block's image has shares in the last two
-        only (Lanczos). These are taken out first; then, of all, what rounding left.
+        The operator is symmetric in this product: except for rounding, the image of a block has components only
+        along the last two blocks (Lanczos). These are removed first, then the remainders by rounding along all.
         """
         start = len(self.vectors.all)
         for _ in range(steps):
@@ -94,7 +94,7 @@ class Chain:
 
 
 class Galerkin:
-    """Gram matrices of a growing set of vectors: nothing is multiplied twice."""
+    """Gram matrices of a growing set of vectors, without repeated products."""
 
     def __init__(self, stiffness: csr_matrix, coupling: Real) -> None:
         self.stiffness, self.coupling = stiffness, coupling
@@ -109,7 +109,7 @@ class Galerkin:
         self.projected_mass = _bordered(self.projected_mass, of_all @ weighed)
 
     def modes(self) -> DampedModes:
-        """Modes of the projected plate, nearly dependent vectors left out."""
+        """Modes of the projected plate, without nearly dependent vectors."""
         values, basis = np.linalg.eigh(self.projected_mass)
         kept = values > 1e-12 * values[-1]
         basis = basis[:, kept] / np.sqrt(values[kept])
@@ -127,7 +127,7 @@ def material_space(
     loss_factor: float,
     tolerance: float,
 ) -> Real:
-    """Vectors that hold every transfer between patches at one material.
+    """Vectors that represent every transfer between patches at one material.
 
     Chains grow until the transfers over the grid and on its resonances, lightly damped, change by less than
     `tolerance` of their rms.
@@ -154,7 +154,7 @@ def material_space(
     Raises
     ------
     RuntimeError
-        Where the longest chains do not suffice.
+        If the longest chains are not sufficient.
     """
     stiffness = model.stiffness(youngs_modulus, poisson_ratio)
     chains = [

@@ -1,8 +1,8 @@
-"""Reduction of a plate over a box of materials and a band, with its error measured.
+"""Reduction of a plate over a box of materials and a band, with a measured error.
 
-Two steps. Rational Krylov spaces at a few materials give candidates, cheap to make but too many. A
-proper orthogonal decomposition of responses computed within those candidates, all over the box,
-keeps about half of them; the full model is solved only to measure the error that is left.
+Two steps. Rational Krylov spaces at a few materials give candidate vectors, fast to compute but too many. A proper
+orthogonal decomposition of responses computed with those candidates, over the whole box, keeps about half of them.
+The full model is solved only to measure the error.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -33,11 +33,11 @@ from simulation.shell.shell_model import ShellModel
 
 STAGE = "reducing the plate"
 WORKERS = 2
-"""Materials solved at a time: sparse factorization lets other threads run."""
+"""Number of materials solved at a time, in threads: sparse factorization releases the interpreter lock."""
 SHIFTS = (0.1, 0.9)
-"""Places along the band at which a material's stiffness is factorized."""
+"""Shifts in the band at which a material's stiffness is factorized."""
 DAMPED_LINES = 16
-"""Frequencies at every material at which a plate with dashpots is solved."""
+"""Number of frequencies per material at which a plate with dashpots is solved."""
 
 
 def reduce(
@@ -50,7 +50,7 @@ def reduce(
     training: BasisTraining | None = None,
     progress: Progress | None = None,
 ) -> tuple[ReducedModel, Real]:
-    """Reduce `model` to what its patches can do within a box of materials and a band.
+    """Reduce `model` for its responses to patches within a box of materials and a band.
 
     Parameters
     ----------
@@ -59,10 +59,10 @@ def reduce(
     band : (float, float)
         Hz.
     points : (K, 2) array_like, optional
-        Where the deflection will be asked for, m.
+        Points at which the deflection is computed, m.
     field_certified : bool
-        Whether the deflection there counts in the error, as for fields; else it is what the coordinates happen to
-        know, as for looking at shapes.
+        Whether the deflection there is included in the error, as needed for fields; if not, its accuracy is not
+        checked, which is enough to show mode shapes.
     training : BasisTraining, optional
     progress : callable, optional
         Called with the stage's name and the share done.
@@ -72,12 +72,12 @@ def reduce(
     ReducedModel
         Its `error` is measured against the full model at materials outside the training.
     (n, r) ndarray
-        The vectors that its coordinates stand for, orthonormal in the mass.
+        The vectors of its coordinates, orthonormal in the mass.
 
     Raises
     ------
     ValueError
-        If box or band make no sense, or the plate has neither patch nor force.
+        For an invalid box or band, or a plate with neither patch nor force.
     RuntimeError
         If the tolerance cannot be reached.
     """
@@ -88,7 +88,7 @@ def reduce(
     places = np.asarray(() if points is None else points, float).reshape(-1, 2)
     probe = model.deflection(places)
     counted = slice(None) if field_certified else slice(0)
-    # transfers err by the square of what is left out, over the loss
+    # the error of transfers is the square of the truncation error over the loss factor
     tail = 0.5 * float(np.sqrt(training.tolerance * training_loss(box)))
     swung = _damped_answers(model, box, band, training)
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
@@ -119,7 +119,7 @@ def reduce(
 
 
 def _check(model: ShellModel, box: MaterialBox, band: tuple[float, float]) -> None:
-    """ValueError for what cannot be reduced."""
+    """ValueError for a plate, box or band that cannot be reduced."""
     if model.coupling.shape[1] == 0:
         raise ValueError("a plate with neither patch nor force has nothing to reduce to")
     (e0, e1), (n0, n1), (h0, h1) = box.youngs_modulus, box.poisson_ratio, box.loss_factor
@@ -140,7 +140,7 @@ def _candidates(
     training: BasisTraining,
     report: Progress,
 ) -> Real:
-    """Krylov vectors (n, N) of all trained materials.
+    """Krylov vectors (n, N) of all training materials.
 
     Two shifts each, near the ends of the band: a third factorization costs as much as twenty more vectors.
     """
@@ -168,9 +168,9 @@ def _candidates(
 def _damped_answers(
     model: ShellModel, box: MaterialBox, band: tuple[float, float], training: BasisTraining
 ) -> Real:
-    """Real and imaginary parts of answers of a plate with dashpots (n, N) all over the box; none without them.
+    """Real and imaginary parts of responses (n, N) of a plate with dashpots over the box; none without dashpots.
 
-    Along an edge they are too much for Krylov spaces, to which every function of the edge would be a load.
+    For dashpots along an edge Krylov spaces would be too large: every function of the edge would be a load.
     """
     if not model.damping.nnz:
         return np.zeros((model.size, 0))

@@ -1,4 +1,4 @@
-"""A reduced plate with piezo patches: small dense matrices that answer for a whole box of materials."""
+"""A reduced plate with piezo patches: small dense matrices for a whole box of materials."""
 
 from dataclasses import dataclass, field, replace
 from typing import Self
@@ -28,21 +28,21 @@ class ReducedModel:
     capacitance : (P,) ndarray
         Cp of every patch, F.
     box : MaterialBox
-        Where the error is certified.
+        Ranges of materials for which the error is certified.
     band : (float, float)
         Hz; likewise.
     error : float
-        Largest error, against the full model, at materials and frequencies that were not trained on:
+        Largest error, against the full model, at materials and frequencies outside the training set:
         of a transfer between patches relative to its rms over the band, and of the field, as rms over
         the points, relative to its rms over points, inputs and band.
     dashpots : (r, q) ndarray
         Columns whose product is the damping matrix of the supports' dashpots, 1/s.
     deflection : (K, r) ndarray
-        w at `points` of every coordinate; K = 0 if no field was asked for.
+        w at `points` of every coordinate; K = 0 without a field.
     points : (K, 2) ndarray
         m.
     footprints : (S, r) ndarray
-        Mean deflection over the footprints of transducers: forces there were trained as inputs, as patches were.
+        Mean deflection over the footprints of transducers: forces there are inputs of the training, like patches.
     """
 
     stiffness_1: Real
@@ -88,7 +88,7 @@ class ReducedModel:
         return np.hstack([self.coupling, self.footprints.T]) if len(self.footprints) else self.coupling
 
     def loaded(self, masses: Real) -> Self:
-        """Return the plate with masses (S,), kg, that move with the footprints; in other coordinates."""
+        """Return the plate with masses (S,), kg, added at the footprints; in other coordinates."""
         if not np.any(masses):
             return self
         mass = np.eye(self.size) + (self.footprints.T * masses) @ self.footprints
@@ -98,7 +98,7 @@ class ReducedModel:
     def require(
         self, youngs_modulus: float, poisson_ratio: float, loss_factor: float, frequency: ArrayLike = ()
     ) -> None:
-        """Refuse what lies outside the trained box or band.
+        """Raise ValueError for constants or frequencies outside the trained box or band.
 
         Parameters
         ----------
@@ -171,7 +171,7 @@ class ReducedModel:
         return ModalForm.of(self.stiffness(youngs_modulus, poisson_ratio, loss_factor), self.dashpots)
 
     def damped_modes(self, youngs_modulus: float, poisson_ratio: float) -> DampedModes:
-        """Real modes, and the couplings of patches and dashpots to them; `DampedModes` says where they suffice.
+        """Real modes, and the couplings of patches and dashpots to them; see `DampedModes` for their limits.
 
         Parameters
         ----------

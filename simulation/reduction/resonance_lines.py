@@ -1,7 +1,7 @@
-"""Frequencies at which a plate's response is compared: an even grid, and lines on every narrow resonance.
+"""Frequencies for the comparison of a plate's responses: an even grid, and lines on every narrow resonance.
 
-At a loss factor of 1e-3 a resonance at 500 Hz is half a hertz wide: between the lines of an even grid of a few
-hundred lines it is not seen, whatever it does.
+At a loss factor of 1e-3 a resonance at 500 Hz is half a hertz wide: an even grid of a few hundred lines does not
+resolve it.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 
 NARROW = 2.0
-"""A resonance whose half-power width is below so many steps of the even grid gets lines of its own."""
+"""Resonances with a half-power width below this many steps of the even grid get lines of their own."""
 
 
 def resonance_lines(natural: Real, loss_factor: float, grid: Real) -> Real:

@@ -12,29 +12,29 @@ from analysis.arrays import Complex
 CONVERGED = 3e-7
 """Largest correction whose square is below rounding."""
 MOST = 8
-"""Corrections after which poles count as too close."""
+"""Number of corrections after which poles count as too close."""
 
 
 def symmetric_poles(matrix: Complex) -> tuple[Complex, Complex] | None:
     """Eigenvalues (r,) of a complex symmetric (r, r) matrix, and eigenvectors whose transpose is their inverse.
 
-    None where eigenvalues lie closer than their modes are coupled, so that corrections do not converge.
+    None if eigenvalues are closer than the coupling of their modes, so that corrections do not converge.
     """
-    matrix = 0.5 * (matrix + matrix.T)  # eigh reads one half only, and rounding has its own in each
+    matrix = 0.5 * (matrix + matrix.T)  # eigh reads one triangle only, and rounding differs between the two
     modes = np.linalg.eigh(matrix.real)[1]
     coupled = modes.T @ matrix @ modes
     own = np.arange(len(modes))
     poles = coupled[own, own]
-    with np.errstate(all="ignore"):  # poles that meet are found by what becomes of the correction
+    with np.errstate(all="ignore"):  # coinciding poles are detected by the size of the correction
         first = coupled / _gaps(poles)
         first[own, own] = 0.0
-        first *= 2.0 / (1.0 + np.sqrt(1.0 + 4.0 * first * first))  # each pair turned by its own angle
+        first *= 2.0 / (1.0 + np.sqrt(1.0 + 4.0 * first * first))  # each pair rotated by its own angle
         vectors = first + 0.5 * (first @ first)
         vectors[own, own] += 1.0
         for _ in range(MOST):
             product, gram = vectors.T @ (coupled @ vectors), vectors.T @ vectors
             poles = product[own, own] / gram[own, own]
-            product = 0.5 * (product + product.T)  # rounding may not turn modes against each other
+            product = 0.5 * (product + product.T)  # removes the asymmetry by rounding
             correction = (product - poles * gram) / _gaps(poles)
             correction[own, own] = 0.5 * (1.0 - gram[own, own])
             vectors += vectors @ correction
