@@ -10,7 +10,7 @@ A plate over a range of materials:
 ``certification``          error against the full model outside the training set
 ``basis_training``         settings: training materials and tolerance
 ``galerkin``               projection of a model onto given vectors
-``reduce``                 all of it
+``reduce``                 the whole reduction, from these steps
 ``footprint_reduction``    the same for forces and motions in addition to patches
 ``reduced_model``          the reduced model: small matrices for the whole range
 ``lowest_modes``           natural modes of a reduced model
@@ -35,8 +35,8 @@ The same plate with physical effects on it:
 ``missing_answers``        additional vectors for the responses in other states
 ``effect_operators``       the reduced matrices from which any state is composed
 ``composition``            matrices of one state, summed from these
-``effect_reduction``       the whole reduction to operators of a plate
-``effect_certification``   their error
+``effect_reduction``       the whole reduction to the operators of a plate
+``effect_certification``   error of the operators
 ``campaign_basis``         a smaller model for the few materials of one campaign
 =========================  ================================================================
 """

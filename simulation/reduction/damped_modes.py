@@ -84,7 +84,7 @@ class DampedModes:
         return np.asarray(self.shapes @ np.hstack([modal.real, modal.imag]))
 
     def gram(self, lines: Real, loss_factor: float) -> Real:
-        """Product of the `responses` with their transpose, (r, r), without making them where no dashpot acts."""
+        """Product of the `responses` with their transpose, (r, r), computed without them if no dashpots act."""
         if self.dashpots.size:
             modal = self.modal(lines, loss_factor).reshape(len(self.squares), -1)
             product = modal.real @ modal.real.T + modal.imag @ modal.imag.T

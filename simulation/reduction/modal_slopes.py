@@ -85,7 +85,7 @@ class ModalSlopes:
         return connected(self.whole, self.form.count, self.frequency)
 
     def by(self, change: Real) -> Complex:
-        """Differentiate `compliance`, (I, J, F), by what changes the stiffness at the rate `change` (r, r)."""
+        """Differentiate `compliance`, (I, J, F), for the derivative `change` (r, r) of the stiffness."""
         a, b = self.left, self.right
         modal = self.form.inverse @ change @ self.form.shapes
         split = modal * self.apart

@@ -4,26 +4,26 @@
 ``lobatto``         hierarchical functions of one variable
 ``cells``           functions of the reference quadrilateral and triangle
 ``mapping``         places in curved cells, and back
-``cell_group``      functions and points of quadrature on all cells of a kind
-``space``           functions over a mesh, and their integrals
+``cell_group``      functions and points of quadrature on all cells of one shape
+``space``           function space over a mesh, and its integrals
 ``rigidity``        strains of a shell, and cells' matrices from section rigidities
 ``edges``           supports along edges
 ``footprints``      discs on which transducers act
 ``points``          supports at points
-``shell_plate``     a declared plate on a mesh: what every cell is made of
-``unknowns``        which functions are unknowns, in which order
-``dissection``      order of elimination that keeps factors sparse
-``factors``         sparse factors
-``condensation``    insides of cells eliminated before the sparse solver
-``choice``          functions that a plate's answers need
-``fineness``        mesh, degree and tolerance of that choice
-``assembly``        from the declaration to matrices
-``shell_model``     the assembled plate, answers by direct solution
-``moving``          a mesh whose cells stretch so that a patch sits elsewhere
-``piezo_material``  ceramic constants, and what a thin poled patch makes of them
+``shell_plate``     a declared plate on a mesh: sections and matrices of every cell
+``unknowns``        selection and order of the unknowns
+``dissection``      nested dissection: elimination order for sparse factors
+``factors``         sparse factorization
+``condensation``    static condensation of interior functions of cells
+``choice``          selection of the functions that a plate's responses need
+``fineness``        mesh, degree and tolerance of that selection
+``assembly``        assembly of the matrices from a declaration
+``shell_model``     the assembled plate, with responses by direct solution
+``moving``          a mesh deformed so that a patch is at another place
+``piezo_material``  constants of piezoceramics, and those of a thin poled patch
 ``in_plane``        stiffness of a layer along the plate's axes
 ``plane_stress``    moduli in which the plate's stiffness is affine
 ``coupling``        force of one volt on each patch
-``electric_load``   sensors on real inputs, all connected at once
+``electric_load``   sensor patches with the impedance of their inputs
 ==================  ================================================================
 """

@@ -1,4 +1,4 @@
-"""From a declared plate to its matrices: with all functions, or with those that its answers need."""
+"""Assembly of a declared plate's matrices, with all functions or with those that its responses need."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -30,9 +30,9 @@ Parts = tuple[list[Block], list[Block], list[Block], list[Block]]
 
 WORKERS = 2
 FEW = 12
-"""Forces whose answers choose functions: the field of any other is as smooth as theirs."""
+"""Number of forces whose responses select functions: the field of any other is as smooth as theirs."""
 MESHED, INTEGRATED, CHOSEN = 0.1, 0.25, 0.95
-"""Shares of the work done after the mesh, the integrals, the choice of functions."""
+"""Shares of the work done after meshing, integration and selection of functions."""
 
 
 def assemble(
@@ -43,7 +43,7 @@ def assemble(
     degree: int = 6,
     materials: Mapping[str, PiezoMaterial] = PIEZO_MATERIALS,
 ) -> ShellModel:
-    """Matrices of a plate with patches, all functions of one degree kept.
+    """Matrices of a plate with patches, with all functions of one degree.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def assemble_for(
     fineness: Fineness | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> ShellModel:
-    """Matrices of a plate with the functions that its answers to patches and to forces at points need.
+    """Matrices of a plate with the functions that its responses to patches and point forces need.
 
     Parameters
     ----------
@@ -86,14 +86,14 @@ def assemble_for(
     patches : sequence of Patch
         Voltages and charges keep this order.
     box : MaterialBox
-        Of the materials that will be asked: answers of the softest and of one in the middle choose functions.
+        Ranges of the materials: responses of the softest and of a middle one select functions.
     band : (float, float)
         Hz.
     footprints : sequence of Footprint
-        Where forces act whose answers count in the choice of functions, as those of dashpots do; `FEW` are enough.
+        Discs of forces whose responses are used in the selection, as those of dashpots are; `FEW` are enough.
     fineness : Fineness, optional
     progress : callable, optional
-        Told the share done, 0 to 1.
+        Called with the share done, 0 to 1.
 
     Returns
     -------
@@ -123,7 +123,7 @@ def assemble_for(
         forces[W] = footprint_rows(shell.space, acting).toarray().T
         loads = np.concatenate([loads, forces], axis=2)
     (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
-    # a third answer changes 1 function in 100, and takes as long as these two, which are found side by side
+    # a third response changes 1 function in 100, and takes as long as these two, which are solved in parallel
     asked = [(e0, n1, band[1]), (float(np.sqrt(e0 * e1)), n0, 0.75 * sum(band))]
     lines = list(shell.springs())
     diagonals = [diagonal(shell.space, blocks) for blocks in parts]
@@ -166,7 +166,7 @@ def assemble_chosen(
     Returns
     -------
     ShellModel or None
-        None where the functions are those of another mesh.
+        None if the functions are those of another mesh.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def assemble_chosen(
 
 
 def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0) -> ShellModel:
-    """Sparse matrices over the functions that are kept.
+    """Sparse matrices over the selected functions.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0)
     parts : tuple of lists of blocks
         Of K1, K2, Kp and M.
     dropped : float
-        Estimate of the energy lost, as `Choice` has it.
+        Estimate of the energy lost, see `Choice`.
 
     Returns
     -------

@@ -19,7 +19,7 @@ from simulation.shell.cells import (
 from simulation.shell.mapping import map_cells
 
 CURVED_ORDER = 4
-"""Added to the order of quadrature, for the Jacobian of curved cells."""
+"""Increase of the order of quadrature for the Jacobian of curved cells."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,13 @@ class CellGroup:
     functions : (C, N) ndarray of int
         Functions of the space on every cell.
     sign : (C, N) ndarray
-        -1 where a function of odd degree runs along its edge against the reference cell.
+        -1 where a function of odd degree has the opposite direction on its edge to that of the reference cell.
     table : ShapeTable
         Of the reference cell, at the Q points of quadrature.
     places : (C, Q, 2) ndarray
         Points of quadrature, m.
     dx : (C, Q) ndarray
-        Areas for which they stand, m2.
+        Their areas (quadrature weight times Jacobian), m2.
     inverse : (C, Q, 2, 2) ndarray
         Derivatives of the reference coordinates (row) by x and y, 1/m.
     """
@@ -82,7 +82,7 @@ def cell_group(mesh: PlateMesh, degree: int, *, triangles: bool) -> CellGroup:
     Raises
     ------
     ValueError
-        For a cell that is turned over, with the place.
+        For an inverted cell, with the place.
     """
     order = 2 * degree + (CURVED_ORDER if mesh.bow.any() else 0)
     places, weights = (triangle_rule if triangles else quad_rule)(order)

@@ -1,6 +1,6 @@
 """Hierarchical functions of the reference quadrilateral and triangle.
 
-Functions stand in this order: one of each corner, those of each edge by degree, those of the inside by degree.
+Functions are in this order: one of each corner, those of each edge by degree, those of the interior by degree.
 Along an edge both cells have the same trace, the function of `simulation.shell.lobatto` of the edge's coordinate
 (Szabo and Babuska, Finite Element Analysis, 1991, sections 6.2 and 6.3).
 """
@@ -15,7 +15,7 @@ from analysis.arrays import Real
 from simulation.shell.lobatto import kernels, lobatto
 
 QUAD_EDGES = ((0, 1), (1, 2), (3, 2), (0, 3))
-"""Edges of a quadrilateral as they run in the reference cell, by their corners."""
+"""Edges of a quadrilateral in the direction of the reference cell, by their corners."""
 TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
 TABULATED = 19
 """Largest order of the rules for triangles of few points; above it Gauss' and Jacobi's rules are multiplied."""

@@ -1,8 +1,8 @@
-"""Which functions a plate's answers need: chosen by solutions with all of them.
+"""Selection of the functions that a plate's responses need, from solutions with all of them.
 
-A few answers of the plate are computed with functions of high degree everywhere; a function is kept where its
-share of the energy of some answer exceeds a tolerance. What is dropped tells the error that is left. Insides of
-cells are eliminated cell by cell, so that only functions of edges and points enter the sparse solver.
+A few responses of the plate are computed with functions of high degree everywhere; a function is kept if its share
+of the energy of some response exceeds a tolerance. The energy dropped is an estimate of the error. Interior
+functions are eliminated cell by cell, so that only functions of edges and points enter the sparse solver.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -19,8 +19,8 @@ from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns, elimination_order
 
 BEYOND = 0.03
-"""Energy in functions of higher degree than the highest, over that in the highest: found against finer meshes at
-degree 7, where it is as much as the functions left out hold. On a mesh that is too coarse the latter is large."""
+"""Energy of functions above the highest degree, over that in the highest degree: determined with finer meshes at
+degree 7, where it equals the energy of the functions left out. On too coarse a mesh the latter is large."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Choice:
     ----------
     kept : (5, N) ndarray of bool
     dropped : float
-        Largest share of the energy of an answer that the dropped functions hold, and functions of still higher
-        degree would hold: `BEYOND` of what those of the highest degree do.
+        Largest share of a response's energy in the dropped functions and, by estimate, in functions of still
+        higher degree: `BEYOND` times that of the highest degree.
     """
 
     kept: Mask
@@ -47,9 +47,9 @@ def chosen(
     executor: Executor | None = None,
     step: Callable[[], None] | None = None,
 ) -> Choice:
-    """Keep the functions whose share |x|**2 K_ii / (x' K x) of some answer x exceeds `tolerance`.
+    """Keep the functions whose share |x|**2 K_ii / (x' K x) of some response x exceeds `tolerance`.
 
-    Functions of points stay in any case.
+    Functions of points are always kept.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def chosen(
 
 
 def _highest(space: ShapeSpace) -> Mask:
-    """Return which functions (N,) of edges and of the insides of cells have the highest degree."""
+    """Return which functions (N,) of edges and of the interiors of cells have the highest degree."""
     p, found = space.degree, np.zeros(space.size, bool)
     inside = np.arange((p - 1) ** 2)
     along = np.stack([inside // (p - 1), inside % (p - 1)])
@@ -108,7 +108,7 @@ def diagonal(space: ShapeSpace, blocks: Iterable[Block]) -> Real:
 
 
 def _shares(space: ShapeSpace, held: Mask, problem: ResponseProblem, order: Whole) -> Real:
-    """Share of every function in the energy of every answer, (5, N, L)."""
+    """Share of every function in the energy of every response, (5, N, L)."""
     size = space.size
     free = ~held
     free[:, first_inside(space) :] = False

@@ -1,4 +1,4 @@
-"""Insides of cells eliminated, so that only functions of edges and points enter the sparse solver."""
+"""Static condensation: only functions of edges and points enter the sparse solver."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -13,14 +13,14 @@ from simulation.shell.space import ShapeSpace
 from simulation.shell.unknowns import Unknowns
 
 CHUNK = 16
-"""Cells eliminated at a time."""
+"""Number of cells condensed at a time."""
 
 Fields = tuple[int, ...]
 
 
 @dataclass(frozen=True)
 class ResponseProblem:
-    """One dynamic stiffness Z = K - w**2 M for which answers are wanted.
+    """One dynamic stiffness Z = K - w**2 M, with its loads.
 
     Attributes
     ----------
@@ -41,22 +41,22 @@ class ResponseProblem:
 
 @dataclass(frozen=True)
 class Condensed:
-    """Insides of some cells of one group, eliminated.
+    """Condensation of the interior functions of some cells of one group.
 
     Attributes
     ----------
     inner : (C, i) ndarray of int
-        Field and function, as in `Unknowns.chosen`, of what was eliminated.
+        Field and function, as in `Unknowns.chosen`, of the eliminated unknowns.
     outer : (C, e) ndarray of int
-        Unknowns that remain, -1 where they are held at zero.
+        Remaining unknowns, -1 where they are held at zero.
     schur : (C, e, e) ndarray
-        Stiffness of these.
+        Condensed stiffness of these.
     followed : (C, i, e) ndarray
-        Inner answer per outer one, with the sign turned.
+        Minus the inner response per outer displacement.
     alone : (C, i, L) ndarray
-        Inner answer to the loads with the outer ones held.
+        Inner response to the loads with the outer unknowns held.
     lost : (C, e, L) ndarray
-        What the inner loads take off the outer ones.
+        Reduction of the outer loads by the inner ones.
     """
 
     inner: Whole
@@ -70,23 +70,23 @@ class Condensed:
 def without_insides(
     space: ShapeSpace, problem: ResponseProblem, outer: Unknowns
 ) -> tuple[csr_matrix, Real, list[Condensed]]:
-    """Z and loads over the outer unknowns, and what brings back the insides of cells.
+    """Z and loads over the outer unknowns, and the data to recover the inner ones.
 
-    A function of its own, so that the triplets of Z, the largest arrays of all, are gone when it is factorized.
+    A separate function, so that the triplets of Z, the largest arrays, are freed before it is factorized.
 
     Parameters
     ----------
     space : ShapeSpace
     problem : ResponseProblem
     outer : Unknowns
-        Those that cells share; m of them.
+        The m unknowns shared by cells.
 
     Returns
     -------
     matrix : (m, m) csr_matrix
     load : (m, L) ndarray
     parts : list of Condensed
-        Their `schur` and `lost` empty: these are in matrix and load.
+        With empty `schur` and `lost`, which are contained in matrix and load.
     """
     load = problem.loads.reshape(5 * space.size, -1)[outer.chosen].copy()
     rows, columns, values, parts = [], [], [], []
@@ -107,7 +107,7 @@ def without_insides(
 
 
 def _condensed(space: ShapeSpace, problem: ResponseProblem, number: Whole) -> Iterator[Condensed]:
-    """Eliminate the insides of all cells, `CHUNK` cells at a time; `number` (5, N) is that of `Unknowns`."""
+    """Condense all cells, `CHUNK` at a time; `number` (5, N) is that of `Unknowns`."""
     size, first = space.size, first_inside(space)
     loads = problem.loads.reshape(5 * size, -1)
     for group in (0, 1):
@@ -138,9 +138,9 @@ def _condensed(space: ShapeSpace, problem: ResponseProblem, number: Whole) -> It
 
 
 def _coupled(problem: ResponseProblem, group: int, count: int) -> list[tuple[Fields, Whole]]:
-    """Fields that are coupled, and in which cells of a group: all under patches and in shallow shells.
+    """Coupled fields, and the cells of a group with this coupling: all fields under patches and in shallow shells.
 
-    Elsewhere membrane and bending are two problems, and zeros between them would only fill the factors.
+    Elsewhere membrane and bending are uncoupled, and zeros between them would only fill the factors.
     """
     found = np.zeros(count, bool)
     for _, blocks in problem.terms:

@@ -16,7 +16,7 @@ def couplings(shell: ShellPlate, thickness: Real, bond: float = 1.0) -> list[dic
     thickness : (cells,) or (Q,) ndarray
         Of the plate, for every cell or every point of quadrature, m.
     bond : float
-        Share of the force that the bond passes on.
+        Share of the force transmitted by the bond.
 
     Returns
     -------

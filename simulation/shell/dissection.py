@@ -1,7 +1,7 @@
-"""Nested dissection of a mesh: an order that keeps factors sparse (George, SIAM J. Numer. Anal. 10, 1973).
+"""Nested dissection of a mesh: elimination order for sparse factors (George, SIAM J. Numer. Anal. 10, 1973).
 
-Cells are halved by straight cuts, again and again. What both halves share is eliminated after either of them: so
-long nothing couples them.
+Cells are halved by straight cuts, recursively. The functions common to both halves are eliminated after both, so
+that until then the halves are uncoupled.
 """
 
 import numpy as np
@@ -9,18 +9,18 @@ import numpy as np
 from analysis.arrays import Mask, Real, Whole
 
 DIRECTIONS = 8
-"""Of the cuts that are tried."""
+"""Directions of the cuts that are tried."""
 LEAST = 0.35
-"""Share of the functions on the smaller side of a cut, where the cells leave a choice."""
+"""Smallest share of the functions on one side of a cut, if the cells allow it."""
 UNEVEN = 4.0
-"""By which a cut costs more than the functions on it: times the square of what its sides differ from a half."""
+"""Penalty on the cost of a cut for unequal sides: factor on the squared deviation of their shares from a half."""
 
 TOGETHER = 2
-"""Cells that are not halved any further: it would cost more than it saves."""
+"""Largest number of cells that is not halved further: it would cost more than it saves."""
 
 
 def dissected(members: Whole, size: Real, places: Real) -> Whole:
-    """Order the parts (points and edges, say) of cells, the first to be eliminated first.
+    """Order the parts of cells, for example points and edges, for elimination.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What supports along edges do: functions held at zero, and springs."""
+"""Supports along edges: functions held at zero, and springs."""
 
 from collections.abc import Iterator
 
@@ -19,8 +19,8 @@ LineBlock = tuple[int, int, Whole, Real]
 STIFF = 1e16
 """Penalty on the rotation along an oblique hard edge, over h**2 / 12, Pa.
 
-From 1e4 to 1e8 bending stiffnesses per thickness h do equally well (a disc errs by less than 1e-6): this is 5e4 of
-steel and 1e7 of polypropylene.
+From 1e4 to 1e8 bending stiffnesses per thickness h give equal results (errors of a disc below 1e-6): this is 5e4
+of steel and 1e7 of polypropylene.
 """
 
 
@@ -53,7 +53,7 @@ def spring_blocks(space: ShapeSpace, plate: Plate, *, damping: bool = False) -> 
     space : ShapeSpace
     plate : Plate
     damping : bool
-        Whether the dashpots are wanted instead.
+        Whether to yield the dashpots instead.
 
     Yields
     ------
@@ -82,7 +82,7 @@ def penalty(plate: Plate) -> float:
 
 
 def straight_edges(space: ShapeSpace, edges: Whole) -> Mask:
-    """Which mesh edges run along x, and which along y, (2, K)."""
+    """Which mesh edges are parallel to x, and which to y, (2, K)."""
     ends = space.mesh.points[space.mesh.edges[edges]]
     step = np.abs(ends[:, 1] - ends[:, 0])
     flat = ~space.mesh.bow[edges].any(axis=(1, 2))
@@ -104,7 +104,7 @@ def line_blocks(
     space : ShapeSpace
     edges : (K,) ndarray of int
     fields : dict of int to int or None
-        Fields and, of a rotation, the axis (0 or 1) along which it counts.
+        Fields and, for a rotation, its component (0 or 1) in the plane.
     stiffness : float
         Per length: N/m2 for a deflection, N for a rotation; of dashpots times s.
     normal : bool

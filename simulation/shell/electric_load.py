@@ -1,4 +1,4 @@
-"""Sensor patches connected to real inputs."""
+"""Sensor patches connected to inputs of finite impedance."""
 
 from dataclasses import dataclass
 
@@ -10,12 +10,12 @@ from analysis.arrays import Complex
 
 @dataclass(frozen=True)
 class ElectricLoad:
-    """What an input puts across each sensor patch.
+    """Input impedance across each sensor patch.
 
     Attributes
     ----------
     resistance : float
-        ohm; infinite for a patch that nothing is connected to.
+        ohm; infinite for an open patch.
     capacitance : float
         F, module plus cable.
     """
@@ -30,7 +30,7 @@ class ElectricLoad:
             raise ValueError(f"input capacitance is {self.capacitance:g} F; must not be negative")
 
     def across(self, patch_capacitance: NDArray[np.float64], frequency: ArrayLike) -> Complex:
-        """Cp + Cc + 1/(j w R) of patches that cannot move, (K, F), F."""
+        """Cp + Cc + 1/(j w R) of clamped patches, (K, F), F."""
         omega = 2 * np.pi * np.atleast_1d(np.asarray(frequency, float))
         leak = np.zeros(omega.size, complex) if np.isinf(self.resistance) else 1.0 / (1j * omega * self.resistance)
         return np.asarray(patch_capacitance[:, None] + self.capacitance + leak)
@@ -38,7 +38,7 @@ class ElectricLoad:
     def admittance(
         self, patch_capacitance: NDArray[np.float64], compliance: Complex, frequency: ArrayLike
     ) -> Complex:
-        """Return diag(Cp + Cc + 1/(j w R)) + G of sensors that are all connected.
+        """Return diag(Cp + Cc + 1/(j w R)) + G of all connected sensors.
 
         Parameters
         ----------

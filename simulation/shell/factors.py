@@ -1,15 +1,15 @@
-"""Sparse factors of symmetric matrices whose unknowns stand in elimination order."""
+"""Sparse factorization of symmetric matrices with unknowns in elimination order."""
 
 from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import SuperLU, splu
 
 
 def factorize(matrix: csr_matrix) -> SuperLU:
-    """Factors of a (complex) symmetric matrix whose unknowns stand in elimination order.
+    """Factorize a (complex) symmetric matrix with unknowns in elimination order.
 
-    Its rows are read as columns, which saves a transposition. No pivoting: it would undo the order. Solutions stay
-    good to about 1e-12 all the same, because a plate's dynamic stiffness away from an undamped resonance is far
-    from singular.
+    Its rows are read as columns, which saves a transposition. There is no pivoting, because it would change the
+    order. Solutions are nevertheless accurate to about 1e-12, because a plate's dynamic stiffness away from an
+    undamped resonance is far from singular.
     """
     return splu(
         csc_matrix((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape),

@@ -1,4 +1,4 @@
-"""How finely a plate is discretised."""
+"""Settings of the discretisation of a plate."""
 
 from dataclasses import dataclass, field
 
@@ -6,23 +6,23 @@ from analysis.material import MaterialBox
 from simulation.meshing.recipe import MeshRecipe
 
 USUAL_LOSS = 0.025
-"""Loss factor at which tolerances hold: the middle of a thermoplastic's range."""
+"""Loss factor for which tolerances are stated: the middle of a thermoplastic's range."""
 LEAST_SHARE = 0.02
-"""Of a tolerance that any material leaves."""
+"""Smallest factor on a tolerance, for any material."""
 
 
 @dataclass(frozen=True)
 class Fineness:
-    """Mesh, degree of the functions on it, and which of them are kept.
+    """Mesh, degree of its functions, and tolerance of their selection.
 
     Attributes
     ----------
     mesh : MeshRecipe
     degree : int
-        Of the functions among which those kept are chosen.
+        Degree of the functions before the selection.
     tolerance : float
-        Share of an answer's energy for which a function is kept; 0 keeps all. With 3e-9 transfers between patches
-        are good to 0.01 to 0.03 % of their rms, with 1e-8 to 0.1 %. See `share`.
+        Share of a response's energy from which a function is kept; 0 keeps all. With 3e-9 the error of transfers
+        between patches is 0.01 to 0.03 % of their rms, with 1e-8 0.1 %. See `share`.
     """
 
     mesh: MeshRecipe = field(default_factory=MeshRecipe)
@@ -36,10 +36,10 @@ class Fineness:
             raise ValueError(f"tolerance of functions is {self.tolerance:g}; allowed 0 to 0.01")
 
     def share(self, box: MaterialBox) -> float:
-        """Share of an answer's energy for which a function is kept: smaller for materials with little damping.
+        """Share of a response's energy from which a function is kept: smaller for materials with little damping.
 
-        Functions left out shift resonances, by 1e-5 with 3e-9, and a transfer errs by the shift over the width of
-        a resonance: of sheet metals that is a tenth of a thermoplastic's.
+        Functions left out shift resonances, by 1e-5 with 3e-9. The error of a transfer is this shift over the
+        width of a resonance, which for sheet metals is a tenth of a thermoplastic's.
         """
         low, high = box.loss_factor
         usual = float((low * high) ** 0.5)

@@ -1,7 +1,7 @@
 """Footprints of transducers and attachments, and rows that give the mean deflection over them.
 
 A rule of seven points is exact for polynomials up to degree 5 (Stroud, Approximate Calculation of Multiple
-Integrals, 1971, S2 5-1): a footprint of millimetres holds a small part of any bending wave.
+Integrals, 1971, S2 5-1): a footprint of millimetres is small compared with any bending wavelength.
 """
 
 from collections.abc import Sequence
@@ -17,13 +17,14 @@ AROUND = np.sqrt(2.0 / 3.0) * np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)
 WEIGHTS = np.array([0.25, *np.full(6, 0.125)])
 
 INSIDE = 0.9
-"""Share of the distance to the nearest edge that the disc of an attachment may take."""
+"""Largest radius of an attachment's disc, as a share of the distance to the nearest edge."""
 
 
 def attached_disc(plate: Plate, attachment: Attachment) -> Footprint:
-    """Disc on which a string or a cable acts: as declared, or as large as the plate's edges leave room.
+    """Disc on which a string or a cable acts: as declared, reduced if the plate's edges are too near.
 
-    A mass at a point would be heavier the finer the mesh: the point compliance of a Mindlin plate has no limit.
+    A disc is needed because the point compliance of a Mindlin plate is infinite: the effect of a point mass would
+    grow with mesh refinement.
     """
     point = np.array([attachment.point])
     room = min(float(loop.distance(point)[0]) for loop in (plate.loop, *plate.hole_loops))
@@ -32,7 +33,7 @@ def attached_disc(plate: Plate, attachment: Attachment) -> Footprint:
 
 
 def footprint_points(footprints: Sequence[Footprint]) -> tuple[Real, Real]:
-    """Points (Q, 2), m, and the matrix (S, Q) that averages what a field is there over each footprint."""
+    """Points (Q, 2), m, and the matrix (S, Q) that averages a field's values there over each footprint."""
     points: list[Real] = []
     weights: list[Real] = []
     for footprint in footprints:

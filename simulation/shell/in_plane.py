@@ -21,8 +21,8 @@ def moduli(
     c1, c2 : float or ndarray
         E/(1 - nu**2) and nu times that, Pa: numbers, or one for every cell or point of quadrature.
     x, y, shear : float or ndarray
-        Factors on E_x, E_y and the in-plane shear modulus in the sheet's own axes, besides what is declared of
-        its orthotropy.
+        Factors on E_x, E_y and the in-plane shear modulus in the sheet's own axes, in addition to its declared
+        orthotropy.
 
     Returns
     -------

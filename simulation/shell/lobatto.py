@@ -53,9 +53,10 @@ def _tabulated(rows: tuple[Polynomial, ...], places: Real) -> tuple[Real, Real]:
 
 
 def bow_coefficients(path: Callable[[Real], Real], degree: int) -> Real:
-    """Coefficients (degree - 1, 2) of l_2 .. l_degree that take the chord of a path over [0, 1] to the path.
+    """Coefficients (degree - 1, 2) of l_2 .. l_degree for the difference of a path over [0, 1] from its chord.
 
-    The bow is projected in the mean square over 1 - s**2, in which the l_k are orthogonal; both ends stay.
+    The difference is projected by least squares with weight 1/(1 - s**2), for which the l_k are orthogonal; both
+    ends are exact.
     """
     t, projection = _projection(degree)
     ends = path(np.array([0.0, 1.0]))

@@ -1,4 +1,4 @@
-"""How reference cells lie in the plate: points, derivatives, and the way back."""
+"""Mapping of reference cells to the plate: points, derivatives, and the inverse."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ def geometry_of(mesh: PlateMesh, triangles: bool) -> Real:
 
 
 def map_cells(mesh: PlateMesh, places: Real, triangles: bool) -> tuple[Real, Real]:
-    """Carry the same reference points over to all cells of a kind.
+    """Map the same reference points to all cells of one shape.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def map_cells(mesh: PlateMesh, places: Real, triangles: bool) -> tuple[Real, Rea
 
 
 def map_places(mesh: PlateMesh, number: Whole, places: Real, triangles: bool) -> tuple[Real, Real]:
-    """Carry one reference point over to each of K cells of a kind.
+    """Map one reference point to each of K cells of one shape.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def map_places(mesh: PlateMesh, number: Whole, places: Real, triangles: bool) ->
 
 
 def boxes_of(mesh: PlateMesh, triangles: bool) -> tuple[Real, Real]:
-    """Corners (C, 2) of boxes round all cells of a kind, with a margin for what lies on an edge."""
+    """Corners (C, 2) of boxes round all cells of one shape, with a margin for points on edges."""
     side = np.linspace(-1.0, 1.0, 9)
     if triangles:
         t = 0.5 * (side + 1.0)
@@ -90,7 +90,7 @@ def boxes_of(mesh: PlateMesh, triangles: bool) -> tuple[Real, Real]:
 
 
 def inverse_of(mesh: PlateMesh, number: Whole, points: Real, triangles: bool) -> tuple[Real, Real]:
-    """Return reference coordinates of points in given cells, and how far outside these they lie.
+    """Return reference coordinates of points in given cells, and their distance outside the cells.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A mesh whose cells stretch so that one patch sits beside its declared place."""
+"""A mesh deformed so that one patch has an offset from its declared place."""
 
 import numpy as np
 
@@ -9,23 +9,23 @@ from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 
 REACH = 0.020
-"""How far from the patch cells stretch at most, m."""
+"""Largest distance from the patch at which cells are deformed, m."""
 RIGID = 1.0 / 6.0
-"""Share of the room around the patch, at most, that moves along or stays, as strips do where there is room."""
+"""Largest share of the free distance around the patch that moves rigidly with it or stays fixed, like strips."""
 LEAST_ROOM = 0.4
-"""Share of the room that has to be left."""
+"""Share of the free distance that must remain."""
 
 
 def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> ShapeSpace:
     """Space over the mesh with one patch moved; functions and their numbers stay.
 
-    What is integrated depends smoothly on the shift. Cells under other patches stay, and so do their matrices.
+    Integrals depend smoothly on the shift. Cells under other patches, and their matrices, do not change.
 
     Parameters
     ----------
     shell : ShellPlate
     patch : int
-        Place among the plate's patches.
+        Index among the plate's patches.
     shift : (float, float)
         m.
 
@@ -36,8 +36,7 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> Sh
     Raises
     ------
     ValueError
-        For a patch that does not exist, where there is no room for the shift, or where another patch lies on the
-        other face.
+        For a patch that does not exist, too large a shift, or another patch on the opposite face.
     """
     if not 0 <= patch < len(shell.patches):
         raise ValueError(f"patch {patch} does not exist; the plate has {len(shell.patches)}")

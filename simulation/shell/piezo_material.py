@@ -1,4 +1,4 @@
-"""Constants of a piezoceramic as data sheets give them, and what a thin poled patch makes of them."""
+"""Constants of a piezoceramic from data sheets, and the constants of a thin poled patch that follow."""
 
 from dataclasses import dataclass
 

@@ -1,7 +1,7 @@
 """Forces, masses, springs and sensors at points: means over small discs.
 
-The deflection of a Mindlin plate under a point force grows without bound as the mesh is refined: what acts at a
-point needs a radius.
+The deflection of a Mindlin plate under a point force grows without bound as the mesh is refined, so everything
+that acts at a point needs a radius.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,7 +15,7 @@ from simulation.shell.rigidity import THX, THY, W
 from simulation.shell.space import ShapeSpace
 
 HELD = 1e3
-"""Stiffness of a point support that holds, in bending stiffnesses at 10 GPa over its radius squared."""
+"""Stiffness of a rigid point support, in bending stiffnesses at 10 GPa over its radius squared."""
 
 
 def footprint_rows(space: ShapeSpace, footprints: Sequence[Footprint]) -> csr_matrix:
@@ -27,7 +27,7 @@ def footprint_rows(space: ShapeSpace, footprints: Sequence[Footprint]) -> csr_ma
 def point_springs(
     space: ShapeSpace, plate: Plate, *, damping: bool = False
 ) -> Iterator[tuple[int, csr_matrix, float]]:
-    """Springs that stand for supports at points, or their dashpots.
+    """Springs of supports at points, or their dashpots.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def point_springs(
         Of N functions.
     plate : Plate
     damping : bool
-        Whether the dashpots are wanted instead.
+        Whether to yield the dashpots instead.
 
     Yields
     ------

@@ -15,7 +15,7 @@ from analysis.arrays import Real
 from simulation.shell.space import ShapeSpace
 
 SHEAR_FACTOR = 5.0 / 6.0
-"""Of transverse shear: that of a parabola over the thickness."""
+"""Shear correction factor: that of a parabolic distribution over the thickness."""
 FIELDS = ("u", "v", "w", "thx", "thy")
 U, V, W, THX, THY = range(5)
 STRAINS: tuple[tuple[tuple[int, str], ...], ...] = (
@@ -28,9 +28,9 @@ STRAINS: tuple[tuple[tuple[int, str], ...], ...] = (
     ((W, "x"), (THX, "0")),
     ((W, "y"), (THY, "0")),
 )
-"""Of every strain: the fields it is made of, each differentiated by a letter (``0``: as it is)."""
+"""Fields in every strain, each with its derivative: ``x``, ``y``, or ``0`` for the field itself."""
 TILTED: tuple[tuple[tuple[str, int], ...], ...] = ((("x", 0),), (("y", 1),), (("y", 0), ("x", 1)))
-"""What the deflection adds to the three membrane strains: its derivative, times a slope of the mid-surface."""
+"""Terms of the deflection in the three membrane strains: a derivative times a slope of the mid-surface."""
 
 Weight = float | Real
 """A number, a value for every cell (cells,) or one for every point of quadrature (Q,)."""
@@ -45,7 +45,7 @@ class Rigidity:
     Attributes
     ----------
     entries : mapping-like tuple of ((row, column), Weight)
-        Upper triangle; what is not named is zero.
+        Upper triangle; missing entries are zero.
     tilt : pair of (Q,) ndarray, optional
         Slopes Z,x and Z,y of a shallow shell's mid-surface at the points of quadrature.
     """
@@ -83,7 +83,7 @@ def _times(one: Weight, other: Weight) -> Weight:
 
 
 class CellMatrices:
-    """Matrices of cells from weights over them; unweighted products are kept for the next call."""
+    """Matrices of cells with weights; unweighted products are cached."""
 
     def __init__(self, space: ShapeSpace) -> None:
         self.space = space

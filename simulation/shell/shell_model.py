@@ -1,4 +1,4 @@
-"""A discretised plate with piezo patches: matrices, and answers by direct solution."""
+"""A discretised plate with piezo patches: matrices, and responses by direct solution."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class ShellModel:
     capacitance : (P,) ndarray
         Cp of every patch at zero in-plane strain, F.
     dropped : float
-        Of `simulation.shell.choice.Choice`: estimate of the energy that the answers would have besides.
+        See `simulation.shell.choice.Choice`: estimate of the energy missing in the responses.
     """
 
     shell: ShellPlate
@@ -59,7 +59,7 @@ class ShellModel:
 
     @property
     def space(self) -> ShapeSpace:
-        """Functions among which the unknowns were chosen."""
+        """Function space from which the unknowns were selected."""
         return self.shell.space
 
     @property
@@ -193,7 +193,7 @@ class ShellModel:
             Ascending.
         """
         stiffness = self.stiffness(youngs_modulus, poisson_ratio)
-        shift = -((2 * np.pi * 5.0) ** 2)  # below zero, so that a free plate can be factorized
+        shift = -((2 * np.pi * 5.0) ** 2)  # negative, so that a free plate's matrix is not singular
         factors = factorize(stiffness - shift * self.mass)
         values = eigsh(
             stiffness,

@@ -1,4 +1,4 @@
-"""A declared plate with patches on a mesh: what every cell is made of, and the blocks of its matrices."""
+"""A declared plate with patches on a mesh: sections of every cell, and blocks of its matrices."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -74,7 +74,7 @@ class ShellPlate:
         Raises
         ------
         GeometryError
-            Where no good mesh is found, or a declared one does not fit, with the place.
+            If no good mesh is found, or a declared one does not fit, with the place.
         ValueError
             For a degree outside 1 to 12.
         """
@@ -135,7 +135,7 @@ class ShellPlate:
         return held_functions(self.space, self.plate)
 
     def springs(self, *, damping: bool = False) -> Iterator[LineBlock]:
-        """Stiffness of elastic supports along edges; damping, N s/m2 and the like, instead."""
+        """Stiffness of elastic supports along edges, or with `damping` their dashpots, N s/m2 and the like."""
         return spring_blocks(self.space, self.plate, damping=damping)
 
     @cached_property
@@ -198,7 +198,7 @@ class ShellPlate:
         thickness : (cells,) or (Q,) ndarray, m
             Of the plate, for every cell or every point of quadrature.
         plate, patches : bool
-            Whether the plate's own mass, and that of its patches, is in it.
+            Whether to include the plate's own mass, and that of its patches.
 
         Yields
         ------
@@ -220,7 +220,7 @@ class ShellPlate:
         return replace(self, space=space)
 
     def _layers(self, thickness: Real) -> Iterator[tuple[Patch, Real, Real]]:
-        """Every patch, where it is (1 or 0), and its mid-height over the mid-plane, m."""
+        """Yield every patch, its indicator function (1 or 0), and its mid-height over the mid-plane, m."""
         for patch, cells in zip(self.patches, self.under, strict=True):
             place = cells.astype(float)
             if len(thickness) != len(place):

@@ -18,15 +18,15 @@ from simulation.shell.mapping import boxes_of, inverse_of, map_places
 Value = TypeVar("Value", bound=np.generic)
 
 OUTSIDE = 1e-4
-"""Share of a cell's size by which a point may lie beside every cell: rounding of outlines."""
+"""Tolerance for points outside every cell, as a share of a cell's size: rounding of outlines."""
 
 
 @dataclass(frozen=True)
 class ShapeSpace:
     """Functions of one degree over a mesh.
 
-    Functions are counted: one of each point, then degree by degree those of each edge, then those inside each
-    cell. Fields over the plate are given at the points of quadrature, (Q,), cell by cell, quadrilaterals first.
+    Numbering of functions: one of each point, then by degree those of each edge, then those inside each cell.
+    Fields over the plate are given at the points of quadrature, (Q,), cell by cell, quadrilaterals first.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class ShapeSpace:
 
     @classmethod
     def on(cls, mesh: PlateMesh, degree: int) -> "ShapeSpace":
-        """Build the space; ValueError, with the place, for a cell that is turned over."""
+        """Build the space; ValueError, with the place, for an inverted cell."""
         if not 1 <= degree <= 12:
             raise ValueError(f"degree is {degree}; allowed 1 to 12")
         quads = cell_group(mesh, degree, triangles=False)
@@ -75,8 +75,8 @@ class ShapeSpace:
     def product(self, row: str, column: str, cells: Mask | None = None, weight: Real | None = None) -> csr_matrix:
         """Integral of weight times N_i (or its derivative by ``row``) times N_j (by ``column``).
 
-        Most products of hierarchical functions are orthogonal on rectangles: what is rounding noise is dropped,
-        for it would fill the factors of a sparse solver.
+        Most hierarchical functions are orthogonal on rectangles: entries of the size of rounding errors are
+        dropped, because they would fill the factors of a sparse solver.
 
         Parameters
         ----------
@@ -126,7 +126,7 @@ class ShapeSpace:
         )
 
     def _measures(self, cells: Mask | None, weight: Real | None) -> Iterator[tuple[CellGroup, Whole, Real]]:
-        """Of every group: the chosen cells, and their points' areas times the weight, (C', Q)."""
+        """Yield every group, its chosen cells, and the areas of their points times the weight, (C', Q)."""
         first, offset = 0, 0
         for group in self.groups:
             count, each = group.dx.shape
@@ -206,7 +206,7 @@ class ShapeSpace:
             if not mine.size:
                 continue
             place, off = inverse_of(self.mesh, number, points[mine], triangles)
-            for k in np.lexsort((-off, mine)):  # the best one of every point comes last
+            for k in np.lexsort((-off, mine)):  # the best cell of every point comes last
                 if off[k] < miss[mine[k]]:
                     miss[mine[k]], local[mine[k]] = off[k], place[k]
                     found[mine[k]] = number[k] + len(self.mesh.quads) * triangles
@@ -217,7 +217,7 @@ class ShapeSpace:
         return found, local
 
     def on_edges(self, edges: Whole) -> Mask:
-        """Which functions live on some of the mesh's edges, their ends included, (n,)."""
+        """Which functions belong to some of the mesh's edges, their ends included, (n,)."""
         chosen = np.zeros(self.size, bool)
         chosen[self.mesh.edges[edges].ravel()] = True
         chosen[self.edge_functions(edges).ravel()] = True

@@ -1,4 +1,4 @@
-"""Which functions of which field are unknowns, in which order, and matrices over them."""
+"""Selection and order of the unknowns, and matrices over them."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -32,12 +32,12 @@ class Unknowns:
 
     @classmethod
     def of(cls, space: ShapeSpace, kept: Mask) -> "Unknowns":
-        """Order the functions (5, N) that are kept so that factors of matrices over them stay sparse."""
+        """Order the kept functions (5, N) so that factors of matrices over them are sparse."""
         return cls.ordered(space, kept, elimination_order(space))
 
     @classmethod
     def ordered(cls, space: ShapeSpace, kept: Mask, order: Whole) -> "Unknowns":
-        """Take the functions that are kept, in a given order.
+        """Take the kept functions in a given order.
 
         Parameters
         ----------
@@ -46,7 +46,7 @@ class Unknowns:
         kept : (5, N) ndarray of bool
             By field and function.
         order : (N,) ndarray of int
-            All functions, the first to be eliminated first.
+            All functions, in elimination order.
 
         Returns
         -------
@@ -65,7 +65,7 @@ class Unknowns:
 
     @cached_property
     def number(self) -> Whole:
-        """Unknown of every field and function, (5, N); -1 where it is none."""
+        """Unknown of every field and function, (5, N); -1 for functions that are no unknowns."""
         found = np.full(5 * self.space.size, -1)
         found[self.chosen] = np.arange(self.size)
         return found.reshape(5, -1)
@@ -76,7 +76,7 @@ class Unknowns:
         return self.number >= 0
 
     def matrix(self, blocks: Iterable[Block]) -> csr_matrix:
-        """Sum of cells' matrices, (n, n); blocks of two different fields are taken both ways."""
+        """Sum of cells' matrices, (n, n); blocks of two different fields are added with their transposes."""
         rows, columns, values = [], [], []
         for f, g, group, block in blocks:
             functions = self.space.groups[group].functions
@@ -105,7 +105,7 @@ class Unknowns:
         return csr_matrix(found)
 
     def springs(self, shell: ShellPlate, *, damping: bool = False) -> csr_matrix:
-        """Stiffness of a plate's supports along edges and at points, (n, n); damping, N s/m, instead."""
+        """Stiffness of a plate's supports along edges and at points, (n, n), or with `damping` their dashpots."""
         total = self.lines(shell.springs(damping=damping))
         for field, row, stiffness in point_springs(shell.space, shell.plate, damping=damping):
             mean = self.rows(row, field)
@@ -131,7 +131,7 @@ class Unknowns:
 def elimination_order(space: ShapeSpace) -> Whole:
     """Order of the functions (N,) that keeps factors sparse: insides of cells, then edges and points, dissected.
 
-    Functions of one cell, edge or point have the same neighbours, and stand together.
+    Functions of one cell, edge or point have the same neighbours, and are consecutive.
     """
     mesh, p = space.mesh, space.degree
     points, edges = len(mesh.points), len(mesh.edges)

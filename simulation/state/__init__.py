@@ -1,12 +1,12 @@
-"""A plate during one sweep.
+"""State of a plate during one sweep.
 
 =====================  ================================================================
-``plate_state``        fields over it, attachments to it, what its signals pass through
+``plate_state``        fields over the plate, attachments, and factors on its signals
 ``field_basis``        smooth fields as Legendre polynomials
-``extreme_states``     the edges of what effects may do
-``certified_range``    where a reduced plate may be asked
-``state_matrices``     sparse matrices of any state, fields taken as they are
-``sensor_offset``      what moving the first sensor changes
-``damaged_spots``      what discs of less stiffness take away
+``extreme_states``     states at the limits of the effects, for training
+``certified_range``    certified range of a reduced plate with effects
+``state_matrices``     sparse matrices of any state, without reduction
+``sensor_offset``      change of the matrices by an offset of the first sensor
+``damaged_spots``      change of the matrices by discs of reduced stiffness
 =====================  ================================================================
 """

@@ -1,4 +1,4 @@
-"""Where a reduced plate with effects may be asked."""
+"""Certified range of a reduced plate with effects."""
 
 from typing import Any
 
@@ -11,11 +11,11 @@ ANISOTROPY = (0.88, 1.12)
 THICKNESS = (0.9, 1.1)
 BOND = (0.55, 1.0)
 SPREAD = 1.3
-"""Largest ratio of local moduli to the one at the mean temperature."""
+"""Largest ratio of a local modulus to the one at the mean temperature."""
 
 
 def require_certified(state: PlateState, ops: EffectOperators) -> None:
-    """ValueError, naming value and range, for a state beyond what the operators' error was measured for."""
+    """ValueError, naming value and range, for a state for which the operators' error was not measured."""
     temperature = np.real(state.mean_temperature)
     laws = state.laws
     asked: list[tuple[str, Any, tuple[float, float]]] = [

@@ -1,11 +1,12 @@
-"""Round spots of less stiffness, in reduced coordinates.
+"""Round spots of reduced stiffness, in reduced coordinates.
 
-A spot is smaller than what polynomials over the plate can tell: its energy is summed over the points at which
-strains are kept, a point on the rim counting for the part of its cell that lies inside. A soft spot strains more
-than its surroundings do. That is not in the coordinates, but known: a round inclusion in a wide uniform strain is
-strained uniformly, (1 - loss P q)**-1 times as much (Eshelby, Proc. R. Soc. A 241, 1957). Of a disc in a sheet of
-any stiffness q, P is the mean over all directions of how a wave along one yields to a stress (Mura, Micromechanics
-of Defects in Solids, 1987, section 11, in the plane; likewise in bending). All is in the sheet's own axes.
+A spot is smaller than polynomials over the plate resolve: its energy is summed over the points at which strains
+are stored; a point at the rim counts with the part of its cell inside. The strain in a soft spot is larger than
+around it. The coordinates do not represent this, but it is known: the strain of a round inclusion in a wide
+uniform strain is uniform, (1 - loss P q)**-1 times as large (Eshelby, Proc. R. Soc. A 241, 1957). For a disc in a
+sheet of any stiffness q, P is the mean over all directions of the compliance to a plane wave (Mura, Micromechanics
+of Defects in Solids, 1987, section 11, in the plane; likewise in bending). All quantities are in the sheet's own
+axes.
 """
 
 from dataclasses import replace
@@ -22,11 +23,11 @@ from simulation.state.plate_state import Disc, PlateState
 ANGLES = np.arange(96) * (np.pi / 96)
 """Directions in the plane, rad."""
 WHOLE = 0.95
-"""Share of a disc's cells from which it counts as wholly on the plate: its ramp reaches a cell beyond its rim."""
+"""Share of a disc's cells from which it counts as wholly on the plate: its ramp ends one cell outside its rim."""
 
 
 def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Composite:
-    """Take the stiffness that a state's discs have lost out of a composite.
+    """Subtract the stiffness lost in a state's discs from a composite.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def with_spots(ops: EffectOperators, whole: Composite, state: PlateState) -> Com
 
 
 def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, basis: Real) -> Composite:
-    """Add what discs contribute to a derivative of the composite.
+    """Add the contribution of discs to a derivative of the composite.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ def spots_slope(ops: EffectOperators, moved: Composite, stepped: PlateState, bas
 def _lost(ops: EffectOperators, state: PlateState, disc: Disc) -> tuple[NDArray[np.int_], Numbers]:
     """Points within a disc, and the stiffness lost there, (8, 8, points): force by strain, as in `ops.strain`.
 
-    The energy lost is loss u'Qu, one strain that around the disc, the other that in it.
+    The energy lost is loss u'Qu, where one strain u is that around the disc, the other that in it.
     """
     share = coverage(ops, disc)
     near = np.flatnonzero(np.real(share))
@@ -119,9 +120,9 @@ def _energy(ops: EffectOperators, near: NDArray[np.int_], stiffness: Real, basis
 
 
 def coverage(ops: EffectOperators, disc: Disc) -> Numbers:
-    """Share of every cell that lies within a disc, (N,), smooth in its place, scaled to the disc's area.
+    """Share of every cell within a disc, (N,), a smooth function of its position, scaled to the disc's area.
 
-    What of a disc lies beside the plate or in a hole is lost.
+    The part of a disc outside the plate or in a hole is ignored.
     """
     place, reach = np.real([disc.x, disc.y]), disc.radius + np.sqrt(ops.cell)
     near = np.flatnonzero((np.abs(ops.strain_points - place) < reach).all(axis=1))
@@ -143,7 +144,7 @@ def _share(points: Real, cell: float, disc: Disc) -> Numbers:
 
 
 def _lattice(ops: EffectOperators, place: Real, reach: float) -> Real:
-    """Middles (K, 2) of all cells about a place as if the plate went on there, m."""
+    """Middles (K, 2) of all cells about a place, including cells outside the plate, m."""
     first, axes = ops.strain_points[0], []
     columns = np.unique(np.round(ops.strain_points[:, 0], 9))
     along = float(np.diff(columns).min()) if columns.size > 1 else float(np.sqrt(ops.cell))

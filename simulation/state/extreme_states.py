@@ -1,4 +1,4 @@
-"""States at the edges of what effects may do to a plate, for which reduced models are made."""
+"""States at the limits of the effects on a plate, for the training of reduced models."""
 
 from typing import Any
 
@@ -10,13 +10,13 @@ from analysis.material import MaterialBox
 from simulation.state.plate_state import PlateState
 
 STEEPEST = (-0.025, 0.0025, -0.01)
-"""Slopes of log E, nu and log eta of polypropylene where they are steepest, 1/K."""
+"""Steepest slopes of log E, nu and log eta of polypropylene, 1/K."""
 
 SOFT, STIFF = (0.2, 0.68), (0.82, 0.26)
-"""Shares of a box's ranges of E (geometric) and nu: soft, where most modes lie in the band, and stiff."""
+"""Shares of a box's ranges of E (geometric) and nu: soft, with most modes in the band, and stiff."""
 
 ANISOTROPY, TAPER, TILT, SLIP = 0.12, 0.05, 3.5, 0.45
-"""Of moduli, of thickness and of temperature [K], towards an edge; of the bond."""
+"""Changes of moduli, thickness and temperature [K] towards an edge, and of the bond."""
 
 
 def laws_within(box: MaterialBox, shares: tuple[float, float], loss_factor: float = 0.05) -> LocalLaws:
@@ -42,7 +42,7 @@ def laws_within(box: MaterialBox, shares: tuple[float, float], loss_factor: floa
 def extreme_states(
     xi: NDArray[Any], zeta: NDArray[Any], laws: LocalLaws, offset_range: float, size: float = 1.0
 ) -> list[PlateState]:
-    """One state for each way in which fields and patches can change.
+    """One state for each kind of change of fields and patches.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def extreme_states(
 
 
 def offset_states(plain: PlateState, offset: float) -> list[PlateState]:
-    """Move the sensor off its place along x, and along y; no state if the offset is zero."""
+    """States with the sensor offset along x, and along y; none if the offset is zero."""
     return [plain.with_(offset_x=offset), plain.with_(offset_y=offset)] if offset else []
 
 

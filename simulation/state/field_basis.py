@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from analysis.arrays import Real
 
 POINTS = 6
-"""Gauss points along each side where fields are sampled."""
+"""Number of Gauss points along each side at which fields are sampled."""
 
 
 def polynomials(degree: int) -> list[tuple[int, int]]:
@@ -39,7 +39,7 @@ def polynomial(degrees: tuple[int, int], xi: Real, zeta: Real) -> Real:
 
 @dataclass(frozen=True)
 class FieldBasis:
-    """Sampling points, and the projection of what is sampled there onto polynomials.
+    """Sampling points of fields, and the projection of sampled values onto polynomials.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class FieldBasis:
     projection: Real
 
     def coefficients(self, field: NDArray[Any]) -> NDArray[Any]:
-        """Coefficients (terms,) of a field (Q,); zeros are exact where it is uniform, and cost nothing later."""
+        """Coefficients (terms,) of a field (Q,); exactly zero for a uniform field, which saves work later."""
         found = np.asarray(self.projection @ field)
         if (field == field[0]).all():
             found[1:] = 0.0

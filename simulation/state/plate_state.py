@@ -1,9 +1,8 @@
-"""What a plate is during one sweep: fields over it, attachments to it, and what its signals pass through.
+"""State of a plate during one sweep: fields over it, attachments to it, and factors on its signals.
 
-Effects turn one state into another. Everything in it is real and every operation on it may be fed complex
-numbers, so that its derivatives with respect to an effect's parameters come from a complex step, exact to
-rounding (Squire and Trapp, SIAM Review 40, 1998): no `abs`, no comparison of parameters, complex quantities as
-two real ones.
+Effects turn one state into another. All numbers in it are real, and every operation on it accepts complex numbers,
+so that its derivatives with respect to an effect's parameters come from a complex step, exact to rounding (Squire
+and Trapp, SIAM Review 40, 1998): no `abs`, no comparison of parameters, complex quantities as two real ones.
 """
 
 from dataclasses import dataclass, replace
@@ -24,7 +23,7 @@ Spectrum = NDArray[Any]
 
 @dataclass(frozen=True)
 class Circumstances:
-    """What an effect may look at besides the plate's state.
+    """Quantities on which an effect may depend in addition to the plate's state.
 
     Attributes
     ----------
@@ -35,11 +34,11 @@ class Circumstances:
         Degrees Celsius.
     plate : Plate
     strings, cables : tuple of points
-        Where the plate is held, and where cables are fixed to it, m.
+        Points of strings and of cables, m.
     strain_energy : (F,) ndarray
-        Of the plate as it is, with all effects on, at this sweep's level, over its maximum without effects over
-        100 to 1500 Hz at 25 degrees Celsius and level 1 V; complex where derivatives are taken; ones where nobody
-        computed it.
+        Relative strain energy: of the plate with all effects at this sweep's level, over its maximum without
+        effects from 100 to 1500 Hz at 25 degrees Celsius and level 1 V; complex where derivatives are taken; ones
+        if not computed.
     """
 
     frequency: NDArray[np.float64]
@@ -52,7 +51,7 @@ class Circumstances:
 
     @classmethod
     def of(cls, experiment: Experiment, point: SweepPoint, frequency: NDArray[np.float64]) -> "Circumstances":
-        """Take from an experiment what is declared; the strain energy is left at ones.
+        """Take the declared quantities of an experiment; the strain energy is set to ones.
 
         Parameters
         ----------
@@ -135,7 +134,7 @@ class PlateState:
     bond : float
         Factor on the membrane stiffness of every patch at its mid-height, and on its coupling.
     offset_x, offset_y : float
-        Where the first sensor patch sits beside its declared place, m.
+        Offset of the first sensor patch from its declared place, m.
     log_gain, phase : (F,) ndarray
         Natural log of the magnitude, and phase [rad], of a factor on every response.
     feedthrough : float
@@ -167,7 +166,7 @@ class PlateState:
     def baseline(
         cls, xi: Field, zeta: Field, laws: LocalLaws, temperature: float, frequency: NDArray[np.float64]
     ) -> "PlateState":
-        """Return the plate as declared, all of it at one temperature, without any effect.
+        """Return the plate as declared, at a uniform temperature, without effects.
 
         Parameters
         ----------

@@ -1,7 +1,7 @@
-"""What moving the first sensor patch changes, as polynomials of its offset in reduced coordinates.
+"""Change of the matrices by an offset of the first sensor patch, as polynomials in reduced coordinates.
 
-The mesh moves with the patch: shear layers at its edges stay on the strips made for them, the patch's own matrices
-do not change at all, and those of the elements around it are smooth functions of the offset.
+The mesh moves with the patch: shear layers at its edges stay on their strips, the patch's own matrices do not
+change, and those of the elements around it are smooth functions of the offset.
 """
 
 from concurrent.futures import Executor
@@ -17,14 +17,14 @@ from simulation.state.field_basis import polynomial, polynomials
 from simulation.state.state_matrices import FullPlate
 
 OFFSET_RANGE = 0.0025
-"""How far the first sensor patch can sit off its place along x or y, m."""
+"""Largest offset of the first sensor patch along x or y, m."""
 KEPT = 2e-6
 """Motions of the elements around the sensor weaker than this share of the strongest are left out."""
 
 
 @dataclass(frozen=True)
 class Zone:
-    """The elements that stretch when the sensor moves.
+    """The elements that are deformed when the sensor moves.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Zone:
 
     @classmethod
     def of(cls, full: FullPlate) -> "Zone":
-        """Look what a small offset changes."""
+        """Find the elements that a small offset changes."""
         mesh = full.shell.space.mesh
         moved = full.moved_by(1e-3 * OFFSET_RANGE, 1e-3 * OFFSET_RANGE).shell.space.mesh
         shifts = (mesh.points != moved.points).any(axis=1)
@@ -63,7 +63,7 @@ class Zone:
 
 
 def can_move(full: FullPlate) -> bool:
-    """Whether the first sensor has room for offsets up to `OFFSET_RANGE`."""
+    """Whether there is space for offsets of the first sensor up to `OFFSET_RANGE`."""
     try:
         for x in (-OFFSET_RANGE, OFFSET_RANGE):
             for y in (-OFFSET_RANGE, OFFSET_RANGE):
@@ -91,7 +91,7 @@ def offset_energies(p: Projector, executor: Executor) -> dict[str, object]:
     for shares, energies in zip(fit.T, executor.map(moved, places), strict=True):
         for name, start in origin.items():
             change = energies[name] - start
-            for monomial, share in enumerate(shares):  # all at once, the products would fill as much as the stack
+            for monomial, share in enumerate(shares):  # all products at once would fill as much as the stack
                 stacks[name][..., monomial, :, :] += share * change
     named = {f"offset_{name}": stack for name, stack in stacks.items()}
     return {"zone": motions, "zone_fit": zone.fit(p.full), "offset_range": OFFSET_RANGE, **named}
@@ -109,7 +109,7 @@ def _powers() -> list[tuple[int, int]]:
 
 
 def _unmoved(size: int) -> dict[str, object]:
-    """Return the stacks of a sensor that stays where it is."""
+    """Return the stacks, all zero, of a sensor that cannot move."""
     found: dict[str, object] = {
         "zone": np.zeros((0, size)),
         "zone_fit": np.zeros((len(_powers()), len(polynomials(BENDING_DEGREE)))),

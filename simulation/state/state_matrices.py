@@ -1,4 +1,4 @@
-"""Sparse matrices of a plate in any state, fields taken at the points of quadrature."""
+"""Sparse matrices of a plate in any state, with fields at the points of quadrature."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ class StateMatrices:
     plate, plate_loss, patches, mass, normal : (n, n) csr_matrix
         K, K_loss (already times the loss factor), Kp, M, and W, the integral of w times w.
     coupling : (n, P + S) ndarray
-        Of the patches, then of the footprints asked for.
+        Of the patches, then of the given footprints.
     """
 
     plate: csr_matrix
@@ -50,7 +50,7 @@ class FullPlate:
     supports : (n, n) csr_matrix
         Stiffness of springs along edges and at points.
     damping : (n, n) csr_matrix
-        Of dashpots there, N s/m: in no state's matrices.
+        Of dashpots there, N s/m; not included in `StateMatrices`.
     """
 
     shell: ShellPlate
@@ -75,21 +75,20 @@ class FullPlate:
         return self.shell.plate.normalised(self.shell.space.points)
 
     def moved_by(self, dx: float, dy: float) -> "FullPlate":
-        """Return the plate with its first sensor (dx, dy) m off its place; ValueError where it has no room."""
+        """Return the plate with its first sensor offset by (dx, dy) m; ValueError if there is no space for it."""
         return replace(self, shell=self.shell.on(moved_space(self.shell, self.moved, (dx, dy))))
 
     def matrices(
         self, state: PlateState, *, loss: bool = True, footprints: Sequence[Footprint] = ()
     ) -> StateMatrices:
-        """Assemble a state; discs and point loads are not in it.
+        """Assemble a state, without its discs and point loads.
 
-        Footprints stay on the cells that they were declared on: beside a sensor that is off its place they move
-        along by a share.
+        Footprints stay on their cells: near a sensor with an offset they move with the deformed mesh.
 
         Parameters
         ----------
         state : PlateState
-            Its fields stand at the points of `sampling`, those of the moved plate if it has an offset.
+            With fields at the points of `sampling`, those of the moved plate if it has an offset.
         loss : bool
             Whether K_loss is assembled; it is left at zero otherwise.
         footprints : sequence of Footprint
@@ -102,7 +101,7 @@ class FullPlate:
         Raises
         ------
         ValueError
-            For an offset for which there is no room.
+            For an offset for which there is no space.
         """
         here = self
         if state.offset_x or state.offset_y:

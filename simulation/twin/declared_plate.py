@@ -15,14 +15,14 @@ from simulation.state.plate_state import PlateState
 
 UNIFORM = ("thickness", "modulus_x", "modulus_y", "in_plane_shear", "bond")
 ABSENT = ("area_mass", "area_resistance", "offset_x", "offset_y")
-"""Attributes of a state that are 1, and those that are 0, as long as the plate is as declared."""
+"""Attributes of a state that are 1, and those that are 0, if the plate is as declared."""
 
 
 @dataclass(frozen=True)
 class DeclaredPlate:
     """A `simulation.twin.reduced_plate.ReducedPlate` of uniform material, without effects on the plate itself.
 
-    Laws at any temperature, and effects on the signals, need no more.
+    Sufficient for laws at any temperature and for effects on the signals.
     """
 
     reduced: ReducedModel
@@ -54,22 +54,22 @@ class DeclaredPlate:
 
     @cached_property
     def damping(self) -> Real:
-        """Of the supports' dashpots, (r, r), N s/m."""
+        """Damping matrix of the supports' dashpots, (r, r), N s/m."""
         return np.asarray(self.reduced.dashpots @ self.reduced.dashpots.T)
 
     @cached_property
     def normal(self) -> Real:
-        """Zeros: no load over the area can act."""
+        """Zeros: distributed loads are not supported."""
         return np.zeros((self.reduced.size,) * 2)
 
     @cached_property
     def points(self) -> Real:
-        """None: no point load can act."""
+        """Empty: point loads are not supported."""
         return np.zeros((0, 2))
 
     @cached_property
     def deflection(self) -> Real:
-        """None."""
+        """Empty, as `points`."""
         return np.zeros((0, self.reduced.size))
 
     def require(self, state: PlateState) -> None:
@@ -96,7 +96,7 @@ class DeclaredPlate:
         )
 
     def slopes(self, state: PlateState, basis: Real) -> "MaterialSlopes":
-        """Return derivatives by the material; they do not depend on the state they are taken at."""
+        """Return derivatives by the material, which do not depend on the state."""
         first, second = (
             basis.T @ matrix @ basis for matrix in (self.reduced.stiffness_1, self.reduced.stiffness_2)
         )
@@ -136,6 +136,6 @@ class MaterialSlopes:
 
 
 def _constants(state: PlateState) -> tuple[Any, Any, Any]:
-    """E [Pa], nu and eta where the whole plate has one temperature; complex for a stepped state."""
+    """E [Pa], nu and eta of a plate at uniform temperature; complex for a stepped state."""
     laws, temperature = state.laws, state.temperature[0]
     return laws.youngs_modulus(temperature), laws.poisson_ratio(temperature), laws.loss_factor(temperature)

@@ -1,4 +1,4 @@
-"""Derivatives of what the recorder reads, by whatever moves the state of a plate: material and effects alike."""
+"""Derivatives of the recorded signals by any parameter of a plate's state: material and effects."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -28,9 +28,9 @@ class Derivatives:
     sensitivity : TransferSensitivity or ModalSensitivity
         Of the transfer by these.
     energy : (F,) ndarray
-        Relative strain energy at which the state stands.
+        Relative strain energy of the state.
     by_energy : EnergySlopes or None
-        Of that energy; None where nothing follows it.
+        Derivatives of that energy; None if no effect depends on it.
     """
 
     reading: SignalReading
@@ -49,7 +49,7 @@ class Derivatives:
         energy: Real,
         scale: float,
     ) -> Self:
-        """Take a solved state, and the state that any relative strain energy would make.
+        """Prepare derivatives at a solved state.
 
         Parameters
         ----------
@@ -80,7 +80,7 @@ class Derivatives:
         return cls(reading, plate.slopes(state, solved.basis), sensitivity, energy, by_energy)
 
     def by(self, state_of: StateOf) -> Complex:
-        """Differentiate the outputs, (K, F), by the parameter whose imaginary step `state_of` has taken."""
+        """Differentiate the outputs, (K, F), by the parameter that has an imaginary step in `state_of`."""
         stepped = state_of(self.energy)
         moved = self.slopes.by(stepped)
         if self.by_energy:

@@ -1,4 +1,4 @@
-"""A reduced plate in any state that effects make of it: the twin of the gap workflow."""
+"""A reduced plate in any state caused by effects: the twin of the gap workflow."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ from simulation.twin.local_slopes import LocalSlopes
 
 @dataclass(frozen=True)
 class EffectPlate:
-    """A `simulation.twin.reduced_plate.ReducedPlate` whose matrices `operators` compose."""
+    """A `simulation.twin.reduced_plate.ReducedPlate` with matrices composed of `operators`."""
 
     operators: EffectOperators
 
@@ -64,7 +64,7 @@ class EffectPlate:
         return self.operators.deflection
 
     def require(self, state: PlateState) -> None:
-        """ValueError, naming value and range, for a state beyond what the error was measured for."""
+        """ValueError, naming value and range, for a state outside the range for which the error was measured."""
         require_certified(state, self.operators)
 
     def composed(self, state: PlateState) -> Composite:

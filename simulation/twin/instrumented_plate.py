@@ -1,4 +1,4 @@
-"""A reduced plate with an experiment's instruments, in any state that effects make of it."""
+"""A reduced plate with an experiment's instruments, in any state caused by effects."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -28,30 +28,30 @@ from simulation.twin.strain_energy import StateOf, StrainEnergy
 Plate = TypeVar("Plate", bound=ReducedPlate, covariant=True)
 
 REFERENCE = 25.0
-"""Temperature of the plate whose largest strain energy is one, degrees Celsius."""
+"""Reference temperature of the relative strain energy, degrees Celsius."""
 
 
 @dataclass(frozen=True)
 class InstrumentedPlate(Generic[Plate]):
-    """A plate, what drives it and what reads it out.
+    """A plate with its inputs and outputs.
 
     Attributes
     ----------
     plate : ReducedPlate
-        As declared, or in any state that effects make of it.
+        As declared, or in any state caused by effects.
     instruments : Instruments
         Its ports are the patches, then the footprints of `plate`. Its input is the first.
     experiment : Experiment or None
-        Gives the masses of transducers, and effects their circumstances.
+        Gives the masses of transducers, and the circumstances for effects.
     library : mapping
         Effects by name, in the order in which they are applied; none for the plate as declared.
     peak_energy : float or None
-        Largest strain energy over 100 to 1500 Hz at 25 degrees Celsius and 1 V on the first input, J per V2: what
-        `Circumstances.strain_energy` is counted in, whichever input drives.
+        Largest strain energy over 100 to 1500 Hz at 25 degrees Celsius and 1 V on the first input, J per V2: the
+        unit of `Circumstances.strain_energy`.
     reach : float
-        Of `LocalSolution`; infinite where derivatives are wanted to rounding.
+        See `LocalSolution`; infinite for derivatives exact to rounding.
     further : tuple of Instruments
-        The same with each of the other inputs driven.
+        Instruments with each of the other inputs driven.
     """
 
     plate: Plate
@@ -98,12 +98,12 @@ class InstrumentedPlate(Generic[Plate]):
 
     @property
     def box(self) -> MaterialBox:
-        """Materials within which the twin may be asked, at any temperature."""
+        """Certified materials of the twin, at any temperature."""
         return self.plate.box if self.experiment is None else self.experiment.plate.ungrown(self.plate.box)
 
     @property
     def band(self) -> tuple[float, float]:
-        """Frequencies at which the twin may be asked, Hz."""
+        """Certified band of the twin, Hz."""
         return self.plate.band
 
     @property
@@ -118,16 +118,16 @@ class InstrumentedPlate(Generic[Plate]):
 
     @property
     def cards(self) -> Mapping[str, EffectCard]:
-        """The effects that this experiment can hold."""
+        """Cards of the effects that are possible in this experiment."""
         return self.states.cards
 
     def driven_at(self, point: SweepPoint) -> Instruments:
-        """Return the instruments with the input driven that a sweep names."""
+        """Return the instruments with the input of a sweep driven."""
         return (self.instruments, *self.further)[point.source]
 
     @cached_property
     def states(self) -> States:
-        """What effects make of the plate."""
+        """States of the plate with effects."""
         return States(self.experiment, self.library)
 
     def state(
@@ -140,7 +140,7 @@ class InstrumentedPlate(Generic[Plate]):
         laws : LocalLaws
         frequency : (F,) ndarray, Hz
         effects : mapping
-            Values of those that are on; they may be complex unless an effect among them follows the strain energy.
+            Values of those that are on; complex ones only if none of the effects depends on the strain energy.
         point : SweepPoint, optional
             Circumstances of the sweep; unless given, a steady temperature, the laws' reference, at 1 V.
 
@@ -151,8 +151,8 @@ class InstrumentedPlate(Generic[Plate]):
         Raises
         ------
         ValueError
-            For an effect that is not in the library, and for one that follows the strain energy before `referred`
-            was called.
+            For an effect that is not in the library, and for one that depends on the strain energy before
+            `referred` was called.
         """
         here = point or steady(laws)
         return self.states.at(
@@ -164,7 +164,7 @@ class InstrumentedPlate(Generic[Plate]):
         return LocalSolution.of(self.plate, self._whole(state), state, frequency, self.reach)
 
     def referred(self, laws: LocalLaws) -> Self:
-        """Return the twin with strain energies counted from those at 25 degrees Celsius of these laws."""
+        """Return the twin with strain energies relative to those at 25 degrees Celsius with these laws."""
         low, high = max(100.0, self.band[0]), min(1500.0, self.band[1])
         point = SweepPoint(REFERENCE, 0.0, 1.0)
 
@@ -174,12 +174,12 @@ class InstrumentedPlate(Generic[Plate]):
 
         lines = np.linspace(low, high, 701)
         first = int(energies(lines).argmax())
-        # a resonance of a sheet metal is narrower than the distance of these lines
+        # resonances of sheet metals are narrower than the spacing of these lines
         near = np.linspace(lines[max(first - 1, 0)], lines[min(first + 1, 700)], 401)
         return replace(self, peak_energy=float(energies(near).max()))
 
     def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> Self:
-        """Return the twin referred to the laws nearest to 25 degrees Celsius, where an effect needs energies."""
+        """Return the twin referred to the laws nearest to 25 degrees Celsius, if an effect needs energies."""
         if not self.states.follow_energy(effects):
             return self
         return self.referred(min(laws, key=lambda law: abs(law.reference - REFERENCE)))
@@ -187,7 +187,7 @@ class InstrumentedPlate(Generic[Plate]):
     def settled_energy(
         self, point: SweepPoint, laws: LocalLaws, effects: StateEffects, asked: Iterable[str], frequency: Real
     ) -> Real:
-        """Self-consistent strain energy as `Circumstances` want it.
+        """Self-consistent strain energy for `Circumstances`.
 
         Parameters
         ----------
@@ -196,7 +196,7 @@ class InstrumentedPlate(Generic[Plate]):
         effects : mapping
             Values of those that are on.
         asked : iterable of str
-            Effects that are asked about; if none of them wants the energy, ones are returned.
+            Effects to be evaluated; if none depends on the energy, ones are returned.
         frequency : (F,) ndarray, Hz
 
         Returns
@@ -206,7 +206,7 @@ class InstrumentedPlate(Generic[Plate]):
         Raises
         ------
         ValueError
-            Where the plate is not certified in that state, and before `referred` was called.
+            If the plate is not certified in that state, or before `referred` was called.
         """
         if not self.states.follow_energy(asked):
             return np.ones(frequency.size)

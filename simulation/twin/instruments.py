@@ -1,7 +1,7 @@
-"""What drives a plate and what is read of it, over its ports: one voltage per patch, one force per footprint.
+"""Inputs and outputs of a plate at its ports: one voltage per patch, one force per footprint.
 
-With b of a patch and the mean deflection d of a footprint as columns of B, the plate answers u = -Z**-1 B x, where
-x are volts on patches and minus the forces along z. Of G = B' Z**-1 B everything that is read is made:
+With b of a patch and the mean deflection d of a footprint as columns of B, the plate's response is u = -Z**-1 B x,
+where x are volts on patches and minus the forces along z. All outputs follow from G = B' Z**-1 B:
 
     a patch on an input, or open   (y + G_cc) x_c = -(G x)_c without x_c, y = Cp + Cc + 1/(j w R)
     a patch held at 0 V            q = b'u = -(G x), the charge it gives to its amplifier
@@ -27,15 +27,15 @@ OPEN = ElectricLoad(np.inf)
 
 @dataclass(frozen=True)
 class Pickup:
-    """What one output takes of its port.
+    """Quantity that one output measures at its port.
 
     Attributes
     ----------
     port : int
     voltage : bool
-        Whether it is the port's voltage; else a charge or a motion.
+        Whether it is the port's voltage; if not, a charge or a motion.
     order : int
-        How often by time, of a motion.
+        Number of time derivatives of a motion.
     sign : float
     """
 
@@ -54,7 +54,7 @@ class Instruments:
     source : int
         Port that is driven.
     amplitude : float
-        Of it, per unit of the input.
+        Voltage or force at that port per unit of the input.
     connected : tuple of int
         Patches on inputs, and open ones.
     loads : tuple of ElectricLoad
@@ -99,7 +99,7 @@ class Instruments:
 
     @classmethod
     def of(cls, experiment: Experiment, source: Channel | None = None) -> Self:
-        """Take all that is declared, and one input, the first unless given; other actuators are held at 0 V."""
+        """Take all declared instruments, and one input, the first by default; other actuators are held at 0 V."""
         source = source or experiment.inputs[0]
         inputs = experiment.acquisition
         load = ElectricLoad(inputs.input_resistance, inputs.input_capacitance)
@@ -124,7 +124,7 @@ class Instruments:
 
     @property
     def seen(self) -> tuple[int, ...]:
-        """Ports of which compliances are wanted: the connected ones, then others that are read, each once."""
+        """Ports whose compliances are needed: the connected ones, then other outputs, each once."""
         others = (pickup.port for pickup in self.pickups if not pickup.voltage)
         return tuple(dict.fromkeys((*self.connected, *others)))
 

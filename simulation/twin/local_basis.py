@@ -1,4 +1,4 @@
-"""Few coordinates in which a plate in one state answers over a band as it does in all of its coordinates."""
+"""Reduced coordinates for the responses of a plate in one state over a band, without significant error."""
 
 import numpy as np
 import scipy.linalg
@@ -9,16 +9,16 @@ from simulation.reduction.dashpots import columns
 from simulation.twin.reduced_plate import LoadedPlate
 
 REACH = 1.6
-"""Modes up to this many times the band's end are kept; what lies above answers through residual vectors."""
+"""Modes up to this many times the band's end are kept; those above are represented by residual vectors."""
 RESIDUALS = 3
-"""Blocks of residual vectors, (K - s M)**-1 b and on, within the modes above."""
+"""Number of blocks of residual vectors, (K - s M)**-1 b and so on, in the space of the modes above."""
 SHIFT = 0.6
-"""s over the square of the band's end. It lies among the modes that are kept, which are taken out first: what the
-modes above answer over the band then comes out a hundred times more exact than with a shift below the band."""
+"""Shift s over the square of the band's end. It is among the modes that are kept, which are projected out first:
+the response of the modes above is then a hundred times more accurate than with a shift below the band."""
 FOLLOWING = 1e-4
-"""Least strength, over the strongest, of directions by which the modes above follow those kept."""
+"""Smallest strength, over the strongest, of directions that couple the modes above to those kept."""
 LEAST = 1e-7
-"""Size of a direction over that of the largest, below which it is left out."""
+"""Smallest relative size of a direction; smaller ones are left out."""
 
 
 def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float) -> Real:
@@ -44,7 +44,7 @@ def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float
     root = np.eye(size) if identity else scipy.linalg.cholesky(whole.mass, lower=True, check_finite=False)
 
     def standard(matrix: Real) -> Real:
-        """Carry a symmetric matrix, or loads, over to coordinates in which the mass is the identity."""
+        """Transform a symmetric matrix, or loads, to coordinates with identity mass."""
         return matrix if identity else scipy.linalg.solve_triangular(root, matrix, lower=True, check_finite=False)
 
     def natural(vectors: Real) -> Real:
@@ -56,7 +56,7 @@ def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float
         return natural(np.eye(size))
     end2 = (2 * np.pi * ops.band[1]) ** 2
     stiffness = standard(standard(storage * whole.plate + whole.fixed).T)
-    # all of them: LAPACK's divide and conquer is twice as fast as its search for those wanted
+    # all modes: LAPACK's divide and conquer is twice as fast as its search for some of them
     squares, shapes = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
     count = int((squares <= reach**2 * end2).sum())
     if count == size:
@@ -70,7 +70,8 @@ def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float
         block = block / np.maximum(np.linalg.norm(block, axis=0), np.finfo(float).tiny)
         residual.append(block)
     if whole.fixed.any():
-        # the ratio of patch to plate stiffness is complex and may change: how modes follow it belongs here too
+        # the ratio of patch to plate stiffness is complex and may change: the resulting change of modes is
+        # included
         fixed = standard(standard(whole.fixed).T)
         follows = high.T @ (fixed @ np.hstack([low, high @ np.hstack(residual)])) / above
         left, strength, _ = np.linalg.svd(follows, full_matrices=False)

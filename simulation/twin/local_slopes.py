@@ -1,7 +1,7 @@
-"""Derivatives of a plate's reduced matrices, in the few coordinates of one local solution.
+"""Derivatives of a plate's reduced matrices, in the coordinates of one local solution.
 
-Each operator is carried over into these coordinates once, when the first parameter asks for it: what follows is
-sums of small matrices, however many parameters there are.
+Each operator is transformed to these coordinates once, when the first parameter needs it; all derivatives are then
+sums of small matrices.
 """
 
 from dataclasses import fields
@@ -15,11 +15,11 @@ from simulation.reduction.effect_operators import EffectOperators
 from simulation.state.plate_state import PlateState
 
 FIELDS = ("temperature", "thickness", "modulus_x", "modulus_y", "in_plane_shear", "bond", "offset_x", "offset_y")
-"""Attributes of a state that `Coefficients` look at, besides its laws."""
+"""Attributes of a state on which `Coefficients` depend, besides its laws."""
 
 
 class LocalSlopes:
-    """Derivatives of the composite at `value`, by whatever moves its coefficients.
+    """Derivatives of the composite at `value` by any parameter of its coefficients.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class LocalSlopes:
         self._stacks: dict[str, tuple[Real, NDArray[np.bool_]]] = {}
 
     def by(self, stepped: PlateState) -> Composite:
-        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`, discs left out."""
+        """Differentiate by the parameter whose imaginary step of `STEP` gave `stepped`, without discs."""
         m = self._basis.shape[1]
         laws = (stepped.laws.value, stepped.laws.slope, stepped.laws.curvature)
         if not any(np.iscomplexobj(entry) for entry in (*laws, *(getattr(stepped, name) for name in FIELDS))):

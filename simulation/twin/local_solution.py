@@ -1,4 +1,4 @@
-"""Answers of a plate in one state over a band, in the few coordinates that this state and band need."""
+"""Responses of a plate in one state over a band, in reduced coordinates for this state and band."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ from simulation.twin.local_basis import REACH, local_basis
 from simulation.twin.reduced_plate import LoadedPlate
 
 CHUNK = 64
-"""Lines solved at a time where the stiffness changes from line to line."""
+"""Number of lines solved at a time if the stiffness changes from line to line."""
 DASHPOTS = 12
 """Directions of damping beyond which lines are factorized: the cost of connecting them grows with their square."""
 
 
 @dataclass(frozen=True)
 class LocalPlate:
-    """A plate in one state, in the coordinates that this state needs.
+    """A plate in one state, in reduced coordinates for this state.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class LocalSolution:
     plate : LocalPlate
     state : PlateState
     modal : ModalForm or None
-        Where only -w**2 and few dashpots change along the band; else lines are factorized one by one.
+        Used if only -w**2 and few dashpots change over the band; None if lines are factorized one by one.
     """
 
     frequency: Real
@@ -161,7 +161,7 @@ class LocalSolution:
 
 
 def deflection_at(ops: LoadedPlate, load: PointLoad) -> Real:
-    """Row (r,) that gives w at a point load's place; ValueError where no load can act."""
+    """Row (r,) that gives w at a point load's place; ValueError if no point is declared there."""
     distance = np.hypot(*(ops.points - np.asarray(load.point)).T) if len(ops.points) else np.zeros(0)
     if not distance.size or distance.min() > 1e-6:
         known = ", ".join(f"({x:g}, {y:g})" for x, y in ops.points) or "none"

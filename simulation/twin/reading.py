@@ -1,4 +1,4 @@
-"""What the recorder reads of a plate under effects: outputs per unit of the input, and their derivatives."""
+"""Recorded signals of a plate with effects: outputs per unit of the input, and their derivatives."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -16,7 +16,7 @@ from simulation.twin.transfer import Transfer
 
 @dataclass(frozen=True)
 class SignalReading:
-    """Instruments connected to a plate, and the factor and constant that effects put on their signals.
+    """Instruments connected to a plate, and the factor and constant of effects on their signals.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a reduced plate must offer to the twin: its matrices in any state it knows."""
+"""Protocol of a reduced plate for the twin: its matrices in any supported state."""
 
 from typing import Protocol
 
@@ -17,7 +17,7 @@ class CompositeSlopes(Protocol):
 
 
 class LoadedPlate(Protocol):
-    """What acts on a reduced plate of r coordinates besides its stiffness and its patches."""
+    """Loads and dampers of a reduced plate of r coordinates, besides its stiffness and its patches."""
 
     @property
     def band(self) -> tuple[float, float]:
@@ -50,7 +50,7 @@ class ReducedPlate(LoadedPlate, Protocol):
 
     @property
     def box(self) -> MaterialBox:
-        """Materials within which it may be asked."""
+        """Certified materials."""
         ...
 
     @property
@@ -69,11 +69,11 @@ class ReducedPlate(LoadedPlate, Protocol):
         ...
 
     def require(self, state: PlateState) -> None:
-        """ValueError, naming value and range, for a state that it does not know or is not certified for."""
+        """ValueError, naming value and range, for a state that is not supported or not certified."""
         ...
 
     def composed(self, state: PlateState) -> Composite:
-        """Return the matrices of a state, the patches as its only ports."""
+        """Return the matrices of a state, with the patches as ports."""
         ...
 
     def slopes(self, state: PlateState, basis: Real) -> CompositeSlopes:

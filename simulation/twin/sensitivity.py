@@ -1,4 +1,4 @@
-"""How weighed sums of a plate's answers change with a parameter: a field and its adjoint serve all parameters.
+"""Derivatives of weighted sums of a plate's responses: a field and its adjoint serve all parameters.
 
 With the compliance G = b' Z**-1 b between patches and weights l and r on them, a change dZ, db alters l' G r by
 -y' dZ u + y' db r + l' db' u: the field u = Z**-1 b r that r drives, and y = Z**-1 b l that l would drive.
@@ -30,7 +30,7 @@ class TransferSensitivity:
     drive : (P, F) complex ndarray
         Volts on the patches, and minus the forces on further ports.
     sense : (K, P, F) complex ndarray
-        How much the charge of each patch, and the deflection of each further port, counts in each of K sums.
+        Weights of each patch's charge, and of each further port's deflection, in each of K sums.
     field : (m, F) complex ndarray
         Z**-1 b drive.
     adjoint : (K, m, F) complex ndarray
@@ -46,7 +46,7 @@ class TransferSensitivity:
 
     @classmethod
     def of(cls, solved: LocalSolution, state: PlateState, drive: Complex, sense: Complex) -> Self:
-        """Sum the answers of the patches to both fields.
+        """Compute the field and the adjoint field from the ports' responses.
 
         Parameters
         ----------
@@ -84,7 +84,7 @@ class TransferSensitivity:
 
 @dataclass(frozen=True)
 class ModalSensitivity:
-    """Change of a transfer whose solution is a sum over modes: cheaper than fields where lines are many.
+    """Change of a transfer whose solution is a sum over modes: faster than fields for many lines.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class ModalSensitivity:
     transfer : Transfer
         Of it.
     slopes : ModalSlopes
-        Between the ports that are seen and those that drive.
+        Between output ports and driving ports.
     """
 
     solved: LocalSolution
@@ -139,7 +139,7 @@ def impedance_change(
     Returns
     -------
     list of ((m, m) ndarray, (F,) ndarray)
-        Matrices, each with its weight at every line; what vanishes is left out.
+        Matrices, each with its weight at every line; vanishing ones are left out.
     """
     omega = 2 * np.pi * solved.frequency
     rates = {name: _rate(getattr(stepped, name)) for name in ("storage", "loss", "area_mass", "area_resistance")}

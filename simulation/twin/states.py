@@ -1,4 +1,4 @@
-"""The states that an experiment's plate can take: effects of a library applied in their order."""
+"""States of an experiment's plate: effects of a library applied in order."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -29,7 +29,7 @@ class States:
     Attributes
     ----------
     experiment : Experiment or None
-        Gives effects their circumstances; None for a plate that only stands as declared.
+        Gives the circumstances for effects; None for a plate without effects.
     library : mapping
         Effects by name, in the order in which they are applied.
     """
@@ -39,13 +39,13 @@ class States:
 
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
-        """The effects that this experiment can hold."""
+        """Cards of the effects that are possible in this experiment."""
         if self.experiment is None:
             return {}
         return {name: effect.card(self.experiment) for name, effect in self.library.items()}
 
     def follow_energy(self, effects: Iterable[str]) -> bool:
-        """Whether any of some effects looks at the strain energy."""
+        """Whether any of some effects depends on the strain energy."""
         return any(name in self.library and self.library[name].needs_strain_energy for name in effects)
 
     def at(

@@ -1,9 +1,9 @@
-"""Strain energy of a plate whose state may follow it: self-consistent, line by line, and its derivatives.
+"""Self-consistent strain energy, line by line, of a plate whose state depends on it, and its derivatives.
 
-At every line e = g(e), where g is the energy of the plate whose state the relative energy e makes. A line of a
-plate driven hard may have three solutions, as beside every resonance that bends over. The one meant is reached
-from the linear plate by raising the level from nothing: the lowest. It is bracketed by steps that are short
-against the width of a resonance, then found by the secants of Anderson and Bjoerck (BIT 13, 1973).
+At every line e = g(e), where g(e) is the energy of the plate in the state for the relative energy e. At high
+levels there may be three solutions, as beside every resonance that bends over. The one computed is the lowest,
+which is reached by raising the level from zero. It is bracketed by steps that are short compared with the width of
+a resonance, then found by the method of Anderson and Bjoerck (BIT 13, 1973).
 """
 
 from collections.abc import Callable
@@ -21,14 +21,14 @@ from simulation.twin.local_solution import LocalPlate, LocalSolution
 from simulation.twin.sensitivity import TransferSensitivity
 
 StateOf = Callable[[NDArray[Any]], PlateState]
-"""The plate's state when its relative strain energies are (F,); of them, only spectra may follow."""
+"""State of the plate for given relative strain energies (F,); only its spectra may depend on them."""
 
 SHARE = 0.5
 """Longest step towards the solution, over the change of e that shifts a resonance by its half-power width."""
 STEPS = 200
 SECANTS = 80
 SETTLED = 1e-12
-"""Of e - g(e), over 1 + e."""
+"""Tolerance of e - g(e), over 1 + e."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class StrainEnergy:
         scale: float = 1.0,
         density: float = 1.0,
     ) -> Self:
-        """Take the plate in local coordinates, which do not follow the energy.
+        """Prepare in local coordinates, which do not depend on the energy.
 
         Parameters
         ----------
@@ -108,7 +108,7 @@ class StrainEnergy:
         high, below, above = low.copy(), -linear, np.zeros(low.size)
         ahead = np.arange(low.size)
         for k in range(STEPS):
-            # a resonance that leans over is not stepped across; where e changes little, nor is the bracket wide
+            # steps do not skip a resonance that bends over; where e changes little, the bracket is narrow
             step = np.minimum(self._short(low)[ahead], -below[ahead] * 2.0 ** (k + 1))
             probe = low.copy()
             probe[ahead] += step
@@ -125,7 +125,7 @@ class StrainEnergy:
         )
 
     def _follows(self, linear: Real) -> bool:
-        """Whether the state at the linear energies is another than at none."""
+        """Whether the state at the linear energies differs from that at zero energy."""
         here, there = self.state_of(np.zeros(linear.size)), self.state_of(linear)
         return any((getattr(here, name) != getattr(there, name)).any() for name in SPECTRA)
 
@@ -148,7 +148,7 @@ class StrainEnergy:
                 return found
             found[left] = b[left] - fb[left] * (b[left] - a[left]) / (fb[left] - fa[left])
             f = found[left] - self.at(found, left)
-            # b is the newest point; a keeps the other side, its weight lessened where it stays twice
+            # b is the newest point; a is on the other side, its weight reduced if it is kept twice
             same = np.sign(f) == np.sign(fb[left])
             less = 1.0 - f / fb[left]
             less = np.where(less > 0.0, less, 0.5)
@@ -160,17 +160,17 @@ class StrainEnergy:
 
 
 SPECTRA = ("storage", "loss", "area_mass", "area_resistance")
-"""What of a state follows the strain energy and acts back on it."""
+"""Attributes of a state that depend on the strain energy and act back on it."""
 
 
 @dataclass(frozen=True)
 class EnergySlopes:
-    """Derivatives of the self-consistent strain energy, by whatever steps a state (implicit function theorem).
+    """Derivatives of the self-consistent strain energy by any parameter of a state (implicit function theorem).
 
     Attributes
     ----------
     sensitivity : TransferSensitivity
-        Its one sum changes as (K u)^H du does, u the motion per volt on the actuator.
+        Of the single sum (K u)^H du, with the motion u per volt on the actuator.
     stored : (F,) ndarray
         u^H K u / 2.
     scale : float

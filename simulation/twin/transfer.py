@@ -12,7 +12,7 @@ from simulation.twin.instruments import Instruments
 
 @dataclass(frozen=True)
 class Transfer:
-    """What the outputs read per unit of the input; see `simulation.twin.instruments` for the equations.
+    """Outputs per unit of the input; see `simulation.twin.instruments` for the equations.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Transfer:
     def change(self, slopes: Complex) -> Complex:
         """Differentiate `response`, (D, K, F), given the derivatives of the compliance, (D, N, c + 1, F).
 
-        Y V = -h gives Y V' = -(h' + G' V), and then what the other ports feel.
+        Y V = -h gives Y V' = -(h' + G' V), from which the other outputs follow.
         """
         count = len(self.instruments.connected)
         direct = self.instruments.amplitude * slopes[:, :, -1]
@@ -88,7 +88,7 @@ class Transfer:
         return x
 
     def sense(self, count: int) -> Complex:
-        """How much a change of (G x) at each of `count` ports counts in each output, x held, (K, count, F)."""
+        """Differentiate each output by (G x) at each of `count` ports, at constant x, (K, count, F)."""
         instruments, connected = self.instruments, list(self.instruments.connected)
         inverse = -self.impedance.transpose(1, 2, 0)
         weights = np.zeros((len(instruments.pickups), count, self.response.shape[1]), complex)

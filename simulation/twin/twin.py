@@ -1,4 +1,4 @@
-"""The digital twin: one input at a time, all outputs at once, with effects or without, and derivatives."""
+"""The digital twin: transfer from one input to all outputs, with or without effects, and derivatives."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from simulation.twin.vicinity import Vicinity
 
 @dataclass(frozen=True)
 class Twin(InstrumentedPlate[Plate]):
-    """Transfer from the input that a sweep's circumstances name to K outputs, in the units of both.
+    """Transfer from the input named in a sweep's circumstances to K outputs, in their units.
 
     See `analysis.twin_model.TwinModel`, and `InstrumentedPlate` for the attributes.
     """
@@ -55,7 +55,7 @@ class Twin(InstrumentedPlate[Plate]):
     def uncertified_frf(
         self, laws: LocalLaws, frequency: ArrayLike, effects: Effects = NO_EFFECTS, point: SweepPoint | None = None
     ) -> Complex:
-        """As `frf`, at frequencies too for which nothing is certified.
+        """Return the same as `frf`, also at frequencies outside the certified band.
 
         Parameters
         ----------

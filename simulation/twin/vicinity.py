@@ -1,4 +1,4 @@
-"""One sweep's state and what lies beside it: every parameter stepped into the complex plane, one at a time."""
+"""One sweep's state, and the same with a complex step of each parameter in turn."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from simulation.twin.states import StateEffects, States
 
 @dataclass(frozen=True)
 class Vicinity:
-    """What decides the state of a plate during one sweep.
+    """Parameters that determine the state of a plate during one sweep.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Vicinity:
             by_material = [by(laws=self._moved(law)) for law in range(3)]
             warmer: complex = self.point.temperature + 1j * STEP
             by_temperature = by(point=replace(self.point, temperature=warmer))  # type: ignore[arg-type]
-        else:  # all that is lost is the plate's, (1 + j eta) E P, and temperature acts through the laws
+        else:  # all damping is the plate's, (1 + j eta) E P, and temperature acts only through the laws
             by_modulus, by_ratio = (by(laws=self._moved(law)) for law in range(2))
             eta = 1j * float(here.laws.loss_factor(self.point.temperature))
             by_material = [by_modulus, by_ratio, eta / (1.0 + eta) * by_modulus]

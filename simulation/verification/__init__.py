@@ -1,16 +1,16 @@
-"""What computed plates are compared with: exact and published natural frequencies.
+"""Verification of computed plates against exact and published natural frequencies.
 
 ====================  ================================================================
 ``waves``             waves of an unbounded Mindlin plate
-``supports``          how an edge can be held
+``supports``          support conditions of an edge
 ``root_search``       all roots of a characteristic determinant
 ``exact_discs``       discs and annuli, by Bessel functions
 ``exact_rectangles``  rectangles with hard simple supports (Navier, Levy)
-``case``              one plate whose frequencies are known
-``exact_cases``       those known exactly
-``published``         benchmarks and odd shapes, from converged solutions
+``case``              one plate with known frequencies
+``exact_cases``       cases with exact solutions
+``published``         benchmarks and unusual shapes, with converged solutions
 ``cases``             all of them
-``report``            a solver's frequencies beside the known ones, with their order
-``markdown``          the same as text
+``report``            comparison of a solver's frequencies with the known ones, and order of convergence
+``markdown``          the comparison as Markdown
 ====================  ================================================================
 """

@@ -1,4 +1,4 @@
-"""One plate whose natural frequencies are known."""
+"""One verification case: a plate with known natural frequencies."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -39,12 +39,12 @@ class CaseMaterial:
 
 @dataclass(frozen=True)
 class Case:
-    """A plate, how it is held, and the frequencies of its bending.
+    """A plate, its supports, and its natural frequencies of bending.
 
     Attributes
     ----------
     name : str
-        Lower case with hyphens; files are named after it.
+        Lower case with hyphens; used in file names.
     title : str
     outline : Loop
         m.
@@ -60,16 +60,16 @@ class Case:
     kind : str
         ``exact`` solution of the Mindlin plate, or ``converged`` values of a finite-element solution.
     tolerance : float
-        Largest relative error that `known` allows to be asked for.
+        Largest relative error allowed; not below the accuracy of `known`.
     source : str
     holes : tuple of Loop
         m.
     hole_supports : tuple of tuple of Support
         Of every curve of every hole.
     count : int
-        How many frequencies of an exact solution are compared.
+        Number of frequencies of an exact solution that are compared.
     published : tuple of float
-        Values of others, of thin plates or coarse elements, to be shown beside `known`; in the same unit.
+        Published values, of thin plates or coarse elements, shown with `known` in the same unit.
     """
 
     name: str
@@ -118,7 +118,7 @@ class Case:
 
     @property
     def unit(self) -> float:
-        """What one of `known` is in Hz."""
+        """Unit of `known`, Hz."""
         if self.length is None:
             return 1.0
         mass = self.material.density * self.thickness
@@ -132,7 +132,7 @@ class Case:
 
     @property
     def rigid_motions(self) -> int:
-        """How many independent motions w = c0 + c1 x + c2 y the supports leave."""
+        """Number of independent rigid motions w = c0 + c1 x + c2 y that the supports allow."""
         rows = []
         for loop, supports in self.loops:
             for curve, support in zip(loop.curves, supports, strict=True):

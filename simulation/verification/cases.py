@@ -1,4 +1,4 @@
-"""Every plate whose frequencies are known."""
+"""All verification cases."""
 
 from simulation.verification.case import Case
 from simulation.verification.exact_cases import EXACT

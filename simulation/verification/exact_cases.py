@@ -1,4 +1,4 @@
-"""Plates whose frequencies are known exactly, as cases: discs, annuli, rectangles with hard simple supports."""
+"""Cases with exact solutions: discs, annuli, rectangles with hard simple supports."""
 
 from analysis.geometry.shapes import circle, rectangle
 from simulation.verification.case import Case, CaseMaterial
@@ -7,9 +7,9 @@ from simulation.verification.exact_rectangles import HardRectangle, LevyPlate
 from simulation.verification.supports import Support
 
 ALUMINIUM = CaseMaterial(youngs_modulus=70e9, poisson_ratio=0.3, density=2700.0)
-"""Any material would do: only its Poisson's ratio is left in normalised frequencies."""
+"""Material of the cases: normalised frequencies depend only on its Poisson's ratio."""
 WITHIN = 1e-4
-"""Relative error allowed against an exact solution: what is asked of the finite-element plate."""
+"""Largest relative error allowed for the finite-element plate against an exact solution."""
 TITLES: dict[Support, str] = {
     "free": "free",
     "clamped": "clamped",

@@ -51,13 +51,13 @@ class ExactDisc:
 
     @property
     def waves(self) -> PlateWaves:
-        """The plate it is cut from."""
+        """Waves of the unbounded plate."""
         return PlateWaves(self.thickness, self.poisson_ratio)
 
     def frequencies(self, diameters: int, highest: float) -> Real:
         """Natural frequencies w a**2 sqrt(rho h / D) with `diameters` nodal diameters, up to `highest`, ascending.
 
-        Rigid motions are left out, and what lies at the cut-off itself; with n = 0 thickness twist (the rotation
+        Rigid motions and roots at the cut-off itself are left out; with n = 0 thickness twist (the rotation
         along the circle alone) is among them.
         """
         if diameters < 0:

@@ -1,7 +1,7 @@
-"""Plates whose frequencies are known from converged finite-element solutions, with published values beside them.
+"""Cases with converged finite-element solutions, shown together with published values.
 
-Published values are those of thin plates or of coarse elements and lie up to 1.5 % above the converged ones: they
-are shown, not compared with.
+Published values are those of thin plates or of coarse elements, from 0.5 % below to 1.5 % above the converged
+ones: they are shown, but not used in the comparison.
 """
 
 import numpy as np
@@ -12,13 +12,13 @@ from simulation.verification.case import Case, CaseMaterial
 from simulation.verification.supports import Support
 
 STEEL = CaseMaterial(youngs_modulus=200e9, poisson_ratio=0.3, density=8000.0)
-"""Of the NAFEMS benchmarks."""
+"""Material of the NAFEMS benchmarks."""
 CONVERGED = "converged p-version Mindlin solution; coarse and fine mesh agree to 0.002 %"
 NAFEMS = "beside it NAFEMS, Selected Benchmarks for Natural Frequency Analysis (1987)"
 SMOOTH = 1e-4
-"""Relative error allowed where no corner is re-entrant: five times what the meshes behind a value differ by."""
+"""Relative error allowed without re-entrant corners: five times the difference of a value's meshes."""
 SINGULAR = 4e-4
-"""The same at a re-entrant corner, where stresses are singular."""
+"""The same with a re-entrant corner, where stresses are singular."""
 
 
 def plate(
@@ -34,7 +34,7 @@ def plate(
     source: str = CONVERGED,
     published: str = "",
 ) -> Case:
-    """Return a case of steel whose frequencies are written in a row.
+    """Return a case of steel, with its frequencies given as text.
 
     Parameters
     ----------
@@ -44,17 +44,17 @@ def plate(
     thickness : float
         m.
     supports : str or tuple of str
-        One for every curve of the outline, or one that stands for all.
+        One for every curve of the outline, or one for all.
     values : str
-        Lowest known frequencies, ascending, rigid motions left out, parted by spaces.
+        Lowest known frequencies, ascending, without rigid motions, separated by spaces.
     length : float, optional
         a, m, where `values` are w a**2 sqrt(rho h / D), without unit; None where they are in Hz.
     tolerance : float
-        Largest relative error that `values` allow to be asked for.
+        Largest relative error allowed; not below the accuracy of `values`.
     source : str
-        Where `values` come from.
+        Origin of `values`.
     published : str
-        Values of the literature beside them, parted by spaces.
+        Published values, separated by spaces.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A solver's frequencies beside the known ones: errors, and the order in which they fall with the mesh."""
+"""Comparison of a solver's frequencies with the known ones: errors and order of convergence."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from simulation.verification.case import Case
 Frequencies = Callable[[Case, int], Real]
 """Natural frequencies of bending of a case at one refinement, Hz, ascending, rigid motions included.
 
-In-plane modes are left out. From one refinement to the next the mesh size halves. It raises `NotCovered` where the
-solver cannot take the case.
+In-plane modes are left out. From one refinement to the next the mesh size halves. It raises `NotCovered` if the
+solver cannot compute the case.
 """
 
 RIGID = 1e-3
 """Largest frequency of a rigid motion, as a share of the lowest known one."""
 ROUNDING = 1e-9
-"""Relative change below which what is left is rounding, and no order can be told."""
+"""Relative change below which the order cannot be determined because of rounding."""
 
 
 class NotCovered(ValueError):  # noqa: N818
-    """A case the solver cannot take, with the reason."""
+    """A case that the solver cannot compute, with the reason."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class ModeRow:
     error : float
         Relative, signed.
     order : float
-        Exponent of the mesh size with which the frequency converges; NaN where rounding hides it.
+        Order of convergence of the frequency in the mesh size; NaN if rounding hides it.
     """
 
     computed: float
@@ -47,7 +47,7 @@ class ModeRow:
 
 @dataclass(frozen=True)
 class CaseComparison:
-    """One case, computed on meshes each half as wide as the last.
+    """One case, computed on meshes with successively halved size.
 
     Attributes
     ----------
@@ -90,12 +90,12 @@ class CaseComparison:
 def convergence_order(values: Real) -> Real:
     """Order p of values that change as h**p, from their last three meshes, h halving.
 
-    It is log2 of the ratio of successive changes and needs no reference: they fall like the error does.
+    It is log2 of the ratio of successive changes, which fall like the error, so no reference is needed.
 
     Parameters
     ----------
     values : (R, G, K) ndarray
-        R at least 3 for an answer; of order one. K values of a group are added up.
+        R at least 3; values of order one. The K values of a group are added.
 
     Returns
     -------

@@ -9,11 +9,10 @@ from scipy.optimize import brentq, minimize_scalar
 from analysis.arrays import Real
 
 Determinant = Callable[[Real], Real]
-"""Signed values at frequencies (F,), continuous but for the breaks named to the search."""
+"""Signed values at frequencies (F,), continuous except at the `breaks` of the search."""
 
 BESIDE_A_BREAK = 1e-7
-"""How close to a break nothing is looked for, as a share of it: there the waves are the same and every determinant
-vanishes."""
+"""Relative distance from a break without search: there waves coincide and every determinant vanishes."""
 
 
 def roots(
@@ -21,9 +20,9 @@ def roots(
 ) -> Real:
     """Find every simple root between two frequencies.
 
-    The range is sampled evenly in the square root of frequency, in which the roots of a plate lie about evenly. A
-    change of sign is a root. Where the magnitude has a minimum without one, its lowest point is looked at: two
-    roots between neighbouring samples show there.
+    The range is sampled evenly in the square root of frequency, in which the roots of a plate are about evenly
+    spaced. A change of sign is a root. Where the magnitude has a minimum without a change of sign, the minimum is
+    refined, to find two roots between neighbouring samples.
 
     Parameters
     ----------
@@ -32,7 +31,7 @@ def roots(
     lowest, highest : float
         Above zero, so that rigid motions are left out.
     breaks : sequence of float
-        Frequencies at which the determinant vanishes or changes sign for reasons of form.
+        Frequencies at which the determinant vanishes or changes sign without being a root.
     step : float
         Between samples, in the square root of frequency.
 

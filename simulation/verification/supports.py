@@ -1,9 +1,9 @@
-"""How a plate's edge can be held, and what vanishes there."""
+"""Support conditions of a plate's edge, and the quantities that vanish there."""
 
 from typing import Literal
 
 Support = Literal["free", "clamped", "soft", "hard"]
-"""``soft`` holds w; ``hard`` the rotation along the edge too; ``clamped`` w and both rotations."""
+"""``soft``: w = 0; ``hard``: the rotation along the edge too; ``clamped``: w and both rotations."""
 
 CONDITIONS: dict[Support, tuple[str, str, str]] = {
     "free": ("shear force", "bending moment", "twisting moment"),
@@ -11,6 +11,6 @@ CONDITIONS: dict[Support, tuple[str, str, str]] = {
     "soft": ("deflection", "bending moment", "twisting moment"),
     "hard": ("deflection", "bending moment", "rotation along"),
 }
-"""What vanishes at an edge."""
+"""Quantities that vanish at an edge."""
 LOWEST = 0.02
 """Frequency w a**2 sqrt(rho h / D) below which a motion counts as rigid."""

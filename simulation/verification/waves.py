@@ -1,7 +1,7 @@
-"""Waves of an unbounded Mindlin plate at one frequency: what exact solutions are superposed of.
+"""Waves of an unbounded Mindlin plate at one frequency, of which exact solutions are superposed.
 
-Dimensionless throughout: lengths by a, time by a**2 sqrt(rho h / D), so that D = rho h = a = 1 and the frequency
-is Omega = w a**2 sqrt(rho h / D). Free waves then obey, with grad w + theta the transverse shear strain,
+All quantities are dimensionless: lengths over a, time over a**2 sqrt(rho h / D), so that D = rho h = a = 1 and the
+frequency is Omega = w a**2 sqrt(rho h / D). Free waves then obey, with grad w + theta the transverse shear strain,
 
     s div(grad w + theta) + Omega**2 w = 0
     div M - s (grad w + theta) + r Omega**2 theta = 0
@@ -50,7 +50,7 @@ class PlateWaves:
 
     @property
     def cut_off(self) -> float:
-        """Frequency Omega above which the two evanescent waves travel too."""
+        """Frequency Omega above which the two evanescent waves propagate too."""
         return float(np.sqrt(self.shear / self.rotary))
 
     def bending(self, frequency: Real) -> tuple[Real, Real]:
