@@ -77,7 +77,7 @@ class PanelModel(Protocol):
         loss_factor : float
         frequency : (F,) ndarray, Hz
         displacement : float
-            What the target is asked for, m per unit of audio signal.
+            Desired displacement of the target, m per unit of audio signal.
 
         Returns
         -------
@@ -159,7 +159,7 @@ class NoModes:
         loss_factor : float
         frequency : (F,) ndarray, Hz
         displacement : float
-            What the target is asked for, m per unit of audio signal.
+            Desired displacement of the target, m per unit of audio signal.
 
         Returns
         -------

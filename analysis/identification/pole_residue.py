@@ -133,7 +133,7 @@ def synthesis(
     residues : (K, J) complex ndarray
         FRF unit times rad/s.
     terms : ResidualTerms
-        Which powers of s stand for the modes out of band.
+        Powers of s that represent the modes out of band.
     coefficients : (K, P) complex ndarray
         Of those powers, FRF unit times (rad/s)^-power.
 

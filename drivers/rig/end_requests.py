@@ -44,7 +44,7 @@ class EndRequests:
     def __enter__(self) -> Self:
         """Install the signal handlers."""
         for number in ENDING:
-            if signal.getsignal(number) not in (signal.SIG_IGN, None):  # None: set outside Python
+            if signal.getsignal(number) not in (signal.SIG_IGN, None):  # None: installed outside Python
                 self._before[number] = signal.signal(number, self._note)
         if sys.platform == "win32":
             self._console = ctypes.WINFUNCTYPE(wintypes.BOOL, wintypes.DWORD)(self._console_ends)

@@ -81,7 +81,7 @@ class ModalSlopes:
 
     @property
     def compliance(self) -> Complex:
-        """A' Z**-1 b, (I, J, F)."""
+        """Return a' Z**-1 b, (I, J, F)."""
         return connected(self.whole, self.form.count, self.frequency)
 
     def by(self, change: Real) -> Complex:

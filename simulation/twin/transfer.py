@@ -81,7 +81,7 @@ class Transfer:
         )
 
     def drive(self, count: int) -> Complex:
-        """X on all `count` ports, (count, F)."""
+        """Return x on all `count` ports, (count, F)."""
         x = np.zeros((count, self.response.shape[1]), complex)
         x[self.instruments.source] = self.instruments.amplitude
         x[list(self.instruments.connected)] = self.voltage

@@ -40,12 +40,12 @@ class PlateWaves:
 
     @property
     def shear(self) -> float:
-        """S = k G h a**2 / D."""
+        """Shear stiffness s = k G h a**2 / D."""
         return 6.0 * SHEAR_FACTOR * (1.0 - self.poisson_ratio) / self.thickness**2
 
     @property
     def rotary(self) -> float:
-        """R = (h / a)**2 / 12."""
+        """Rotary inertia r = (h / a)**2 / 12."""
         return self.thickness**2 / 12.0
 
     @property
@@ -67,5 +67,5 @@ class PlateWaves:
         return np.stack([first, product / first]), twist
 
     def potential(self, frequency: Real, bending: Real) -> Real:
-        """Phi of a wave whose deflection is m f: (Omega**2 / s - m) f, (2, F)."""
+        """Return phi of a wave whose deflection is m f: (Omega**2 / s - m) f, (2, F)."""
         return np.asarray(np.asarray(frequency, float) ** 2 / self.shear - bending)

@@ -9,7 +9,7 @@ from analysis.gap.search.score_test import ScoreTest
 
 
 def tangent_cosines(screening: ScoreTest, effects: Sequence[tuple[str, int]]) -> Real:
-    """Largest canonical correlation between the tangents of each two of `effects` (name, site): (C, C) ndarray."""
+    """Largest canonical correlation of the tangents of every pair of `effects` (name, site): (C, C) ndarray."""
     matrix, _ = screening.given([name for name in screening.active if name not in {e for e, _ in effects}])
     bases = []
     for name, site in effects:

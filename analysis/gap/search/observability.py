@@ -35,7 +35,7 @@ class Observability:
 
     @property
     def observable(self) -> bool:
-        """Whether its presence could be claimed or excluded."""
+        """Whether its presence can be claimed or excluded."""
         return self.kept >= LEAST_KEPT and self.size >= LEAST_SIZE
 
 
