@@ -144,4 +144,4 @@ def _random_set(compatible: NDArray[np.bool_], count: int, rng: np.random.Genera
                 chosen.append(int(candidate))
             if len(chosen) == count:
                 return np.array(chosen, dtype=np.int64)
-    raise ValueError(f"no {count} of the {len(compatible)} candidates can stand together")
+    raise ValueError(f"no {count} of the {len(compatible)} candidates are compatible")

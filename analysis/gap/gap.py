@@ -90,7 +90,7 @@ def find_gap(
     judgement = judge(context, found, tried[0] if tried else None)
     notes = [*noise.notes, *(floor.notes if floor is not None else ()), judgement.reason]
     if float(np.exp(found.fit.state.laws[:, 2].min())) < sharpest(updated.material):
-        notes.append("some resonances came out sharper than the nodes were laid for; the residual may show it")
+        notes.append("some resonances are sharper than the nodes resolve; the residual may show it")
     notes += [f"{o.effect} is not observable with this data: {o.needs}" for o in found.seen if not o.observable]
     alone = () if judgement.verdict == "none" else signatures(context, found)
     report("done", 1.0)

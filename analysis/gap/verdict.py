@@ -50,7 +50,7 @@ def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) ->
     if share < EXPLAINED:
         return Judgement("unknown", False, f"the best effects explain {100 * share:.0f} % of the gap only")
     if len(found.effects) > 1:
-        return Judgement("unknown", False, "it takes several effects to explain most of it, and a rest remains")
+        return Judgement("unknown", False, "it takes several effects to explain most of it, and some remains")
     named = found.fit.log_evidence - found.baseline.log_evidence
     unknown = unknown_evidence(context.sweeps, found.baseline.residual, found.baseline.state)
     if unknown > named:

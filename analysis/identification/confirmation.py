@@ -83,7 +83,7 @@ def confirmed(measured: Measured, modes: Modes) -> Modes:
         if gone
         else f"; found again in {count} of {count} refits"
         if count
-        else "; no part of the data pays for it alone"
+        else "; no part of the data supports it alone"
         for real, gone, count in zip(modes.real, lost, tried, strict=True)
     ]
     verdicts = tuple(

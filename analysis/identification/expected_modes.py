@@ -114,7 +114,7 @@ def _told(
     for j in np.flatnonzero(index >= 0):
         n = index[j]
         if status[n] == "computational":
-            status[n], reason[n] = "weak", f"known from the twin; alone here: {reason[n]}"
+            status[n], reason[n] = "weak", f"determined by the twin only; from this sweep alone: {reason[n]}"
         if status[n] in ("kept", "weak") and abs(departure[j]) > FAR * expected.frequency_deviation:
             told = f"{100 * departure[j]:+.1f} % from where the twin expects it: its number may be another mode's"
             status[n], reason[n] = "weak", told

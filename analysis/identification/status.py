@@ -15,7 +15,7 @@ MOST_DAMPED = 0.2
 WEAK_DAMPING = 0.3
 """Relative standard deviation of the damping ratio from which a mode is called weak."""
 
-UNRESOLVED = "so close to a taller peak that the lines cannot tell them apart, or its leakage"
+UNRESOLVED = "too close to a taller peak for the lines to separate them, or its leakage"
 
 OUTSTANDING = 8.0
 """Damping ratio, in multiples of the median of all poles in the band, above which a pole is background too."""
@@ -118,7 +118,7 @@ def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: fl
     if share < 1.0:
         return (
             "computational",
-            f"its peak is {share:.2g} of what its lines leave over: curvature of the background",
+            f"its peak is {share:.2g} of the residual of its lines: curvature of the background",
         )
     if spread > 1.0:
         return "computational", "its damping ratio is not determined by the data"
@@ -136,4 +136,4 @@ def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: fl
 def _more_damped(lines: Lines, pole: complex) -> str:
     """Reason why a pole may stand for two modes."""
     times = -pole.real / abs(pole) / np.exp(lines.damping.middle) if lines.damping is not None else np.nan
-    return f"damped {times:.2g} times as much as the modes around it: two that the lines cannot tell apart look so"
+    return f"{times:.2g} times the damping of the modes around it: possibly two unresolved modes"

@@ -186,7 +186,7 @@ def _poor(temperature: float, sweep: int, modes: Modes, usual: float) -> str | N
         return None
     return (
         f"{temperature:.1f} °C (sweep {sweep}): the model leaves {100 * modes.misfit:.2g} % of rms |h|, "
-        f"{modes.misfit / usual:.1f} times what was expected: its modes are not to be relied on"
+        f"{modes.misfit / usual:.1f} times what was expected: its modes are not reliable"
     )
 
 

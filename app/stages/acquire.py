@@ -113,6 +113,6 @@ def _require_wired(session: Session, experiment: AcquiredExperiment) -> None:
         raise RigStopped(f"the shot before the campaign: {error}", RESUME) from error
     if shot.faults:
         raise RigStopped(
-            f"the shot before the campaign, the oven not yet told to move: {'; '.join(shot.faults)}",
-            f"Check cables, terminals of [cards] and levels; --test-shot looks again. {RESUME}",
+            f"the test shot before the campaign, before the oven moves: {'; '.join(shot.faults)}",
+            f"Check cables, terminals of [cards] and levels; --test-shot repeats the check. {RESUME}",
         )

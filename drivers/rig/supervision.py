@@ -117,7 +117,7 @@ class SupervisedOven:
         """Bring the oven to rest; OvenError if a hung request blocks the line."""
         if not self._turn.acquire(timeout=HANGS):
             raise OvenError(
-                Fault.BUSY, "its line hangs in an earlier question", "Pull the cable, and plug it in again."
+                Fault.BUSY, "its line is blocked by an earlier request", "Pull the cable, and plug it in again."
             )
         try:
             self._oven.safe()

@@ -44,7 +44,7 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> Sh
     own = shell.patches[patch].loop
     neighbours = [other.loop for k, other in enumerate(shell.patches) if k != patch]
     if any(overlap(own, other) is not None for other in neighbours):
-        raise ValueError(f"patch {shell.patches[patch].id!r} lies over another one and cannot move without it")
+        raise ValueError(f"patch {shell.patches[patch].id!r} lies opposite another one and cannot be moved alone")
     walls = [plate.loop, *plate.hole_loops, *plate.zone_loops]
     others = walls + neighbours
     room = min(float(other.distance(own.polygon).min()) for other in others)
@@ -61,7 +61,9 @@ def moved_space(shell: ShellPlate, patch: int, shift: tuple[float, float]) -> Sh
     moved = shell.space.moved(share[:, None] * np.asarray(shift))
     for here, there in zip(shell.space.groups, moved.groups, strict=True):
         if len(here.dx) and (there.dx < 0.2 * here.dx).any():
-            raise ValueError(f"patch {shell.patches[patch].id!r} moved by {shift} m leaves cells no room")
+            raise ValueError(
+                f"patch {shell.patches[patch].id!r} moved by {shift} m leaves no space for the cells around it"
+            )
     return moved
 
 

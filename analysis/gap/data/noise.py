@@ -66,7 +66,7 @@ def check_noise(sweeps: Sequence[CompressedSweep], channels: Sequence[str]) -> N
     local = np.array([s.chi2_within for s in sweeps])
     dof = int(sum(s.dof_within for s in sweeps))
     if dof < NOISE_DOF:
-        note = "the lines lie too far apart to check the stated noise; it is believed"
+        note = "the lines are too far apart to check the stated noise; it is used unchecked"
         ones = np.ones(local.shape[:2])
         return NoiseCheck(ones[0], ones, dof * len(channels), np.zeros_like(local), (note,))
     known = freedom[0, 0] >= LEAST_FREEDOM * freedom.max()

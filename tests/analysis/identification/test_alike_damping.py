@@ -93,7 +93,7 @@ def test_a_peak_of_two_modes_is_not_called_one() -> None:
         assert damping[kept].max() < 0.0375
         more = modes.real & ~kept & (damping > 0.0375)
         assert more.any()
-        assert all("two that the lines" in modes.reason[j] for j in np.flatnonzero(more))
+        assert all("possibly two unresolved modes" in modes.reason[j] for j in np.flatnonzero(more))
 
 
 def test_modes_that_overlap_are_told_apart_by_the_damping_of_the_others() -> None:

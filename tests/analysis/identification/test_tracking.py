@@ -139,7 +139,7 @@ def test_a_spoilt_sweep_is_reported_not_hidden() -> None:
     tracked = track(replace(frf, h=h))
     assert len(tracked.notes) == 1
     assert "30.0 °C" in tracked.notes[0]
-    assert "not to be relied on" in tracked.notes[0]
+    assert "its modes are not reliable" in tracked.notes[0]
     assert (tracked.track[[4, 6]] >= 0).sum() >= 10
 
 

@@ -62,7 +62,7 @@ def test_where_there_is_no_room_it_is_said() -> None:
 def test_over_a_patch_on_the_other_face_it_cannot_move() -> None:
     """Its own matrices would stay, but not those of the one below."""
     below = Patch(id="B", role="sensor", center=(0.05, 0.05), size=(0.04, 0.04), thickness=0.0005, side="bottom")
-    with pytest.raises(ValueError, match="'S' lies over another one"):
+    with pytest.raises(ValueError, match="'S' lies opposite another one"):
         moved_space(shell(below), 1, (0.001, 0.0))
 
 
