@@ -1,37 +1,37 @@
-"""Every threshold of the gap workflow, each with its reason; frozen before a blind trial is opened."""
+"""Every threshold of the gap workflow, with its reason; fixed before a blind trial is judged."""
 
 NODES_PER_HALF_WIDTH = 3.5
-"""Nodes of the compression over half the width of the sharpest resonance: a quintic spline through them misses a
-resonance by 2e-4 of its peak, a tenth of the noise of a node."""
+"""Number of nodes within half the width of the sharpest resonance: the error of a quintic spline through them is
+2e-4 of the resonance's peak, a tenth of the noise of a node."""
 
 LINES_PER_NODE = 1.5
-"""Nodes never come nearer to each other than so many lines: a masked mains harmonic leaves out three lines, and
-each node must keep lines of its own."""
+"""Smallest distance of nodes, in lines: a masked mains harmonic leaves out three lines, and each node must keep
+lines of its own."""
 
 NOISE_RATIO_RANGE = (0.25, 4.0)
-"""Variance seen over variance stated: wrong by a factor of two in amplitude can be corrected, by more means that
-what was stated is not this noise."""
+"""Observed over stated variance: a factor of up to two in amplitude is corrected; with a larger one the stated
+noise belongs to other data."""
 
 NOISE_RATIO_SAID = 0.1
-"""A ratio of seen to stated variance further than this from 1 is said: the repeats' own estimate is 2 % high."""
+"""A ratio of observed to stated variance further from 1 is reported: the estimate from repeats is 2 % high."""
 
 NOISE_SPREAD = 2.0
-"""Ratios of single sweeps this many times apart (ninth over first decile) are not one wrong factor: refused."""
+"""Ratios of single sweeps that differ by more (ninth over first decile) are no common factor: refused."""
 
 NOISE_DOF = 100
-"""Degrees of freedom between the nodes below which the stated noise cannot be checked to 15 %: it is believed."""
+"""With fewer degrees of freedom the stated noise cannot be checked to 15 %, and is used unchecked."""
 
 NUMERICAL_REST = 0.3
-"""Numerical error of the twin, in sigma of the noise, above which effects that are not there would be named."""
+"""Numerical error of the twin, in sigma of the noise, above which absent effects would be named."""
 
 MODEL_ERROR = 7e-4
-"""How far apart two converged solvers of one plate are, as a share of rms|H|: a discrepancy of this size is
-no missing physics. It is an error common to all lines. On an independent solver's campaign that hides
-nothing the best candidate brings 3.4 nats with it, 1.7 with 1e-3 and 6.7 with 5e-4. What is estimated of the
-twin's own error on a plate is added to it in squares."""
+"""Difference of two converged solvers for one plate, as a share of rms|H|: a discrepancy of this size is not
+missing physics. It is an error common to all lines. On an independent solver's campaign without hidden effects the
+best candidate gains 3.4 nats with it, 1.7 with 1e-3 and 6.7 with 5e-4. The estimated error of the twin of a plate
+is added in squares."""
 
 MODEL_ERROR_ALONG = 0.15
-"""Share of the model error that lies along any one effect's tangent: it is spread over many directions."""
+"""Share of the model error along one effect's tangent: the error is spread over many directions."""
 
 SAME_TEMPERATURE = 0.5
 """Temperature window, K, within which readings count as one nominal temperature: ramps arrive within
@@ -44,83 +44,83 @@ Z_FLOOR = 3.0
 """Excess of chi2 in its standard deviations below which twin and data agree."""
 
 Z_NAMED = 2.0
-"""The same with effects named: they were chosen to leave little, and wrong effects with a similar signal
-reach just under three; the right ones leave only noise."""
+"""The same with effects named, which were chosen to leave little: wrong effects with a similar signal reach just
+under three, the right ones leave only noise."""
 
 WHITENESS = 5.0
-"""Correlation of neighbouring whitened residuals, in its standard deviations, above which they are no noise. One
-null in a hundred came to four; a fit's own parameters only push it down."""
+"""Correlation of neighbouring whitened residuals, in its standard deviations, above which they are not noise. One
+of a hundred campaigns without effects reached four; fitted parameters only lower it."""
 
 LEAST_GAIN = 6.0
-"""Nats of evidence an effect must bring, the twin's own error allowed for: the best of all candidates brought 4 at
-most on a hundred nulls, an effect of six sigma brings 6 to 17."""
+"""Smallest evidence of an effect, nats, reduced for the twin's own error: on a hundred campaigns without effects
+the best candidate gained 4 at most, an effect of six sigma gains 6 to 17."""
 
 LEAST_REST = 5.0
-"""Nats of evidence for an unknown discrepancy in the residual of named effects, from which it is not noise:
-right names left 4 at most, wrong ones that fitted well 6 and more."""
+"""Evidence for an unknown discrepancy in the residual of named effects, nats, from which it is not noise: right
+effects left 4 at most, wrong ones that fitted well 6 and more."""
 
 REFITTED = 5
-"""Candidates of a screen that are fitted in full: the right one was among the first three wherever tried."""
+"""Number of candidates of a score test that are fitted in full: the right one was always in the first three."""
 
 REFIT_SHARE = 0.9
 """A candidate that on a few temperatures gains less than this share of the best is not fitted to all: confounded
 effects (cosine 0.95) gain more."""
 
 PREDICTION_MARGIN = 4.0
-"""A fit that would have to gain this many times the decrease predicted to first order, to come within
-`REFIT_SHARE` of the best, is given up: where shapes move, first order errs by a factor of two."""
+"""A fit stops if it needs this many times the decrease predicted to first order to come within `REFIT_SHARE` of
+the best: where shapes are fitted, the prediction is wrong by up to a factor of two."""
 
 PAIRS_REFITTED = 3
-"""Pairs that are fitted in full where no single effect explains enough."""
+"""Number of pairs fitted in full where no single effect explains enough."""
 
 COARSE_TEMPERATURES = 8
-"""Temperatures on which a candidate is first fitted; the laws in between follow by interpolation."""
+"""Number of temperatures on which a candidate is first fitted; laws in between are interpolated."""
 
 EXPLAINED = 0.9
-"""Share of the excess that named effects must explain while more than noise is left."""
+"""Share of the excess that named effects must explain if more than noise is left."""
 
 LEAST_SHARE = 0.2
-"""A step that explains less of the residual names a wrong effect: on a hidden resonator a wrong name gained 14113
-nats."""
+"""A step that explains a smaller share of the residual names a wrong effect, whatever its evidence: with a hidden
+resonator a wrong effect gained 14113 nats."""
 
 MOST_EFFECTS = 3
-"""Effects in one twin: beyond three every residual of these sizes can be explained by something."""
+"""Largest number of effects in one twin: with more, any residual of these sizes can be explained."""
 
 SWAP_SHARE = 0.1
-"""A rival that to first order comes within this share of an effect's evidence is fitted in its place: first order
-errs by a few per cent."""
+"""Another effect is fitted instead of an effect if its first-order evidence reaches this share of it: the error of
+first order is a few per cent."""
 
 SWAPS_REFITTED = 2
-"""Rivals of each effect that are fitted in its place."""
+"""Number of other effects fitted instead of each effect."""
 
 CLASS_NATS = 3.0
-"""Candidates within a factor of twenty in evidence of the winner are not told from it."""
+"""Difference in log evidence, nats (a factor of twenty), up to which candidates count as not distinguished."""
 
 CLASS_COSINE = 0.95
 """Candidates whose signal has this cosine with the best one's are confounded with it, whatever the evidence: other
-errors of a tenth would exchange them."""
+model errors of a tenth could exchange them."""
 
 LEAST_KEPT = 0.02
-"""Share of an effect's tangent that must survive the freedom of laws, temperatures and gain to be observable."""
+"""An effect is observable if this share of its tangent is independent of laws, temperatures and gain."""
 
 LEAST_SIZE = 1.2
-"""Size in sigma of an effect of one prior standard deviation: below, three of them stay under `LEAST_GAIN`."""
+"""Smallest signal of one prior standard deviation, sigma: below, three of them stay under `LEAST_GAIN`."""
 
 TEMPERATURE_OF_CONFIDENCE = 2.5
-"""Divides differences of log evidence before the softmax: a likelihood overstates itself where models err."""
+"""Divisor of differences of log evidence before the softmax: with model errors a likelihood is overconfident."""
 
 UNLISTED = 0.05
-"""Share of names that stand in for a cause which is in no library: no evidence tells it, calibration trials do."""
+"""Share of named effects whose true cause is in no library: known from calibration trials, not from evidence."""
 
 HELD_OUT_SHARE = 0.5
-"""Closure on held-out data below which named effects are a fit and no explanation."""
+"""Smallest closure on held-out data: with less, named effects fit the data but do not explain them."""
 
 MOST_STEPS = 15
-"""Linearisations of one fit; a fit that needs more does not converge."""
+"""Largest number of linearisations of one fit; a fit that needs more does not converge."""
 
 SETTLED = 0.1
 """Predicted decrease of chi2 at which a fit has settled: 0.05 nats."""
 
 SHARPEST = 0.9
-"""Nodes are laid for resonances this much sharper than the sharpest of the model updating: effects that the twin
+"""Nodes are placed for resonances this much sharper than the sharpest of the model updating: effects that the twin
 lacks bias the loss factor upwards."""
