@@ -35,7 +35,7 @@ differs from one FRF to the next: the structure changed between the measurements
 
 IN_PHASE, OUT_OF_PHASE = 0.95, 0.75
 """They do if the modal phase collinearity of the sum of their residues is above the first value and that of one of
-the two below the second. A measured beam, hit at nine places, gives 0.99 and 0.55; its other modes 0.98 to 1.00."""
+the two below the second. A measured beam, hit at nine places, gives 0.99 and 0.55; its other modes over 0.98."""
 
 
 def heights(poles: NDArray[np.complex128], residues: NDArray[np.complex128]) -> NDArray[np.float64]:
