@@ -237,11 +237,12 @@ class LegRun:
             self._mark = (now, along)
         if now - self._mark[0] < STALLED:
             return
+        here = self.leg.sign * along
         if self._begun_anew:
             raise RigStopped(
-                f"the temperature stands at {self.leg.sign * along:.1f} °C: the oven does not ramp",
+                f"the temperature stands at {here:.1f} °C: the oven does not ramp",
                 "Look at the oven: is it in remote control, and is its heating or cooling on?",
             )
         self._begun_anew, self._mark = True, None
-        self._station.note("trouble", what=f"the ramp has halted at {self.leg.sign * along:.1f} °C; it is begun anew")
+        self._station.note("trouble", what=f"the ramp has halted at {here:.1f} °C; it is begun anew")
         self._station.ramp(*self._ramp)
