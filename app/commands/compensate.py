@@ -54,7 +54,7 @@ Examples:
     "--across",
     type=click.FloatRange(0.1, 60.0),
     multiple=True,
-    help="K between two sides of the panel: what is lost, fed the temperature at the target; repeat for more.",
+    help="Loss of contrast for this difference between two sides of the panel, K; repeat for more.",
 )
 @click.option(
     "--transfers",

@@ -30,7 +30,7 @@ Examples:
 @click.option(
     "--response", type=SOUND, help="Sound file of the listening patch's charge, recorded with the drive."
 )
-@click.option("--sensor", metavar="PATCH", help="The patch that listens (default: the panel's last).")
+@click.option("--sensor", metavar="PATCH", help="Patch used as sensor (default: the panel's last).")
 @click.option("--simulate", type=SOUND, help="Instead of a recording: a sound, played and answered by the twin.")
 @click.option("--temperature", metavar="T[:T...]|FILE", help="°C of the simulated panel, as for flexura render.")
 @click.option(

@@ -19,7 +19,7 @@ class ListeningPanel:
     laws : MaterialLaws
         Of the panel's plate.
     sensor : int
-        The patch that listens.
+        The patch used as sensor.
     """
 
     twin: PanelTwin

@@ -28,7 +28,7 @@ class PlayedSignals:
     drive : (N - 1, n) ndarray
         V, of the patches that drive.
     response : (n,) ndarray
-        Of the patch that listens, in any unit.
+        Of the patch used as sensor, in any unit.
     sample_rate : float
         Hz.
     """
@@ -80,7 +80,7 @@ def recorded(
         kept.append(down.take(np.vstack([played, heard])))
     if loudest[panel.sensor] > SILENT * loudest.max():
         raise ResultFileError(
-            f"{drive.path}: {names[panel.sensor]}, the patch that listens, is driven by up to "
+            f"{drive.path}: {names[panel.sensor]}, the patch used as sensor, is driven by up to "
             f"{loudest[panel.sensor]:.3g} V; leave it out of the drive, or name another with --sensor"
         )
     every = np.hstack(kept)

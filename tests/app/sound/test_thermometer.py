@@ -85,7 +85,7 @@ def test_a_recording_with_any_gain_is_read(small_run, tmp_path):
     told = json.loads(result.stdout)
     assert told["temperature_c"] == pytest.approx(33.3, abs=0.03)
     result = flex("thermometer", small_run.folder, *files, "--sensor", "A2", "--out", tmp_path)
-    assert "A2, the patch that listens, is driven by up to" in result.output
+    assert "A2, the patch used as sensor, is driven by up to" in result.output
 
 
 def test_a_track_that_runs_beyond_the_laws_keeps_their_end_s_uncertainty(small_run):
