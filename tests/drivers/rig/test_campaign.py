@@ -2,12 +2,14 @@
 
 import itertools
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from drivers.ovens import f4t
 from drivers.rig.campaign import Moment
 from drivers.rig.errors import RigStopped
 
@@ -147,3 +149,24 @@ def test_an_observer_may_stop_the_campaign(world_of: Callable[..., Any]) -> None
     assert sorted(world.store.kept) == [0]
     world.renew()
     assert world.run().finished == 3
+
+
+def test_a_ramp_stopped_below_zero_is_begun_anew_and_reported_with_its_sign(world_of: Callable[..., Any]) -> None:
+    """In a room of -10 °C: an oven that is off does not warm up by itself."""
+    world = world_of(
+        oven={"minimum": -20.0}, programme={"lowest": -8.0, "highest": -4.0}, limits={"coldest": -15.0}
+    )
+
+    def stop_on_the_panel() -> None:
+        world.parts.controller._controller.write_words(f4t.MODE, (f4t.OFF,))
+
+    def after_the_first_sweep() -> None:
+        if world.plate.sweeps == 2:
+            world.at(world.parts.clock.now() + 7.0, stop_on_the_panel)
+
+    world.chamber = replace(world.chamber, room=-10.0)
+    world.renew()
+    world.plate.before = after_the_first_sweep
+    assert world.run().finished == 3
+    (trouble,) = [event["what"] for event in world.store.told("trouble")]
+    assert re.fullmatch(r"the ramp has halted at -\d+\.\d °C; it is begun anew", trouble)
