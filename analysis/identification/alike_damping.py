@@ -87,13 +87,13 @@ class AlikeDamping:
         inside = (poles.imag > self.band[0]) & (poles.imag < self.band[1])
         return np.where(inside, (to_parameters(poles)[:, 1] - self.middle) / self.deviation, 0.0)
 
-    def shared(self, poles: NDArray[np.complex128]) -> NDArray[np.bool_]:
-        """Which poles may stand for two modes, (J,): damped far more than the others, among modes that overlap."""
+    def shared(self, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
+        """Damping ratio over the median, (J,), of poles that may stand for two overlapping modes; 0 for others."""
         above, width = self.above(poles), 2.0 * np.exp(self.middle) * np.abs(poles)
         near = np.abs(poles.imag[:, None] - poles.imag) < NEIGHBOURHOOD * width[:, None]
         crowded = (near & (np.abs(above) < UNLIKE)).sum(axis=1) >= NEIGHBOURS
-        more = (above > SHARED[1]) & (above * self.deviation > np.log(SHARED[0]))
-        return np.asarray(more & crowded, dtype=np.bool_)
+        times = np.exp(above * self.deviation)
+        return np.where(crowded & (above > SHARED[1]) & (times > SHARED[0]), times, 0.0)
 
     def departure(
         self, poles: NDArray[np.complex128]

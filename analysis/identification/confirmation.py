@@ -67,7 +67,8 @@ def confirmed(measured: Measured, modes: Modes) -> Modes:
         If fewer than 8 lines are left.
     """
     lines = _weighed(measured, modes)
-    blocks = averaged(replace(lines, damping=_alike(lines, modes)))
+    prior = AlikeDamping.learned(modes.poles, np.sqrt(modes.covariance[:, 1, 1]), lines.band)
+    blocks = averaged(replace(lines, damping=prior))
     lost: list[list[str]] = [[] for _ in modes.poles]
     tried = np.zeros(len(modes.poles), dtype=int)
     for part in _parts(blocks):
@@ -166,12 +167,6 @@ def _weighed(measured: Measured, modes: Modes) -> Lines:
     """All lines used in the fit, weighted by the residual of the modes."""
     kept = measured.without(modes.left_out(measured.frequency))
     return kept.weighed(kept.h - modes.synthesis(kept.frequency), modes.poles)
-
-
-def _alike(lines: Lines, modes: Modes) -> AlikeDamping | None:
-    """Distribution of damping ratios that the modes were found with."""
-    low, high = 2.0 * np.pi * lines.frequency[[0, -1]]
-    return AlikeDamping.learned(modes.poles, np.sqrt(modes.covariance[:, 1, 1]), (float(low), float(high)))
 
 
 def _parts(blocks: Lines) -> Iterator[PartOfData]:

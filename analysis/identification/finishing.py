@@ -67,10 +67,9 @@ def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
 
 def _with_damping(lines: Lines, found: PoleFit) -> Lines:
     """Lines with the distribution of damping ratios estimated from the poles of a fit as prior."""
-    low, high = 2.0 * np.pi * lines.frequency[[0, -1]]
     told = found if found.projection.hessian.size else fit(lines, found.poles, found.terms, max_iterations=1)
     known = relative_deviations(told, lines)[:, 1]
-    return replace(lines, damping=AlikeDamping.learned(told.poles, known, (float(low), float(high))))
+    return replace(lines, damping=AlikeDamping.learned(told.poles, known, lines.band))
 
 
 def _widened(poles: NDArray[np.complex128], spacing: float) -> NDArray[np.complex128]:

@@ -124,6 +124,12 @@ class Lines:
         return float(np.median(np.diff(self.frequency)))
 
     @property
+    def band(self) -> tuple[float, float]:
+        """First and last line, rad/s."""
+        low, high = 2.0 * np.pi * self.frequency[[0, -1]]
+        return float(low), float(high)
+
+    @property
     def scale(self) -> float:
         """Geometric middle of the band, rad/s: the unit in which powers of s stay near 1."""
         return float(2.0 * np.pi * np.sqrt(self.frequency[0] * self.frequency[-1]))

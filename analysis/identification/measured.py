@@ -46,8 +46,8 @@ class Measured:
 
     def lines(self) -> Lines:
         """Lines weighted by the variance if it is known, by the roughness along frequency otherwise."""
-        rough = np.sqrt(self.variance) if self.known and self.variance is not None else roughness(self.h)
-        return Lines(self.frequency, self.h, pooled(rough), room=self.room)
+        deviation = np.sqrt(self.variance) if self.known and self.variance is not None else roughness(self.h)
+        return Lines(self.frequency, self.h, pooled(deviation), room=self.room)
 
     def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
         """Lines with weights from a fit's residual, unless the variance is known, and with its correlation."""

@@ -17,6 +17,8 @@ WEAK_DAMPING = 0.3
 
 UNRESOLVED = "too close to a taller peak for the lines to separate them, or its leakage"
 
+POSSIBLY_TWO = "{:.2g} times the damping of the modes around it: possibly two unresolved modes"
+
 OUTSTANDING = 8.0
 """Damping ratio, in multiples of the median of all poles in the band, above which a pole is background too."""
 
@@ -53,12 +55,12 @@ def judge(
     share, least = _shares(lines, fitted)
     lesser = unresolved(fitted.poles, fitted.projection.residues, lines.spacing)
     limit = _damping_limit(lines, fitted)
-    shared = lines.damping.shared(fitted.poles) if lines.damping is not None else np.zeros(len(gain), dtype=bool)
+    shared = np.zeros(len(gain)) if lines.damping is None else lines.damping.shared(fitted.poles)
     verdicts = [
         _verdict(lines, pole, bool(fitted.stuck[j]), mains, limit, gain[j])
         or (("computational", UNRESOLVED) if lesser[j] else None)
         or _weakness(lines, pole, gain[j], float(np.sqrt(spread[j, 1, 1])), share[j] / least[j])
-        or (("weak", _more_damped(lines, pole)) if shared[j] else None)
+        or (("weak", POSSIBLY_TWO.format(shared[j])) if shared[j] else None)
         or ("kept", f"BIC would rise by {gain[j]:.0f} without it")
         for j, pole in enumerate(fitted.poles)
     ]
@@ -131,9 +133,3 @@ def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: fl
     if edge < 0.5 * width:
         return "weak", f"{edge:.3g} Hz from the edge of the band: only half its peak was seen"
     return None
-
-
-def _more_damped(lines: Lines, pole: complex) -> str:
-    """Reason why a pole may stand for two modes."""
-    times = -pole.real / abs(pole) / np.exp(lines.damping.middle) if lines.damping is not None else np.nan
-    return f"{times:.2g} times the damping of the modes around it: possibly two unresolved modes"

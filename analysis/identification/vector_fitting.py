@@ -6,6 +6,8 @@ sigma with a mild non-triviality condition keeps noise from dragging it. No star
 reduces accuracy, which variable projection restores.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lstsq
@@ -62,26 +64,23 @@ def relocate(lines: Lines, poles: NDArray[np.complex128], terms: ResidualTerms) 
     norms = np.linalg.norm(sigma, axis=1)
     model = np.concatenate([sigma[:-1], fixed])
     sigma /= norms[:, None]
-    normal = np.zeros((len(sigma), len(sigma)))
+    energy = (np.abs(lines.h / lines.deviation) ** 2).sum(axis=0)
+    spread = (sigma * np.sqrt(energy)).view(float)
+    normal = spread @ spread.T
     for group in lines.weight_groups:
         seen = model.view(float) * group.weight
         triangle, lengths = triangular_factor(seen, len(model))
-        data = group.data.view(complex)
-        spread = sigma * np.sqrt((np.abs(data) ** 2).sum(axis=0))
-        normal += spread.view(float) @ spread.view(float).T
-        for response in data:
+        for response in group.data.view(complex):
             onto = seen @ (sigma * response).view(float).T
             onto = dtrtrs(triangle, onto / lengths[:, None], trans=1)[0]
             normal -= onto.T @ onto
-    size = np.sqrt(np.mean([np.mean((np.abs(h) / d) ** 2) for h, d in zip(lines.h, lines.deviation, strict=True)]))
+    size = np.sqrt(energy.mean() / len(lines.h))
     # sum over the lines of Re sigma = number of lines: sigma is not zero, and its asymptote is free
     relaxation = size / np.sqrt(len(lines.s)) * sigma.real.sum(1)
     normal += np.outer(relaxation, relaxation)
     target = relaxation * size * np.sqrt(len(lines.s))
-    c = (
-        lstsq(normal, target, cond=np.finfo(float).eps * len(normal), lapack_driver="gelsy", check_finite=False)[0]
-        / norms
-    )
+    rank = np.finfo(float).eps * len(normal)
+    c = lstsq(normal, target, cond=rank, lapack_driver="gelsy", check_finite=False)[0] / norms
     constant = c[-1] if abs(c[-1]) > 1e-8 * np.abs(c).max() / lines.scale else 1e-8
     return _zeros(poles, c[: 2 * count], constant)
 
@@ -128,6 +127,6 @@ def start_poles(lines: Lines, count: int, terms: ResidualTerms, *, iterations: i
             break
         poles = moved
         misfits.append(misfit_at(lines, poles, terms))
-        if all(abs(new - old) < AT_REST * new for old, new in zip(misfits[-3:], misfits[-2:], strict=False)):
+        if all(abs(new - old) < AT_REST * new for old, new in pairwise(misfits[-3:])):
             break
     return poles
