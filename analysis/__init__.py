@@ -19,6 +19,7 @@
 ``sweep_h1``          the same of one sweep at all outputs
 ``estimation``        H1, H2, Hv and hammer tests: signals of any test to FRFs
 ``frf``               FRFs of a campaign, coherence and variance per line
+``still_ringing``     responses that have not come to rest where their record ends
 ``chosen_actuator``   sweeps of one of several actuators
 ``mains``             lines that mains hum takes
 ``material``          E(T), nu(T), eta(T) with their bands

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from analysis.campaign import Campaign
 from analysis.channel import transfer_unit
-from analysis.estimation.ringing import ringing
 from analysis.h1 import single_repeat_power
 from analysis.mains import mains_lines, other_hums
+from analysis.still_ringing import still_ringing
 from analysis.sweep_h1 import sweep_h1
 
 COPIES = 1e-12
@@ -52,6 +52,9 @@ class Frf:
         Which input drove each sweep; None where there is but one.
     sources : tuple of str
         Names of the inputs; empty where there is but one.
+    repeats_dof : (T,) int ndarray or None
+        Degrees of freedom that a sweep's repeats give the variance of one line, before it is averaged over lines;
+        0 for one repeat. None where they are not known.
     """
 
     temperature: NDArray[np.float64]
@@ -69,6 +72,7 @@ class Frf:
     level_units: tuple[str, ...] = ()
     source: NDArray[np.int_] | None = None
     sources: tuple[str, ...] = ()
+    repeats_dof: NDArray[np.int_] | None = None
 
     def __post_init__(self) -> None:
         shape = (len(self.temperature), len(self.channels), len(self.frequency))
@@ -160,6 +164,7 @@ class Frf:
             variance=self.variance[kept],
             coherence=self.coherence[kept],
             source=None if self.source is None else self.source[kept],
+            repeats_dof=None if self.repeats_dof is None else self.repeats_dof[kept],
         )
 
     def turned(self, inverted: Sequence[str], source: int = 0) -> "Frf":
@@ -189,7 +194,7 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     lines = slice(int(inside[0]), int(inside[-1]) + 1)
     frequency, record = grid[lines], samples / rate
     frf = _all_sweeps(campaign, lines, frequency, mains_lines(frequency, mains, record))
-    if rings := _still_ringing(campaign):  # leakage has lines of its own, some where a hum would have them
+    if rings := still_ringing(campaign):  # leakage has lines of its own, some where a hum would have them
         return replace(frf, notes=(*frf.notes, rings))
     rough = np.array([[single_repeat_power(h) for h in sweep] for sweep in frf.h])
     hums = other_hums(frequency, rough / np.maximum(frf.variance, np.finfo(float).tiny), frf.excluded)
@@ -199,23 +204,6 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     frf = _all_sweeps(campaign, lines, frequency, masked)
     told = " and ".join(f"{hum:.2f}" for hum in hums)
     return replace(frf, notes=(*frf.notes, f"mains hum at multiples of {told} Hz: these lines are left out too"))
-
-
-def _still_ringing(campaign: Campaign) -> str:
-    """Say which response rings most where its record ends; empty where all are at rest."""
-    tail, rate = campaign.experiment.protocol.tail, campaign.experiment.acquisition.sample_rate
-    names = [output.id for output in campaign.experiment.outputs]
-    seen = [
-        (found, sweep, name)
-        for sweep in campaign.sweeps
-        for name, response in zip(names, sweep.responses, strict=True)
-        if (found := ringing(response.astype(float), rate, tail)) is not None
-    ]
-    if not seen:
-        return ""
-    worst, sweep, name = max(seen, key=lambda one: one[0].share)
-    where = f"{name} at {sweep.temperature:.1f} °C ({len(seen)} of {len(campaign.sweeps) * len(names)} responses)"
-    return f"{where} {worst.told(tail, 'lengthen protocol.tail')}"
 
 
 def _all_sweeps(
@@ -230,7 +218,7 @@ def _all_sweeps(
         if sweep.drive.shape[1] != samples:
             raise ValueError(f"sweep {sweep.step} has {sweep.drive.shape[1]} samples, the first one {samples}")
         rows.append(sweep_h1(sweep, lines, excluded, names, notes))
-    h, variance, coherence = (np.array(part) for part in zip(*rows, strict=True))
+    h, variance, coherence, repeats_dof = (np.array(part) for part in zip(*rows, strict=True))
     return Frf(
         temperature=np.array([s.temperature for s in campaign.sweeps]),
         direction=tuple(s.direction for s in campaign.sweeps),
@@ -247,4 +235,5 @@ def _all_sweeps(
         level_units=campaign.level_units,
         source=np.array([s.source for s in campaign.sweeps]) if len(inputs) > 1 else None,
         sources=tuple(one.id for one in inputs) if len(inputs) > 1 else (),
+        repeats_dof=repeats_dof,
     )

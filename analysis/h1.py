@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-SMOOTHING_HALF_WIDTH = 20
-"""Lines on either side over which the noise power is averaged; noise spectra are smooth, FRFs are not."""
+SMOOTHING_LINES = 41
+"""Number of neighbouring lines over which the noise power is averaged; noise spectra are smooth, FRFs are not."""
 
 
 def h1(
@@ -52,17 +52,22 @@ def h1_of_spectra(
     g_yy = (np.abs(y) ** 2).sum(0)
     h = _ratio(g_yu, g_uu)
     repeats = len(u)
-    residual, freedom = y - h * u, repeats - 1
+    residual, freedom = y - h * u, repeats_dof(repeats) // 2
     if repeats > 2:
         # hits come when and as hard as they happen to: what drifts is the ratio, not the response
         drift = (np.arange(repeats) - 0.5 * (repeats - 1))[:, None] * u
         drift = drift - np.nan_to_num(_ratio((drift * u.conj()).sum(0), g_uu)) * u
         residual = residual - _ratio((residual * drift.conj()).sum(0), (np.abs(drift) ** 2).sum(0)) * drift
-        freedom -= 1
     power = np.full(h.shape, np.nan)
     if freedom:
         power = _ratio((np.abs(residual) ** 2).sum(0) / freedom * repeats, g_uu)
     return h, power, _ratio(np.abs(g_yu) ** 2, g_uu * g_yy)
+
+
+def repeats_dof(repeats: int) -> int:
+    """Return the degrees of freedom of the variance that `h1` estimates at a line; 0 for one repeat."""
+    mean_and_drift = 2 if repeats > 2 else 1
+    return 2 * (repeats - mean_and_drift)
 
 
 def bad_repeats(u: NDArray[np.complex128], y: NDArray[np.complex128]) -> list[int]:
@@ -97,14 +102,18 @@ def _ratio(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDArray[Any]:
 
 def smooth_power(power: NDArray[np.float64], excluded: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Average noise power over neighbouring lines, leaving excluded lines out of every average."""
-    from scipy.ndimage import uniform_filter1d
+    total, share = _moving_mean(np.where(excluded, 0.0, power)), _moving_mean((~excluded).astype(float))
+    return np.asarray(total / np.maximum(share, 1.0 / SMOOTHING_LINES))
 
-    width = 2 * SMOOTHING_HALF_WIDTH + 1
-    kept = (~excluded).astype(float)
-    total = uniform_filter1d(np.where(excluded, 0.0, power), width, axis=-1, mode="nearest")
-    share = uniform_filter1d(kept, width, axis=-1, mode="nearest")
-    smoothed: NDArray[np.float64] = total / np.maximum(share, 1.0 / width)
-    return smoothed
+
+def _moving_mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean (..., F) over `SMOOTHING_LINES` lines of the last axis, its ends continued by the first and last value.
+
+    `scipy.ndimage` has the same, and takes longer to import than the sum takes.
+    """
+    edges = [(0, 0)] * (values.ndim - 1) + [(SMOOTHING_LINES // 2, SMOOTHING_LINES // 2)]
+    padded = np.pad(values, edges, mode="edge")
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, SMOOTHING_LINES, axis=-1).mean(-1))
 
 
 def single_repeat_power(h: NDArray[np.complex128]) -> NDArray[np.float64]:

@@ -1,17 +1,35 @@
 """H1 of one recorded sweep at all outputs, repeats that stray left out."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.campaign import Sweep
-from analysis.h1 import bad_repeats, h1_of_spectra, single_repeat_power, smooth_power, spectra
+from analysis.h1 import bad_repeats, h1_of_spectra, repeats_dof, single_repeat_power, smooth_power, spectra
+
+
+class SweepH1(NamedTuple):
+    """H1 of one sweep at all outputs.
+
+    Attributes
+    ----------
+    h, variance, coherence : (K, F) ndarray
+        As in `analysis.frf.Frf`.
+    repeats_dof : int
+        Degrees of freedom of the variance at a line, before it is averaged over neighbouring lines.
+    """
+
+    h: NDArray[np.complex128]
+    variance: NDArray[np.float64]
+    coherence: NDArray[np.float64]
+    repeats_dof: int
 
 
 def sweep_h1(
     sweep: Sweep, lines: slice, excluded: NDArray[np.bool_], names: Sequence[str], notes: list[str]
-) -> tuple[list[NDArray[np.complex128]], list[NDArray[np.float64]], list[NDArray[np.float64]]]:
+) -> SweepH1:
     """H1, its variance and the coherence of one sweep.
 
     Parameters
@@ -28,8 +46,7 @@ def sweep_h1(
 
     Returns
     -------
-    h, variance, coherence : list of (F,) ndarray
-        One per output.
+    SweepH1
 
     Raises
     ------
@@ -50,4 +67,4 @@ def sweep_h1(
         h_rows.append(h)
         variance_rows.append(smooth_power(power, excluded) / len(good))
         coherence_rows.append(np.clip(coherence, 0.0, 1.0))
-    return h_rows, variance_rows, coherence_rows
+    return SweepH1(np.array(h_rows), np.array(variance_rows), np.array(coherence_rows), repeats_dof(len(good)))

@@ -15,6 +15,12 @@ noise belongs to other data."""
 NOISE_RATIO_SAID = 0.1
 """A ratio of observed to stated variance further from 1 is reported: the estimate from repeats is 2 % high."""
 
+STATED_SIGMA = 0.01
+"""Relative standard deviation of a variance from many repeats: drift and correlation do not average out."""
+
+NOISE_AGREES = 3.0
+"""Standard deviations up to which the variances from repeats and from the scatter of neighbouring lines agree."""
+
 NOISE_SPREAD = 2.0
 """Ratios of single sweeps that differ by more (ninth over first decile) are no common factor: refused."""
 
@@ -55,9 +61,10 @@ LEAST_GAIN = 6.0
 """Smallest evidence of an effect, nats, reduced for the twin's own error: on a hundred campaigns without effects
 the best candidate gained 4 at most, an effect of six sigma gains 6 to 17."""
 
-LEAST_REST = 5.0
-"""Evidence for an unknown discrepancy in the residual of named effects, nats, from which it is not noise: right
-effects left 4 at most, wrong ones that fitted well 6 and more."""
+NOISE_BELOW = 0.99
+"""Share of noise alone that has less evidence for an unknown discrepancy than the residual of named effects, from
+which this residual is not noise. One value in nats does not suit all campaigns: noise exceeds 5 nats in some per
+cent of those with one ramp and three channels, in nine of ten with two ramps and two levels."""
 
 REFITTED = 5
 """Number of candidates of a score test that are fitted in full: the right one was always in the first three."""

@@ -7,8 +7,8 @@ from analysis.gap.report import Verdict
 from analysis.gap.search.context import SearchContext, explained
 from analysis.gap.search.held_out import HeldOut
 from analysis.gap.search.stepwise import SearchResult
-from analysis.gap.search.unknown import unknown_evidence
-from analysis.gap.thresholds import EXPLAINED, LEAST_REST
+from analysis.gap.search.unknown import noise_evidence, unknown_evidence
+from analysis.gap.thresholds import EXPLAINED
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,8 @@ def judge(context: SearchContext, found: SearchResult, tried: HeldOut | None) ->
 
 
 def _leaves_structure(context: SearchContext, fit: GapFit) -> bool:
-    """Whether a fit's residual, beyond the twin's own error, holds evidence for an unknown discrepancy."""
+    """Whether the residual, beyond the twin's own error, has more evidence for a discrepancy than noise has."""
     if context.excess(fit) <= context.sweeps.allowed:
         return False
-    return unknown_evidence(context.sweeps, fit.residual, fit.state) >= LEAST_REST * context.sweeps.overstated
+    least = noise_evidence(context.sweeps) * context.sweeps.overstated
+    return unknown_evidence(context.sweeps, fit.residual, fit.state) >= least

@@ -1,8 +1,10 @@
 """Check of the stated noise against the data, without any model.
 
 Lines minus the splines through the nodes are noise, for any plate: the ratio of its variance to the stated one
-must be 1. A different ratio rescales the stated variance and is reported; if the ratio differs between sweeps, the
-noise is unknown and the check raises an error.
+must be 1. The stated variance comes from the repeats. These are two independent estimates of one variance. If
+they agree, their weighted mean is used, because an error of a few per cent in the noise is significant over all
+lines of a campaign. If they do not, the stated variance is multiplied by the ratio, and a note reports it. If the
+ratio differs between sweeps, the noise is unknown and the check raises an error.
 """
 
 from collections.abc import Sequence
@@ -12,7 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.gap.data.compression import CompressedSweep
-from analysis.gap.thresholds import NOISE_DOF, NOISE_RATIO_RANGE, NOISE_RATIO_SAID, NOISE_SPREAD
+from analysis.gap.thresholds import (
+    NOISE_AGREES,
+    NOISE_DOF,
+    NOISE_RATIO_RANGE,
+    NOISE_RATIO_SAID,
+    NOISE_SPREAD,
+    STATED_SIGMA,
+)
+from analysis.h1 import SMOOTHING_LINES
 from analysis.median_deviation import median_deviation
 
 LEAST_FREEDOM = 0.25
@@ -23,15 +33,17 @@ SHARP = 6.0
 
 @dataclass(frozen=True)
 class NoiseCheck:
-    """Ratio of observed to stated variance.
+    """Ratio of the noise's variance to the stated one.
 
     Attributes
     ----------
     ratio : (K,) ndarray
-        Per channel, over all sweeps; 1 where it could not be checked.
+        Per channel, over all sweeps, from the scatter of neighbouring lines and, if both agree, from the repeats;
+        1 where it could not be checked.
     by_sweep : (T, K) ndarray
+        From the scatter of neighbouring lines alone.
     dof : int
-        Degrees of freedom behind all ratios together.
+        Degrees of freedom of all ratios together: a ratio of standard deviation s has 2 / s^2.
     sharp : (T, K, B) ndarray
         Excess chi2 of blocks of lines with features too sharp for the nodes, and so for a plate of this damping;
         zero elsewhere.
@@ -51,11 +63,26 @@ class NoiseCheck:
         return float((chi2 + self.sharp.sum() - dof) / np.sqrt(2.0 * dof * inflation))
 
 
-def check_noise(sweeps: Sequence[CompressedSweep], channels: Sequence[str]) -> NoiseCheck:
+def check_noise(
+    sweeps: Sequence[CompressedSweep], channels: Sequence[str], repeats_dof: NDArray[np.int_] | None = None
+) -> NoiseCheck:
     """Compare stated and observed variance of every channel over all sweeps.
 
     Blocks of lines with a far larger ratio hold a feature (a resonator far sharper than the plate, a disturbance):
     they are left out of the mean and reported.
+
+    Parameters
+    ----------
+    sweeps : sequence of CompressedSweep
+    channels : sequence of str
+        Names.
+    repeats_dof : (T,) int ndarray, optional
+        As in `analysis.frf.Frf`; without them, or if a sweep has one repeat only, only the scatter of neighbouring
+        lines is used.
+
+    Returns
+    -------
+    NoiseCheck
 
     Raises
     ------
@@ -72,18 +99,38 @@ def check_noise(sweeps: Sequence[CompressedSweep], channels: Sequence[str]) -> N
     known = freedom[0, 0] >= LEAST_FREEDOM * freedom.max()
     quiet = np.ones(local.shape, dtype=bool)
     quiet[..., known] = ~_standing_out((local / freedom)[..., known])
-    ratio = (local * quiet).sum((0, 2)) / (freedom * quiet).sum((0, 2))
+    dof_seen = np.asarray((freedom * quiet).sum((0, 2)))
+    seen = (local * quiet).sum((0, 2)) / dof_seen
+    ratio, variance = _with_repeats(seen, 2.0 / dof_seen, repeats_dof, sweeps[0].nodes.lines.size)
     by_sweep = (local * quiet).sum(2) / np.maximum((freedom * quiet).sum(2), 1e-9)
     notes = []
-    for channel, seen, single in zip(channels, ratio, by_sweep.T, strict=True):
-        _refuse_unlike(channel, float(seen), single, dof / len(sweeps))
-        if abs(seen - 1.0) > NOISE_RATIO_SAID:
+    for channel, scatter, used, single in zip(channels, seen, ratio, by_sweep.T, strict=True):
+        _refuse_unlike(channel, float(scatter), single, dof / len(sweeps))
+        if abs(used - 1.0) > NOISE_RATIO_SAID:
             notes.append(
-                f"channel {channel}: the noise is {np.sqrt(seen):.2f} times the stated one "
-                f"(variance x {seen:.2f}); the stated variance was rescaled by it"
+                f"channel {channel}: the noise is {np.sqrt(used):.2f} times the stated one "
+                f"(variance x {used:.2f}); the stated variance was rescaled by it"
             )
     sharp = np.where(quiet, 0.0, local / ratio[:, None] - freedom)
-    return NoiseCheck(ratio, by_sweep, dof * len(channels), sharp, tuple(notes))
+    return NoiseCheck(ratio, by_sweep, round(float((2.0 / variance).sum())), sharp, tuple(notes))
+
+
+def _with_repeats(
+    seen: NDArray[np.float64], variance: NDArray[np.float64], repeats_dof: NDArray[np.int_] | None, lines: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Ratios (K,) `seen` between lines combined with those that the repeats give, and their relative variances.
+
+    If the variances have n degrees of freedom, chi2 is on average n / (n - 2) times that with exact variances; so
+    this, and not 1, is the ratio expected from the repeats.
+    """
+    if repeats_dof is None or not repeats_dof.all():
+        return seen, variance
+    smoothed = SMOOTHING_LINES * repeats_dof
+    stated = float((smoothed / (smoothed - 2.0)).mean())
+    stated_variance = 2.0 / (lines * repeats_dof.sum()) + STATED_SIGMA**2
+    agree = np.abs(seen / stated - 1.0) <= NOISE_AGREES * np.sqrt(variance + stated_variance)
+    share = np.where(agree, variance / (variance + stated_variance), 0.0)
+    return seen + share * (stated - seen), variance * (1.0 - share)
 
 
 def _standing_out(local: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -57,7 +57,7 @@ def prepare(
     Returns
     -------
     sweeps : GapSweeps
-        With the noise rescaled to the observed one.
+        With the noise rescaled by the check.
     noise : NoiseCheck
 
     Raises
@@ -70,7 +70,7 @@ def prepare(
         raise ValueError(f"{used} usable frequency lines; at least 20 are needed to see a resonance")
     frf.require_noise()
     stated = compressed(frf, sharpest(updated.material))
-    noise = check_noise(stated, frf.channels)
+    noise = check_noise(stated, frf.channels, frf.repeats_dof)
     groups = TemperatureGroups.of(frf.temperature)
     sweeps = grouped(
         frf,

@@ -26,7 +26,7 @@ class GapSweeps:
         Level of each sweep as text: ``10 V``, ``2 N at hammer``.
     channels : tuple of str
     compressed : tuple of CompressedSweep
-        With the noise rescaled to the observed one.
+        With the noise rescaled by its check.
     groups : TemperatureGroups
     reading_sigma : float
         Standard deviation of a sweep's temperature reading, K.

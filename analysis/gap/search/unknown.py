@@ -12,6 +12,7 @@ from scipy.fft import dct
 
 from analysis.gap.data.sweeps import GapSweeps
 from analysis.gap.fitting.state import GapState
+from analysis.gap.thresholds import NOISE_BELOW
 
 NODES_TOGETHER = 2
 """Number of nodes per average: a third of the width of a resonance."""
@@ -19,6 +20,8 @@ ORDERS = 6
 """Number of cosines over temperature."""
 BANDS = 12
 """Number of frequency bands with a variance of their own."""
+DRAWS = 10_000
+"""Number of noise draws for a quantile: that of 0.99 is known to a tenth of a nat."""
 
 
 def unknown_evidence(sweeps: GapSweeps, residual: NDArray[np.complex128], state: GapState) -> float:
@@ -48,6 +51,31 @@ def unknown_evidence(sweeps: GapSweeps, residual: NDArray[np.complex128], state:
     return max(_evidence(sweeps, residual, shift) for shift in (fixed, moving))
 
 
+def noise_evidence(sweeps: GapSweeps) -> float:
+    """Log evidence of `unknown_evidence` that a share `NOISE_BELOW` of pure noise stays below.
+
+    Drawn from the distribution of the variances v of white noise, with a fixed seed.
+
+    Parameters
+    ----------
+    sweeps : GapSweeps
+
+    Returns
+    -------
+    float
+        Nats.
+    """
+    rng = np.random.default_rng(0)
+    averages = sweeps.nodes.frequency.size // NODES_TOGETHER
+    total = np.zeros((2, DRAWS))  # fixed and moving frequencies, as if independent: an upper bound of the quantile
+    for leg in sweeps.legs:
+        for band in np.array_split(np.arange(averages), min(BANDS, averages)):
+            count = len(sweeps.channels) * band.size
+            for _ in range(min(ORDERS, len(leg))):
+                total += _free_variance_evidence(rng.gamma(count, 1.0 / count, total.shape), count)
+    return float(np.quantile(total.max(0), NOISE_BELOW))
+
+
 def _evidence(sweeps: GapSweeps, residual: NDArray[np.complex128], shift: NDArray[np.int_]) -> float:
     n = residual.shape[-1]
     aligned = np.zeros_like(residual)
@@ -64,20 +92,15 @@ def _evidence(sweeps: GapSweeps, residual: NDArray[np.complex128], shift: NDArra
         ordered = averages[leg]
         orders = dct(ordered.real, axis=0, norm="ortho") + 1j * dct(ordered.imag, axis=0, norm="ortho")
         for order in orders[:ORDERS]:
-            for band in np.array_split(order, BANDS, axis=-1):
-                total += _free_variance(band)
+            for band in np.array_split(order, min(BANDS, order.shape[-1]), axis=-1):
+                total += float(_free_variance_evidence((np.abs(band) ** 2).mean() / 2.0, band.size))
     return total
 
 
-def _free_variance(values: NDArray[np.complex128]) -> float:
-    """Log evidence that complex `values` have more variance than unit noise in each part.
+def _free_variance_evidence(variance: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Log evidence that `count` complex numbers of mean `variance` v of each part have more than noise's 1.
 
-    The best variance v gives N (v - 1 - log v) for N complex numbers, less half of log N as its penalty.
+    The best variance gives count (v - 1 - log v), less half of log(count) as its penalty.
     """
-    count = values.size
-    if count == 0:
-        return 0.0
-    v = float((np.abs(values) ** 2).mean()) / 2.0
-    if v <= 1.0:
-        return 0.0
-    return max(float(count * (v - 1.0 - np.log(v)) - 0.5 * np.log(count)), 0.0)
+    v = np.maximum(variance, 1.0)
+    return np.asarray(np.maximum(count * (v - 1.0 - np.log(v)) - 0.5 * np.log(count), 0.0))

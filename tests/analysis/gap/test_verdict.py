@@ -7,11 +7,12 @@ import pytest
 
 from analysis.gap import verdict
 from analysis.gap.search.held_out import HeldOut
-from analysis.gap.thresholds import LEAST_REST
 from analysis.gap.verdict import judge
 
 GAP, NOISE = 1000.0, 10.0
 """Excess chi2 of the plain twin, and up to which a twin agrees with the data."""
+OF_NOISE = 6.0
+"""Evidence for a nameless discrepancy that noise alone stays below, nats."""
 
 
 def fit(excess: float, evidence: float) -> Any:
@@ -36,6 +37,7 @@ def judged(monkeypatch: pytest.MonkeyPatch):
         monkeypatch.setattr(
             verdict, "unknown_evidence", lambda sweeps, residual, state: rest if residual == "rest" else nameless
         )
+        monkeypatch.setattr(verdict, "noise_evidence", lambda sweeps: OF_NOISE)
         after.residual = "rest"
         bench: Any = SimpleNamespace(
             sweeps=SimpleNamespace(overstated=2.0, allowed=allowed),
@@ -77,7 +79,7 @@ def test_a_nameless_discrepancy_that_explains_the_gap_better_is_unknown(judged):
 
 
 def test_a_rest_with_a_shape_is_not_noise_however_small(judged):
-    at_the_limit = 2.0 * LEAST_REST
+    at_the_limit = 2.0 * OF_NOISE
     assert judged(2, 5.0, rest=0.9 * at_the_limit) == "explained"
     assert judged(2, 5.0, rest=at_the_limit) == "unknown"
     assert judged(1, 5.0, rest=at_the_limit) == "partly_explained"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from analysis.gap.data.preparation import prepare
+from analysis.h1 import repeats_dof, smooth_power
 
 
 @pytest.mark.parametrize("stated", [0.7, 1.5])
@@ -53,3 +54,43 @@ def test_a_needle_between_the_nodes_is_a_feature_and_no_noise(toy):
     seen = noise.sharp.sum((0, 1))
     assert seen.max() > 0.999 * seen.sum()
     assert noise.z(1000.0, 1000.0) > 10.0 > abs(quiet.z(1000.0, 1000.0))
+
+
+def from_repeats(toy, seed, *, repeats=6, factor=1.0):
+    """Return a campaign with its variance from repeats, times a factor, and this variance over the true one."""
+    frf, rig = toy.record(temperatures=(10.0, 30.0), directions=("up",), channels=1, spacing=4.0, seed=seed)
+    dof = repeats_dof(repeats)
+    drawn = np.random.default_rng(seed + 100).chisquare(max(dof, 1), frf.variance.shape) / max(dof, 1)
+    variance = factor * smooth_power(frf.variance * drawn, frf.excluded)
+    over_true = float((variance / smooth_power(frf.variance, frf.excluded)).mean())
+    return replace(frf, variance=variance, repeats_dof=np.full(2, dof)), rig, over_true
+
+
+def test_repeats_and_neighbouring_lines_together_know_the_noise_better_than_the_lines_alone(toy):
+    together, alone, stated = [], [], []
+    for seed in range(24):
+        frf, rig, over_true = from_repeats(toy, seed)
+        _, noise = prepare(frf, rig, toy.updated(frf))
+        _, lines_only = prepare(replace(frf, repeats_dof=None), rig, toy.updated(frf))
+        together.append(noise.ratio[0] * over_true - 1.0)
+        alone.append(lines_only.ratio[0] * over_true - 1.0)
+        stated.append(np.sqrt(2.0 / noise.dof))
+    assert np.sqrt(np.mean(np.square(together))) < 0.7 * np.sqrt(np.mean(np.square(alone)))
+    assert np.sqrt(np.mean(np.square(together))) == pytest.approx(np.mean(stated), rel=0.4)
+
+
+def test_repeats_that_disagree_with_the_lines_are_not_used(toy):
+    frf, rig, _ = from_repeats(toy, 0, factor=0.6)
+    _, noise = prepare(frf, rig, toy.updated(frf))
+    _, lines_only = prepare(replace(frf, repeats_dof=None), rig, toy.updated(frf))
+    assert noise.ratio == pytest.approx(lines_only.ratio, rel=1e-12)
+    assert noise.dof == lines_only.dof
+    assert noise.ratio[0] == pytest.approx(1.0 / 0.6, rel=0.2)
+
+
+def test_one_repeat_tells_nothing_of_the_noise(toy):
+    frf, rig, _ = from_repeats(toy, 0, repeats=1)
+    assert not frf.repeats_dof.any()
+    _, noise = prepare(frf, rig, toy.updated(frf))
+    _, lines_only = prepare(replace(frf, repeats_dof=None), rig, toy.updated(frf))
+    assert noise.ratio == pytest.approx(lines_only.ratio, rel=1e-12)
