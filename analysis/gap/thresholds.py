@@ -13,7 +13,7 @@ NOISE_RATIO_RANGE = (0.25, 4.0)
 noise belongs to other data."""
 
 NOISE_RATIO_SAID = 0.1
-"""A ratio of observed to stated variance further from 1 is reported: the estimate from repeats is 2 % high."""
+"""A ratio of the noise's variance to the stated one further from 1 is reported: few repeats alone make it 1.02."""
 
 STATED_SIGMA = 0.01
 """Relative standard deviation of a variance from many repeats: drift and correlation do not average out."""
