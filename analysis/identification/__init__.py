@@ -14,7 +14,8 @@
 ``sweeps_search``          misfit and derivatives of all sweeps, and the Gauss-Newton step
 ``sweep_fits``             modes of every sweep from the joint fit, with their status
 ``superfluous``            removal of tracks that BIC over all sweeps does not support
-``unseen``                 modes that only all sweeps together show; uncertainty from hidden modes
+``hidden_modes``           modes that only all sweeps together show; uncertainty from hidden modes
+``hidden_candidates``      places where modes may be hidden, and what a mode there would change
 ``modes``                  poles, residues and residual terms of one sweep; synthesis of its FRFs
 ``common_factor``          factor by which temperature shifts all frequencies of a sweep
 ``tracked_modes``          modes of all sweeps and their tracks
@@ -24,12 +25,12 @@
 ``residual_terms``         contribution of the modes outside the band
 ``measured``               measured FRFs of one condition, with variances if known
 ``lines``                  measured lines with their weights
-``room``                   work arrays shared by fits
+``work_arrays``            arrays that fits of the same FRFs reuse
 ``averaging``              fewer lines for the search
 ``noise``                  noise levels estimated from a residual, pooled over responses
 ``running_median``         a running median along frequency
 ``confirmation``           modes that are found again with other bands, lines or channels
-``alike_damping``          distribution of the modes' damping ratios, used as a prior
+``damping_prior``          distribution of the modes' damping ratios, used as a prior
 ``parameters``             poles as parameters of a search, with bounds
 ``variable_projection``    residues eliminated: misfit, gradient and Hessian of the poles alone
 ``normal_equations``       the triangular factor of a weighted least-squares problem

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
-from analysis.identification.bic import bic, pole_price
+from analysis.identification.bic import bic, pole_penalty
 from analysis.identification.finishing import finish, settle
 from analysis.identification.harmonics import harmonic_lines, harmonic_of, needle_hum, tones
 from analysis.identification.lines import Lines
@@ -107,7 +107,7 @@ def _better(measured: Measured, lines: Lines, wider: PoleFit, found: PoleFit, ma
             bic(fit(weighed, rival.poles, rival.terms, tolerance=1e-3, max_iterations=5), weighed)
             for rival in (wider, found)
         )
-        if one + margin * pole_price(weighed) >= other:
+        if one + margin * pole_penalty(weighed) >= other:
             return False
     return True
 

@@ -91,5 +91,5 @@ def _means(lines: Lines, length: NDArray[np.intp]) -> Lines:
         spread=np.add.reduceat((2.0 * np.pi * away) ** 2, first) / count,
         correlation=lines.correlation,
         damping=lines.damping,
-        room=lines.room,
+        work_arrays=lines.work_arrays,
     )

@@ -37,7 +37,7 @@ def misfit_worth(lines: Lines, level: float, parameters: int) -> float:
     return float(lines.values * np.exp((level - parameters * np.log(n)) / n) - lines.hidden)
 
 
-def pole_price(lines: Lines) -> float:
+def pole_penalty(lines: Lines) -> float:
     """Return the BIC penalty for one pole: two parameters and a complex residue for every response."""
     return float((2 + 2 * len(lines.h)) * np.log(lines.independent))
 
@@ -48,5 +48,5 @@ def support(fitted: PoleFit, lines: Lines) -> NDArray[np.float64]:
     An upper bound, because the other poles are not refitted; a pole with a negative value has to be dropped.
     """
     n, now = lines.independent, fitted.projection
-    rise: NDArray[np.float64] = n * np.log1p(now.loss / (now.misfit + lines.hidden)) - pole_price(lines)
+    rise: NDArray[np.float64] = n * np.log1p(now.loss / (now.misfit + lines.hidden)) - pole_penalty(lines)
     return rise

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.alike_damping import AlikeDamping
 from analysis.identification.averaging import averaged
-from analysis.identification.bic import pole_price, support
+from analysis.identification.bic import pole_penalty, support
+from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
@@ -42,7 +42,7 @@ FEWEST = 16
 class PartOfData:
     """Part of the lines and channels, its description, and the lines within a peak needed to show a mode."""
 
-    told: str
+    description: str
     lines: Lines
     least_lines: int = 0
 
@@ -67,7 +67,7 @@ def confirmed(measured: Measured, modes: Modes) -> Modes:
         If fewer than 8 lines are left.
     """
     lines = _weighed(measured, modes)
-    prior = AlikeDamping.learned(modes.poles, np.sqrt(modes.covariance[:, 1, 1]), lines.band)
+    prior = DampingPrior.estimated(modes.poles, np.sqrt(modes.covariance[:, 1, 1]), lines.band)
     blocks = averaged(replace(lines, damping=prior))
     lost: list[list[str]] = [[] for _ in modes.poles]
     tried = np.zeros(len(modes.poles), dtype=int)
@@ -76,7 +76,7 @@ def confirmed(measured: Measured, modes: Modes) -> Modes:
         tried += expected
         found = _found_again(part.lines, modes)
         for j in np.flatnonzero(expected & ~found):
-            lost[j].append(part.told)
+            lost[j].append(part.description)
     words = [
         ""
         if not real
@@ -178,8 +178,8 @@ def _parts(blocks: Lines) -> Iterator[PartOfData]:
     yield from _part(blocks, f <= high, None, f"below {high:.4g} Hz")
     place = np.arange(len(f))
     for half, which in enumerate(("first", "second")):
-        told = f"on the {which} half of the lines, every other one"
-        for part in _part(blocks, place % 2 == half, None, told):
+        description = f"on the {which} half of the lines, every other one"
+        for part in _part(blocks, place % 2 == half, None, description):
             yield replace(part, least_lines=LINES_OF_PEAK)
     if len(blocks.h) > 1:
         row = np.arange(len(blocks.h))
@@ -188,7 +188,7 @@ def _parts(blocks: Lines) -> Iterator[PartOfData]:
 
 
 def _part(
-    blocks: Lines, columns: NDArray[np.bool_] | None, rows: NDArray[np.bool_] | None, told: str
+    blocks: Lines, columns: NDArray[np.bool_] | None, rows: NDArray[np.bool_] | None, description: str
 ) -> Iterator[PartOfData]:
     """Yield these lines and rows, unless they are too few to be fitted."""
     columns = np.ones(len(blocks.frequency), bool) if columns is None else columns
@@ -205,7 +205,7 @@ def _part(
         line_spacing=blocks.spacing,
         spread=None if blocks.spread is None else blocks.spread[columns],
     )
-    yield PartOfData(told, lines)
+    yield PartOfData(description, lines)
 
 
 def _expected(part: PartOfData, modes: Modes) -> NDArray[np.bool_]:
@@ -214,7 +214,7 @@ def _expected(part: PartOfData, modes: Modes) -> NDArray[np.bool_]:
     inside = (place - half > lines.frequency[0]) & (place + half < lines.frequency[-1])
     seen = (np.abs(lines.frequency - place[:, None]) <= half[:, None]).sum(axis=1) >= part.least_lines
     here = fit(lines, modes.poles, modes.terms, max_iterations=0)
-    paid: NDArray[np.bool_] = inside & seen & (support(here, lines) > pole_price(lines))
+    paid: NDArray[np.bool_] = inside & seen & (support(here, lines) > pole_penalty(lines))
     return paid
 
 

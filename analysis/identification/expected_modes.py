@@ -102,11 +102,14 @@ def fit_expected(
     for t, modes in enumerate(found):
         there = table[t] >= 0
         departure[t, there] = np.abs(modes.poles[table[t, there]]) / np.abs(expected.poles[t, there]) - 1.0
-    told = (_told(modes, row, away, expected) for modes, row, away in zip(found, table, departure, strict=True))
-    return tuple(told), table
+    checked = (
+        _weak_where_doubtful(modes, row, away, expected)
+        for modes, row, away in zip(found, table, departure, strict=True)
+    )
+    return tuple(checked), table
 
 
-def _told(
+def _weak_where_doubtful(
     modes: Modes, index: NDArray[np.int64], departure: NDArray[np.float64], expected: ExpectedModes
 ) -> Modes:
     """Set modes to weak that only the twin determines, or whose number is doubtful."""
@@ -116,6 +119,6 @@ def _told(
         if status[n] == "computational":
             status[n], reason[n] = "weak", f"determined by the twin only; from this sweep alone: {reason[n]}"
         if status[n] in ("kept", "weak") and abs(departure[j]) > FAR * expected.frequency_deviation:
-            told = f"{100 * departure[j]:+.1f} % from where the twin expects it: its number may be another mode's"
-            status[n], reason[n] = "weak", told
+            doubt = f"{100 * departure[j]:+.1f} % from where the twin expects it: its number may be another mode's"
+            status[n], reason[n] = "weak", doubt
     return replace(modes, status=tuple(status), reason=tuple(reason))

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.alike_damping import AlikeDamping
 from analysis.identification.averaging import averaged
+from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.missing import add_missing, residual
@@ -59,17 +59,20 @@ def settle(measured: Measured, lines: Lines, found: PoleFit, settings: Settings)
             found = two
         found = choose_terms(blocks, found, settings.terms)
         found = fit(blocks, eliminate(blocks, found).poles, found.terms, tolerance=EXACT / len(lines.frequency))
-        taught = blocks.damping is not None and len(found.poles) != before
-        if not taught and measured.reweighted(lines, found).correlation < MORE_CORRELATED * lines.correlation:
+        prior_changed = blocks.damping is not None and len(found.poles) != before
+        if (
+            not prior_changed
+            and measured.reweighted(lines, found).correlation < MORE_CORRELATED * lines.correlation
+        ):
             break
     return found
 
 
 def _with_damping(lines: Lines, found: PoleFit) -> Lines:
     """Lines with the distribution of damping ratios estimated from the poles of a fit as prior."""
-    told = found if found.projection.hessian.size else fit(lines, found.poles, found.terms, max_iterations=1)
-    known = relative_deviations(told, lines)[:, 1]
-    return replace(lines, damping=AlikeDamping.learned(told.poles, known, lines.band))
+    fitted = found if found.projection.hessian.size else fit(lines, found.poles, found.terms, max_iterations=1)
+    known = relative_deviations(fitted, lines)[:, 1]
+    return replace(lines, damping=DampingPrior.estimated(fitted.poles, known, lines.band))
 
 
 def _widened(poles: NDArray[np.complex128], spacing: float) -> NDArray[np.complex128]:

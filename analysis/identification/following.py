@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from analysis.identification.automatic import identify
 from analysis.identification.averaging import averaged
-from analysis.identification.bic import pole_price
+from analysis.identification.bic import pole_penalty
 from analysis.identification.common_factor import common_factor
 from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.lines import Lines
@@ -38,7 +38,7 @@ BACKGROUND_STEP = (0.02, 0.2)
 MOST_DAMPED = 0.5
 """Largest predicted damping ratio."""
 
-MOST_BIRTHS = 4
+MOST_NEW = 4
 """Most new poles in one sweep."""
 
 SAME_MODE = 1.5
@@ -47,7 +47,7 @@ SAME_MODE = 1.5
 AFRESH = 1.5
 """Misfit, over the expected one, above which a sweep is identified anew without start values."""
 
-HOPE = 0.5
+WORTH_TRYING = 0.5
 """A new pole is tried if, with all others held, the misfit falls by this share of its BIC penalty."""
 
 LIKE_OTHERS = 0.5
@@ -174,11 +174,11 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
     blocks = averaged(lines)
     if not measured.known:
         found = _held(blocks, known.place[sweep], known)
-    for _ in range(MOST_BIRTHS):
-        born = _born(known, sweep, lines, blocks, found)
-        if born is None:
+    for _ in range(MOST_NEW):
+        added = _with_new_pole(known, sweep, lines, blocks, found)
+        if added is None:
             break
-        found = born
+        found = added
     known.place[sweep] = found.place[0]
 
 
@@ -202,23 +202,23 @@ def _left(lines: Lines, found: JointFit, known: Followed) -> float:
     return float(np.linalg.norm(residual(lines, _as_fit(found, known.terms))) / np.linalg.norm(lines.h))
 
 
-def _born(known: Followed, sweep: int, lines: Lines, blocks: Lines, found: JointFit) -> JointFit | None:
+def _with_new_pole(known: Followed, sweep: int, lines: Lines, blocks: Lines, found: JointFit) -> JointFit | None:
     """Add the pole that explains most of the residual, if BIC falls; return the fit with it, or None."""
     now = _as_fit(found, known.terms)
     candidates = matched(lines, residual(lines, now), shortlist=4)
     if len(candidates) == 0:
         return None
     gain = gains(blocks, now, candidates)
-    misfit = found.looks[0].misfit
-    price = pole_price(lines) * max((misfit + blocks.hidden) / lines.independent, 0.5 * lines.correlation)
-    if gain.max() < HOPE * price:
+    misfit = found.projections[0].misfit
+    penalty = pole_penalty(lines) * max((misfit + blocks.hidden) / lines.independent, 0.5 * lines.correlation)
+    if gain.max() < WORTH_TRYING * penalty:
         return None
     pole = candidates[[int(gain.argmax())]]
     place = np.concatenate([known.place[sweep], to_parameters(pole)])
     tried = _held(
         blocks, place, Followed(known.temperature, known.terms, place[None], np.append(known.mode, False))
     )
-    if misfit - tried.looks[0].misfit < price:
+    if misfit - tried.projections[0].misfit < penalty:
         return None
     new, others = tried.place[0, -1], tried.place[0, :-1, 1][known.guide]
     inside = lines.frequency[0] < np.exp(new[0]) / (2.0 * np.pi) < lines.frequency[-1]
@@ -234,8 +234,8 @@ def _middle(steps: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _as_fit(found: JointFit, terms: ResidualTerms) -> PoleFit:
-    look = found.looks[0]
-    return PoleFit(look, terms, 0, True, np.zeros(len(look.poles), dtype=bool))
+    projection = found.projections[0]
+    return PoleFit(projection, terms, 0, True, np.zeros(len(projection.poles), dtype=bool))
 
 
 def _afresh(known: Followed, sweep: int, start: NDArray[np.float64], fresh: Modes) -> None:

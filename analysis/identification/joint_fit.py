@@ -44,7 +44,7 @@ class JointFit:
     ----------
     place : (T, J, 2) ndarray
         Log |lambda| and log damping ratio, on the curves where a mode takes no part in a sweep.
-    looks : tuple of Projection
+    projections : tuple of Projection
         Residues and misfit of every sweep at its final poles.
     active : (T, J) ndarray of bool
         Which modes take part.
@@ -55,7 +55,7 @@ class JointFit:
     """
 
     place: NDArray[np.float64]
-    looks: tuple[Projection, ...]
+    projections: tuple[Projection, ...]
     active: NDArray[np.bool_]
     search: SweepsSearch
     hidden: NDArray[np.float64] | float = 0.0
@@ -63,15 +63,15 @@ class JointFit:
     @cached_property
     def covariance(self) -> NDArray[np.float64]:
         """Covariance of every pole's log |lambda| and log damping ratio, (T, J, 2, 2)."""
-        every = np.ones(len(self.looks), dtype=bool)
+        every = np.ones(len(self.projections), dtype=bool)
         return _covariance(self.search, self.search.at(self.place, every)) + self.hidden
 
     @property
     def loss(self) -> NDArray[np.float64]:
         """Rise of each sweep's misfit without each mode, all else held, (T, J)."""
         loss = np.zeros(self.active.shape)
-        for t, look in enumerate(self.looks):
-            loss[t, self.active[t]] = look.loss
+        for t, projection in enumerate(self.projections):
+            loss[t, self.active[t]] = projection.loss
         return loss
 
 
@@ -114,40 +114,61 @@ def fit_together(
     JointFit
     """
     search = SweepsSearch(lines, terms, active, tracks, known)
-    wide = np.maximum(tracks.scatter, 1e-3)
-    numbers = search.nearest(np.where(active[:, :, None], start, tracks.base), np.zeros(tracks.count), wide)
-    every = np.ones(len(lines), dtype=bool)
-    now = search.at(np.where(active[:, :, None], start, tracks.place(numbers)), every)
-    numbers = search.nearest(now.x, numbers, tracks.scatter)
+    now, numbers = _first_point(search, start)
     total, damping = search.total(now, numbers), np.full(len(lines), 1e-3)
-    resting = ~every
+    converged = np.zeros(len(lines), dtype=bool)
     for _ in range(most):
         step = search.step(now, numbers, damping)
         share = 1.0 / (np.abs(step) / _farthest(now.x) * active[:, :, None]).max(axis=(1, 2), initial=1.0)
-        moving = ~resting & (_worth(step, now, search.held) > settled)
-        if not moving.any() or (target is not None and _promised(step, now) > target):
+        moving = ~converged & (_squared_size(step, now, search.precision) > settled)
+        if not moving.any() or (target is not None and _predicted(step, now) > target):
             break
         ahead = now.x + np.where(moving, share, 0.0)[:, None, None] * step
         ahead[:, :, 1] = np.minimum(ahead[:, :, 1], np.log(LARGEST_DAMPING))
-        trial = search.at(ahead, moving, now)
-        further = search.nearest(ahead, numbers, tracks.scatter)
-        rise = trial.misfit + search.departure(ahead, further) - now.misfit - search.departure(now.x, further)
-        better = moving & (rise <= 0.0)
-        mixed = now.moved(trial, better)
-        further = search.nearest(mixed.x, numbers, tracks.scatter)
-        mixed.x = np.where(active[:, :, None], mixed.x, tracks.place(further))
-        fall = total - search.total(mixed, further)
+        trial, further, better = _improved(search, now, numbers, ahead, moving)
+        fall = total - search.total(trial, further)
         better &= fall > 0.0
         damping = np.where(better, damping / 10.0, np.where(moving, np.maximum(10.0 * damping, 1e-3), damping))
         damping = np.maximum(damping, LEAST_DAMPING)
         if better.any():
-            now, numbers, total = mixed, further, total - fall
+            now, numbers, total = trial, further, total - fall
         if damping[moving].min() > MOST_DAMPING:
             break
         # sweeps that have converged are not moved while others repeat a rejected step
-        arrived = fall < settled * len(lines) and (share[moving] == 1.0).all()
-        resting = resting | better if arrived else ~every
-    return JointFit(now.x, tuple(now.looks), active, replace(search, known=tuple(now.looks)))
+        small = fall < settled * len(lines) and (share[moving] == 1.0).all()
+        converged = converged | better if small else np.zeros(len(lines), dtype=bool)
+    return JointFit(now.x, tuple(now.projections), active, replace(search, known=tuple(now.projections)))
+
+
+def _first_point(search: SweepsSearch, start: NDArray[np.float64]) -> tuple[SweepsAt, NDArray[np.float64]]:
+    """All sweeps at the start (T, J, 2), inactive modes on their tracks, and the tracks' parameters (count,)."""
+    active, tracks = search.active[:, :, None], search.tracks
+    wide = np.maximum(tracks.scatter, 1e-3)
+    numbers = search.nearest(np.where(active, start, tracks.base), np.zeros(tracks.count), wide)
+    point = search.at(np.where(active, start, tracks.place(numbers)), np.ones(len(start), dtype=bool))
+    return point, search.nearest(point.x, numbers, tracks.scatter)
+
+
+def _improved(
+    search: SweepsSearch,
+    now: SweepsAt,
+    numbers: NDArray[np.float64],
+    ahead: NDArray[np.float64],
+    moving: NDArray[np.bool_],
+) -> tuple[SweepsAt, NDArray[np.float64], NDArray[np.bool_]]:
+    """Move the sweeps whose own misfit falls to `ahead` (T, J, 2).
+
+    Returns the point, its tracks' parameters (count,), and which of the `moving` sweeps (T,) were moved.
+    """
+    tracks = search.tracks
+    trial = search.at(ahead, moving, now)
+    further = search.nearest(ahead, numbers, tracks.scatter)
+    rise = trial.misfit + search.departure(ahead, further) - now.misfit - search.departure(now.x, further)
+    better = moving & (rise <= 0.0)
+    mixed = now.moved(trial, better)
+    further = search.nearest(mixed.x, numbers, tracks.scatter)
+    mixed.x = np.where(search.active[:, :, None], mixed.x, tracks.place(further))
+    return mixed, further, better
 
 
 def _farthest(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -155,16 +176,17 @@ def _farthest(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([np.maximum(FARTHEST * np.exp(x[:, :, 1]), 1e-5), np.ones(x.shape[:2])], axis=2)
 
 
-def _worth(step: NDArray[np.float64], point: SweepsAt, held: NDArray[np.float64]) -> NDArray[np.float64]:
+def _squared_size(
+    step: NDArray[np.float64], point: SweepsAt, precision: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Squared size of every sweep's step, in standard deviations of its poles, (T,)."""
     flat = step.reshape(len(step), -1)
-    worth: NDArray[np.float64] = np.einsum("ti,tij,tj->t", flat, point.hessian, flat) + (held * flat**2).sum(
-        axis=1
-    )
-    return worth
+    size: NDArray[np.float64] = np.einsum("ti,tij,tj->t", flat, point.hessian, flat)
+    size += (precision * flat**2).sum(axis=1)
+    return size
 
 
-def _promised(step: NDArray[np.float64], point: SweepsAt) -> float:
+def _predicted(step: NDArray[np.float64], point: SweepsAt) -> float:
     """Sum of squares after a step if it falls by `PATIENCE` times what the quadratic model predicts."""
     flat = step.reshape(len(step), -1)
     bent = np.einsum("ti,tij,tj->", flat, point.hessian, flat)
@@ -174,7 +196,7 @@ def _promised(step: NDArray[np.float64], point: SweepsAt) -> float:
 def _covariance(search: SweepsSearch, point: SweepsAt) -> NDArray[np.float64]:
     """Posterior covariance of every pole, (T, J, 2, 2)."""
     inverse, _, outer = search.curvature(point, np.zeros(len(point.x)))
-    follow = search.tracks.moves(inverse * search.held)
+    follow = search.tracks.moves(inverse * search.precision)
     # only the 2 x 2 block of each pole, with the covariance of the tracks' parameters propagated to it
     rows = follow.reshape(*point.x.shape, search.tracks.count)
     known = np.linalg.inv(outer)

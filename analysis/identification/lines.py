@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.alike_damping import AlikeDamping
+from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.residual_terms import ResidualTerms
-from analysis.identification.room import Room
+from analysis.identification.work_arrays import WorkArrays
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,9 @@ class Lines:
     correlation : float
         Number of lines that carry the information of one independent line, tau = 1 + 2 sum rho_k with the errors'
         autocorrelation rho_k; 1 where lines are independent.
-    damping : AlikeDamping, optional
+    damping : DampingPrior, optional
         Prior of the modes' damping ratios, added to the misfit of a fit.
-    room : Room
+    work_arrays : WorkArrays
         Work arrays for the columns of a fit.
     """
 
@@ -90,8 +90,8 @@ class Lines:
     line_spacing: float | None = None
     spread: NDArray[np.float64] | None = None
     correlation: float = 1.0
-    damping: AlikeDamping | None = None
-    room: Room = field(default_factory=Room, repr=False, compare=False)
+    damping: DampingPrior | None = None
+    work_arrays: WorkArrays = field(default_factory=WorkArrays, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.h.ndim != 2 or self.h.shape[1] != len(self.frequency) or self.deviation.shape != self.h.shape:

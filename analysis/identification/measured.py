@@ -10,7 +10,7 @@ from analysis.identification.lines import Lines
 from analysis.identification.missing import residual
 from analysis.identification.noise import correlation, deviation_from_residual, pooled
 from analysis.identification.pole_search import PoleFit
-from analysis.identification.room import Room
+from analysis.identification.work_arrays import WorkArrays
 
 
 @dataclass(frozen=True)
@@ -25,14 +25,14 @@ class Measured:
         One drive, K responses.
     variance : (K, F) ndarray or None
         E|h - H|^2; None, or not above zero on some line, where it is not known.
-    room : Room
+    work_arrays : WorkArrays
         Work arrays for the columns of fits, shared by the sweeps of a campaign.
     """
 
     frequency: NDArray[np.float64]
     h: NDArray[np.complex128]
     variance: NDArray[np.float64] | None = None
-    room: Room = field(default_factory=Room, repr=False, compare=False)
+    work_arrays: WorkArrays = field(default_factory=WorkArrays, repr=False, compare=False)
 
     @property
     def known(self) -> bool:
@@ -42,12 +42,12 @@ class Measured:
     def without(self, spoilt: NDArray[np.bool_]) -> "Measured":
         """Leave out lines (F,)."""
         variance = None if self.variance is None else self.variance[:, ~spoilt]
-        return Measured(self.frequency[~spoilt], self.h[:, ~spoilt], variance, self.room)
+        return Measured(self.frequency[~spoilt], self.h[:, ~spoilt], variance, self.work_arrays)
 
     def lines(self) -> Lines:
         """Lines weighted by the variance if it is known, by the roughness along frequency otherwise."""
         deviation = np.sqrt(self.variance) if self.known and self.variance is not None else roughness(self.h)
-        return Lines(self.frequency, self.h, pooled(deviation), room=self.room)
+        return Lines(self.frequency, self.h, pooled(deviation), work_arrays=self.work_arrays)
 
     def reweighted(self, lines: Lines, fitted: PoleFit) -> Lines:
         """Lines with weights from a fit's residual, unless the variance is known, and with its correlation."""

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.bic import bic, misfit_worth, pole_price, support
+from analysis.identification.bic import bic, misfit_worth, pole_penalty, support
 from analysis.identification.lines import Lines
 from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import CHOICES, ResidualTerms
@@ -54,10 +54,10 @@ def drop_unsupported(lines: Lines, fitted: PoleFit, share: float = 0.0) -> PoleF
     -------
     PoleFit
     """
-    price = pole_price(lines)
+    penalty = pole_penalty(lines)
     while len(fitted.poles):
         rise = support(fitted, lines)
-        below = int((rise < share * price).sum())
+        below = int((rise < share * penalty).sum())
         if below == 0:
             break
         # the bounds hold for one pole at a time, so no more than a quarter of them are dropped at once
@@ -108,7 +108,7 @@ def _outstanding(lines: Lines, fitted: PoleFit) -> NDArray[np.bool_]:
     """Strong poles in the band, (J,): even at a bound of the search they are dropped only after a refit."""
     place = fitted.poles.imag / (2.0 * np.pi)
     inside = (place > lines.frequency[0]) & (place < lines.frequency[-1])
-    strong: NDArray[np.bool_] = inside & (support(fitted, lines) > 10.0 * pole_price(lines))
+    strong: NDArray[np.bool_] = inside & (support(fitted, lines) > 10.0 * pole_penalty(lines))
     return strong
 
 
@@ -185,16 +185,16 @@ def suspects(lines: Lines, fitted: PoleFit, count: int) -> list[int]:
     list of int
         Places of the poles in `fitted`, at most `count` + 2.
     """
-    rise, price = support(fitted, lines), pole_price(lines)
+    rise, penalty = support(fitted, lines), pole_penalty(lines)
     rise[fitted.stuck] = -np.inf
-    listed = [int(j) for j in np.argsort(rise)[:count] if rise[j] < 8.0 * price]
+    listed = [int(j) for j in np.argsort(rise)[:count] if rise[j] < 8.0 * penalty]
     uncertain = relative_deviations(fitted, lines)[:, 1]
     place = fitted.poles.imag / (2.0 * np.pi)
     uncertain[(place < lines.frequency[0]) | (place > lines.frequency[-1])] = 0.0  # background poles
     listed += [
         int(j)
         for j in np.argsort(uncertain)[::-1][:2]
-        if uncertain[j] > 0.1 and rise[j] < 60.0 * price and j not in listed
+        if uncertain[j] > 0.1 and rise[j] < 60.0 * penalty and j not in listed
     ]
     return listed
 

@@ -98,7 +98,7 @@ class SmoothTracks:
         own[:, : min(2, degree + 1), 1] = np.square(damping)[: degree + 1]
         return cls(basis, base, own, np.array(SCATTER))
 
-    def learned(self, place: NDArray[np.float64], active: NDArray[np.bool_]) -> "SmoothTracks":
+    def estimated(self, place: NDArray[np.float64], active: NDArray[np.bool_]) -> "SmoothTracks":
         """Tracks with variances of the curves estimated from the modes present in every sweep.
 
         Without this limit, a track may change over to a neighbouring mode where either is hidden.
@@ -136,7 +136,7 @@ class SmoothTracks:
         return 2 * len(self.basis) + self.own.size
 
     @cached_property
-    def certainty(self) -> NDArray[np.float64]:
+    def prior_precision(self) -> NDArray[np.float64]:
         """One over the prior variances of these numbers, (count,)."""
         common = np.full(2 * len(self.basis), 1.0 / FREE)
         return np.concatenate([common, 1.0 / self.own.ravel()])
@@ -159,27 +159,29 @@ class SmoothTracks:
         moves[:, :, 2 * sweeps :] = curves.reshape(sweeps, rows, self.own.size)
         return moves
 
-    def gathered(self, pull: NDArray[np.float64]) -> NDArray[np.float64]:
+    def gathered(self, gradient: NDArray[np.float64]) -> NDArray[np.float64]:
         """Gradient (count,) by the numbers, from that by the poles' parameters, (T, J, 2)."""
-        return np.concatenate([pull.sum(axis=1).ravel(), np.einsum("tq,tjp->jqp", self.basis, pull).ravel()])
+        return np.concatenate(
+            [gradient.sum(axis=1).ravel(), np.einsum("tq,tjp->jqp", self.basis, gradient).ravel()]
+        )
 
-    def information(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
+    def information(self, hessian: NDArray[np.float64]) -> NDArray[np.float64]:
         """Hessian (count, count) by the numbers, from that by the poles' parameters, (T, 2J, 2J).
 
         Every pole depends only on its sweep's common part and its mode's own curve, so a few sums suffice.
         """
         sweeps, degree = self.basis.shape
         modes, first = len(self.own), 2 * sweeps
-        seen = seen.reshape(sweeps, modes, 2, modes, 2)
+        hessian = hessian.reshape(sweeps, modes, 2, modes, 2)
         found = np.zeros((self.count, self.count))
         common = found[:first, :first].reshape(sweeps, 2, sweeps, 2)
         each = np.arange(sweeps)
-        common[each, :, each] = seen.sum(axis=(1, 3))
-        cross = seen.sum(axis=1)[:, :, :, None, :] * self.basis[:, None, None, :, None]
+        common[each, :, each] = hessian.sum(axis=(1, 3))
+        cross = hessian.sum(axis=1)[:, :, :, None, :] * self.basis[:, None, None, :, None]
         found[:first, first:] = cross.reshape(first, self.own.size)
         found[first:, :first] = found[:first, first:].T
         pairs = (self.basis[:, :, None] * self.basis[:, None, :]).reshape(sweeps, degree**2)
-        curves = (pairs.T @ seen.reshape(sweeps, 4 * modes**2)).reshape(degree, degree, modes, 2, modes, 2)
+        curves = (pairs.T @ hessian.reshape(sweeps, 4 * modes**2)).reshape(degree, degree, modes, 2, modes, 2)
         found[first:, first:] = curves.transpose(2, 0, 3, 4, 1, 5).reshape(self.own.size, self.own.size)
         return found
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.identification.bic import pole_price, support
+from analysis.identification.bic import pole_penalty, support
 from analysis.identification.harmonics import needle_hum
 from analysis.identification.lines import Lines
 from analysis.identification.pole_search import PoleFit
@@ -105,7 +105,7 @@ def _verdict(
         return "harmonic", f"a line at {hum[0]} x {hum[1]:g} Hz mains"
     if zeta > limit:
         return "computational", f"damping ratio {zeta:.2g} is above {limit:.2g}: a slope of the background"
-    if width < 0.2 * lines.spacing and gain > OUTSTANDING_GAIN * pole_price(lines):
+    if width < 0.2 * lines.spacing and gain > OUTSTANDING_GAIN * pole_penalty(lines):
         return "weak", "narrower than a fifth of the lines' spacing: its damping is not known"
     if width < 0.2 * lines.spacing:
         return "computational", "narrower than a fifth of the lines' spacing: one stray line"
@@ -126,7 +126,7 @@ def _weakness(lines: Lines, pole: complex, gain: float, spread: float, share: fl
         return "computational", "its damping ratio is not determined by the data"
     if spread > WEAK_DAMPING:
         return "weak", f"its damping ratio is known to {100 * spread:.0f} % only"
-    if gain < 0.25 * pole_price(lines):
+    if gain < 0.25 * pole_penalty(lines):
         word = "rise by only" if gain > 0.0 else "fall by"
         return "weak", f"BIC would {word} {abs(gain):.0f} without it"
     edge = min(f - lines.frequency[0], lines.frequency[-1] - f)

@@ -27,7 +27,7 @@ MOST_TRIALS = 8
 TRIAL_STEPS = 4
 
 
-def paying(
+def remove_superfluous(
     blocks: Sequence[Lines], terms: Sequence[ResidualTerms], fitted: JointFit, tracks: SmoothTracks, settled: float
 ) -> JointFit:
     """Remove, weakest first, the tracks whose residues BIC does not support.
@@ -49,19 +49,19 @@ def paying(
     JointFit
         With the remaining tracks; the removed ones are active in no sweep.
     """
-    price = np.array([2.0 * len(one.h) * np.log(one.independent) for one in blocks])
+    penalty = np.array([2.0 * len(one.h) * np.log(one.independent) for one in blocks])
 
     def fit(left: NDArray[np.bool_], target: float | None) -> JointFit:
         place = np.where(now.active[:, :, None], now.place, fitted.place)
         steps = 0 if target is None else TRIAL_STEPS
         return fit_together(
-            blocks, terms, place, left, tracks, settled=settled, most=steps, target=target, known=now.looks
+            blocks, terms, place, left, tracks, settled=settled, most=steps, target=target, known=now.projections
         )
 
     now = fit_together(blocks, terms, fitted.place, fitted.active, tracks, most=0)  # with the final weights
     tried: set[int] = set()
     while True:
-        due = now.active.T @ price
+        due = now.active.T @ penalty
         share = np.divide(_losses(blocks, now), due, out=np.full(len(due), np.inf), where=due > 0.0)
         doubtful = (share < 1.0) | ((share < STRONG) & (_away(now).min(axis=0, initial=np.inf) < NEAR))
         rivals = [int(j) for j in np.argsort(share) if doubtful[j] and (share[j] < 1.0 or int(j) not in tried)]
@@ -86,7 +86,10 @@ def _losses(blocks: Sequence[Lines], now: JointFit) -> NDArray[np.float64]:
 
 def sum_of_squares(blocks: Sequence[Lines], now: JointFit) -> float:
     """Return the sum of squares of all sweeps, in variances of one number."""
-    return sum(look.misfit / (0.5 * one.correlation) for look, one in zip(now.looks, blocks, strict=True))
+    return sum(
+        projection.misfit / (0.5 * one.correlation)
+        for projection, one in zip(now.projections, blocks, strict=True)
+    )
 
 
 def _away(now: JointFit) -> NDArray[np.float64]:

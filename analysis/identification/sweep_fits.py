@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from analysis.identification.averaging import averaged
 from analysis.identification.finishing import judged
-from analysis.identification.joint_fit import fit_together
+from analysis.identification.hidden_modes import add_hidden_modes
+from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
@@ -17,8 +18,7 @@ from analysis.identification.pole_search import PoleFit, fit
 from analysis.identification.residual_terms import ResidualTerms
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
-from analysis.identification.superfluous import paying
-from analysis.identification.unseen import add_unseen
+from analysis.identification.superfluous import remove_superfluous
 from analysis.identification.variable_projection import Projection
 
 ROUGHLY = 20.0
@@ -38,7 +38,7 @@ def fit_sweeps(
     settings: Settings,
     progress: Callable[[str, float], None] | None = None,
     *,
-    must_pay: bool = False,
+    select_tracks: bool = False,
 ) -> tuple[tuple[Modes, ...], NDArray[np.int64], NDArray[np.float64]]:
     """Fit all sweeps with the modes of smooth tracks, and determine their status in each sweep.
 
@@ -57,7 +57,7 @@ def fit_sweeps(
         Of the status.
     progress : callable, optional
         Called with the stage and the share done.
-    must_pay : bool
+    select_tracks : bool
         Whether tracks are removed or added by BIC over all sweeps; the uncertainty from modes that stay hidden is
         then included in the standard deviations.
 
@@ -71,49 +71,59 @@ def fit_sweeps(
     place : (T, N, 2) ndarray
         Log |lambda| and log damping ratio of all tracks.
     """
-    told = progress or (lambda stage, share: None)
+    report = progress or (lambda stage, share: None)
     lines = [one.lines() for one in measured]
     blocks = [averaged(one) for one in lines]
     rough = fit_together(blocks, terms, start, active, tracks, settled=ROUGHLY)
-    told("identify", 0.5)
-    fits = _fits(rough.looks, terms)
+    report("identify", 0.5)
+    fits = _fits(rough.projections, terms)
     weighed = [one.reweighted(own, now) for one, own, now in zip(measured, lines, fits, strict=True)]
     excess = [
         _excess(own, now, last.correlation) if one.known else 1.0
         for one, own, now, last in zip(measured, blocks, fits, weighed, strict=True)
     ]
-    blocks = [averaged(one) for one in weighed]
-    blocks = [replace(one, deviation=by * one.deviation) for one, by in zip(blocks, excess, strict=True)]
-    if must_pay:
-        tracks = tracks.learned(rough.place, rough.active)
-        rough = paying(blocks, terms, rough, tracks, ROUGHLY)
-        told("identify", 0.7)
-    known = rough.looks if must_pay else ()  # otherwise the weights have changed
+    blocks = [_with_excess(averaged(one), by) for one, by in zip(weighed, excess, strict=True)]
+    if select_tracks:
+        tracks = tracks.estimated(rough.place, rough.active)
+        rough = remove_superfluous(blocks, terms, rough, tracks, ROUGHLY)
+        report("identify", 0.7)
+    known = rough.projections if select_tracks else ()  # otherwise the weights have changed
     last = fit_together(blocks, terms, rough.place, rough.active, tracks, known=known)
-    if must_pay and last.active.any():
-        last = add_unseen(blocks, terms, last, tracks, np.array(excess) <= UNLIKE_OTHERS * np.median(excess))
-    active = last.active
-    told("identify", 0.9)
-    table = np.full(active.shape, -1, dtype=np.int64)
+    if select_tracks and last.active.any():
+        last = add_hidden_modes(blocks, terms, last, tracks, np.array(excess) <= UNLIKE_OTHERS * np.median(excess))
+    report("identify", 0.9)
+    found, table = _modes_of_sweeps(weighed, terms, last, settings)
+    report("identify", 1.0)
+    return found, table, last.place
+
+
+def _modes_of_sweeps(
+    lines: Sequence[Lines], terms: Sequence[ResidualTerms], fitted: JointFit, settings: Settings
+) -> tuple[tuple[Modes, ...], NDArray[np.int64]]:
+    """Modes of every sweep at the poles of the joint fit, with their status, and the table of `fit_sweeps`."""
+    table = np.full(fitted.active.shape, -1, dtype=np.int64)
     found = []
-    for t, one in enumerate(weighed):
-        columns = np.flatnonzero(active[t])
-        poles = to_poles(last.place[t, columns])
-        modes, place = judged(
-            one, fit(one, poles, terms[t], max_iterations=0), settings, last.covariance[t, columns]
-        )
+    for t, one in enumerate(lines):
+        columns = np.flatnonzero(fitted.active[t])
+        poles = to_poles(fitted.place[t, columns])
+        own = fit(one, poles, terms[t], max_iterations=0)
+        modes, place = judged(one, own, settings, fitted.covariance[t, columns])
         inside = (poles.imag > 2.0 * np.pi * modes.band[0]) & (poles.imag < 2.0 * np.pi * modes.band[1])
         table[t, columns] = np.where(inside, place, -1)
         found.append(modes)
-    told("identify", 1.0)
-    return tuple(found), table, last.place
+    return tuple(found), table
 
 
-def _fits(looks: Sequence[Projection], terms: Sequence[ResidualTerms]) -> list[PoleFit]:
+def _fits(projections: Sequence[Projection], terms: Sequence[ResidualTerms]) -> list[PoleFit]:
     return [
-        PoleFit(look, own, 0, True, np.zeros(len(look.poles), dtype=bool))
-        for look, own in zip(looks, terms, strict=True)
+        PoleFit(projection, own, 0, True, np.zeros(len(projection.poles), dtype=bool))
+        for projection, own in zip(projections, terms, strict=True)
     ]
+
+
+def _with_excess(lines: Lines, excess: float) -> Lines:
+    """Lines whose standard deviations are larger by a factor."""
+    return replace(lines, deviation=excess * lines.deviation)
 
 
 def _excess(blocks: Lines, fitted: PoleFit, correlation: float) -> float:

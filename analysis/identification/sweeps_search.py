@@ -20,7 +20,7 @@ class SweepsAt:
     """Misfit, gradient and Hessian of every sweep with its poles at x (T, J, 2), in variances of one number."""
 
     x: NDArray[np.float64]
-    looks: list[Projection]
+    projections: list[Projection]
     misfit: NDArray[np.float64]
     gradient: NDArray[np.float64]
     hessian: NDArray[np.float64]
@@ -30,7 +30,10 @@ class SweepsAt:
         one, two = sweeps[:, None], sweeps[:, None, None]
         return SweepsAt(
             np.where(two, other.x, self.x),
-            [new if yes else old for old, new, yes in zip(self.looks, other.looks, sweeps, strict=True)],
+            [
+                new if yes else old
+                for old, new, yes in zip(self.projections, other.projections, sweeps, strict=True)
+            ],
             np.where(sweeps, other.misfit, self.misfit),
             np.where(one, other.gradient, self.gradient),
             np.where(two, other.hessian, self.hessian),
@@ -63,15 +66,15 @@ class SweepsSearch:
         """
         count, modes = self.active.shape
         misfit, gradient = np.zeros(count), np.zeros((count, 2 * modes))
-        hessian, looks = np.zeros((count, 2 * modes, 2 * modes)), list(before.looks) if before else []
+        hessian, projections = np.zeros((count, 2 * modes, 2 * modes)), list(before.projections) if before else []
         for t in np.flatnonzero(sweeps).tolist():
             now = self._projected(t, x[t])
             own, error = np.flatnonzero(np.repeat(self.active[t], 2)), 0.5 * self.lines[t].correlation
             gradient[t, own] = now.gradient / error
             hessian[t][np.ix_(own, own)] = now.hessian / error
             misfit[t] = now.misfit / error
-            looks[t : t + 1] = [now]
-        here = SweepsAt(x, looks, misfit, gradient, hessian)
+            projections[t : t + 1] = [now]
+        here = SweepsAt(x, projections, misfit, gradient, hessian)
         return here if before is None else before.moved(here, sweeps)
 
     def _projected(self, sweep: int, x: NDArray[np.float64]) -> Projection:
@@ -83,7 +86,7 @@ class SweepsSearch:
         return project(self.lines[sweep], poles, self.terms[sweep])
 
     @property
-    def held(self) -> NDArray[np.float64]:
+    def precision(self) -> NDArray[np.float64]:
         """One over the variance of each of a sweep's parameters (2J,) about its track."""
         return np.tile(self.tracks.scatter**-2.0, self.active.shape[1])
 
@@ -95,7 +98,7 @@ class SweepsSearch:
 
     def total(self, point: SweepsAt, numbers: NDArray[np.float64]) -> float:
         """Sum of misfits, squared distances of poles from the tracks, and of the tracks from their prior."""
-        known = self.tracks.certainty * numbers**2
+        known = self.tracks.prior_precision * numbers**2
         return float(point.misfit.sum() + self.departure(point.x, numbers).sum() + known.sum())
 
     def nearest(
@@ -118,10 +121,12 @@ class SweepsSearch:
         weight = self.active[:, :, None] / scatter**2
         outer = self._nearness.get(scatter.tobytes())
         if outer is None:
-            seen = weight.reshape(len(x), -1, 1) * np.eye(x.shape[1] * 2)
-            outer = cho_factor(self.tracks.information(seen) + np.diag(self.tracks.certainty))
+            hessian = weight.reshape(len(x), -1, 1) * np.eye(x.shape[1] * 2)
+            outer = cho_factor(self.tracks.information(hessian) + np.diag(self.tracks.prior_precision))
             self._nearness[scatter.tobytes()] = outer
-        slope = self.tracks.gathered(weight * (x - self.tracks.place(numbers))) - self.tracks.certainty * numbers
+        slope = (
+            self.tracks.gathered(weight * (x - self.tracks.place(numbers))) - self.tracks.prior_precision * numbers
+        )
         return numbers + np.asarray(cho_solve(outer, slope), dtype=np.float64)
 
     @cached_property
@@ -133,11 +138,11 @@ class SweepsSearch:
         self, point: SweepsAt, damping: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Inverse Hessians of the poles (T, 2J, 2J), their Schur complements, and the Hessian of the tracks."""
-        held, unit = self.held, np.eye(len(self.held))
-        damped = held + damping[:, None] * np.einsum("tii->ti", point.hessian)
+        precision, unit = self.precision, np.eye(len(self.precision))
+        damped = precision + damping[:, None] * np.einsum("tii->ti", point.hessian)
         inverse = np.linalg.inv(point.hessian + unit * damped[:, None, :])
-        seen = unit * held - held[:, None] * inverse * held
-        return inverse, seen, self.tracks.information(seen) + np.diag(self.tracks.certainty)
+        schur = unit * precision - precision[:, None] * inverse * precision
+        return inverse, schur, self.tracks.information(schur) + np.diag(self.tracks.prior_precision)
 
     def step(
         self, point: SweepsAt, numbers: NDArray[np.float64], damping: NDArray[np.float64]
@@ -156,12 +161,14 @@ class SweepsSearch:
         -------
         (T, J, 2) ndarray
         """
-        inverse, seen, outer = self.curvature(point, damping)
-        held, shape = self.held, point.x.shape
-        away = (self.tracks.place(numbers) - point.x).reshape(len(seen), -1)
-        pull = np.einsum("tij,tj->ti", seen, away) + held * np.einsum("tij,tj->ti", inverse, point.gradient)
-        slope = self.tracks.gathered(pull.reshape(shape)) + self.tracks.certainty * numbers
+        inverse, schur, outer = self.curvature(point, damping)
+        precision, shape = self.precision, point.x.shape
+        away = (self.tracks.place(numbers) - point.x).reshape(len(schur), -1)
+        gradient = np.einsum("tij,tj->ti", schur, away) + precision * np.einsum(
+            "tij,tj->ti", inverse, point.gradient
+        )
+        slope = self.tracks.gathered(gradient.reshape(shape)) + self.tracks.prior_precision * numbers
         further = numbers - np.linalg.solve(outer, slope)
-        moved = held * (self.tracks.place(further) - point.x).reshape(len(seen), -1) - point.gradient
+        moved = precision * (self.tracks.place(further) - point.x).reshape(len(schur), -1) - point.gradient
         step: NDArray[np.float64] = np.einsum("tij,tj->ti", inverse, moved).reshape(shape)
         return step

@@ -22,11 +22,11 @@ from analysis.identification.following import Followed, active_in, follow
 from analysis.identification.measured import Measured
 from analysis.identification.modes import Modes
 from analysis.identification.naming import NamedModes, enter, tabulated
-from analysis.identification.room import Room
 from analysis.identification.settings import Settings
 from analysis.identification.smooth_tracks import SmoothTracks
 from analysis.identification.sweep_fits import fit_sweeps
 from analysis.identification.tracked_modes import TrackedModes
+from analysis.identification.work_arrays import WorkArrays
 
 POOR = 1.15
 """Misfit, over the expected one, above which a sweep is reported."""
@@ -88,8 +88,8 @@ def track(
     settings = settings or Settings()
     if start is not None and not 0 <= start < len(frf.temperature):
         raise ValueError(f"start is sweep {start}; allowed 0 to {len(frf.temperature) - 1}")
-    room = Room()
-    measured = [replace(sweep_measured(frf, t), room=room) for t in range(len(frf.temperature))]
+    shared = WorkArrays()
+    measured = [replace(sweep_measured(frf, t), work_arrays=shared) for t in range(len(frf.temperature))]
     if expected is not None:
         return _as_expected(frf, *fit_expected(frf.temperature, measured, expected, settings, progress))
     order = np.argsort(frf.temperature, kind="stable")
@@ -118,34 +118,28 @@ def _fitted_together(
     progress: Callable[[str, float], None] | None,
 ) -> TrackedModes:
     """Follow the poles of one end to all other sweeps, then fit all sweeps jointly."""
-    told = progress or (lambda stage, share: None)
+    report = progress or (lambda stage, share: None)
     ends = {start, *_outwards(frf.temperature, start)[-1:]}
     start, first = _start(measured, ends, settings, identify)
-    told("identify", 0.2)
-    known = _followed(frf, measured, start, first, settings, lambda share: told("identify", 0.2 + 0.3 * share))
+    report("identify", 0.2)
+    known = _followed(frf, measured, start, first, settings, lambda share: report("identify", 0.2 + 0.3 * share))
     measured = list(measured)
     measured[start] = measured[start].without(first.left_out(measured[start].frequency))
-    terms, usual = known.terms, [_expected(one, first) for one in measured]
     place = np.stack([known.filled(t) for t in range(len(measured))])
     active = np.stack([active_in(row, one.lines()) for row, one in zip(place, measured, strict=True)])
-    tracks = SmoothTracks.polynomials(frf.temperature, np.zeros_like(place))
-    tracks = replace(tracks, scatter=np.array(HIDDEN_SCATTER))
-    tracks.own[~known.mode, :2, 1] = np.square(BACKGROUND_DAMPING)[: tracks.own.shape[1]]
     modes, table, place = fit_sweeps(
         measured,
-        [terms] * len(measured),
+        [known.terms] * len(measured),
         place,
         active,
-        tracks,
+        _prior(frf.temperature, place, known.mode),
         settings,
-        lambda name, share: told(name, 0.5 + 0.5 * share),
-        must_pay=True,
+        lambda name, share: report(name, 0.5 + 0.5 * share),
+        select_tracks=True,
     )
-    for t, one in enumerate(modes):
-        table[t, (table[t] >= 0) & ~one.real[table[t]]] = -1
-    shown = (table >= 0).any(axis=0)
-    order = np.argsort(np.median(place[:, shown, 0], axis=0), kind="stable")
     modes = (*modes[:start], replace(modes[start], rejected=first.rejected), *modes[start + 1 :])
+    usual = [_expected(one, first) for one in measured]
+    poor = (_poor(*row) for row in zip(frf.temperature, range(len(modes)), modes, usual, strict=True))
     return TrackedModes(
         temperature=frf.temperature,
         direction=frf.direction,
@@ -153,14 +147,30 @@ def _fitted_together(
         level_unit=frf.level_unit(),
         channels=frf.channels,
         modes=modes,
-        track=table[:, shown][:, order],
+        track=_shown_by_frequency(table, modes, place),
         start=start,
-        notes=tuple(
-            filter(
-                None, (_poor(*row) for row in zip(frf.temperature, range(len(modes)), modes, usual, strict=True))
-            )
-        ),
+        notes=tuple(filter(None, poor)),
     )
+
+
+def _prior(temperature: NDArray[np.float64], place: NDArray[np.float64], mode: NDArray[np.bool_]) -> SmoothTracks:
+    """Prior of the tracks of poles (T, J, 2), without a twin; those that are no mode (J,) are background."""
+    tracks = SmoothTracks.polynomials(temperature, np.zeros_like(place))
+    tracks = replace(tracks, scatter=np.array(HIDDEN_SCATTER))
+    tracks.own[~mode, :2, 1] = np.square(BACKGROUND_DAMPING)[: tracks.own.shape[1]]
+    return tracks
+
+
+def _shown_by_frequency(
+    table: NDArray[np.int64], modes: Sequence[Modes], place: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Columns of the table (T, N) whose pole is a mode in some sweep, lowest median frequency first."""
+    table = table.copy()
+    for t, one in enumerate(modes):
+        table[t, (table[t] >= 0) & ~one.real[table[t]]] = -1
+    shown = (table >= 0).any(axis=0)
+    order = np.argsort(np.median(place[:, shown, 0], axis=0), kind="stable")
+    return np.asarray(table[:, shown][:, order])
 
 
 def _followed(
@@ -169,14 +179,14 @@ def _followed(
     start: int,
     first: Modes,
     settings: Settings,
-    told: Callable[[float], None],
+    report: Callable[[float], None],
 ) -> Followed:
     """Follow the poles of one sweep to all others."""
     terms = max(settings.terms, key=lambda one: one.parameters)
     known = Followed.started(frf.temperature, start, first, terms)
     for count, t in enumerate(_outwards(frf.temperature, start), start=1):
         follow(known, t, measured[t], _expected(measured[t], first), settings)
-        told(count / len(measured))
+        report(count / len(measured))
     return known
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtri
 
+from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.lines import Lines, WeightGroup
 from analysis.identification.normal_equations import triangular_factor
 from analysis.identification.pole_residue import fill_columns, residues_from_columns
@@ -70,8 +71,8 @@ def project(
     """
     count, fixed = len(poles), lines.term_columns(terms)
     linear, moving = 2 * count + len(fixed), 2 * count * derivatives
-    columns, spare = lines.room.arrays(linear + moving + len(lines.h), len(lines.frequency))
-    moved = slice(linear, linear + moving)
+    columns, spare = lines.work_arrays.arrays(linear + moving + len(lines.h), len(lines.frequency))
+    moved = slice(linear, linear + moving)  # the derivative columns
     fill_columns(lines.s, poles, lines.spread, columns[: 2 * count], columns[moved] if derivatives else None)
     columns[2 * count : linear] = fixed
     solved = np.zeros((lines.h.shape[0], linear))
@@ -79,8 +80,8 @@ def project(
     loss = np.zeros(count)
     chain = _chain(poles)
     for group in lines.weight_groups:
-        room = columns if group is lines.weight_groups[-1] else spare
-        triangle, norms = _weighted_factor(columns[: moved.stop], group, room)
+        weighted = columns if group is lines.weight_groups[-1] else spare
+        triangle, norms = _weighted_factor(columns[: moved.stop], group, weighted)
         r22, y = triangle[moved, moved], triangle[:, moved.stop :]
         inverse = dtrtri(triangle[:linear, :linear])[0] if linear else triangle[:0, :0]
         scaled = inverse @ y[:linear]
@@ -101,12 +102,7 @@ def project(
             hessian += seen @ seen.T + turned @ turned.T
             gradient -= seen @ y[moved, k]
     if lines.damping is not None:
-        value, slope, bend = lines.damping.departure(poles)
-        error = 0.5 * lines.correlation  # variance of one number
-        misfit += error * float(value.sum())
-        if derivatives:
-            gradient[1::2] += error * slope
-            hessian[np.diag_indices(moving)] += error * np.repeat(bend, 2) * np.tile([0.0, 1.0], count)
+        misfit += _add_damping_prior(lines.damping, poles, 0.5 * lines.correlation, gradient, hessian)
     return Projection(
         poles=poles,
         residues=residues_from_columns(solved[:, : 2 * count]),
@@ -151,11 +147,29 @@ def change_with_poles(residues: NDArray[np.complex128], poles: NDArray[np.comple
     return _moves(residues, _chain(poles))
 
 
+def _add_damping_prior(
+    prior: DampingPrior,
+    poles: NDArray[np.complex128],
+    variance: float,
+    gradient: NDArray[np.float64],
+    hessian: NDArray[np.float64],
+) -> float:
+    """Return what the prior adds to the misfit; add to gradient and Hessian, in place, unless they are empty.
+
+    `variance` is that of one number.
+    """
+    value, slope, bend = prior.departure(poles)
+    if gradient.size:
+        gradient[1::2] += variance * slope
+        hessian[np.diag_indices(len(gradient))] += variance * np.repeat(bend, 2) * np.tile([0.0, 1.0], len(poles))
+    return variance * float(value.sum())
+
+
 def _weighted_factor(
-    columns: NDArray[np.complex128], group: WeightGroup, room: NDArray[np.complex128]
+    columns: NDArray[np.complex128], group: WeightGroup, weighted: NDArray[np.complex128]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Factor columns and data as `triangular_factor` does, both weighted in `room`."""
-    stacked = room[: len(columns) + len(group.rows)].view(float)
+    """Factor columns and data as `triangular_factor` does, both weighted in the work array `weighted`."""
+    stacked = weighted[: len(columns) + len(group.rows)].view(float)
     np.multiply(columns.view(float), group.weight, out=stacked[: len(columns)])
     stacked[len(columns) :] = group.data
     return triangular_factor(stacked, len(columns))

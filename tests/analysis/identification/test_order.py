@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.identification.bic import bic, misfit_worth, pole_price, support
+from analysis.identification.bic import bic, misfit_worth, pole_penalty, support
 from analysis.identification.lines import Lines
 from analysis.identification.order import attempt, choose_terms, drop_unsupported, duplicates, eliminate
 from analysis.identification.pole_search import fit
@@ -54,6 +54,6 @@ def test_residual_terms_are_those_the_case_was_made_with(lines: Lines, case: Syn
 def test_a_rival_that_cannot_win_is_no_fit(lines: Lines, case: SyntheticFrf) -> None:
     level = bic(fit(lines, case.poles, REAL_E_F), lines)
     assert attempt(lines, case.poles[:8], REAL_E_F, level) is None
-    won = attempt(lines, case.poles * 1.002, REAL_E_F, level + 0.5 * pole_price(lines))
+    won = attempt(lines, case.poles * 1.002, REAL_E_F, level + 0.5 * pole_penalty(lines))
     assert won is not None
-    assert bic(won, lines) < level + 0.5 * pole_price(lines)
+    assert bic(won, lines) < level + 0.5 * pole_penalty(lines)

@@ -24,10 +24,10 @@ def test_curves_are_told_by_those_of_the_plate_to_bend_as_little_as_they_do() ->
     coefficients = drawn(60)
     coefficients[1:, 7] = 0.4
     tracks, place = curved(coefficients)
-    learned = tracks.learned(place, np.ones(place.shape[:2], bool))
-    np.testing.assert_allclose(np.sqrt(learned.own[:, 1:, 0]), [[0.01, 0.005, 0.003]] * 60, rtol=0.33)
-    assert np.array_equal(learned.own[:, 0], tracks.own[:, 0])
-    assert np.array_equal(learned.own[:, :, 1], tracks.own[:, :, 1])
+    estimated = tracks.estimated(place, np.ones(place.shape[:2], bool))
+    np.testing.assert_allclose(np.sqrt(estimated.own[:, 1:, 0]), [[0.01, 0.005, 0.003]] * 60, rtol=0.33)
+    assert np.array_equal(estimated.own[:, 0], tracks.own[:, 0])
+    assert np.array_equal(estimated.own[:, :, 1], tracks.own[:, :, 1])
 
 
 def test_modes_that_few_sweeps_show_learn_from_the_others_and_tell_nothing() -> None:
@@ -36,22 +36,22 @@ def test_modes_that_few_sweeps_show_learn_from_the_others_and_tell_nothing() -> 
     tracks, place = curved(coefficients)
     active = np.ones(place.shape[:2], bool)
     active[:4, 6:] = False
-    learned = tracks.learned(place, active)
-    np.testing.assert_allclose(np.sqrt(learned.own[:, 1:, 0]).max(axis=0), [0.01, 0.005, 0.003], rtol=1.0)
-    assert np.array_equal(tracks.learned(place, active & (np.arange(12) < 4)).own, tracks.own)
+    estimated = tracks.estimated(place, active)
+    np.testing.assert_allclose(np.sqrt(estimated.own[:, 1:, 0]).max(axis=0), [0.01, 0.005, 0.003], rtol=1.0)
+    assert np.array_equal(tracks.estimated(place, active & (np.arange(12) < 4)).own, tracks.own)
 
 
 def test_background_bends_as_it_likes() -> None:
     tracks, place = curved(drawn(12))
     tracks.own[3, :2, 1] = 1.0
-    learned = tracks.learned(place, np.ones(place.shape[:2], bool))
-    assert np.array_equal(learned.own[3], tracks.own[3])
-    assert (learned.own[4, 1:, 0] < tracks.own[4, 1:, 0]).all()
+    estimated = tracks.estimated(place, np.ones(place.shape[:2], bool))
+    assert np.array_equal(estimated.own[3], tracks.own[3])
+    assert (estimated.own[4, 1:, 0] < tracks.own[4, 1:, 0]).all()
 
 
 def test_curves_that_are_all_alike_keep_the_scatter() -> None:
     coefficients = drawn(12)
     coefficients[1:] = 0.0
     tracks, place = curved(coefficients)
-    learned = tracks.learned(place, np.ones(place.shape[:2], bool))
-    np.testing.assert_allclose(np.sqrt(learned.own[:, 1:, 0]), tracks.scatter[0])
+    estimated = tracks.estimated(place, np.ones(place.shape[:2], bool))
+    np.testing.assert_allclose(np.sqrt(estimated.own[:, 1:, 0]), tracks.scatter[0])

@@ -10,7 +10,7 @@ from analysis.identification.parameters import to_parameters
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.residual_terms import COMPLEX_E_F, NONE
 from analysis.identification.smooth_tracks import SmoothTracks
-from analysis.identification.superfluous import paying
+from analysis.identification.superfluous import remove_superfluous
 
 FREQUENCY = np.arange(80.0, 620.0, 1.0)
 TEMPERATURE = np.linspace(0.0, 60.0, 9)
@@ -43,7 +43,7 @@ def fitted(extra: list[float], seed: int) -> tuple[list[Lines], SmoothTracks, Jo
 def left(extra: list[float], seed: int) -> np.ndarray:
     """Places at 0 °C, Hz, of the tracks that stay."""
     lines, tracks, found = fitted(extra, seed)
-    now = paying(lines, [COMPLEX_E_F] * len(lines), found, tracks, 20.0)
+    now = remove_superfluous(lines, [COMPLEX_E_F] * len(lines), found, tracks, 20.0)
     assert (now.active == now.active[:1]).all()
     return np.sort(np.exp(now.place[0, now.active[0], 0]) / (2.0 * np.pi))
 
@@ -58,9 +58,9 @@ def test_what_no_mode_needs_goes_and_every_mode_stays(extra: list[float], seed: 
 
 def test_a_track_that_no_sweep_needs_takes_part_in_none() -> None:
     lines, tracks, found = fitted([330.0], 0)
-    now = paying(lines, [COMPLEX_E_F] * len(lines), found, tracks, 20.0)
+    now = remove_superfluous(lines, [COMPLEX_E_F] * len(lines), found, tracks, 20.0)
     assert not now.active[:, -1].any()
-    assert all(len(look.poles) == len(AT_COLD) for look in now.looks)
+    assert all(len(projection.poles) == len(AT_COLD) for projection in now.projections)
     assert np.isfinite(now.place).all()
 
 

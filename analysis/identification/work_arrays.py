@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(eq=False)
-class Room:
+class WorkArrays:
     """Work arrays for the columns of a fit, shared by all `Lines` of the same FRFs: allocating anew is slow."""
 
     _kept: NDArray[np.complex128] = field(default_factory=lambda: np.empty(0, dtype=complex))

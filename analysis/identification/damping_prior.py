@@ -37,7 +37,7 @@ NEIGHBOURHOOD, NEIGHBOURS = 3.0, 2
 
 
 @dataclass(frozen=True)
-class AlikeDamping:
+class DampingPrior:
     """Distribution of log damping ratios of the modes in a band.
 
     Attributes
@@ -52,9 +52,9 @@ class AlikeDamping:
     band: tuple[float, float]
 
     @classmethod
-    def learned(
+    def estimated(
         cls, poles: NDArray[np.complex128], deviations: NDArray[np.float64], band: tuple[float, float]
-    ) -> "AlikeDamping | None":
+    ) -> "DampingPrior | None":
         """Estimate the distribution from poles.
 
         Parameters
@@ -68,8 +68,8 @@ class AlikeDamping:
 
         Returns
         -------
-        AlikeDamping or None
-            None where there are too few poles, or all are known better than the prior would tell.
+        DampingPrior or None
+            None where there are too few poles, or the prior would add nothing to what is known of each.
         """
         inside = (poles.imag > band[0]) & (poles.imag < band[1])
         if inside.sum() < FEWEST:

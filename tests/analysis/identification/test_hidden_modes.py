@@ -5,13 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from analysis.identification.hidden_modes import HiddenModes, add_hidden_modes, find_hidden_modes
 from analysis.identification.joint_fit import JointFit, fit_together
 from analysis.identification.lines import Lines
 from analysis.identification.parameters import to_parameters
 from analysis.identification.pole_residue import synthesis
 from analysis.identification.residual_terms import COMPLEX_E_F, NONE
 from analysis.identification.smooth_tracks import SmoothTracks
-from analysis.identification.unseen import Unseen, add_unseen, look_for_unseen
 
 FREQUENCY = np.arange(80.0, 620.0, 1.5)
 TEMPERATURE = np.linspace(0.0, 60.0, 9)
@@ -49,57 +49,57 @@ EXPECTED = AT_COLD * abs(np.sqrt(1 + 0.06j))
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_mode_that_its_neighbour_hides_is_added(seed: int, responses: int) -> None:
     lines, tracks, found = fitted([0, 1, 2, 4], seed, responses)
-    more = add_unseen(lines, [COMPLEX_E_F] * 9, found, tracks, EVERY)
+    more = add_hidden_modes(lines, [COMPLEX_E_F] * 9, found, tracks, EVERY)
     np.testing.assert_allclose(at_cold(more), EXPECTED, rtol=6e-3)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_none_is_added_that_is_not_there(seed: int) -> None:
     lines, tracks, found = fitted([0, 1, 2, 3, 4], seed)
-    more = add_unseen(lines, [COMPLEX_E_F] * 9, found, tracks, EVERY)
+    more = add_hidden_modes(lines, [COMPLEX_E_F] * 9, found, tracks, EVERY)
     assert np.array_equal(more.place, found.place)
 
 
 @cache
-def looked(modes: tuple[int, ...], seed: int) -> tuple[list[Lines], SmoothTracks, JointFit, Unseen]:
+def searched(modes: tuple[int, ...], seed: int) -> tuple[list[Lines], SmoothTracks, JointFit, HiddenModes]:
     lines, tracks, found = fitted(list(modes), seed)
-    return lines, tracks, found, look_for_unseen(lines, [COMPLEX_E_F] * 9, found, tracks, EVERY)
+    return lines, tracks, found, find_hidden_modes(lines, [COMPLEX_E_F] * 9, found, tracks, EVERY)
 
 
-def widening(found: JointFit, look: Unseen) -> np.ndarray:
+def widening(found: JointFit, hidden: HiddenModes) -> np.ndarray:
     """Variance of every frequency with hidden modes, in that without: (T, J)."""
-    ratio: np.ndarray = 1.0 + look.spread[:, :, 0, 0] / found.covariance[:, :, 0, 0]
+    ratio: np.ndarray = 1.0 + hidden.spread[:, :, 0, 0] / found.covariance[:, :, 0, 0]
     return ratio
 
 
 def test_deviations_widen_where_a_mode_is_hidden() -> None:
-    _, _, found, look = looked((0, 1, 2, 4), 0)
-    assert (widening(found, look)[:, 2] > 10.0).all()
-    assert (np.linalg.eigvalsh(look.spread) > -1e-12 * look.spread.max()).all()
+    _, _, found, hidden = searched((0, 1, 2, 4), 0)
+    assert (widening(found, hidden)[:, 2] > 10.0).all()
+    assert (np.linalg.eigvalsh(hidden.spread) > -1e-12 * hidden.spread.max()).all()
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_deviations_hardly_widen_where_none_is(seed: int) -> None:
-    _, _, found, look = looked((0, 1, 2, 3, 4), seed)
-    assert (widening(found, look) < 4.0).all()
-    assert np.median(widening(found, look)) < 1.2
+    _, _, found, hidden = searched((0, 1, 2, 3, 4), seed)
+    assert (widening(found, hidden) < 4.0).all()
+    assert np.median(widening(found, hidden)) < 1.2
 
 
 def test_sweeps_whose_residual_is_something_else_are_not_asked() -> None:
-    lines, tracks, found, _ = looked((0, 1, 2, 4), 0)
-    look = look_for_unseen(lines, [COMPLEX_E_F] * 9, found, tracks, ~EVERY)
-    assert not look.active.any()
-    assert not look.gain.any()
-    assert not look.spread.any()
+    lines, tracks, found, _ = searched((0, 1, 2, 4), 0)
+    hidden = find_hidden_modes(lines, [COMPLEX_E_F] * 9, found, tracks, ~EVERY)
+    assert not hidden.active.any()
+    assert not hidden.gain.any()
+    assert not hidden.spread.any()
 
 
 def test_gain_is_the_fall_that_a_fit_finds() -> None:
     """Poles do not step out of their linear reach for it: the fit finds as much again at most by free residues."""
-    lines, tracks, found, look = looked((0, 1, 2, 4), 0)
-    best = look.place[:, [int(np.argmax(look.gain))]]
+    lines, tracks, found, hidden = searched((0, 1, 2, 4), 0)
+    best = hidden.place[:, [int(np.argmax(hidden.gain))]]
     assert np.exp(best[0, 0, 0]) / (2.0 * np.pi) == pytest.approx(427.0, rel=0.03)
     wide = tracks.one_more()
     place = np.concatenate([found.place, best], axis=1)
     free = fit_together(lines, [COMPLEX_E_F] * 9, place, np.ones((9, 5), dtype=bool), wide)
-    fall = sum(2.0 * (a.misfit - b.misfit) for a, b in zip(found.looks, free.looks, strict=True))
-    assert 0.5 < look.gain.max() / fall < 2.0
+    fall = sum(2.0 * (a.misfit - b.misfit) for a, b in zip(found.projections, free.projections, strict=True))
+    assert 0.5 < hidden.gain.max() / fall < 2.0

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
-from analysis.identification.alike_damping import AlikeDamping
 from analysis.identification.automatic import identify
 from analysis.identification.averaging import averaged
+from analysis.identification.damping_prior import DampingPrior
 from analysis.identification.lines import Lines
 from analysis.identification.measured import Measured
 from analysis.identification.parameters import to_parameters, to_poles
@@ -25,19 +25,19 @@ def poles_of(damping: np.ndarray) -> np.ndarray:
 def test_middle_and_deviation_are_those_of_most_modes() -> None:
     damping = 0.02 * np.exp(0.1 * np.random.default_rng(0).normal(size=40))
     damping[[3, 17]] = 0.1, 0.002
-    learned = AlikeDamping.learned(poles_of(damping), np.full(40, 0.01), BAND)
-    assert learned is not None
-    assert learned.middle == pytest.approx(np.log(0.02), abs=0.05)
-    assert learned.deviation == pytest.approx(0.1, rel=0.4)
+    estimated = DampingPrior.estimated(poles_of(damping), np.full(40, 0.01), BAND)
+    assert estimated is not None
+    assert estimated.middle == pytest.approx(np.log(0.02), abs=0.05)
+    assert estimated.deviation == pytest.approx(0.1, rel=0.4)
 
 
-def test_nothing_is_learned_where_every_mode_is_well_known() -> None:
+def test_nothing_is_estimated_where_every_mode_is_well_known() -> None:
     damping = np.linspace(0.02, 0.05, 10)
     poles = poles_of(damping)
-    assert AlikeDamping.learned(poles, np.full(10, 0.01), BAND) is None
-    assert AlikeDamping.learned(poles, np.full(10, 0.3), BAND) is not None
-    assert AlikeDamping.learned(poles[:5], np.full(5, 0.3), BAND) is None
-    assert AlikeDamping.learned(poles[:0], np.zeros(0), BAND) is None
+    assert DampingPrior.estimated(poles, np.full(10, 0.01), BAND) is None
+    assert DampingPrior.estimated(poles, np.full(10, 0.3), BAND) is not None
+    assert DampingPrior.estimated(poles[:5], np.full(5, 0.3), BAND) is None
+    assert DampingPrior.estimated(poles[:0], np.zeros(0), BAND) is None
 
 
 @pytest.mark.parametrize("thinned", [False, True])
@@ -45,7 +45,7 @@ def test_derivatives_are_those_of_the_misfit(thinned: bool) -> None:
     """Of the damping alone, whose share is the difference between misfits with it and without."""
     case = r10(np.random.default_rng(3))
     plain = Lines(case.frequency, case.h[None], np.full((1, len(case.h)), case.deviation), correlation=3.0)
-    lines = replace(plain, damping=AlikeDamping(np.log(0.03), 0.1, BAND))
+    lines = replace(plain, damping=DampingPrior(np.log(0.03), 0.1, BAND))
     if thinned:
         plain, lines = averaged(plain), averaged(lines)
     x = to_parameters(case.poles)
@@ -66,7 +66,7 @@ def test_derivatives_are_those_of_the_misfit(thinned: bool) -> None:
 
 def test_a_mode_unlike_the_others_is_left_alone() -> None:
     """Twice the others' damping, known to 0.5 %: moved by less than a tenth of that."""
-    alike = AlikeDamping(np.log(0.02), 0.02, BAND)
+    alike = DampingPrior(np.log(0.02), 0.02, BAND)
     slope = alike.departure(poles_of(np.array([0.02, 0.04, 0.02])))[1]
     assert abs(slope[1]) * 0.005**2 < 0.1 * 0.005
 
@@ -76,7 +76,7 @@ def test_one_of_more_damping_may_be_two_where_modes_overlap_only() -> None:
     close, alone = np.full(10, 0.02), np.full(10, 0.02)
     close[[4, 6]] = 0.034, 0.022
     alone[9] = 0.034
-    alike = AlikeDamping(np.log(0.02), 0.05, BAND)
+    alike = DampingPrior(np.log(0.02), 0.05, BAND)
     crowd = poles_of(close) / np.abs(poles_of(close)) * 2 * np.pi * np.linspace(400.0, 600.0, 10)
     far = poles_of(alone) / np.abs(poles_of(alone)) * 2 * np.pi * np.append(np.linspace(400.0, 600.0, 9), 1300.0)
     assert np.flatnonzero(alike.shared(crowd)).tolist() == [4]
