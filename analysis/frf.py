@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.campaign import Campaign
 from analysis.channel import transfer_unit
 from analysis.h1 import single_repeat_power
-from analysis.mains import mains_lines, other_hums
+from analysis.mains import mains_lines, other_fundamentals
 from analysis.still_ringing import still_ringing
 from analysis.sweep_h1 import sweep_h1
 
@@ -197,7 +197,7 @@ def campaign_frf(campaign: Campaign, *, mains: float = 50.0) -> Frf:
     if rings := still_ringing(campaign):  # leakage has lines of its own, some where a hum would have them
         return replace(frf, notes=(*frf.notes, rings))
     rough = np.array([[single_repeat_power(h) for h in sweep] for sweep in frf.h])
-    hums = other_hums(frequency, rough / np.maximum(frf.variance, np.finfo(float).tiny), frf.excluded)
+    hums = other_fundamentals(frequency, rough / np.maximum(frf.variance, np.finfo(float).tiny), frf.excluded)
     if not hums:
         return frf
     masked = np.any([frf.excluded, *(mains_lines(frequency, hum, record) for hum in hums)], axis=0)

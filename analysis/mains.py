@@ -47,7 +47,7 @@ def mains_lines(frequency: Real, mains: float, record: float) -> NDArray[np.bool
     return lines
 
 
-def other_hums(frequency: Real, rough: Real, excluded: NDArray[np.bool_]) -> list[float]:
+def other_fundamentals(frequency: Real, rough: Real, excluded: NDArray[np.bool_]) -> list[float]:
     """Return fundamentals of hums that stand out of the noise and are not all on `excluded` lines.
 
     They are sought in all sweeps together and in each: mains wander by some hundredths of a hertz.
@@ -72,8 +72,8 @@ def other_hums(frequency: Real, rough: Real, excluded: NDArray[np.bool_]) -> lis
     level, few, covered = _harmonics_level(frequency, power, excluded)
     level[level <= 1.0 + np.where(few, LOUD_OF_A_GRID, LOUD) / averaged[:, None]] = 0.0
     first = level.argmax(axis=1)
-    heard = (level.max(axis=1) > 0.0) & ~covered[first]
-    return sorted({float(fundamental) for fundamental in FUNDAMENTALS[first[heard]]})
+    found = (level.max(axis=1) > 0.0) & ~covered[first]
+    return sorted({float(fundamental) for fundamental in FUNDAMENTALS[first[found]]})
 
 
 def _harmonics_level(

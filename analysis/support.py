@@ -61,9 +61,9 @@ class Support(Sparse):
         if (self.start is None) != (self.end is None):
             raise ValueError("from and to belong together; one of them is missing")
         ways = [name for name in ("edge", "start", "point") if getattr(self, name) is not None]
-        told = {"edge": "edge", "start": "from and to", "point": "point"}
+        keys = {"edge": "edge", "start": "from and to", "point": "point"}
         if len(ways) > 1:
-            raise ValueError(f"{' and '.join(told[way] for way in ways)} name different places; keep one of them")
+            raise ValueError(f"{' and '.join(keys[way] for way in ways)} name different places; keep one of them")
         if not ways and self.hole is None:
             raise ValueError("the support names no place; give edge, hole, from and to, or point")
         if self.at_point and self.hole is not None:

@@ -120,11 +120,11 @@ class _Series:
         turned = 2.0 * np.pi * half * reach / filters.sample_rate
         count = int(np.ceil(turned + 10.0 * np.cbrt(turned + 1.0)))
 
-        def heard(points: Real) -> Any:  # NumPy's types know of numbers only, its code of arrays as well
+        def responses(points: Real) -> Any:  # NumPy's types know of numbers only, its code of arrays as well
             found = filters.response(middle + half * points).swapaxes(0, 1)
             return np.concatenate([found.real, found.imag], axis=2).reshape(len(points), -1)
 
-        coefficients = chebinterpolate(heard, count - 1).reshape(count, len(filters.taps), -1)
+        coefficients = chebinterpolate(responses, count - 1).reshape(count, len(filters.taps), -1)
         return cls(middle, half, coefficients.swapaxes(0, 1))
 
     def at(self, which: NDArray[np.intp], frequency: Real) -> Complex:

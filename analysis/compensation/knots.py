@@ -109,21 +109,21 @@ class _Judge:
     """Filters at T temperatures, to predict all of them from a few and compute the loss."""
 
     temperature: Real
-    heard: Complex
+    response: Complex
     forms: EnergyForms
     direct: Real
 
     @classmethod
     def of(cls, truth: FirBank, forms: EnergyForms, frequency: Real, rows: NDArray[np.intp]) -> "_Judge":
-        heard, here = truth.response(frequency)[rows], forms.at(rows)
-        return cls(truth.temperature[rows], heard, here, contrast(here, heard))
+        response, here = truth.response(frequency)[rows], forms.at(rows)
+        return cls(truth.temperature[rows], response, here, contrast(here, response))
 
     def losses(self, places: NDArray[np.intp]) -> Real:
         """Contrast lost at the worst line of every temperature (T,), with a spline through those at `places`."""
         from scipy.interpolate import CubicSpline
 
         weights = CubicSpline(self.temperature[places], np.eye(len(places)))(self.temperature)
-        predicted = np.tensordot(weights, self.heard[places], axes=1)
+        predicted = np.tensordot(weights, self.response[places], axes=1)
         return np.asarray((self.direct - contrast(self.forms, predicted)).max(axis=1))
 
 
@@ -134,11 +134,11 @@ def _moved(places: NDArray[np.intp], judged: _Judge) -> NDArray[np.intp]:
     networks worse.
     """
 
-    def price(places: NDArray[np.intp]) -> float:
+    def mean_loss(places: NDArray[np.intp]) -> float:
         losses = np.maximum(judged.losses(places), 0.0)
         return float((losses**POWER).mean() ** (1.0 / POWER))
 
-    best, moving = price(places), True
+    best, moving = mean_loss(places), True
     closest = 0.5 * (places[-1] - places[0]) / (len(places) - 1)
     while moving:
         moving = False
@@ -148,7 +148,7 @@ def _moved(places: NDArray[np.intp], judged: _Judge) -> NDArray[np.intp]:
                 tried[k] += shift
                 if (np.diff(tried) < closest).any():
                     continue
-                cost = price(tried)
+                cost = mean_loss(tried)
                 if cost < best * (1.0 - 1e-3):
                     places, best, moving = tried, cost, True
     return places

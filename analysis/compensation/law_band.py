@@ -90,7 +90,7 @@ def law_band(
     """
     lines = panel.filters.frequency
     lines = lines[panel.filters.in_band(lines)]
-    heard = bank.response(lines)
+    response = bank.response(lines)
     draws = rng.standard_normal((DRAWS, 3))
 
     def at(t: int) -> tuple[list[float], Real, Real, float]:
@@ -101,11 +101,11 @@ def law_band(
         spread = np.array([sigma.youngs_modulus[0] / e, sigma.poisson_ratio[0], sigma.loss_factor[0] / eta])
 
         def odds(step: Real) -> Real:
-            return _odds(models[t], lines, heard[t : t + 1], _stepped(constants, step))
+            return _odds(models[t], lines, response[t : t + 1], _stepped(constants, step))
 
-        middle, room = odds(np.zeros(3)), _room(panel, constants)
-        drawn = _drawn(odds, middle, spread, draws, room)
-        beyond = (spread * draws < room[0] - ROUNDING) | (spread * draws > room[1] + ROUNDING)
+        middle, allowed = odds(np.zeros(3)), _allowed(panel, constants)
+        drawn = _drawn(odds, middle, spread, draws, allowed)
+        beyond = (spread * draws < allowed[0] - ROUNDING) | (spread * draws > allowed[1] + ROUNDING)
         found, exact = _share_of(drawn), _share_of(middle)
         ends = [0.5 - 0.5 * SHARE, 0.5 + 0.5 * SHARE]
         return (
@@ -126,9 +126,9 @@ def _stepped(constants: tuple[float, ...], step: Real) -> tuple[float, float, fl
     return e * float(np.exp(step[0])), nu + float(step[1]), eta * float(np.exp(step[2]))
 
 
-def _odds(model: PanelModel, lines: Real, heard: Complex, constants: tuple[float, float, float]) -> Real:
-    """Log of C/(1 - C) of every line (F,), with filter responses `heard` (1, F, N) on a plate of constants."""
-    found = contrast(model.forms(*constants, lines), heard)[0]
+def _odds(model: PanelModel, lines: Real, response: Complex, constants: tuple[float, float, float]) -> Real:
+    """Log of C/(1 - C) of every line (F,), with filter responses `response` (1, F, N) on a plate of constants."""
+    found = contrast(model.forms(*constants, lines), response)[0]
     found = np.clip(found, 1e-9, 1.0 - 1e-9)
     return np.asarray(np.log(found / (1.0 - found)))
 
@@ -137,19 +137,21 @@ def _share_of(odds: Real) -> Real:
     return np.asarray(1.0 / (1.0 + np.exp(-odds)))
 
 
-def _drawn(odds: Callable[[Real], Real], middle: Real, spread: Real, draws: Real, room: tuple[Real, Real]) -> Real:
+def _drawn(
+    odds: Callable[[Real], Real], middle: Real, spread: Real, draws: Real, allowed: tuple[Real, Real]
+) -> Real:
     """Log odds (D, F) of the draws: the `middle` (F,) plus a parabola along each uncertain constant."""
     drawn = np.tile(middle, (len(draws), 1))
     for k in np.flatnonzero(spread):
         axis = np.eye(3)[k]
-        ends = np.clip(np.array([-REACH, REACH]) * spread[k], room[0][k], room[1][k])
+        ends = np.clip(np.array([-REACH, REACH]) * spread[k], allowed[0][k], allowed[1][k])
         places = [float(end) for end in ends if abs(end) > 1e-12]
         answers = [odds(place * axis) for place in places]
         drawn += _parabola(places, answers, middle, spread[k] * draws[:, k])
     return drawn
 
 
-def _room(panel: Panel, constants: tuple[float, ...]) -> tuple[Real, Real]:
+def _allowed(panel: Panel, constants: tuple[float, ...]) -> tuple[Real, Real]:
     """How far log E, nu and log eta may go down and up within the model's box."""
     box, (e, nu, eta) = panel.box, constants
     logs = [np.log(np.array(box.youngs_modulus) / e), np.array(box.poisson_ratio) - nu]

@@ -137,11 +137,11 @@ def _aims(measured: MeasuredPanel, like: FirBank, banks: dict[str, Real]) -> dic
     settings, displacement = measured.panel.filters, measured.panel.target.displacement
     band = settings.in_band(settings.frequency)
     asked = measured.space.asked(displacement)
-    heard = {name: replace(like, taps=taps).response(settings.frequency[band]) for name, taps in banks.items()}
+    response = {name: replace(like, taps=taps).response(settings.frequency[band]) for name, taps in banks.items()}
     found: dict[str, list[Aimed]] = {name: [] for name in banks}
     for t in range(len(like.temperature)):
         amplitude, (_, judged) = measured.amplitudes(t + 1)[:, band], measured.forms(t + 1, displacement)
         judged = judged.at(slice(None), band)
         for name, rows in found.items():
-            rows.append(aim(measured.space, judged, amplitude, heard[name][t], asked))
+            rows.append(aim(measured.space, judged, amplitude, response[name][t], asked))
     return {name: joined(rows) for name, rows in found.items()}

@@ -64,8 +64,8 @@ def study_networks(
             losses.append(np.nan)
         else:
             errors.append(relative_error(taps, truth.taps).mean(axis=0))
-            heard = replace(truth, taps=taps).response(frequency)
-            losses.append(float((direct - contrast(forms, heard)).max()))
+            response = replace(truth, taps=taps).response(frequency)
+            losses.append(float((direct - contrast(forms, response)).max()))
         report((number + 1) / len(choices))
     nodes_of, spacings = (np.array(part, dtype=float) for part in zip(*choices, strict=True))
     return NetworkStudy(nodes_of, spacings, np.array(errors), np.array(losses))

@@ -106,10 +106,10 @@ def compensate(
     filters = truth.at_knots(knots)
     if filters is None:
         filters = direct_filters(model, panel, laws, knots, method, report, workers, stage="Training filters").bank
-    fed = InputMap.of(everywhere, everywhere if training.feed == "temperature" else rigidity(laws, everywhere))
+    inputs = InputMap.of(everywhere, everywhere if training.feed == "temperature" else rigidity(laws, everywhere))
     started = clock()
     trained = train_networks(
-        filters, training, device, lambda epoch: report("Networks", (epoch + 1) / training.epochs), fed
+        filters, training, device, lambda epoch: report("Networks", (epoch + 1) / training.epochs), inputs
     )
     taps, seconds = {NETWORK: trained.networks.taps(everywhere)}, {NETWORK: clock() - started}
     report("Networks", 1.0)
@@ -153,7 +153,7 @@ class _Truth:
         nearest: NDArray[np.intp] = np.argmin(np.abs(self.direct.bank.temperature - wanted[:, None]), axis=1)
         return nearest
 
-    def heard(self, taps: Real) -> Complex:
+    def response(self, taps: Real) -> Complex:
         """Responses (T, F, N) of the band to `taps` (T, N, M)."""
         return replace(self.direct.bank, taps=taps).response(self.lines)
 
@@ -182,7 +182,7 @@ class _Truth:
         direct_aim, network_aim = self.aims(places, bank.taps, taps[NETWORK])
         held = burdens(filters, low_rank, trained.settings.nodes, self.panel.filters.frequency)
         asked = self.model.space.asked(self.panel.target.displacement)
-        heard = [self.heard(taps[name]) for name in METHODS]
+        responses = [self.response(taps[name]) for name in METHODS]
         return Compensation(
             methods=METHODS,
             focusing=method,
@@ -190,9 +190,9 @@ class _Truth:
             temperature=everywhere,
             frequency=self.lines,
             relative_error=np.array([relative_error(taps[name], bank.taps) for name in METHODS]),
-            contrast_direct=contrast(forms, self.heard(bank.taps)),
-            contrast=np.array([contrast(forms, one) for one in heard]),
-            response=np.array([mean_response(forms, one, asked) for one in heard]),
+            contrast_direct=contrast(forms, self.response(bank.taps)),
+            contrast=np.array([contrast(forms, one) for one in responses]),
+            response=np.array([mean_response(forms, one, asked) for one in responses]),
             peak_drive=np.array([peak_drive(taps[name]) for name in METHODS]),
             seconds=np.array([seconds[name] for name in METHODS]),
             size=4.0 * np.array([held[name][0] for name in METHODS]),
@@ -213,13 +213,13 @@ class _Truth:
         """Contrast and spot error of several banks' taps (T, N, M) at the temperatures of the rows `places`."""
         temperature, lines = self.direct.bank.temperature[places], self.lines
         asked = self.model.space.asked(self.panel.target.displacement)
-        heard = [
+        responses = [
             replace(self.direct.bank, taps=taps[places], temperature=temperature).response(lines) for taps in banks
         ]
         found: list[list[Aimed]] = [[] for _ in banks]
         for t, constants in enumerate(constants_at(self.laws, temperature)):
             model, forms = self.direct.models[places[t]], self.direct.forms.at(places[t : t + 1])
             amplitude = model.amplitudes(*constants, lines)
-            for rows, one in zip(found, heard, strict=True):
+            for rows, one in zip(found, responses, strict=True):
                 rows.append(aim(model.space, forms, amplitude, one[t], asked))
         return [joined(rows) for rows in found]

@@ -119,28 +119,25 @@ def tilted_contrast(
     lines = lines[panel.filters.in_band(lines)]
     shares = np.array(TILTS) @ np.ravel(panel.plate.normalised(np.array([panel.target_center])))
 
-    def judged(temperature: float, across: tuple[float, float], fed: Sequence[float]) -> Real:
-        """Mean and worst line of the band (len(fed), 2)."""
+    def reached(middle: float, across: tuple[float, float], fed: Sequence[float]) -> Real:
+        """Contrast (len(fed), 2) with the filters of the temperatures `fed`: mean and worst line of the band."""
         bank = FirBank(taps(np.array(fed)), np.array(fed), like.sample_rate, like.delay)
-        forms = model.space.forms([model.amplitudes(temperature, across, lines)])
-        found = np.array([contrast(forms, heard[None])[0] for heard in bank.response(lines)])
+        forms = model.space.forms([model.amplitudes(middle, across, lines)])
+        found = np.array([contrast(forms, response[None])[0] for response in bank.response(lines)])
         return np.stack([found.mean(axis=1), found.min(axis=1)], axis=-1)
 
-    rows = []
+    temperature = np.empty((len(differences), PLACES))
+    at_target = np.empty((*temperature.shape, len(TILTS)))
+    uniform, tilted = np.empty((*temperature.shape, 2)), np.empty((*at_target.shape, 2, 2))
     for g, difference in enumerate(differences):
-        row = []
-        for a, middle in enumerate(np.linspace(low + 0.5 * difference, high - 0.5 * difference, PLACES)):
-            target = middle + 0.5 * difference * shares
-            tried = [
-                judged(float(middle), (difference * x, difference * y), [float(middle), float(there)])
-                for (x, y), there in zip(TILTS, target, strict=True)
-            ]
-            row.append((middle, target, judged(float(middle), (0.0, 0.0), [float(middle)])[0], np.array(tried)))
+        temperature[g] = np.linspace(low + 0.5 * difference, high - 0.5 * difference, PLACES)
+        for a, middle in enumerate(temperature[g].tolist()):
+            at_target[g, a] = middle + 0.5 * difference * shares
+            for d, (x, y) in enumerate(TILTS):
+                fed = [middle, float(at_target[g, a, d])]
+                tilted[g, a, d] = reached(middle, (difference * x, difference * y), fed)
+            uniform[g, a] = reached(middle, (0.0, 0.0), [middle])[0]
             report("Differences across the panel", (g * PLACES + a + 1) / (PLACES * len(differences)))
-        rows.append(row)
-    temperature, at_target, uniform, found = (
-        np.array([[one[k] for one in row] for row in rows]) for k in range(4)
-    )
     return TiltedContrast(
-        np.array(differences, dtype=float), temperature, at_target, uniform, found[..., 0, :], found[..., 1, :]
+        np.array(differences, dtype=float), temperature, at_target, uniform, tilted[..., 0, :], tilted[..., 1, :]
     )

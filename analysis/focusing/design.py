@@ -57,16 +57,16 @@ class TapDesign:
             weighed = forms.weighted(settings.kappa)
             weight, largest = damped(weighed, settings.tolerance)[0], weighed.largest[0]
             problem = self.fit.problem(weight, (1.0 + settings.tolerance**2) * largest, filters, self.delay)
-            price = np.zeros(len(self.limits))
-            taps = problem.solve(price)
+            penalty = np.zeros(len(self.limits))
+            taps = problem.solve(penalty)
             seed = settings.tolerance**2 * float(np.median(largest))
             for _ in range(TRIES):
                 excess = peak_drive(taps) / self.limits
                 if (excess <= 1.0).all():
                     break
-                raised = np.maximum(price, seed) * np.maximum(1.05 * excess, 1.0) ** 2
-                price = np.where(excess > 1.0, raised, price)
-                taps = problem.solve(price)
+                raised = np.maximum(penalty, seed) * np.maximum(1.05 * excess, 1.0) ** 2
+                penalty = np.where(excess > 1.0, raised, penalty)
+                taps = problem.solve(penalty)
         return np.asarray(taps / max(1.0, float((peak_drive(taps) / self.limits).max())))
 
     def bank(self, taps: Real, temperature: Real) -> FirBank:

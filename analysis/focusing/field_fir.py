@@ -25,7 +25,7 @@ class FieldFit:
         Weight of each line: 1 in the band, falling to 0 at the edges.
     products : tuple of (F, i, j) ndarray
         Weighted products of spectra: even with even, odd with odd, even with odd.
-    heard, outside : (k, k) ndarray
+    inside, outside : (k, k) ndarray
         Energy of a filter in the band, and outside it, in lines; between band and edges it is divided by the
         taper.
     frequency : (F,) ndarray
@@ -37,7 +37,7 @@ class FieldFit:
     basis: ProlateTaps
     gain: Real
     products: tuple[Real, Real, Real]
-    heard: Real
+    inside: Real
     outside: Real
     frequency: Real
     sample_rate: float
@@ -54,9 +54,9 @@ class FieldFit:
             weighted * odd[:, :, None] * odd[:, None, :],
             weighted * even[:, :, None] * odd[:, None, :],
         )
-        heard = _blocks(basis, gain)
+        inside = _blocks(basis, gain)
         return cls(
-            basis, gain, products, heard, basis.outside + _blocks(basis, 1.0 - gain), lines, settings.sample_rate
+            basis, gain, products, inside, basis.outside + _blocks(basis, 1.0 - gain), lines, settings.sample_rate
         )
 
     def problem(self, weight: Complex, largest: Real, filters: Complex, delay: int) -> "FieldProblem":
@@ -104,11 +104,11 @@ class FieldFit:
         for actuator in range(count):
             normal[actuator, :, actuator] += small * self.outside
         right = self._right((weight @ filters[..., None])[..., 0], delay).ravel()
-        return FieldProblem(basis.sequences, normal, right, self.heard)
+        return FieldProblem(basis.sequences, normal, right, self.inside)
 
     def alike(self, filters: Complex, delay: int) -> Real:
         """Least-squares taps (B, M) of `filters` (F, B), delayed, with equal weight on all lines."""
-        solved = np.linalg.solve(self.heard + OUTSIDE * self.outside, self._right(filters, delay).T).T
+        solved = np.linalg.solve(self.inside + OUTSIDE * self.outside, self._right(filters, delay).T).T
         return np.asarray(solved @ self.basis.sequences)
 
     def _right(self, wanted: Complex, delay: int) -> Real:
@@ -129,24 +129,24 @@ class FieldProblem:
     sequences : (k, M) ndarray
     normal : (N, k, N, k) ndarray
     right : (N k,) ndarray
-    heard : (k, k) ndarray
+    inside : (k, k) ndarray
         Energy of an actuator's filter in the band.
     """
 
     sequences: Real
     normal: Real
     right: Real
-    heard: Real
+    inside: Real
 
-    def solve(self, price: Real) -> Real:
-        """Taps (N, M) with a penalty on each actuator's filter of `price` (N,) times its energy in the band."""
+    def solve(self, penalty: Real) -> Real:
+        """Taps (N, M) with a penalty on each actuator's filter of `penalty` (N,) times its energy in the band."""
         from scipy.linalg import cho_factor, cho_solve
 
         count, size, *_ = self.normal.shape
-        priced = self.normal.copy()
-        for actuator in np.flatnonzero(price):
-            priced[actuator, :, actuator] += price[actuator] * self.heard
-        factor = cho_factor(priced.reshape(count * size, -1), lower=True, overwrite_a=True, check_finite=False)
+        penalised = self.normal.copy()
+        for actuator in np.flatnonzero(penalty):
+            penalised[actuator, :, actuator] += penalty[actuator] * self.inside
+        factor = cho_factor(penalised.reshape(count * size, -1), lower=True, overwrite_a=True, check_finite=False)
         solved: Real = cho_solve(factor, self.right, check_finite=False).reshape(count, size)
         return solved @ self.sequences
 

@@ -9,7 +9,7 @@ from analysis.focusing.design import TapDesign
 from analysis.focusing.fir import suited_delay
 from analysis.focusing.measured import MeasuredPanel
 from analysis.focusing.methods import Method, MethodComparison, designer
-from analysis.focusing.over_temperature import Answer, Focusing, tried
+from analysis.focusing.over_temperature import Answer, Focusing, design_and_assess
 from analysis.focusing.panel_model import NoModes
 from analysis.progress import Progress
 
@@ -58,7 +58,7 @@ def focus_measured(
     places = [partial(answer, t) for t in range(len(temperature))]
     kept = (float(temperature[near]), places[near])
     design = TapDesign.of(panel, delay)
-    return tried(panel, measured.space, method, design, temperature, places, kept, report, workers)
+    return design_and_assess(panel, measured.space, method, design, temperature, places, kept, report, workers)
 
 
 def compare_measured(measured: MeasuredPanel) -> MethodComparison:

@@ -43,6 +43,18 @@ class Answer:
 
 
 @dataclass(frozen=True)
+class _Designed:
+    """Filters of one temperature, complex and as taps, the panel's inverse, and the aims of `Focusing`."""
+
+    filters: Complex
+    taps: Real
+    plant: InverseFilters
+    uncut: Aimed
+    direct: Aimed
+    fixed: Aimed
+
+
+@dataclass(frozen=True)
 class Focusing:
     """Filters at some temperatures and their focusing performance.
 
@@ -149,10 +161,12 @@ def focus(
     places = [partial(answer, float(here)) for here in temperature]
     kept = partial(answer, reference)
     design = tap_design(method, model, panel, laws)
-    return tried(panel, model.space, method, design, temperature, places, (reference, kept), report, workers)
+    return design_and_assess(
+        panel, model.space, method, design, temperature, places, (reference, kept), report, workers
+    )
 
 
-def tried(
+def design_and_assess(
     panel: Panel,
     space: FieldSpace,
     method: Method,
@@ -163,7 +177,7 @@ def tried(
     report: Progress,
     workers: int,
 ) -> Focusing:
-    """Design taps for each temperature, and assess them and those of the reference temperature.
+    """Design taps for each temperature; assess them and those of the reference temperature.
 
     Parameters
     ----------
@@ -189,28 +203,29 @@ def tried(
     settings, lines = panel.filters, panel.filters.frequency
     band, asked = settings.in_band(lines), space.asked(panel.target.displacement)
 
-    def heard(taps: Real) -> Complex:
+    def response(taps: Real) -> Complex:
         return np.asarray(design.bank(taps[None], np.zeros(1)).response(lines[band])[0])
 
     first = kept[1]()
-    fixed_filters = heard(design.taps(first.forms, first.wanted))
+    fixed_filters = response(design.taps(first.forms, first.wanted))
 
-    def at(place: Callable[[], Answer]) -> tuple[Complex, Real, InverseFilters, list[Aimed]]:
+    def at(place: Callable[[], Answer]) -> _Designed:
         here = place()
         taps = design.taps(here.forms, here.wanted)
         plant = invert(here.forms, settings.tolerance, settings.regularisation)
-        tried = (here.wanted[band], heard(taps), fixed_filters)
         judged, amplitude = here.judged.at(slice(None), band), here.amplitude[:, band]
-        aims = [aim(space, judged, amplitude, one, asked) for one in tried]
-        return here.wanted, taps, plant, aims
+        uncut, direct, fixed = (
+            aim(space, judged, amplitude, filters, asked)
+            for filters in (here.wanted[band], response(taps), fixed_filters)
+        )
+        return _Designed(here.wanted, taps, plant, uncut, direct, fixed)
 
     found = []
     with ThreadPoolExecutor(workers) as pool:
         for done, one in enumerate(pool.map(at, places), start=1):
             found.append(one)
             report("Filters", done / len(temperature))
-    every = np.array([one[0] for one in found])
-    uncut, direct, fixed = (joined([one[3][kind] for one in found]) for kind in range(3))
+    every = np.array([one.filters for one in found])
     return Focusing(
         method=method,
         regularisation=settings.regularisation,
@@ -219,13 +234,13 @@ def tried(
         lines=lines,
         frequency=lines[band],
         filters=every,
-        rank=np.array([one[2].rank[0] for one in found]),
-        condition=np.array([one[2].condition[0] for one in found]),
-        bank=design.bank(np.array([one[1] for one in found]), temperature),
+        rank=np.array([one.plant.rank[0] for one in found]),
+        condition=np.array([one.plant.condition[0] for one in found]),
+        bank=design.bank(np.array([one.taps for one in found]), temperature),
         energy=energy(every, settings, design.delay),
-        uncut=uncut,
-        direct=direct,
-        fixed=fixed,
+        uncut=joined([one.uncut for one in found]),
+        direct=joined([one.direct for one in found]),
+        fixed=joined([one.fixed for one in found]),
         reference_temperature=kept[0],
         target_share=space.grid.target_share,
     )

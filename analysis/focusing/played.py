@@ -164,8 +164,8 @@ class _Plate:
         motion = modal_motion(self.modes, drive, self.rate, self.step)
         target, plate = (((motion @ root.T) ** 2).sum(axis=1) for root in (self.space.target, self.space.plate))
         places = np.rint(self.lines * self.length / self.rate).astype(int)
-        heard = bank.response(self.lines)[0] * np.fft.rfft(signal.real, self.length)[places, None]
-        field = np.einsum("nfr,fn->fr", self.amplitude, heard)
+        response = bank.response(self.lines)[0] * np.fft.rfft(signal.real, self.length)[places, None]
+        field = np.einsum("nfr,fn->fr", self.amplitude, response)
         within, whole = (np.sum(np.abs(field @ root.T) ** 2) for root in (self.space.target, self.space.plate))
         return target, plate, float(within / whole)
 

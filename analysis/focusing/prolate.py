@@ -8,7 +8,7 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.focusing.panel import Filters
 
-UNHEARD = 1e-14
+NEGLIGIBLE = 1e-14
 """Sequences with a smaller share of energy in the band are left out: the penalty outside makes them zero."""
 
 
@@ -44,9 +44,9 @@ class ProlateTaps:
         # The share inside falls from 1 to 0 within about log(NW) sequences near number 2 NW.
         most = min(count, int(2.0 * half_bandwidth + 8.0 * np.log(4.0 * half_bandwidth + 8.0)) + 6)
         found, share = _slepian(count, half_bandwidth / count, most)
-        heard = np.flatnonzero(share > UNHEARD)
-        order = np.concatenate([heard[heard % 2 == 0], heard[heard % 2 == 1]])
-        sequences, even = found[order], int(np.count_nonzero(heard % 2 == 0))
+        used = np.flatnonzero(share > NEGLIGIBLE)
+        order = np.concatenate([used[used % 2 == 0], used[used % 2 == 1]])
+        sequences, even = found[order], int(np.count_nonzero(used % 2 == 0))
         # Enough Gauss points for the lowest frequencies, where a spectrum of M taps oscillates M foot/fs times.
         nodes, weights = np.polynomial.legendre.leggauss(24 + int(4.0 * count * settings.edges[0] / rate))
         low = 0.5 * settings.edges[0] * (nodes + 1.0)

@@ -1,17 +1,17 @@
 """What is to be measured, at which temperatures, and what a good measurement is.
 
-==============  ====================================================================
-``sweep``       the drive's sweep: band, duration, tapers, silence, levels
-``programme``   where the temperature goes and at which temperatures to measure
-``limits``      what stops a campaign and what makes a sweep be repeated
-``protocol``    the three together
-``set_points``  every sweep asked for, in the order of the legs
-``drive``       the voltage to be played
-``objections``  why a protocol cannot be run on the hardware at hand
-``advice``      what may be run but makes results worse
-``likeness``    how much a drive as recorded is like the drive as played
-``clocks``      how much faster the clock that played was than the one that recorded
-``acceptance``  what is wrong with a sweep just recorded
-``shot``        one short sweep before a campaign: wiring, levels, noise and hum
-==============  ====================================================================
+====================  ====================================================================
+``sweep``             the drive's sweep: band, duration, tapers, silence, levels
+``programme``         where the temperature goes and at which temperatures to measure
+``limits``            what stops a campaign and what makes a sweep be repeated
+``protocol``          the three together
+``set_points``        every sweep asked for, in the order of the legs
+``drive``             the voltage to be played
+``objections``        why a protocol cannot be run on the hardware at hand
+``advice``            what may be run but makes results worse
+``drive_comparison``  gain, delay and correlation of a drive as recorded and as played
+``clocks``            how much faster the clock that played was than the one that recorded
+``acceptance``        what is wrong with a sweep just recorded
+``shot``              one short sweep before a campaign: wiring, levels, noise and hum
+====================  ====================================================================
 """

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from analysis.campaign import Sweep
 from analysis.h1 import h1
 from analysis.protocol.clocks import clock_difference, stretched
-from analysis.protocol.likeness import likeness
+from analysis.protocol.drive_comparison import compare_drive
 from analysis.protocol.protocol import AcquisitionProtocol
 from analysis.protocol.set_points import SweepSetPoint
 
@@ -16,7 +16,7 @@ Recorded = NDArray[np.float32]
 
 SAME_LEVEL = 0.05
 """How far the drive as recorded may be from the drive as asked for, as a share: cards are within 1 %."""
-LIKENESS = 0.99
+LEAST_CORRELATION = 0.99
 """Least correlation of the drive recorded with the drive played; white noise 17 dB below it still passes."""
 SYNCHRONOUS = 0.1
 """Largest difference between two repeats' delays, samples."""
@@ -135,9 +135,9 @@ def _damaged_drive(
         louder = "the drive recorded has {:.3f} times the level played"
     delays = []
     for number, recorded in enumerate(drive, 1):
-        gain, delay, correlation = likeness(recorded, reference, sample_rate, protocol.sweep.frequency_range)
+        gain, delay, correlation = compare_drive(recorded, reference, sample_rate, protocol.sweep.frequency_range)
         delays.append(delay)
-        if correlation < LIKENESS:
+        if correlation < LEAST_CORRELATION:
             cause = f"(correlation {correlation:.3f}): samples were lost, or its cable is off"
             yield f"repeat {number}: {unlike} {cause}"
         elif abs(gain - 1.0) > SAME_LEVEL:

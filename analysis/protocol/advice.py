@@ -1,10 +1,10 @@
-"""What a protocol may do and will regret."""
+"""Advice on a protocol: settings that are allowed, but give worse results."""
 
 STIFFNESS_CHANGE, LOSS_FACTOR = 0.02, 0.05
 """|d ln E / dT| [1/K] and loss factor of a soft polymer: polypropylene between 0 and 60 degrees Celsius."""
 LEAST_LINES = 2.0
 """Over the width of a resonance, in the middle of the band."""
-WORTH_TELLING = 0.01
+LEAST_CHANGE = 0.01
 """Change of a resonance within one sweep, as a share of its peak, from which on it is more than usual noise."""
 
 
@@ -36,7 +36,7 @@ def unresolved(lines: tuple[float, float], spacing: float, loss_factor: float) -
     )
 
 
-def smeared(duration: float, ramp_rate: float) -> tuple[str, ...]:
+def change_within_sweep(duration: float, ramp_rate: float) -> tuple[str, ...]:
     """Say how far a plate changes within sweeps of `duration`, s, on a ramp of `ramp_rate`, K/min, if it matters.
 
     At a resonance, dH/H = (dE/E) / eta of what the temperature is off its mean.
@@ -44,11 +44,11 @@ def smeared(duration: float, ramp_rate: float) -> tuple[str, ...]:
     rate = ramp_rate / 60.0
     by_second = 0.5 * rate * STIFFNESS_CHANGE / LOSS_FACTOR
     change = by_second * duration
-    if change < WORTH_TELLING:
+    if change < LEAST_CHANGE:
         return ()
-    longest = WORTH_TELLING / by_second
+    longest = LEAST_CHANGE / by_second
     return (
         f"on a ramp of {ramp_rate:g} K/min a sweep of {duration:g} s spreads over {rate * duration:.2g} K, which "
         f"changes resonances of a soft polymer by {100 * change:.2g} % of their peaks: the twin misses them by "
-        f"that. {longest:.2g} s or less, or a slower ramp, keep it below {100 * WORTH_TELLING:g} %",
+        f"that. {longest:.2g} s or less, or a slower ramp, keep it below {100 * LEAST_CHANGE:g} %",
     )

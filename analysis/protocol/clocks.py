@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.arrays import Real
 from analysis.protocol.drive import drive_signal, passed_at
-from analysis.protocol.likeness import whole_delay
+from analysis.protocol.drive_comparison import whole_delay
 from analysis.protocol.sweep import SweepSettings
 
 CRYSTALS = 3e-4

@@ -19,7 +19,7 @@ HARMONICS = 3
 
 
 @dataclass(frozen=True)
-class Heard:
+class InputLevels:
     """What one input recorded.
 
     Attributes
@@ -65,14 +65,14 @@ def shot_of(sweep: SweepSettings) -> SweepSettings:
     )
 
 
-def heard(
+def input_levels(
     silence: Real,
     drive: NDArray[np.float32],
     signal: NDArray[np.float32],
     inside: NDArray[np.bool_],
     rate: float,
     full: float,
-) -> Heard:
+) -> InputLevels:
     """Judge one input.
 
     Parameters
@@ -90,13 +90,13 @@ def heard(
 
     Returns
     -------
-    Heard
+    InputLevels
     """
     quiet = silence - silence.mean()
     by_mains = {mains: _hum(quiet, mains, rate) for mains in MAINS}
     mains = max(by_mains, key=lambda one: by_mains[one])
     coherence = h1(drive, signal)[2][inside]
-    return Heard(
+    return InputLevels(
         peak=float(np.abs(signal).max()) / full,
         level=float(np.sqrt(np.mean(np.square(signal, dtype=np.float64)))),
         noise=float(np.sqrt(np.mean(quiet**2))),

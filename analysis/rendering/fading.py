@@ -12,7 +12,7 @@ STEP = 0.25
 def raised_cosine(first: int, count: int, length: int) -> NDArray[np.float64]:
     """Share of the new filters in a fade, sample by sample.
 
-    Its spectrum falls by 18 dB an octave, so that little of a fade is heard beyond the band of the filters.
+    Its spectrum falls by 18 dB an octave, so that a fade adds little beyond the band of the filters.
 
     Parameters
     ----------

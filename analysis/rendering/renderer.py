@@ -49,10 +49,10 @@ class Renderer:
 
         A reading nearer than `STEP` to the filters in use, or one during a fade, changes nothing.
         """
-        told = self._inside(temperature)
-        if not abs(told - self.temperature) >= STEP or self._faded < self._fade:
+        wanted = self._inside(temperature)
+        if not abs(wanted - self.temperature) >= STEP or self._faded < self._fade:
             return False
-        self.temperature, self._before, self._faded = told, self._now, 0
+        self.temperature, self._before, self._faded = wanted, self._now, 0
         self._now = self._spectra()
         self.changes += 1
         return True

@@ -136,33 +136,33 @@ class Listener:
             From sample `before` of the drive on.
         """
         _, inside = _lines(self.frame, self.sample_rate, self.band)
-        heard = np.fft.rfft(self._window * response)[inside]
-        energy = float(np.sum(np.abs(heard) ** 2))
+        measured = np.fft.rfft(self._window * response)[inside]
+        energy = float(np.sum(np.abs(measured) ** 2))
         answers = self._answers(drive)[:, inside]
         if not energy > 0.0 or not np.sum(np.abs(answers) ** 2) > 0.0:
             return ThermometerReading(np.nan, np.nan, np.nan, 0.0, "silence in the band")
-        noise = np.full(len(heard), energy / len(heard))
+        noise = np.full(len(measured), energy / len(measured))
         for _ in range(3):
-            best = _nearest(answers, heard, noise)
-            rest = heard - best.gain * answers[best.place]
+            best = _nearest(answers, measured, noise)
+            rest = measured - best.gain * answers[best.place]
             noise = _smoothed(np.abs(rest) ** 2)
-        return self._judged(answers, heard, noise, _nearest(answers, heard, noise).place)
+        return self._judged(answers, measured, noise, _nearest(answers, measured, noise).place)
 
-    def _judged(self, answers: Complex, heard: Complex, noise: Real, place: int) -> ThermometerReading:
+    def _judged(self, answers: Complex, measured: Complex, noise: Real, place: int) -> ThermometerReading:
         near = slice(max(place - 4, 0), place + 5)
         spline = CubicSpline(self.temperature[near], answers[near])
         low, high = (self.temperature[max(place - 1, 0)], self.temperature[min(place + 1, len(answers) - 1)])
         t = float(self.temperature[place])
         for _ in range(8):
             value, slope = spline(t), spline(t, 1)
-            gain = _inner(value, heard, noise) / _inner(value, value, noise)
+            gain = _inner(value, measured, noise) / _inner(value, value, noise)
             across = slope - value * (_inner(value, slope, noise) / _inner(value, value, noise))
             bend = gain * _inner(across, across, noise)
-            t = float(np.clip(t + _inner(across, heard - gain * value, noise) / bend, low, high))
+            t = float(np.clip(t + _inner(across, measured - gain * value, noise) / bend, low, high))
         value = spline(t)
-        gain = _inner(value, heard, noise) / _inner(value, value, noise)
-        rest = heard - gain * value
-        explained = 1.0 - float(np.sum(np.abs(rest) ** 2) / np.sum(np.abs(heard) ** 2))
+        gain = _inner(value, measured, noise) / _inner(value, value, noise)
+        rest = measured - gain * value
+        explained = 1.0 - float(np.sum(np.abs(rest) ** 2) / np.sum(np.abs(measured) ** 2))
         information = 2.0 * gain**2 * _inner(across, across, _smoothed(np.abs(rest) ** 2))
         sigma = float(np.sqrt(self._correlation / information)) if information > 0.0 else np.inf
         refused = ""
@@ -212,9 +212,9 @@ class _Nearest:
     gain: float
 
 
-def _nearest(answers: Complex, heard: Complex, noise: Real) -> _Nearest:
+def _nearest(answers: Complex, measured: Complex, noise: Real) -> _Nearest:
     weighted = answers.conj() / noise
-    common = (weighted @ heard).real
+    common = (weighted @ measured).real
     own = np.sum(weighted * answers, axis=1).real
     place = int(np.argmax(common**2 / own))
     return _Nearest(place, float(common[place] / own[place]))

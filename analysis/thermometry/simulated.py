@@ -57,10 +57,10 @@ def simulated_response(
     faded[length - behind :] = np.cos(0.5 * np.pi * np.arange(behind) / behind) ** 2
     for first in range(-step, drive.shape[1], step):
         middle = (first + step) / sample_rate
-        heard = padded[:, first + step : first + step + length] * faded
+        block = padded[:, first + step : first + step + length] * faded
         spectrum = np.zeros(len(lines), dtype=complex)
         transfer = panel.transfer(float(programme.at(middle)), lines[inside])
-        spectrum[inside] = np.sum(transfer * np.fft.rfft(heard)[:, inside], axis=0)
+        spectrum[inside] = np.sum(transfer * np.fft.rfft(block)[:, inside], axis=0)
         answer = np.fft.irfft(spectrum, length)[memory : memory + 2 * step] * share
         response[first + step : first + 3 * step] += answer
     clean = response[step : step + drive.shape[1]]

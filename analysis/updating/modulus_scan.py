@@ -76,7 +76,7 @@ class ModulusScan:
         return self.agreement > AGREES and self.agreement > self.agreement_inside + DIFFERS
 
     @property
-    def hopeless(self) -> bool:
+    def far_outside(self) -> bool:
         """Whether, in addition, no modulus within the range agrees nearly as well."""
         return self.outside and self.agreement > self.agreement_inside + FAR
 

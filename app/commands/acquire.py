@@ -101,11 +101,11 @@ def command(
 
 
 def _advise(declared: "AcquiredExperiment", kind: "RigKind", output: Output) -> None:
-    from analysis.protocol.advice import smeared
+    from analysis.protocol.advice import change_within_sweep
 
     if kind != "simulated" and not declared.oven.expires:
         output.note("this oven goes on where the computer dies: see docs/guide/real-hardware.md on oven.program")
-    for sentence in smeared(declared.sweep.duration, declared.programme.ramp_rate):
+    for sentence in change_within_sweep(declared.sweep.duration, declared.programme.ramp_rate):
         output.note(sentence)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from analysis.protocol.shot import DURATION, Heard
+from analysis.protocol.shot import DURATION, InputLevels
 from app.files.experiment_toml import AcquiredExperiment, RigKind
 from app.rig.assembly import rig_places
 from app.rig.doctor import look_at_disk
@@ -100,11 +100,11 @@ def shoot(
     else:
         names = ["drive", *(output.id for output in experiment.recorded(experiment.sample_rate).outputs)]
         found = [Finding("shot", FindingState.BAD, fault, CHECK) for fault in shot.faults]
-        found += [_channel(name, one, experiment) for name, one in zip(names, shot.heard, strict=False)]
+        found += [_channel(name, one, experiment) for name, one in zip(names, shot.inputs, strict=False)]
     return found, () if unsafe is None else (unsafe,)
 
 
-def _channel(name: str, one: Heard, experiment: AcquiredExperiment) -> Finding:
+def _channel(name: str, one: InputLevels, experiment: AcquiredExperiment) -> Finding:
     seen = (
         f"{1e3 * one.level:.3g} mV rms, peak at {100 * one.peak:.0f} % of the range, "
         f"coherence {one.coherence:.3f}, noise {1e3 * one.noise:.2g} mV rms, "

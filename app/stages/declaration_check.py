@@ -52,7 +52,7 @@ def check_declaration(experiment: Experiment, frf: Frf, report: Progress) -> tup
         if not looks[sweep].outside or len(looks) == 2:
             break
     report(STAGE, 1.0)
-    if all(look.hopeless for look in looks.values()):
+    if all(look.far_outside for look in looks.values()):
         raise ResultFileError(sentence(experiment, float(frf.temperature[middle]), looks[middle]))
     if all(look.outside for look in looks.values()):
         return (sentence(experiment, float(frf.temperature[middle]), looks[middle]),)

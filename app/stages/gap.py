@@ -17,7 +17,7 @@ from analysis.gap.gap import find_gap
 from analysis.gap.report import GapReport
 from analysis.held_effects import HeldEffects
 from analysis.progress import Progress
-from analysis.protocol.advice import smeared
+from analysis.protocol.advice import change_within_sweep
 from analysis.updating.corrected_twin import CorrectedTwin, FittedTwin, corrected_twin, fit_twin
 from app.files.atomic import write_json
 from app.files.frf_file import save_frf
@@ -127,7 +127,7 @@ def compute(
         found = find_gap(frf, plain.updated, model, protocol, executor, floor=floor, progress=report)
         not_tried = untried(campaign.experiment, folder)
         told = (
-            *smeared(protocol.sweep_duration, protocol.ramp_rate),
+            *change_within_sweep(protocol.sweep_duration, protocol.ramp_rate),
             *missing_words(not_tried),
             *roughness(twin.error),
         )

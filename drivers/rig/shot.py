@@ -8,7 +8,7 @@ import numpy as np
 from analysis.protocol.acceptance import signal_faults
 from analysis.protocol.drive import drive_signal
 from analysis.protocol.protocol import AcquisitionProtocol
-from analysis.protocol.shot import SILENCE, Heard, heard, shot_of
+from analysis.protocol.shot import SILENCE, InputLevels, input_levels, shot_of
 from drivers.ni.cards import Cards, Record, go_on
 
 
@@ -20,12 +20,12 @@ class Shot:
     ----------
     faults : tuple of str
         By the criteria of a campaign's sweeps; empty if the campaign can begin.
-    heard : tuple of Heard
+    inputs : tuple of InputLevels
         Of the drive's input, then of the responses; empty if a fault ended the shot after the first repeat.
     """
 
     faults: tuple[str, ...]
-    heard: tuple[Heard, ...] = ()
+    inputs: tuple[InputLevels, ...] = ()
 
 
 def fire(cards: Cards, protocol: AcquisitionProtocol, check: Callable[[], None] = go_on) -> Shot:
@@ -74,4 +74,6 @@ def fire(cards: Cards, protocol: AcquisitionProtocol, check: Callable[[], None] 
     quiet = np.vstack([silence.drive[None], silence.responses])
     full = records[0].full_scale
     signals = (drive, *responses)
-    return Shot((), tuple(heard(q, drive, s, inside, rate, full) for q, s in zip(quiet, signals, strict=True)))
+    return Shot(
+        (), tuple(input_levels(q, drive, s, inside, rate, full) for q, s in zip(quiet, signals, strict=True))
+    )

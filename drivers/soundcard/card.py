@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from analysis.arrays import Real
-from analysis.protocol.likeness import likeness
+from analysis.protocol.drive_comparison import compare_drive
 from drivers.clock import Clock, SystemClock
 from drivers.interruptions import held_back
 from drivers.ni.cards import Record, go_on
@@ -165,7 +165,7 @@ class SoundCards:
         if volts.any():
             padded = np.pad(volts, (0, recorded.size - volts.size))
             band = (0.002 * self.sample_rate, 0.45 * self.sample_rate)
-            first += round(likeness(recorded, padded, self.sample_rate, band)[1] - usual)
+            first += round(compare_drive(recorded, padded, self.sample_rate, band)[1] - usual)
         return min(max(first, 0), recorded.size - volts.size)
 
     def _loop_back(self) -> float:
@@ -178,7 +178,7 @@ class SoundCards:
         noise = np.fft.irfft(phases, size)
         played = LOUDNESS * settings.output_range * noise / np.abs(noise).max()
         recorded = self._played(played, go_on)[0]
-        gain, delay, alike = likeness(recorded, np.pad(played, (0, recorded.size - size)), rate, TONES)
+        gain, delay, alike = compare_drive(recorded, np.pad(played, (0, recorded.size - size)), rate, TONES)
         doing = f"the loop-back test from {settings.output} to {settings.drive_input}"
         if alike < 0.9 or not 0.0 <= delay <= LATENCY * rate:
             said = f"What comes back is not what was played (correlation {alike:.2f})."

@@ -105,9 +105,9 @@ def convergence_order(values: Real) -> Real:
     if values.shape[0] < 3:
         return np.full(values.shape[1], np.nan)
     change = np.abs(np.diff(values[-3:], axis=0)).sum(axis=-1)
-    told = (change > ROUNDING).all(axis=0)
-    before, after = np.where(told, change, 1.0)
-    return np.asarray(np.where(told, np.log2(before / after), np.nan))
+    resolved = (change > ROUNDING).all(axis=0)
+    before, after = np.where(resolved, change, 1.0)
+    return np.asarray(np.where(resolved, np.log2(before / after), np.nan))
 
 
 def compare(case: Case, frequencies: Frequencies, refinements: Sequence[int] = (0, 1, 2)) -> CaseComparison:

@@ -1,9 +1,9 @@
-"""Lines taken by mains hum, nominal and heard."""
+"""Lines taken by mains hum, at the nominal frequency and at others."""
 
 import numpy as np
 import pytest
 
-from analysis.mains import likely_mains, mains_lines, other_hums
+from analysis.mains import likely_mains, mains_lines, other_fundamentals
 
 FREQUENCY = np.arange(100.0, 1500.0, 0.5)
 
@@ -25,33 +25,33 @@ def test_a_line_and_a_half_around_each_harmonic() -> None:
 
 def test_noise_is_no_hum() -> None:
     nothing = np.zeros(FREQUENCY.size, dtype=bool)
-    assert all(other_hums(FREQUENCY, noise(seed), nothing) == [] for seed in range(5))
+    assert all(other_fundamentals(FREQUENCY, noise(seed), nothing) == [] for seed in range(5))
 
 
-def test_a_faint_steady_hum_and_a_loud_one_in_a_single_sweep_are_heard() -> None:
+def test_a_faint_steady_hum_and_a_loud_one_in_a_single_sweep_are_found() -> None:
     nothing = np.zeros(FREQUENCY.size, dtype=bool)
-    (heard,) = other_hums(FREQUENCY, with_hum(noise(1), 49.87, 4.0), nothing)
-    assert abs(heard - 49.87) < 0.02
+    (found,) = other_fundamentals(FREQUENCY, with_hum(noise(1), 49.87, 4.0), nothing)
+    assert abs(found - 49.87) < 0.02
     once = noise(2)
     once[3] = with_hum(once[3], 60.04, 40.0)
-    assert all(abs(hum - 60.04) < 0.02 for hum in other_hums(FREQUENCY, once, nothing))
-    assert other_hums(FREQUENCY, once, nothing)
+    assert all(abs(hum - 60.04) < 0.02 for hum in other_fundamentals(FREQUENCY, once, nothing))
+    assert other_fundamentals(FREQUENCY, once, nothing)
 
 
 def test_a_hum_on_excluded_lines_is_none() -> None:
     excluded = mains_lines(FREQUENCY, 50.0, 2.0)
-    assert other_hums(FREQUENCY, with_hum(noise(3), 50.0, 50.0), excluded) == []
+    assert other_fundamentals(FREQUENCY, with_hum(noise(3), 50.0, 50.0), excluded) == []
 
 
-@pytest.mark.parametrize(("hum", "heard"), [(60.03, True), (57.0, False), (None, False)])
-def test_a_grid_is_heard_by_few_harmonics(hum: float | None, heard: bool) -> None:
+@pytest.mark.parametrize(("hum", "expected"), [(60.03, True), (57.0, False), (None, False)])
+def test_a_grid_is_found_by_few_harmonics(hum: float | None, expected: bool) -> None:
     """Six harmonics in band: too few to be sure of any fundamental, enough for that of a grid."""
     band = FREQUENCY < 450.0
     excluded = mains_lines(FREQUENCY, 50.0, 2.0)[band]
     for seed in range(5):
         rough = noise(seed) if hum is None else with_hum(noise(seed), hum, 30.0)
-        found = other_hums(FREQUENCY[band], rough[..., band], excluded)
-        assert bool(found) == heard
+        found = other_fundamentals(FREQUENCY[band], rough[..., band], excluded)
+        assert bool(found) == expected
         assert all(abs(one - 60.03) < 0.1 for one in found)
 
 

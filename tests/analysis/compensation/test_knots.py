@@ -16,8 +16,8 @@ EVERYWHERE = np.arange(0.0, 60.1, 0.5)
 def known(tones, law):
     """Make filters that follow law(T), and forms in which their own direction is the target."""
     bank = FirBank(tones(law(EVERYWHERE)), EVERYWHERE, 8_000.0, 16)
-    heard = bank.response(LINES)
-    aim = heard.conj() / np.linalg.norm(heard, axis=-1, keepdims=True)
+    response = bank.response(LINES)
+    aim = response.conj() / np.linalg.norm(response, axis=-1, keepdims=True)
     plate = np.broadcast_to(np.eye(2), (*aim.shape, 2)).astype(complex)
     return bank, EnergyForms(plate, aim[..., :, None].conj() * aim[..., None, :], aim)
 
@@ -27,8 +27,8 @@ def lost(bank, forms, temperature):
     rows = np.searchsorted(bank.temperature, temperature)
     few = FirBank(bank.taps[rows], bank.temperature[rows], bank.sample_rate, bank.delay)
     taps = cubic_spline(few, few.temperature, bank.temperature)
-    heard = FirBank(taps, bank.temperature, bank.sample_rate, bank.delay).response(LINES)
-    return float((contrast(forms, bank.response(LINES)) - contrast(forms, heard)).max())
+    response = FirBank(taps, bank.temperature, bank.sample_rate, bank.delay).response(LINES)
+    return float((contrast(forms, bank.response(LINES)) - contrast(forms, response)).max())
 
 
 @pytest.mark.parametrize("count", [8, 11])

@@ -36,7 +36,7 @@ def computed(plain, laws, bank, spread, count, rng):
     """Contrast (count, A, F) of plates drawn, each of them computed."""
     lines = plain.panel.filters.frequency
     lines = lines[plain.panel.filters.in_band(lines)]
-    heard, material = bank.response(lines), laws.at(bank.temperature)
+    response, material = bank.response(lines), laws.at(bank.temperature)
     found = []
     for draw in rng.standard_normal((count, 3)) * spread:
         row = []
@@ -44,7 +44,7 @@ def computed(plain, laws, bank, spread, count, rng):
             e = material.youngs_modulus[t] * np.exp(draw[0])
             nu, eta = material.poisson_ratio[t] + draw[1], material.loss_factor[t] * np.exp(draw[2])
             forms = plain.space.forms([plain.amplitudes(e, nu, eta, lines)])
-            row.append(contrast(forms, heard[t : t + 1])[0])
+            row.append(contrast(forms, response[t : t + 1])[0])
         found.append(row)
     return np.array(found)
 

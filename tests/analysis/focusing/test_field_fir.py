@@ -104,10 +104,10 @@ def test_more_weight_outside_buys_contrast_and_costs_level(plain):
         band = settings.in_band(settings.frequency)
         wanted = invert(forms.weighted(kappa), settings.tolerance).filters[0]
         taps = TapDesign.of(panel, settings.middle)
-        heard = taps.bank(taps.taps(forms, wanted)[None], np.zeros(1)).response(settings.frequency[band])
+        response = taps.bank(taps.taps(forms, wanted)[None], np.zeros(1)).response(settings.frequency[band])
         within = forms.at(slice(None), band)
-        level = np.abs(mean_response(within, heard, plain.space.asked(1e-6))).mean()
-        reached.append((contrast(within, heard).mean(), level))
+        level = np.abs(mean_response(within, response, plain.space.asked(1e-6))).mean()
+        reached.append((contrast(within, response).mean(), level))
     contrasts, levels = zip(*reached, strict=True)
     assert contrasts[0] < contrasts[1] < contrasts[2]
     assert levels[0] > levels[1] > levels[2]

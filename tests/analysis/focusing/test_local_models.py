@@ -77,6 +77,6 @@ def test_filters_of_local_models_are_those_of_the_whole(wide, softening, monkeyp
     assert local.models[0] is local.models[-1] is not whole.models[0] is wide
     assert np.abs(local.bank.taps - whole.bank.taps).max() > 0.0
     lines = small.frequency[small.in_band(small.frequency)]
-    reached, heard = contrast(whole.forms, whole.bank.response(lines)), local.bank.response(lines)
-    np.testing.assert_allclose(contrast(whole.forms, heard), reached, atol=1e-4)
-    np.testing.assert_allclose(contrast(local.forms, heard), reached, atol=1e-3)
+    reached, response = contrast(whole.forms, whole.bank.response(lines)), local.bank.response(lines)
+    np.testing.assert_allclose(contrast(whole.forms, response), reached, atol=1e-4)
+    np.testing.assert_allclose(contrast(local.forms, response), reached, atol=1e-3)

@@ -10,7 +10,7 @@ from analysis.campaign import Sweep
 from analysis.protocol.acceptance import faults
 from analysis.protocol.clocks import stretched
 from analysis.protocol.drive import drive_signal
-from analysis.protocol.likeness import likeness
+from analysis.protocol.drive_comparison import compare_drive
 from analysis.protocol.protocol import AcquisitionProtocol
 
 RATE = 51_200.0 / 6.0
@@ -66,7 +66,7 @@ def test_a_good_sweep_has_no_fault(
 def test_delay_is_found_to_a_hundredth_of_a_sample(
     good: Sweep, played: NDArray[np.float64], protocol: AcquisitionProtocol
 ) -> None:
-    gain, delay, correlation = likeness(good.drive[0], played, RATE, protocol.sweep.frequency_range)
+    gain, delay, correlation = compare_drive(good.drive[0], played, RATE, protocol.sweep.frequency_range)
     assert gain == pytest.approx(1.0, abs=1e-3)
     assert delay == pytest.approx(38.4, abs=0.01)
     assert correlation > 0.9999

@@ -1,15 +1,15 @@
 import numpy as np
 import pytest
 
-from analysis.protocol.advice import LOSS_FACTOR, STIFFNESS_CHANGE, smeared
+from analysis.protocol.advice import LOSS_FACTOR, STIFFNESS_CHANGE, change_within_sweep
 
 
 def test_a_short_sweep_or_a_resting_plate_needs_none() -> None:
-    assert smeared(2.0, 0.4) == smeared(60.0, 0.0) == ()
+    assert change_within_sweep(2.0, 0.4) == change_within_sweep(60.0, 0.0) == ()
 
 
 def test_a_long_sweep_on_a_ramp_changes_resonances_by_what_is_said() -> None:
-    (said,) = smeared(15.0, 0.4)
+    (said,) = change_within_sweep(15.0, 0.4)
     assert "spreads over 0.1 K" in said
     assert "by 2 % of their peaks" in said
 
@@ -22,6 +22,6 @@ def test_a_long_sweep_on_a_ramp_changes_resonances_by_what_is_said() -> None:
 
 
 def test_what_is_recommended_needs_no_advice() -> None:
-    (said,) = smeared(15.0, 0.4)
+    (said,) = change_within_sweep(15.0, 0.4)
     assert "7.5 s or less" in said
-    assert smeared(7.4, 0.4) == ()
+    assert change_within_sweep(7.4, 0.4) == ()

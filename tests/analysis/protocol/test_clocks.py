@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.protocol.clocks import clock_difference, stretched
 from analysis.protocol.drive import drive_signal, passed_at
-from analysis.protocol.likeness import likeness
+from analysis.protocol.drive_comparison import compare_drive
 from analysis.protocol.sweep import SweepSettings
 
 RATE = 51_200.0 / 6.0
@@ -42,7 +42,7 @@ def test_the_difference_is_found_and_taken_out(
     assert abs(found - difference) * played.size < SEEN
     reference = stretched(played, found, RATE, sweep, 1.0) if found else played
     for drive, delay in zip(drives, (38.4, 38.7), strict=True):
-        gain, late, correlation = likeness(drive, reference, RATE, sweep.frequency_range)
+        gain, late, correlation = compare_drive(drive, reference, RATE, sweep.frequency_range)
         assert gain == pytest.approx(1.0, abs=2e-3)
         assert late == pytest.approx(delay, abs=0.1)
         assert correlation > 0.9998

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from analysis.protocol.drive import drive_signal
-from analysis.protocol.shot import heard, shot_of
+from analysis.protocol.shot import input_levels, shot_of
 from analysis.protocol.sweep import SweepSettings
 
 RATE = 51_200.0 / 6.0
@@ -34,7 +34,7 @@ def test_level_noise_hum_and_coherence(mains):
     signal = (0.5 * drive + 0.02 * rng.standard_normal(drive.shape)).astype(np.float32)
     grid = np.fft.rfftfreq(played.size, 1.0 / RATE)
     inside = (grid >= 100.0) & (grid <= 1500.0)
-    one = heard(silence, drive, signal, inside, RATE, full=5.0)
+    one = input_levels(silence, drive, signal, inside, RATE, full=5.0)
     rms_of_hum = np.sqrt(0.01**2 + 0.5 * 0.004**2)
     assert one.mains == mains
     assert one.hum == pytest.approx(rms_of_hum, rel=0.02)
@@ -42,7 +42,7 @@ def test_level_noise_hum_and_coherence(mains):
     assert one.peak == pytest.approx(1.0 / 5.0, rel=0.1)
     assert one.level == pytest.approx(0.5 * np.sqrt(np.mean(played**2)), rel=0.01)
     assert 0.95 < one.coherence < 1.0
-    assert heard(silence, drive, 0.5 * drive, inside, RATE, full=5.0).coherence == pytest.approx(1.0)
+    assert input_levels(silence, drive, 0.5 * drive, inside, RATE, full=5.0).coherence == pytest.approx(1.0)
 
 
 def test_a_shot_ends_no_higher_than_the_campaign_s_sweep():

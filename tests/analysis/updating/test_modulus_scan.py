@@ -1,4 +1,4 @@
-"""A look at one sweep finds the modulus within a few per cent, and tells a hopeless range from a good one."""
+"""A look at one sweep finds the modulus within a few per cent, and tells a range far from it from a good one."""
 
 from dataclasses import replace
 
@@ -32,14 +32,14 @@ def look(twin, modulus: float, loss: float = 0.05, box: MaterialBox = BOX, noise
 def test_a_modulus_within_the_range_is_found_there(twin, modulus: float, loss: float) -> None:
     seen = look(twin, modulus, loss)
     assert seen.modulus == pytest.approx(modulus, rel=0.1)
-    assert (seen.outside, seen.hopeless) == (False, False)
+    assert (seen.outside, seen.far_outside) == (False, False)
 
 
 @pytest.mark.parametrize("modulus", [0.25e9, 12e9])
 def test_a_modulus_far_outside_is_found_and_stops(twin, modulus: float) -> None:
     seen = look(twin, modulus)
     assert seen.modulus == pytest.approx(modulus, rel=0.1)
-    assert seen.hopeless
+    assert seen.far_outside
 
 
 def test_noise_without_a_plate_stops_nothing(twin) -> None:

@@ -25,7 +25,7 @@ def test_a_sound_rig(world: World) -> None:
     told, seconds = shot(world)
     assert told.faults == ()
     assert seconds < 3.0
-    drive, response = told.heard
+    drive, response = told.inputs
     assert drive.coherence == pytest.approx(1.0, abs=1e-3)
     assert drive.peak == pytest.approx(1.0 / 5.0, rel=0.1)  # 1 V of the NI 9234's 5.1
     assert response.level > 100.0 * response.noise

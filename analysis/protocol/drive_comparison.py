@@ -1,10 +1,10 @@
-"""How much a drive as recorded is like the drive as played."""
+"""Comparison of a drive as recorded with the drive as played."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 
-def likeness(
+def compare_drive(
     recorded: NDArray[np.floating],
     played: NDArray[np.float64],
     sample_rate: float,
@@ -13,7 +13,7 @@ def likeness(
     """Compare a drive as recorded with the drive as played, over its own frequencies.
 
     A card delays by a constant number of samples, not a whole one. A sample lost or doubled in the
-    middle splits the record into two of different delay, which no single delay can make alike.
+    middle splits the record into two parts of different delay, which no single delay can align.
 
     Parameters
     ----------
@@ -55,7 +55,8 @@ def likeness(
 def whole_delay(cross: NDArray[np.complex128], size: int) -> int:
     """Return the delay in a cross spectrum (size // 2 + 1,) to a few samples.
 
-    The envelope of the correlation tells it: the correlation itself has a peak in every period of a narrow band.
+    It is read from the envelope of the correlation: the correlation itself has a peak in every period of a narrow
+    band.
     """
     from scipy.fft import ifft
 
