@@ -8,6 +8,7 @@
 ``clearance``    free distances between borders
 ``sides``        division of edges into pieces, and widths of strips
 ``repairs``      changes from one round of meshing to the next
+``cells``        a mesh under construction
 ``strips``       quadrilaterals along every border
 ``fill``         triangles in the remaining area
 ``grading``      refinement at corners

@@ -140,6 +140,27 @@ def _turned_alike(declared: ForeignMesh, points: Real) -> tuple[Whole, Whole]:
 
 def _borders(mesh: PlateMesh, borders: Sequence[Border], tolerance: float) -> dict[str, BorderEdges]:
     """Edges along every border: boundary edges for outline and holes, edges between its cells and others else."""
+    sharing = _sharing(mesh, borders)
+    if sharing[-1].max() > 2:
+        place = mesh.points[mesh.edges[sharing[-1].argmax()]].mean(axis=0)
+        raise GeometryError(f"more than two cells of the mesh share the edge at {at(place)}", place)
+    outer = [border for border in borders if border.kind != "inner"]
+    found = _outer_borders(mesh, np.flatnonzero(sharing[-1] == 1), outer, tolerance)
+    for border, cells in zip(borders, sharing, strict=False):
+        if border.kind == "inner":
+            found[border.name] = _inner_border(mesh, np.flatnonzero(cells == 1), border, tolerance)
+    for border in borders:
+        covered = float(np.abs(np.diff(found[border.name].span, axis=1)).sum())
+        if abs(covered - len(border.loop.curves)) > 0.01:
+            raise GeometryError(
+                f"the mesh follows {covered / len(border.loop.curves):.0%} of {border.name!r}; allowed all of it",
+                border.loop.curves[0].at(0.0),
+            )
+    return found
+
+
+def _sharing(mesh: PlateMesh, borders: Sequence[Border]) -> Whole:
+    """Count the cells at every edge, (borders + 1, edges): those inside each border, then all."""
     cells = [*zip(mesh.quad_edges, range(len(mesh.quads)), strict=True)]
     cells += [*zip(mesh.triangle_edges, range(len(mesh.quads), mesh.cells), strict=True)]
     sharing = np.zeros((len(borders) + 1, len(mesh.edges)), int)
@@ -147,11 +168,13 @@ def _borders(mesh: PlateMesh, borders: Sequence[Border], tolerance: float) -> di
         sharing[-1, edges] += 1
         for k, border in enumerate(borders):
             sharing[k, edges] += int(mesh.inside[border.name][cell])
-    rim = np.flatnonzero(sharing[-1] == 1)
-    if sharing[-1].max() > 2:
-        place = mesh.points[mesh.edges[sharing[-1].argmax()]].mean(axis=0)
-        raise GeometryError(f"more than two cells of the mesh share the edge at {at(place)}", place)
-    outer = [border for border in borders if border.kind != "inner"]
+    return sharing
+
+
+def _outer_borders(
+    mesh: PlateMesh, rim: Whole, outer: Sequence[Border], tolerance: float
+) -> dict[str, BorderEdges]:
+    """Divide the boundary edges `rim` among outline and holes; GeometryError for one that is near none of them."""
     middle = _along(mesh, rim, 0.0)
     away = np.array([border.loop.nearest(middle).distance for border in outer])
     if away.min(axis=0).max() > tolerance:
@@ -161,28 +184,20 @@ def _borders(mesh: PlateMesh, borders: Sequence[Border], tolerance: float) -> di
             f"the plate; allowed {1e3 * tolerance:g} mm",
             place,
         )
-    found = {border.name: _spans(mesh, rim[away.argmin(axis=0) == k], border) for k, border in enumerate(outer)}
-    for k, border in enumerate(borders):
-        if border.kind != "inner":
-            continue
-        own = np.flatnonzero(sharing[k] == 1)
-        far = border.loop.nearest(_along(mesh, own, 0.0)).distance
-        if far.max(initial=0.0) > tolerance:
-            place = _along(mesh, own, 0.0)[far.argmax()]
-            raise GeometryError(
-                f"physical surface {border.name!r} ends at {at(place)}, {1e3 * far.max():.3g} mm away "
-                f"from its declared border; allowed {1e3 * tolerance:g} mm",
-                place,
-            )
-        found[border.name] = _spans(mesh, own, border)
-    for border in borders:
-        covered = float(np.abs(np.diff(found[border.name].span, axis=1)).sum())
-        if abs(covered - len(border.loop.curves)) > 0.01:
-            raise GeometryError(
-                f"the mesh follows {covered / len(border.loop.curves):.0%} of {border.name!r}; allowed all of it",
-                border.loop.curves[0].at(0.0),
-            )
-    return found
+    return {border.name: _spans(mesh, rim[away.argmin(axis=0) == k], border) for k, border in enumerate(outer)}
+
+
+def _inner_border(mesh: PlateMesh, own: Whole, border: Border, tolerance: float) -> BorderEdges:
+    """Edges around the cells of a patch or zone; GeometryError where one is away from the declared border."""
+    far = border.loop.nearest(_along(mesh, own, 0.0)).distance
+    if far.max(initial=0.0) > tolerance:
+        place = _along(mesh, own, 0.0)[far.argmax()]
+        raise GeometryError(
+            f"physical surface {border.name!r} ends at {at(place)}, {1e3 * far.max():.3g} mm away "
+            f"from its declared border; allowed {1e3 * tolerance:g} mm",
+            place,
+        )
+    return _spans(mesh, own, border)
 
 
 def _along(mesh: PlateMesh, edges: Whole, s: float) -> Real:

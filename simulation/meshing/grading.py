@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from analysis.arrays import Real
-from simulation.meshing.strips import Cells, Path
+from simulation.meshing.cells import Cells, Path
 
 
 def graded(cells: Cells, share: float, corners: set[int]) -> None:

@@ -16,6 +16,7 @@ from analysis.arrays import Real, Whole
 from analysis.geometry.fault import GeometryError, at
 from analysis.geometry.loop import Loop
 from simulation.meshing.arrangement import Arrangement, Face
+from simulation.meshing.cells import Cells
 from simulation.meshing.fill import Fill, crossing_sides, fill
 from simulation.meshing.grading import corners_apart, graded
 from simulation.meshing.numbering import numbered
@@ -24,7 +25,7 @@ from simulation.meshing.quality import jacobian_ratio
 from simulation.meshing.recipe import MeshRecipe
 from simulation.meshing.repairs import Cap, Repairs, Stretch
 from simulation.meshing.sides import Cutter, Sizes
-from simulation.meshing.strips import Cells, strips
+from simulation.meshing.strips import strips
 
 ROUNDS = 24
 MOST_CUTS = 250

@@ -6,9 +6,9 @@ import numpy as np
 
 from analysis.arrays import Whole
 from simulation.meshing.arrangement import Arrangement, Face
+from simulation.meshing.cells import Cells
 from simulation.meshing.grading import part_of
 from simulation.meshing.plate_mesh import CURVE_DEGREE, BorderEdges, PlateMesh, edges_of
-from simulation.meshing.strips import Cells
 from simulation.shell.lobatto import bow_coefficients
 
 

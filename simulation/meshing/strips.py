@@ -5,8 +5,7 @@ both sides meet: at a convex corner in one kite between the feet of the two inne
 kites that fan out from the corner.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -14,67 +13,17 @@ import numpy as np
 from analysis.arrays import Real
 from analysis.geometry.curves import turning
 from simulation.meshing.arrangement import HalfEdge
+from simulation.meshing.cells import Cells, Foot
 from simulation.meshing.corners import CONVEX, REENTRANT, Corner
-from simulation.meshing.repairs import Repairs, Stretch
+from simulation.meshing.repairs import Repairs
 from simulation.meshing.sides import Cutter, Side
-
-Path = Callable[[Real], Real]
-"""Points (..., 2) over a parameter in [0, 1]."""
 
 FAN = np.deg2rad(100.0)
 """Largest turn of one kite of a fan."""
 
 
-@dataclass(frozen=True)
-class Foot:
-    """Origin of an inner point of a strip.
-
-    Attributes
-    ----------
-    width : float
-        Of the strip there, m.
-    point : int
-        Of the border.
-    pieces : tuple of Stretch
-        Pieces of the strip on both sides of it.
-    """
-
-    width: float
-    point: int
-    pieces: tuple[Stretch, ...]
-
-
-@dataclass
-class Cells:
-    """A mesh under construction: points, quadrilaterals, curved edges and the loops left to be filled."""
-
-    points: list[Real] = field(default_factory=list)
-    quads: list[tuple[int, int, int, int]] = field(default_factory=list)
-    quad_face: list[int] = field(default_factory=list)
-    paths: dict[tuple[int, int], Path] = field(default_factory=dict)
-    """Curved edges, by their two points."""
-    on_edge: dict[tuple[int, int], tuple[int, float, float]] = field(default_factory=dict)
-    """Pieces by their two points -> edge of the arrangement and parameters at these points."""
-    rings: list[list[list[int]]] = field(default_factory=list)
-    """Rings of points around the area to be filled, by face."""
-    inner: dict[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
-    """Sides of rings, ascending -> the piece from which their strip starts."""
-    foot: dict[int, Foot] = field(default_factory=dict)
-    """Origin of every inner point of a strip."""
-    wedges: list[tuple[int, int, int]] = field(default_factory=list)
-    """Triangles in which strips end."""
-    wedge_face: list[int] = field(default_factory=list)
-    corners: dict[int, bool] = field(default_factory=dict)
-    """Points at which the mesh can be graded -> whether it is a convex corner of the plate alone."""
-
-    def add(self, point: Real) -> int:
-        """Append a point and return its number."""
-        self.points.append(np.asarray(point, float))
-        return len(self.points) - 1
-
-
 def strips(cutter: Cutter, repairs: Repairs) -> Cells:
-    """Cut every edge and lay the strips."""
+    """Cut every edge and add the strips along it."""
     plan, cells = cutter.plan, Cells()
     for point in plan.nodes:
         cells.add(point)
@@ -94,7 +43,8 @@ def strips(cutter: Cutter, repairs: Repairs) -> Cells:
         rings = []
         for cycle, row in zip(face.cycles, cutter.corners[f], strict=True):
             sides = [cutter.side(half, cuts[half.edge], numbers[half.edge], repairs) for half in cycle]
-            rings.append(_lay(cells, sides, [(corner, repairs.closed(corner)) for corner in row], reach, f))
+            corners = [(corner, repairs.closed(corner)) for corner in row]
+            rings.append(_strip_of_cycle(cells, sides, corners, reach, f))
         cells.rings.append(rings)
     cells.corners = _to_grade(cutter)
     return cells
@@ -114,40 +64,23 @@ def _to_grade(cutter: Cutter) -> dict[int, bool]:
     return found
 
 
-def _lay(
+def _strip_of_cycle(
     cells: Cells, sides: list[Side], corners: list[tuple[Corner, bool]], reach: Mapping[int, float], face: int
 ) -> list[int]:
-    """Lay the strip of one cycle; return the ring of its inner points.
+    """Add the strip of one cycle to the cells; return the ring of its inner points.
 
-    `corners[k]` is between `sides[k]` and the next one; its flag tells whether strips end there.
+    `corners[k]` is between `sides[k]` and the next one; its flag says whether strips end there.
     """
     inner: list[dict[int, int]] = [{} for _ in sides]
     beyond: list[list[int]] = []
     kites: list[bool] = []
     for k, (corner, closed) in enumerate(corners):
-        before, after = sides[k], sides[(k + 1) % len(sides)]
-        into, out = inner[k], inner[(k + 1) % len(sides)]
-        n = len(before.place) - 1
-        strips_meet = not (closed or before.bare[-1] or after.bare[0])
+        after = (k + 1) % len(sides)
+        strips_meet = not (closed or sides[k].bare[-1] or sides[after].bare[0])
         kites.append(strips_meet and corner.angle < CONVEX)
-        beyond.append([])
-        pieces = (before.stretch(n - 1), after.stretch(0))
-        if kites[k]:
-            into[n - 1] = out[1] = tip = cells.add(_kite_tip(before, after))
-            width = reach[corner.node] * float(np.tan(0.5 * corner.angle))
-            cells.foot[tip] = Foot(width, corner.node, pieces)
-            _quad(cells, (after.number[0], after.number[1], tip, before.number[n - 1]), face)
-            beyond[k] = (
-                [before.number[n - 1]] * bool(before.bare[-2]) + [tip] + [after.number[1]] * bool(after.bare[1])
-            )
-        elif strips_meet and corner.angle <= REENTRANT:
-            width = float(min(before.width[-2:].min(), after.width[:2].min()))
-            normal = before.inwards(n) + after.inwards(0)
-            normal *= width / np.sin(0.5 * corner.angle) / np.hypot(*normal)
-            into[n] = out[0] = cells.add(cells.points[corner.node] + normal)
-            cells.foot[into[n]] = Foot(width, corner.node, pieces)
-        elif strips_meet:
-            beyond[k] = _fan(cells, before, after, corner, reach[corner.node], (into, out), face)
+        pair, ends = (sides[k], sides[after]), (inner[k], inner[after])
+        between = _corner(cells, pair, corner, reach, ends, face) if strips_meet else []
+        beyond.append(between)
     ring: list[int] = []
     for k, side in enumerate(sides):
         last = len(side.place) - 1
@@ -162,8 +95,40 @@ def _lay(
     return [number for k, number in enumerate(ring) if number != ring[k - 1]]
 
 
+def _corner(
+    cells: Cells,
+    sides: tuple[Side, Side],
+    corner: Corner,
+    reach: Mapping[int, float],
+    inner: tuple[dict[int, int], dict[int, int]],
+    face: int,
+) -> list[int]:
+    """Join the strips of the two sides of a corner; return the points between the ends of their inner lines.
+
+    `inner` holds the inner points of the two strips, by the cut of the border, and gets those at the corner.
+    """
+    before, after = sides
+    into, out = inner
+    n = len(before.place) - 1
+    pieces = (before.stretch(n - 1), after.stretch(0))
+    if corner.angle < CONVEX:
+        into[n - 1] = out[1] = tip = cells.add(_kite_tip(before, after))
+        width = reach[corner.node] * float(np.tan(0.5 * corner.angle))
+        cells.foot[tip] = Foot(width, corner.node, pieces)
+        _quad(cells, (after.number[0], after.number[1], tip, before.number[n - 1]), face)
+        return [before.number[n - 1]] * bool(before.bare[-2]) + [tip] + [after.number[1]] * bool(after.bare[1])
+    if corner.angle <= REENTRANT:
+        width = float(min(before.width[-2:].min(), after.width[:2].min()))
+        normal = before.inwards(n) + after.inwards(0)
+        normal *= width / np.sin(0.5 * corner.angle) / np.hypot(*normal)
+        into[n] = out[0] = cells.add(cells.points[corner.node] + normal)
+        cells.foot[into[n]] = Foot(width, corner.node, pieces)
+        return []
+    return _fan(cells, before, after, corner, reach[corner.node], inner, face)
+
+
 def _piece(cells: Cells, side: Side, i: int, inner: Mapping[int, int], face: int) -> tuple[int, int]:
-    """Lay one piece of a strip; return the two points in which its inner side ends.
+    """Add one piece of a strip; return the two points in which its inner side ends.
 
     At the beginning and end of a strip a piece is a triangle; without a strip it is the border itself.
     """

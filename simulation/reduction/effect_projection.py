@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from analysis.arrays import Mask, Real
 from analysis.sheet_orthotropy import Orthotropy
 from simulation.reduction.effect_operators import BENDING_DEGREE, MEMBRANE_DEGREE
-from simulation.reduction.projector import Projector
+from simulation.reduction.projector import Projector, Rows
 from simulation.shell.rigidity import SHEAR_FACTOR, STRAINS, THX, THY, TILTED, U, V, W
+from simulation.shell.shell_plate import ShellPlate
 from simulation.shell.space import ShapeSpace
 from simulation.state.field_basis import polynomial, polynomials
 
@@ -92,15 +93,7 @@ def weighed_energies(
         A stack for each kind, its last axes (count, r, r).
     """
     r, shell = p.vectors.shape[1], p.full.shell
-    h, rho = shell.space.spread(shell.thickness), shell.plate.density
-    scale = {
-        "bending": h**3 / 12.0,
-        "membrane": h,
-        "shear": SHEAR_FACTOR * h,
-        "mass": rho * h,
-        "rotary": rho * h**3 / 12.0,
-        "normal": np.ones_like(h),
-    }
+    scale = _factors(shell)
     run = map if executor is None else executor.map
     counts = {**counts, **({"rotary": counts["mass"]} if "mass" in counts else {})}
     found = {
@@ -120,20 +113,42 @@ def weighed_energies(
 
     tasks = [(name, term) for name, count in counts.items() for term in range(count)]
     for rows in p.rows(space, cells):
-        u, v, w, thx, thy = (rows.motion[field] for field in (U, V, W, THX, THY))
-        motions: dict[str, list[Any]] = {
-            "shear": [rows.strain[6:]],
-            "mass": [[u, v, w]],
-            "rotary": [[thx, thy]],
-            "normal": [[w]],
-        }
-        for name, part in zip(IN_PLANE, (rows.strain[3:6], rows.strain[:3]), strict=True):
-            x, y, xy = _in_axes(part, shell.sheet.angle)
-            motions[name] = [[x], [y], [x + y], [xy]]
+        motions = _motions(rows, shell.sheet.angle)
         list(run(add, tasks))
         if step is not None:
             step()
     return {name: _moduli(name, _lowered(found.pop(name), lift), shell.sheet) for name in tuple(found)}
+
+
+def _factors(shell: ShellPlate) -> dict[str, Real]:
+    """Factor (Q,) of the squared strains or displacements in each energy, at the points of quadrature."""
+    h, rho = shell.space.spread(shell.thickness), shell.plate.density
+    return {
+        "bending": h**3 / 12.0,
+        "membrane": h,
+        "shear": SHEAR_FACTOR * h,
+        "mass": rho * h,
+        "rotary": rho * h**3 / 12.0,
+        "normal": np.ones_like(h),
+    }
+
+
+def _motions(rows: Rows, angle: float) -> dict[str, list[Any]]:
+    """Strains or displacements of which each energy is the sum of squares, in the sheet's own axes.
+
+    One list for each stack of the energy; arrays are (Q, r).
+    """
+    u, v, w, thx, thy = (rows.motion[field] for field in (U, V, W, THX, THY))
+    motions: dict[str, list[Any]] = {
+        "shear": [rows.strain[6:]],
+        "mass": [[u, v, w]],
+        "rotary": [[thx, thy]],
+        "normal": [[w]],
+    }
+    for name, part in zip(IN_PLANE, (rows.strain[3:6], rows.strain[:3]), strict=True):
+        x, y, xy = _in_axes(part, angle)
+        motions[name] = [[x], [y], [x + y], [xy]]
+    return motions
 
 
 def _lowered(stack: NDArray[Any], lift: Real) -> NDArray[Any]:

@@ -22,7 +22,7 @@ from simulation.reduction.effect_certification import measured_error
 from simulation.reduction.effect_operators import EffectOperators
 from simulation.reduction.effect_projection import plate_energies, strains
 from simulation.reduction.energy_decomposition import energy_shift, middle
-from simulation.reduction.missing_answers import joined, missed
+from simulation.reduction.missing_responses import extended_basis, missing_directions
 from simulation.reduction.patch_projection import patch_energies
 from simulation.reduction.plate_basis import PlateBasis, plain_reduction
 from simulation.reduction.projector import CHUNK, Projector
@@ -85,28 +85,13 @@ def reduce_with_effects(
     report = progress or (lambda stage, share: None)
     band = experiment.protocol.band
     attached = [attached_disc(experiment.plate, a) for a in experiment.attachments]
-    acting, felt = [*attached, *experiment.footprints], experiment.footprints[:FEW]
-    model = None
-    if basis is not None:
-        model = assemble_chosen(experiment.plate, experiment.patch, basis.kept, fineness=fineness)
-    if basis is None or model is None or not basis.fits(model.mass):
-        model, _, basis = plain_reduction(
-            experiment.plate,
-            experiment.patch,
-            box,
-            band,
-            attached=attached,
-            footprints=experiment.footprints,
-            driven=experiment.driven,
-            fineness=fineness,
-            training=training,
-            progress=progress,
-        )
+    acting, measured = [*attached, *experiment.footprints], experiment.footprints[:FEW]
+    model, basis = _plain(experiment, box, attached, basis, fineness, training, progress)
     full = FullPlate.of(model)
     probe = model.footprint_rows(acting)
-    missing = _missing(full, basis.vectors, probe[: len(attached) + FEW].T, felt, box, band, report)
+    missing = _missing(full, basis.vectors, probe[: len(attached) + FEW].T, measured, box, band, report)
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
-    vectors = joined(basis.vectors, missing, energy, model.mass, TAIL * _finer(box))
+    vectors = extended_basis(basis.vectors, missing, energy, model.mass, TAIL * _finer(box))
     done = [0.6]
 
     def step() -> None:
@@ -122,6 +107,35 @@ def reduce_with_effects(
     return ops, full, vectors
 
 
+def _plain(
+    experiment: Experiment,
+    box: MaterialBox,
+    attached: Sequence[Footprint],
+    basis: PlateBasis | None,
+    fineness: Fineness | None,
+    training: BasisTraining | None,
+    progress: Progress | None,
+) -> tuple[ShellModel, PlateBasis]:
+    """Plate without effects and the basis of its plain reduction, computed unless `basis` fits the plate."""
+    if basis is not None:
+        model = assemble_chosen(experiment.plate, experiment.patch, basis.kept, fineness=fineness)
+        if model is not None and basis.fits(model.mass):
+            return model, basis
+    model, _, basis = plain_reduction(
+        experiment.plate,
+        experiment.patch,
+        box,
+        experiment.protocol.band,
+        attached=attached,
+        footprints=experiment.footprints,
+        driven=experiment.driven,
+        fineness=fineness,
+        training=training,
+        progress=progress,
+    )
+    return model, basis
+
+
 def _finer(box: MaterialBox) -> float:
     """Return a factor on the shares: errors of transfers are their squares over the loss factor."""
     fine = Fineness()
@@ -132,14 +146,14 @@ def _missing(
     full: FullPlate,
     vectors: Real,
     loads: Real,
-    felt: Sequence[Footprint],
+    measured: Sequence[Footprint],
     box: MaterialBox,
     band: tuple[float, float],
     report: Progress,
 ) -> Real:
     """Collect missing directions (n, s): responses to `loads` (n, k) as declared, to the rest in extreme states.
 
-    The rest are the patches and the footprints `felt`.
+    The rest are the patches and the footprints `measured`.
     """
     as_declared = plain_states(full, box) if loads.size else []
     states = [*as_declared, *training_states(full, box)]
@@ -147,10 +161,10 @@ def _missing(
     finer = _finer(box)
 
     def missing(place: int) -> Real:
-        matrices = full.matrices(states[place], loss=False, footprints=felt)
+        matrices = full.matrices(states[place], loss=False, footprints=measured)
         if place < len(as_declared):
             matrices = replace(matrices, coupling=loads)
-        return missed(vectors, matrices, band, LEAST * finer)
+        return missing_directions(vectors, matrices, band, LEAST * finer)
 
     with ThreadPoolExecutor(WORKERS) as executor:
         for k, part in enumerate(executor.map(missing, range(len(states)))):

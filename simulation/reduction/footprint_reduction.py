@@ -70,27 +70,22 @@ def reduce_with_footprints(
             model, box, band, points=points, field_certified=field_certified, training=training, progress=progress
         )
     trained = [k for k, one in enumerate(footprints) if len(footprints) <= FEW or k in driven or one.mass]
-    looked_at = [k for k in range(len(footprints)) if k not in trained]
-    rows = model.footprint_rows([footprints[k] for k in trained])
+    field_only = [k for k in range(len(footprints)) if k not in trained]
     places = np.asarray(() if points is None else points, float).reshape(-1, 2)
-    more, average = footprint_points([footprints[k] for k in looked_at])
-    patches = model.capacitance.size
+    more, average = footprint_points([footprints[k] for k in field_only])
     reduced, vectors = reduce(
-        replace(
-            model,
-            coupling=np.hstack([model.coupling, rows.T]),
-            capacitance=np.concatenate([model.capacitance, np.ones(len(rows))]),
-        ),
+        _with_forces(model, [footprints[k] for k in trained]),
         box,
         band,
         points=np.vstack([places, more]),
-        field_certified=field_certified or bool(looked_at),
+        field_certified=field_certified or bool(field_only),
         training=training,
         progress=progress,
     )
+    patches = model.capacitance.size
     found = np.empty((len(footprints), reduced.size))
     found[trained] = reduced.coupling[:, patches:].T
-    found[looked_at] = average @ reduced.deflection[len(places) :]
+    found[field_only] = average @ reduced.deflection[len(places) :]
     reduced = replace(
         reduced,
         coupling=reduced.coupling[:, :patches],
@@ -100,3 +95,13 @@ def reduce_with_footprints(
         footprints=found,
     )
     return reduced, vectors
+
+
+def _with_forces(model: ShellModel, footprints: Sequence[Footprint]) -> ShellModel:
+    """Plate with a unit force on every footprint, after the patches, as if it were a patch."""
+    rows = model.footprint_rows(footprints)
+    return replace(
+        model,
+        coupling=np.hstack([model.coupling, rows.T]),
+        capacitance=np.concatenate([model.capacitance, np.ones(len(rows))]),
+    )

@@ -26,7 +26,7 @@ from simulation.reduction.energy_decomposition import (
     training_loss,
 )
 from simulation.reduction.galerkin import projected
-from simulation.reduction.missing_answers import joined
+from simulation.reduction.missing_responses import extended_basis
 from simulation.reduction.rational_krylov import material_space
 from simulation.reduction.reduced_model import ReducedModel
 from simulation.shell.shell_model import ShellModel
@@ -90,13 +90,17 @@ def reduce(
     counted = slice(None) if field_certified else slice(0)
     # the error of transfers is the square of the truncation error over the loss factor
     tail = 0.5 * float(np.sqrt(training.tolerance * training_loss(box)))
-    swung = _damped_answers(model, box, band, training)
+    responses = _damped_responses(model, box, band, training)
     energy = model.stiffness(*middle(box)) + energy_shift(band) * model.mass
-    vectors = np.hstack([_candidates(model, box, band, lines, training, report), swung])
+    vectors = np.hstack([_candidates(model, box, band, lines, training, report), responses])
     with threadpool_limits(WORKERS, user_api="blas"):  # large products, one after the other
         vectors = mass_orthonormal(vectors, energy, model.mass)
-    larger = projected(model, vectors, box, band, columns(model.damping, swung))
-    larger = replace(larger, deflection=probe[counted] @ vectors, points=places[counted])
+
+    def on(basis: Real, responses: Real) -> ReducedModel:
+        found = projected(model, basis, box, band, columns(model.damping, responses))
+        return replace(found, deflection=probe[counted] @ basis, points=places[counted])
+
+    larger = on(vectors, responses)
     report(STAGE, 0.65)
     basis = decomposition(larger, lines, 0.25 * training.tolerance)
     small, vectors = larger.restricted(basis), vectors @ basis
@@ -108,11 +112,10 @@ def reduce(
             return replace(small, error=error, deflection=probe @ vectors, points=places), vectors
         report(STAGE, 0.8 + 0.05 * attempt)
         found = np.hstack([seen.real, seen.imag])
-        swung = np.hstack([swung, found])
+        responses = np.hstack([responses, found])
         found = found / np.sqrt(np.einsum("ni,ni->i", found, energy @ found))
-        vectors = joined(vectors, found, energy, model.mass, tail)
-        small = projected(model, vectors, box, band, columns(model.damping, swung))
-        small = replace(small, deflection=probe[counted] @ vectors, points=places[counted])
+        vectors = extended_basis(vectors, found, energy, model.mass, tail)
+        small = on(vectors, responses)
     raise RuntimeError(
         f"the reduced model's error is {error:.2g} after {training.rounds} rounds; allowed {training.tolerance:g}"
     )
@@ -165,7 +168,7 @@ def _candidates(
     return np.hstack(spaces)
 
 
-def _damped_answers(
+def _damped_responses(
     model: ShellModel, box: MaterialBox, band: tuple[float, float], training: BasisTraining
 ) -> Real:
     """Real and imaginary parts of responses (n, N) of a plate with dashpots over the box; none without dashpots.
@@ -176,9 +179,9 @@ def _damped_answers(
         return np.zeros((model.size, 0))
     lines = np.linspace(*band, DAMPED_LINES)
 
-    def answers(constants: tuple[float, float]) -> Real:
+    def responses(constants: tuple[float, float]) -> Real:
         found = model.responses(*constants, training_loss(box), lines)
         return np.reshape([found.real, found.imag], (2, model.size, -1)).transpose(1, 0, 2).reshape(model.size, -1)
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        return np.hstack(list(executor.map(answers, training.materials(box))))
+        return np.hstack(list(executor.map(responses, training.materials(box))))

@@ -7,7 +7,7 @@ from itertools import count
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from analysis.arrays import Mask
+from analysis.arrays import Mask, Real
 from analysis.channel import Footprint
 from analysis.experiment import Patch, Plate
 from analysis.material import MaterialBox
@@ -113,38 +113,17 @@ def assemble_for(
     report(INTEGRATED)
     if not fine.tolerance:
         return assembled(shell, ~shell.held, parts)
-    loads = np.zeros((5, shell.space.size, len(patches)))
-    for k, coupling in enumerate(couplings(shell, shell.thickness)):
-        for field, values in coupling.items():
-            loads[field, :, k] = values
-    acting = [*footprints, *_dashpots(plate)]
-    if acting:
-        forces = np.zeros((5, shell.space.size, len(acting)))
-        forces[W] = footprint_rows(shell.space, acting).toarray().T
-        loads = np.concatenate([loads, forces], axis=2)
     (e0, e1), (n0, n1) = box.youngs_modulus, box.poisson_ratio
     # a third response changes 1 function in 100, and takes as long as these two, which are solved in parallel
-    asked = [(e0, n1, band[1]), (float(np.sqrt(e0 * e1)), n0, 0.75 * sum(band))]
-    lines = list(shell.springs())
-    diagonals = [diagonal(shell.space, blocks) for blocks in parts]
-
-    def problem(youngs_modulus: float, poisson_ratio: float, frequency: float) -> ResponseProblem:
-        c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
-        omega2 = (2 * np.pi * frequency) ** 2
-        factors = (c1, c2, 1.0, omega2)
-        energy = sum((factor * one for factor, one in zip(factors, diagonals, strict=True)), np.zeros(()))
-        terms = list(zip((c1, c2, 1.0, -omega2), parts, strict=True))
-        return ResponseProblem(terms, lines, loads, np.asarray(energy))
-
-    answered = count(1)
+    constants = [(e0, n1, band[1]), (float(np.sqrt(e0 * e1)), n0, 0.75 * sum(band))]
+    problems = _problems(shell, parts, _loads(shell, [*footprints, *_dashpots(plate)]), constants)
+    solved = count(1)
 
     def step() -> None:
-        report(INTEGRATED + (CHOSEN - INTEGRATED) * next(answered) / len(asked))
+        report(INTEGRATED + (CHOSEN - INTEGRATED) * next(solved) / len(problems))
 
     with ThreadPoolExecutor(WORKERS) as executor:
-        choice = chosen(
-            shell.space, shell.held, [problem(*constants) for constants in asked], fine.share(box), executor, step
-        )
+        choice = chosen(shell.space, shell.held, problems, fine.share(box), executor, step)
     model = assembled(shell, choice.kept, parts, choice.dropped)
     report(1.0)
     return model
@@ -213,6 +192,37 @@ def assembled(shell: ShellPlate, kept: Mask, parts: Parts, dropped: float = 0.0)
         capacitance=shell.capacitance,
         dropped=dropped,
     )
+
+
+def _loads(shell: ShellPlate, footprints: Sequence[Footprint]) -> Real:
+    """Force per volt of the patches, then unit forces on the footprints, by field and function (5, N, L)."""
+    patches = couplings(shell, shell.thickness)
+    loads = np.zeros((5, shell.space.size, len(patches)))
+    for k, coupling in enumerate(patches):
+        for field, values in coupling.items():
+            loads[field, :, k] = values
+    if not footprints:
+        return loads
+    forces = np.zeros((5, shell.space.size, len(footprints)))
+    forces[W] = footprint_rows(shell.space, footprints).toarray().T
+    return np.concatenate([loads, forces], axis=2)
+
+
+def _problems(
+    shell: ShellPlate, parts: Parts, loads: Real, constants: Sequence[tuple[float, float, float]]
+) -> list[ResponseProblem]:
+    """Undamped responses to the loads (5, N, L) at each E [Pa], nu and frequency [Hz]."""
+    springs = list(shell.springs())
+    diagonals = [diagonal(shell.space, blocks) for blocks in parts]
+    problems = []
+    for youngs_modulus, poisson_ratio, frequency in constants:
+        c1, c2 = plane_stress_moduli(youngs_modulus, poisson_ratio)
+        omega2 = (2 * np.pi * frequency) ** 2
+        factors = (c1, c2, 1.0, omega2)
+        energy = sum((factor * one for factor, one in zip(factors, diagonals, strict=True)), np.zeros(()))
+        terms = list(zip((c1, c2, 1.0, -omega2), parts, strict=True))
+        problems.append(ResponseProblem(terms, springs, loads, np.asarray(energy)))
+    return problems
 
 
 def _dashpots(plate: Plate) -> list[Footprint]:

@@ -1,5 +1,8 @@
 """Reduced coordinates for the responses of a plate in one state over a band, without significant error."""
 
+from dataclasses import dataclass
+from typing import Self
+
 import numpy as np
 import scipy.linalg
 
@@ -40,39 +43,23 @@ def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float
         Orthonormal in the mass; (r, r) for an infinite `reach`.
     """
     size = len(whole.mass)
-    identity = np.array_equal(whole.mass, np.eye(size))
-    root = np.eye(size) if identity else scipy.linalg.cholesky(whole.mass, lower=True, check_finite=False)
-
-    def standard(matrix: Real) -> Real:
-        """Transform a symmetric matrix, or loads, to coordinates with identity mass."""
-        return matrix if identity else scipy.linalg.solve_triangular(root, matrix, lower=True, check_finite=False)
-
-    def natural(vectors: Real) -> Real:
-        if identity:
-            return vectors
-        return np.asarray(scipy.linalg.solve_triangular(root, vectors, lower=True, trans="T", check_finite=False))
-
+    unit_mass = _UnitMass.of(whole.mass)
     if np.isinf(reach):
-        return natural(np.eye(size))
+        return unit_mass.back(np.eye(size))
     end2 = (2 * np.pi * ops.band[1]) ** 2
-    stiffness = standard(standard(storage * whole.plate + whole.fixed).T)
+    stiffness = unit_mass.matrix(storage * whole.plate + whole.fixed)
     # all modes: LAPACK's divide and conquer is twice as fast as its search for some of them
     squares, shapes = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
     count = int((squares <= reach**2 * end2).sum())
     if count == size:
-        return natural(shapes)
+        return unit_mass.back(shapes)
     low, high, above = shapes[:, :count], shapes[:, count:], squares[count:, None] - SHIFT * end2
-    loads = [whole.coupling, ops.deflection.T, columns(ops.damping, natural(low))]
-    block = high.T @ standard(np.hstack(loads))
-    residual = []
-    for _ in range(RESIDUALS):
-        block = block / above
-        block = block / np.maximum(np.linalg.norm(block, axis=0), np.finfo(float).tiny)
-        residual.append(block)
+    loads = [whole.coupling, ops.deflection.T, columns(ops.damping, unit_mass.back(low))]
+    residual = _residual_vectors(high.T @ unit_mass.loads(np.hstack(loads)), above)
     if whole.fixed.any():
         # the ratio of patch to plate stiffness is complex and may change: the resulting change of modes is
         # included
-        fixed = standard(standard(whole.fixed).T)
+        fixed = unit_mass.matrix(whole.fixed)
         follows = high.T @ (fixed @ np.hstack([low, high @ np.hstack(residual)])) / above
         left, strength, _ = np.linalg.svd(follows, full_matrices=False)
         strong = strength > FOLLOWING * strength[0]
@@ -80,4 +67,44 @@ def local_basis(ops: LoadedPlate, whole: Composite, storage: float, reach: float
     beside = np.hstack(residual)
     beside = beside[:, np.linalg.norm(beside, axis=0) > 0.0]
     left, strength, _ = np.linalg.svd(beside / np.linalg.norm(beside, axis=0), full_matrices=False)
-    return natural(np.hstack([low, high @ left[:, strength > LEAST * strength[0]]]))
+    return unit_mass.back(np.hstack([low, high @ left[:, strength > LEAST * strength[0]]]))
+
+
+@dataclass(frozen=True)
+class _UnitMass:
+    """Coordinates in which the mass is the identity; `root` (r, r) is its Cholesky factor, None if not needed."""
+
+    root: Real | None
+
+    @classmethod
+    def of(cls, mass: Real) -> Self:
+        if np.array_equal(mass, np.eye(len(mass))):
+            return cls(None)
+        return cls(scipy.linalg.cholesky(mass, lower=True, check_finite=False))
+
+    def loads(self, loads: Real) -> Real:
+        """Transform loads (r, k), or one side of a matrix, to these coordinates."""
+        if self.root is None:
+            return loads
+        return np.asarray(scipy.linalg.solve_triangular(self.root, loads, lower=True, check_finite=False))
+
+    def matrix(self, matrix: Real) -> Real:
+        """Transform a symmetric matrix (r, r) to these coordinates."""
+        return self.loads(self.loads(matrix).T)
+
+    def back(self, vectors: Real) -> Real:
+        """Transform vectors (r, k) to the original coordinates."""
+        if self.root is None:
+            return vectors
+        found = scipy.linalg.solve_triangular(self.root, vectors, lower=True, trans="T", check_finite=False)
+        return np.asarray(found)
+
+
+def _residual_vectors(loads: Real, above: Real) -> list[Real]:
+    """Blocks (h, k) of residual vectors in the modes above, of unit length: loads over `above` once, twice, ..."""
+    blocks = []
+    for _ in range(RESIDUALS):
+        loads = loads / above
+        loads = loads / np.maximum(np.linalg.norm(loads, axis=0), np.finfo(float).tiny)
+        blocks.append(loads)
+    return blocks

@@ -23,7 +23,7 @@ LOSS_FACTOR = 0.04
 LINES = 150
 
 
-def missed(vectors: Real, matrices: StateMatrices, band: tuple[float, float], least: float) -> Real:
+def missing_directions(vectors: Real, matrices: StateMatrices, band: tuple[float, float], least: float) -> Real:
     """Directions of a state's responses outside the span of vectors, leading ones first.
 
     Parameters
@@ -51,22 +51,22 @@ def missed(vectors: Real, matrices: StateMatrices, band: tuple[float, float], le
     new = np.hstack([chain.extend(BLOCKS)[0] for chain in chains])
     both = np.hstack([vectors, new])
     mass, elastic = both.T @ (matrices.mass @ both), both.T @ (stiffness @ both)
-    answers = _answers(elastic, mass, both.T @ matrices.coupling, band)
+    responses = _responses(elastic, mass, both.T @ matrices.coupling, band)
     energy = elastic + (2 * np.pi * 0.3 * band[1]) ** 2 * mass
     r = vectors.shape[1]
     inner = np.linalg.solve(energy[:r, :r], energy[:r, r:])
     values, basis = np.linalg.eigh(_symmetric(energy[r:, r:] - energy[r:, :r] @ inner))
     kept = values > 1e-9 * values[-1]
     root = basis[:, kept] * np.sqrt(values[kept])
-    size = np.sqrt(np.einsum("ij,ij->j", answers, energy @ answers))
-    left, strength, _ = np.linalg.svd(root.T @ (answers[r:] / size), full_matrices=False)
-    share = strength / np.sqrt(answers.shape[1])
+    size = np.sqrt(np.einsum("ij,ij->j", responses, energy @ responses))
+    left, strength, _ = np.linalg.svd(root.T @ (responses[r:] / size), full_matrices=False)
+    share = strength / np.sqrt(responses.shape[1])
     count = int((share > least).sum())
     directions = (basis[:, kept] / np.sqrt(values[kept])) @ left[:, :count] * share[:count]
     return np.asarray(new @ directions - vectors @ (inner @ directions))
 
 
-def joined(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, tail: float) -> Real:
+def extended_basis(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, tail: float) -> Real:
     """Basis of vectors and the leading missing directions, orthonormal in the mass.
 
     Parameters
@@ -74,7 +74,7 @@ def joined(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, t
     vectors : (n, r) ndarray
         Orthonormal in the mass.
     missing : (n, s) ndarray
-        Of all states, see `missed`.
+        Of all states, see `missing_directions`.
     energy, mass : (n, n) sparse matrix
     tail : float
         Largest share of a state's responses left out.
@@ -93,7 +93,7 @@ def joined(vectors: Real, missing: Real, energy: csr_matrix, mass: csr_matrix, t
     return np.hstack([vectors, scipy.linalg.solve_triangular(root, rest.T, trans="T").T])
 
 
-def _answers(stiffness: Real, mass: Real, force: Real, band: tuple[float, float]) -> Real:
+def _responses(stiffness: Real, mass: Real, force: Real, band: tuple[float, float]) -> Real:
     """Real and imaginary parts of the lightly damped responses over the band, (N, k)."""
     values, basis = np.linalg.eigh(_symmetric(mass))
     kept = values > 1e-11 * values[-1]
