@@ -11,4 +11,4 @@ Whole = NDArray[np.int_]
 """Counts and indices."""
 Mask = NDArray[np.bool_]
 Numbers = NDArray[Any]
-"""Any kind of number, where a function does not ask which."""
+"""Any kind of number, for functions that accept all."""

@@ -1,4 +1,4 @@
-"""What the gap workflow knows of a physical effect without knowing any physics."""
+"""Description of a physical effect for the gap workflow, which contains no physics itself."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -59,7 +59,7 @@ class EffectCard:
     needs : str
         What a campaign must hold to show it.
     separated_by : str
-        The measurement that tells it from its look-alikes.
+        The measurement that distinguishes it from effects with similar signatures.
     sites : tuple of mapping
         Values of the shapes from which a search starts; one empty mapping where there is no shape.
     """

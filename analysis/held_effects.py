@@ -1,4 +1,4 @@
-"""A twin with some effects switched on for good: whoever asks it moves the others only."""
+"""A twin with some effects fixed at given values; only the others can be varied."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -48,7 +48,7 @@ def mains_lines(frequency: Real, mains: float, record: float) -> NDArray[np.bool
 
 
 def other_fundamentals(frequency: Real, rough: Real, excluded: NDArray[np.bool_]) -> list[float]:
-    """Return fundamentals of hums that stand out of the noise and are not all on `excluded` lines.
+    """Return fundamentals of hum above the noise whose harmonics are not all on `excluded` lines.
 
     They are sought in all sweeps together and in each: mains wander by some hundredths of a hertz.
 
@@ -101,7 +101,7 @@ def _harmonics_level(
 
 
 def likely_mains(frequency: Real, h: NDArray[np.complex128]) -> float | None:
-    """Tell from FRFs whether mains of 50 or of 60 Hz hum in them; None where neither stands out.
+    """Find from FRFs whether mains of 50 or of 60 Hz disturb them; None where neither is clear.
 
     At most odd harmonics (those that transformers make) of the one, the FRF has to be `STANDS_OUT` times rougher,
     in power, than around them.

@@ -174,7 +174,7 @@ AnyZone = Annotated[
 
 
 def curve_of(row: tuple[float, ...], number: int = 0) -> Curve:
-    """Return the curve that a row of 4, 7 or 8 numbers stands for; ValueError for another count."""
+    """Return the curve given by a row of 4, 7 or 8 numbers; ValueError for another count."""
     if len(row) == 4:
         return Segment((row[0], row[1]), (row[2], row[3]))
     if len(row) == 7:

@@ -50,7 +50,7 @@ class Drive(Sparse):
         return Channel(self.id, "force", footprint=self.footprint)
 
     def check(self, plate: Plate) -> None:
-        """Raise GeometryError unless it stands on the plate."""
+        """Raise GeometryError unless it lies on the plate."""
         check_footprint(plate, f"drive {self.id!r}", self.point, self.radius)
 
 
@@ -119,7 +119,7 @@ class Sensor(Sparse):
         )
 
     def check(self, plate: Plate) -> None:
-        """Raise GeometryError unless all of it stands on the plate."""
+        """Raise GeometryError unless all of it lies on the plate."""
         channels = self.channels(plate)
         if not channels:
             raise GeometryError(f"sensor {self.id!r}: no point of its grid is on the plate; lessen margin")

@@ -60,7 +60,7 @@ class TwinModel(Protocol):
 
     @property
     def cards(self) -> Mapping[str, EffectCard]:
-        """The effects it knows; none for a plate as declared."""
+        """Its effects; none for a plate as declared."""
         ...
 
     def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> Self:

@@ -9,8 +9,8 @@ LEAST = 1e-6
 """Coherence below which a line counts as of this coherence: it weighs nothing."""
 
 
-def says_nothing(coherence: NDArray[np.float64]) -> bool:
-    """Whether a coherence is 1 on every line: that of a single average, or a program's stand-in for none."""
+def without_information(coherence: NDArray[np.float64]) -> bool:
+    """Whether a coherence is 1 on every line: that of a single average, or a program's default."""
     return bool((coherence > 1.0 - 1e-9).all())
 
 
@@ -31,8 +31,8 @@ def coherence_variance(
     Returns
     -------
     (F,) ndarray or None
-        In the square of the unit of `h`, above zero; None where the coherence says nothing, see `says_nothing`, or
-        the FRF is zero throughout.
+        In the square of the unit of `h`, above zero; None where there is no information in the
+        coherence (`without_information`), or the FRF is zero throughout.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def coherence_variance(
     if not ((coherence >= -1e-6) & (coherence <= 1.0 + 1e-4)).all():
         raise ValueError(f"coherence from {coherence.min():.3g} to {coherence.max():.3g}; 0 to 1 allowed")
     power = float((np.abs(h) ** 2).mean())
-    if says_nothing(coherence) or power == 0.0:
+    if without_information(coherence) or power == 0.0:
         return None
     known = np.clip(coherence, LEAST, 1.0 - 1e-9)
     course: NDArray[np.float64] = np.abs(h) ** 2 * (1.0 - known) / known

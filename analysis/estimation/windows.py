@@ -20,7 +20,7 @@ def segment_window(shape: Shape, samples: int) -> NDArray[np.float64]:
 
 
 def effective_averages(window: NDArray[np.float64], step: int, segments: int) -> float:
-    """Return how many independent segments overlapping ones are worth.
+    """Return the number of independent segments with the information of overlapping ones.
 
     Welch, IEEE Trans. Audio Electroacoust. 15, 1967, eq. 10: neighbours share samples, by the window's own
     correlation at the step between them.

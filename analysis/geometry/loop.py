@@ -15,7 +15,7 @@ from analysis.geometry.fault import GeometryError
 CLOSES_WITHIN = 1e-9
 """Largest gap between the end of a curve and the start of the next, m."""
 CHORD = np.deg2rad(3.0)
-"""Turn of a curve that one side of its polygon stands for."""
+"""Largest turn of a curve that one side of its polygon replaces."""
 NODES, WEIGHTS = leggauss(24)
 """Of the integrals along a curve."""
 CHUNK = 1_000_000

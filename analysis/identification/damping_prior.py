@@ -26,7 +26,7 @@ HARDLY_KNOWN = 0.5
 """A prior is used only if some mode's log damping ratio is known worse than this share of the scatter of all."""
 
 UNLIKE = 3.0
-"""Standard deviations above the median from which a pole may stand for two modes."""
+"""Standard deviations above the median from which a pole may represent two modes."""
 
 SHARED = (1.4, 6.0)
 """Damping ratio over the median, and standard deviations above it, from which a pole is reported as possibly two
@@ -88,7 +88,7 @@ class DampingPrior:
         return np.where(inside, (to_parameters(poles)[:, 1] - self.middle) / self.deviation, 0.0)
 
     def shared(self, poles: NDArray[np.complex128]) -> NDArray[np.float64]:
-        """Damping ratio over the median, (J,), of poles that may stand for two overlapping modes; 0 for others."""
+        """Damping ratio over the median, (J,), of poles that may represent two overlapping modes; 0 for others."""
         above, width = self.above(poles), 2.0 * np.exp(self.middle) * np.abs(poles)
         near = np.abs(poles.imag[:, None] - poles.imag) < NEIGHBOURHOOD * width[:, None]
         crowded = (near & (np.abs(above) < UNLIKE)).sum(axis=1) >= NEIGHBOURS

@@ -183,7 +183,7 @@ def follow(known: Followed, sweep: int, measured: Measured, usual: float, settin
 
 
 def active_in(place: NDArray[np.float64], lines: Lines) -> NDArray[np.bool_]:
-    """Which poles (J, 2) stand in the band or near it."""
+    """Which poles (J, 2) lie in the band or near it."""
     f, (low, high) = np.exp(place[:, 0]) / (2.0 * np.pi), lines.frequency[[0, -1]]
     return np.asarray((f > low * (1.0 - BEYOND)) & (f < high * (1.0 + BEYOND)))
 

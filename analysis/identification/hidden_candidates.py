@@ -57,7 +57,7 @@ def candidate_places(fitted: JointFit, lines: Sequence[Lines]) -> tuple[Real, fl
 
 
 def in_band(place: Real, lines: Sequence[Lines]) -> Mask:
-    """Which places (T, N, 2) stand in the band of their sweep, (T, N)."""
+    """Which places (T, N, 2) lie in the band of their sweep, (T, N)."""
     band = np.log(2.0 * np.pi * np.array([one.frequency[[0, -1]] for one in lines]))
     return np.asarray((place[:, :, 0] > band[:, :1]) & (place[:, :, 0] < band[:, 1:]))
 
@@ -78,7 +78,7 @@ def candidate_derivatives(
     place : (T, G, 2) ndarray
         Log |lambda| and log damping ratio of the candidates.
     active : (T, G) ndarray of bool
-        Sweeps in which a candidate stands in band.
+        Sweeps in which a candidate lies in band.
 
     Yields
     ------

@@ -1,6 +1,6 @@
 """Hidden modes, which no sweep shows alone: candidates, their support by all sweeps, their effect on other modes.
 
-Where modes overlap, one pole can stand for two in every sweep, and its stated standard deviation covers noise
+Where modes overlap, one pole can represent two in every sweep, and its stated standard deviation covers noise
 alone. If a mode keeps its place among the others, with residues in the same proportion to theirs in all sweeps, it
 has two parameters per response instead of two per response and sweep: all sweeps together show far weaker modes.
 Candidate places are tried one by one, with poles and tracks readjusted. A mode that BIC supports is added; the
@@ -45,7 +45,7 @@ class HiddenModes:
     place : (T, G, 2) ndarray
         Log |lambda| and log damping ratio of G places in T sweeps.
     active : (T, G) ndarray of bool
-        Sweeps in which a mode there would stand in band.
+        Sweeps in which a mode there would lie in band.
     gain : (G,) ndarray
         Fall of the sum of squares with a mode there, in variances of one number, with the prior that its residues
         are about as large as those of the other modes.

@@ -30,7 +30,7 @@ NEEDLE_SMALL = 0.5
 """The same for a pole narrower than one line spacing: noise near a tall peak is larger."""
 
 COINCIDENT = 0.5
-"""Distance of two poles, in half widths of the narrower, up to which they may stand for one mode whose frequency
+"""Distance of two poles, in half widths of the narrower, up to which they may represent one mode whose frequency
 differs from one FRF to the next: the structure changed between the measurements."""
 
 IN_PHASE, OUT_OF_PHASE = 0.95, 0.75
@@ -81,7 +81,7 @@ def unresolved(
 
 
 def _one_that_moves(pair: NDArray[np.complex128], residues: NDArray[np.complex128]) -> bool:
-    """Whether two poles, with residues (K, 2), stand for one mode whose frequency differs between FRFs."""
+    """Whether two poles, with residues (K, 2), represent one mode whose frequency differs between FRFs."""
     if len(residues) < 3 or abs(pair[0] - pair[1]) > COINCIDENT * -pair.real.max():
         return False
     together, *each = mpc(np.column_stack([residues.sum(axis=1), residues]).T)

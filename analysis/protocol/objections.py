@@ -59,7 +59,7 @@ class Objection:
 
 
 def objections(protocol: AcquisitionProtocol, hardware: Hardware) -> tuple[Objection, ...]:
-    """Return everything that stands against running `protocol` on `hardware`."""
+    """Return every reason against running `protocol` on `hardware`."""
     return (
         *_levels(protocol, hardware),
         *_frequencies(protocol, hardware),

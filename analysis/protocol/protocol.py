@@ -1,4 +1,4 @@
-"""Sweep, programme and limits together: all that the campaign itself has to know."""
+"""Sweep, programme and limits together: all settings of a campaign."""
 
 from dataclasses import dataclass
 

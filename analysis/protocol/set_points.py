@@ -1,4 +1,4 @@
-"""Every sweep a protocol asks for."""
+"""All sweeps of a protocol."""
 
 from dataclasses import dataclass
 

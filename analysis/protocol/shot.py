@@ -1,4 +1,4 @@
-"""A shot before a campaign: silence, then a short sweep twice; what it tells of wiring, levels, noise and hum."""
+"""A shot before a campaign: silence, then a short sweep twice. Shows faults of wiring, levels, noise and hum."""
 
 from dataclasses import dataclass
 

@@ -45,7 +45,7 @@ class Renderer:
         return round(FADE * self.filters.sample_rate)
 
     def follow(self, temperature: float) -> bool:
-        """Take note of a temperature, °C, and say whether the filters begin to fade to it; NaN is passed over.
+        """Take a temperature, °C; return whether the filters begin to fade to it. NaN is ignored.
 
         A reading nearer than `STEP` to the filters in use, or one during a fade, changes nothing.
         """

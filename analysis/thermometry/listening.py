@@ -33,7 +33,7 @@ class PatchResponse(Protocol):
 
 @dataclass(frozen=True)
 class ThermometerReading:
-    """What one stretch says.
+    """Result of one stretch.
 
     Attributes
     ----------
@@ -201,7 +201,7 @@ class Listener:
 
     @property
     def _correlation(self) -> float:
-        """How many lines of windowed noise say what one says of unwindowed noise: its lines are correlated."""
+        """Number of lines of windowed, correlated noise with the information of one of unwindowed noise."""
         power = self._window**2
         return float(self.frame * np.sum(power**2) / np.sum(power) ** 2)
 

@@ -1,4 +1,4 @@
-"""Readings on end: a Kalman filter of temperature and rate, which stands through stretches that say nothing."""
+"""Readings one after the other: a Kalman filter of temperature and rate, which bridges refused readings."""
 
 from dataclasses import dataclass, field
 
@@ -44,7 +44,7 @@ class Track:
         return bool(np.isfinite(self._state[0]))
 
     def step(self, reading: ThermometerReading, seconds: float) -> None:
-        """Go on by `seconds` and take in what a stretch then says; a refused reading says nothing."""
+        """Predict `seconds` ahead and update with the reading there; a refused reading is not used."""
         if self._known:
             move = np.array([[1.0, seconds], [0.0, 1.0]])
             s = seconds

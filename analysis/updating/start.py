@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from itertools import product, repeat
+from itertools import count, product, repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,48 +67,71 @@ def start_material(
     (3,) ndarray
         E [Pa], nu and eta.
     """
-
-    def facing(transfer: NDArray[np.complex128]) -> SweepData:
-        if signed:
-            return data
-        return replace(data, h=np.where(in_phase(transfer, data) < 0.0, -1.0, 1.0)[:, None] * data.h)
-
-    def misfit(e: float, nu: float, eta: float) -> float:
-        transfer = data.answer(model, (e, nu, eta))
-        return best_gain(transfer, facing(transfer))[1]
-
-    eta_low, eta_high = max(model.box.loss_factor[0], LEAST_LOSS), 0.8 * model.box.loss_factor[1]
-    moduli = _moduli(model, eta_high)
-    nu_low, nu_high = model.box.poisson_ratio
-    etas = np.geomspace(min(eta_low, eta_high), eta_high, 5)
-
-    def from_grid(ratios: Real, before: int) -> Iterator[Real]:
-        misfits = np.empty((moduli.size, ratios.size))
-        places = product(moduli.tolist(), ratios.tolist())
-        with ThreadPoolExecutor(WORKERS) as pool:
-            for done, found in enumerate(pool.map(misfit, *zip(*places, strict=True), repeat(eta_high))):
-                misfits.flat[done] = found
-                progress((before * moduli.size + done + 1) / (moduli.size * sum(map(len, RATIOS))))
-            for i, j in _minima(misfits)[:STARTS]:
-                e, nu = float(moduli[i]), float(ratios[j])
-                damped = list(pool.map(misfit, repeat(e), repeat(nu), etas.tolist()))
-                yield np.array([e, nu, etas[int(np.argmin(damped))]])
-
-    def starts() -> Iterator[Real]:
-        for grid, places in enumerate(RATIOS):
-            yield from from_grid(nu_low + (nu_high - nu_low) * np.array(places), sum(map(len, RATIOS[:grid])))
-        if signed and model.box.loss_factor[1] < SHARP:
-            yield from narrowed(model, data, moduli)
-
     best, least = np.zeros(3), np.inf
-    for start in starts():
-        found = fit_sweep(model, data if signed else facing(data.answer(model, start)), start)
+    for start in _starts(model, data, progress, signed=signed):
+        matched = data if signed else _with_signs(data.answer(model, start), data)
+        found = fit_sweep(model, matched, start)
         if found.misfit < least:
             best, least = found.material, found.misfit
         if least < max(ROUGH, NOISY * _noise(data)):
             break
     progress(1.0)
     return best
+
+
+def _with_signs(transfer: NDArray[np.complex128], data: SweepData) -> SweepData:
+    """Give every channel of the data the sign that agrees better with a transfer (K, F)."""
+    return replace(data, h=np.where(in_phase(transfer, data) < 0.0, -1.0, 1.0)[:, None] * data.h)
+
+
+def _starts(
+    model: TwinModel, data: SweepData, progress: Callable[[float], None], *, signed: bool
+) -> Iterator[Real]:
+    """Yield E [Pa], nu and eta (3,) to start from, the most promising first."""
+    moduli = _moduli(model, 0.8 * model.box.loss_factor[1])
+    nu_low, nu_high = model.box.poisson_ratio
+    points, total = count(1), moduli.size * sum(map(len, RATIOS))
+
+    def step() -> None:
+        progress(next(points) / total)
+
+    for places in RATIOS:
+        ratios = nu_low + (nu_high - nu_low) * np.array(places)
+        yield from _from_grid(model, data, moduli, ratios, step, signed=signed)
+    if signed and model.box.loss_factor[1] < SHARP:
+        yield from narrowed(model, data, moduli)
+
+
+def _from_grid(
+    model: TwinModel,
+    data: SweepData,
+    moduli: Real,
+    ratios: Real,
+    step: Callable[[], None],
+    *,
+    signed: bool,
+) -> Iterator[Real]:
+    """Yield the minima of a grid of moduli (M,), Pa, and Poisson's ratios (N,), with their best loss factor.
+
+    `step` is called after every point of the grid.
+    """
+
+    def misfit(e: float, nu: float, eta: float) -> float:
+        transfer = data.answer(model, (e, nu, eta))
+        return best_gain(transfer, data if signed else _with_signs(transfer, data))[1]
+
+    eta_low, eta_high = max(model.box.loss_factor[0], LEAST_LOSS), 0.8 * model.box.loss_factor[1]
+    etas = np.geomspace(min(eta_low, eta_high), eta_high, 5)
+    misfits = np.empty((moduli.size, ratios.size))
+    places = product(moduli.tolist(), ratios.tolist())
+    with ThreadPoolExecutor(WORKERS) as pool:
+        for place, found in enumerate(pool.map(misfit, *zip(*places, strict=True), repeat(eta_high))):
+            misfits.flat[place] = found
+            step()
+        for i, j in _minima(misfits)[:STARTS]:
+            e, nu = float(moduli[i]), float(ratios[j])
+            damped = list(pool.map(misfit, repeat(e), repeat(nu), etas.tolist()))
+            yield np.array([e, nu, etas[int(np.argmin(damped))]])
 
 
 def _moduli(model: TwinModel, loss_factor: float) -> Real:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.channel import UNITS
-from analysis.estimation.coherence import says_nothing
+from analysis.estimation.coherence import without_information
 from analysis.estimation.quantities import frf_label, frf_name
 from analysis.estimation.transfer import MeasuredTransfer
 from app.files.bad_file import ResultFileError
@@ -122,7 +122,7 @@ def ends(transfers: Sequence[MeasuredTransfer]) -> tuple[tuple[str, ...], tuple[
 
 def said_of_coherence(transfers: Sequence[MeasuredTransfer]) -> list[str]:
     """Say which FRFs' coherences were of no use."""
-    empty = [one.name for one in transfers if one.coherence is not None and says_nothing(one.coherence)]
+    empty = [one.name for one in transfers if one.coherence is not None and without_information(one.coherence)]
     if not empty:
         return []
     others = f" and {len(empty) - 1} more" if len(empty) > 1 else ""

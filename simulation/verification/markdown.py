@@ -87,5 +87,5 @@ def percent(share: float, *, signed: bool = False) -> str:
 
 
 def exponent(order: float) -> str:
-    """Return an order of convergence with one decimal; a dash where none can be told."""
+    """Return an order of convergence with one decimal; a dash where there is none."""
     return "–" if np.isnan(order) else f"{order:.1f}"
