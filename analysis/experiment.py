@@ -35,7 +35,7 @@ __all__ = [
 class Attachment(Sparse):
     """A place where a string or a cable holds the plate: a disc of `radius`, smaller where the edge is near.
 
-    Half the plate's thickness unless given: within less, a plate theory says nothing; over more, a disc averages
+    Half the plate's thickness unless given: over less, a plate theory is not valid; over more, a disc averages
     the bending waves.
     """
 

@@ -28,7 +28,7 @@ Laws = TypeVar("Laws", LocalLaws, MaterialLaws)
 
 
 class Plate(Sparse):
-    """A plate of any outline: `length_x` times `length_y` with a corner at the origin, or what `outline` says.
+    """A plate of any outline: `length_x` times `length_y` with a corner at the origin, or given by `outline`.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Plate(Sparse):
     thickness, mass : float
         m; kg, weighed bare.
     boundary : {"free", "clamped"}
-        Of all of the outline; `support` says more.
+        Of all of the outline; `support` gives details.
     dimensions_at : float, optional
         Temperature of the surroundings at which the dimensions hold, degrees Celsius.
     expansion : float

@@ -39,7 +39,7 @@ class PlateMaterial(Declared):
 
     @property
     def box(self) -> MaterialBox:
-        """Ranges of E, nu and eta; those of a thermoplastic where nothing is said of them."""
+        """Ranges of E, nu and eta; those of a thermoplastic where they are not given."""
         known = KINDS.get(self.kind or "polypropylene", THERMOPLASTIC)
         return MaterialBox(
             self.youngs_modulus or known.youngs_modulus,

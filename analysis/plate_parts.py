@@ -1,4 +1,4 @@
-"""How outline, holes and thickness zones of a plate may lie to each other."""
+"""Allowed positions of outline, holes and thickness zones of a plate."""
 
 from collections.abc import Sequence
 

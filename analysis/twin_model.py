@@ -1,4 +1,4 @@
-"""What a twin must offer to whoever fits it to data: model updating and the gap workflow."""
+"""Interface of a twin for fits to data: model updating and the gap workflow."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -66,7 +66,8 @@ class TwinModel(Protocol):
     def counted(self, laws: Sequence[LocalLaws], effects: Iterable[str]) -> Self:
         """Return the model with what `effects` count in units of the plain plate in the units that `laws` make.
 
-        Laws over all temperatures, as they stand: a fit moves them, and with them the plain plate's strain energy.
+        Laws over all temperatures, at their present values: a fit changes them, and with them the strain energy
+        of the plain plate.
         """
         ...
 

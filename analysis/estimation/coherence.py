@@ -25,7 +25,7 @@ def coherence_variance(
     coherence : (F,) ndarray
         0 to 1.
     averages : float, optional
-        n; where the file does not tell, the level of the noise is taken from the roughness of `h` along
+        n; where it is not given, the level of the noise is taken from the roughness of `h` along
         frequency, and only its course from the coherence.
 
     Returns

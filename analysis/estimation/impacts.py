@@ -173,7 +173,7 @@ def find_blows(
     hits: list[Hit] = []
     end_of_last = -1
     for begin in begins:
-        if begin < end_of_last:  # inside the block of the blow before, which is judged by it
+        if begin < end_of_last:  # inside the block of the blow before, to which it belongs
             continue
         hits.append(_hit(recording, force, int(begin) - pre, samples, pre, test, limits))
         end_of_last = int(begin) - pre + samples

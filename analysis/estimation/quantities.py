@@ -86,7 +86,7 @@ def calibration(file_unit: str, sensitivity: str | None, quantity: Quantity | No
     sensitivity : str or None
         What the sensor gives: ``100 mV/g``, ``0.2 FS/g``; None where the file holds the quantity itself.
     quantity : str, optional
-        What is expected; needed to say that volts are meant as volts.
+        The quantity expected; needed where volts are meant as volts.
 
     Returns
     -------

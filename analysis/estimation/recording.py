@@ -48,7 +48,7 @@ class SampledSignals:
 
 
 def signal_faults(names: Sequence[str], signals: Sequence[NDArray[np.float64]]) -> list[str]:
-    """Say what keeps signals from being measurements: a sentence for each, with what to do next."""
+    """Return the faults of recorded signals: a sentence for each, with what to do next."""
     said = []
     for name, signal in zip(names, signals, strict=True):
         place = f"channel {name!r}"

@@ -40,7 +40,7 @@ class Ringing:
     needed: float
 
     def told(self, tail: float, remedy: str) -> str:
-        """Say so, with the `tail` there was (s) and what to lengthen."""
+        """Return a message with the `tail` there was (s) and what to lengthen."""
         rings = f"rings on with {100 * self.share:.2g} % of its largest value at {self.frequency:.0f} Hz"
         return (
             f"{rings}: leakage widens its peaks. A loss factor of {100 * self.loss_factor:.2g} % there needs "

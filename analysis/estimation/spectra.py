@@ -24,7 +24,7 @@ class Spectra:
     g_yy : (F, K) ndarray
         Of each response.
     averages : float
-        Independent segments they are worth.
+        Number of independent segments with the same information.
     """
 
     frequency: NDArray[np.float64]
@@ -46,7 +46,7 @@ def of_blocks(
     rate : float
         Hz.
     averages : float, optional
-        Independent blocks they are worth; all of them unless given.
+        Number of independent blocks with the same information; all of them unless given.
 
     Returns
     -------

@@ -25,7 +25,7 @@ class MeasuredTransfer:
     reference_quantity : str
         What drove, in the same words.
     units : (str, str)
-        Of the response and of the reference, where the file says.
+        Of the response and of the reference, if the file gives them.
     variance : (F,) ndarray, optional
         E|h - H|^2, where it is known.
     coherence : (F,) ndarray, optional

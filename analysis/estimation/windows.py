@@ -117,7 +117,7 @@ def without_window(
     -------
     poles : (J,) complex ndarray
         `rate` further right. Those that would not decay are left with a thousandth of the damping they had: the
-        window drowned theirs, and their covariance says so.
+        damping by the window hid theirs, and their covariance is large.
     covariance : (J, 2, 2) ndarray
         The same deviation of the pole in the complex plane: relative to what is left of the damping, more.
     """

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 
 class GeometryError(ValueError):
-    """A geometry that cannot be; the message says what to do.
+    """A geometry that is impossible; the message contains the remedy.
 
     Attributes
     ----------
@@ -21,6 +21,6 @@ class GeometryError(ValueError):
 
 
 def at(place: ArrayLike) -> str:
-    """Say a place in a message: "(0.12, 0.05) m"."""
+    """Write a place in a message: "(0.12, 0.05) m"."""
     x, y = np.asarray(place, float)
     return f"({x:.6g}, {y:.6g}) m"

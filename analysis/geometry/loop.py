@@ -48,7 +48,7 @@ class Nearest:
 class Loop:
     """A closed chain of curves, counter-clockwise; GeometryError where it is open.
 
-    A loop given clockwise is turned round: `turned` says so, and curve k of n given is then curve n - 1 - k.
+    A loop given clockwise is reversed and `turned` set; curve k of n given is then curve n - 1 - k.
     """
 
     curves: tuple[Curve, ...]

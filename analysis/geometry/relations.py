@@ -1,4 +1,4 @@
-"""How closed loops lie to themselves and to each other: crossings, overlaps and gaps, each with its place."""
+"""Relative position of closed loops: crossings, overlaps and gaps, each with its place."""
 
 import numpy as np
 

@@ -30,7 +30,7 @@ UNLIKE = 3.0
 
 SHARED = (1.4, 6.0)
 """Damping ratio over the median, and standard deviations above it, from which a pole is reported as possibly two
-modes: where forty modes overlap, poles that stand for two have 1.5 to 2 and 9 to 30."""
+modes: where forty modes overlap, poles that represent two have 1.5 to 2 and 9 to 30."""
 
 NEIGHBOURHOOD, NEIGHBOURS = 3.0, 2
 """Modes overlap where this many half-power bandwidths to either side hold at least this many other modes."""

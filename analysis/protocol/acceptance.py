@@ -92,7 +92,7 @@ def signal_faults(
         *_damaged_drive(drive, played, level, sample_rate, protocol),
         *_silence(drive, responses, protocol),
     )
-    # Coherence says nothing further of signals already known to be none.
+    # Coherence adds nothing for signals that are already known to be faulty.
     return signals or tuple(_incoherence(drive, responses, sample_rate, protocol))
 
 

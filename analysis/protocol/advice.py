@@ -9,7 +9,7 @@ LEAST_CHANGE = 0.01
 
 
 def unresolved(lines: tuple[float, float], spacing: float, loss_factor: float) -> tuple[str, ...]:
-    """Say where resonances are narrower than the lines lie apart.
+    """Warn where resonances are narrower than the spacing of the lines.
 
     A record as long as 1/spacing cuts the ringing of such a plate off, too.
 
@@ -37,7 +37,7 @@ def unresolved(lines: tuple[float, float], spacing: float, loss_factor: float) -
 
 
 def change_within_sweep(duration: float, ramp_rate: float) -> tuple[str, ...]:
-    """Say how far a plate changes within sweeps of `duration`, s, on a ramp of `ramp_rate`, K/min, if it matters.
+    """Warn how far a plate changes within sweeps of `duration`, s, on a ramp of `ramp_rate`, K/min, if it matters.
 
     At a resonance, dH/H = (dE/E) / eta of what the temperature is off its mean.
     """

@@ -91,7 +91,7 @@ class Listener:
         seconds: float = 1.0,
         largest_sigma: float = 1.0,
     ) -> Self:
-        """Ask a panel for its answers over temperature.
+        """Compute the responses of a panel over temperature.
 
         Parameters
         ----------

@@ -131,7 +131,7 @@ def tied(box: MaterialBox, fits: Sequence[SweepFit], source: NDArray[np.int_]) -
 
 
 def middle_sweep(frf: Frf) -> int:
-    """Return the sweep of the first input at which the walk starts."""
+    """Return the sweep of the first input at which the updating starts."""
     first = by_temperature(frf, int(frf.driven_by.min()))
     return first[len(first) // 2]
 

@@ -28,7 +28,7 @@ class Effect:
         (state, circumstances, values by parameter) -> state. Values may be complex, see
         `simulation.state.plate_state`.
     available : callable
-        Experiment -> bool: whether the declaration says enough (a point mass needs its point).
+        Experiment -> bool: whether the declaration is sufficient (a point mass needs its point).
     needs_strain_energy : bool
         Whether `apply` looks at `Circumstances.strain_energy`: it is found so that the plate that `apply` makes of
         it has it. Each line of a spectrum may follow the energy of that line; nothing else may follow any.

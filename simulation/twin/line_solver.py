@@ -38,7 +38,7 @@ class LineSolver:
     ratio : float or None
         Loss factor, where the plate has one everywhere.
     terms : tuple of (m, m) complex ndarray
-        In these modes: stiffness, its loss (unless `ratio` says it), normal mass, dashpots (if there are any).
+        In these modes: stiffness, its loss (unless given by `ratio`), normal mass, dashpots (if there are any).
     """
 
     shapes: Complex

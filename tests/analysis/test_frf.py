@@ -179,16 +179,16 @@ def test_mains_harmonics_are_excluded() -> None:
     assert set(np.round(frf.frequency[frf.excluded] / 60.0)) == set(range(2, 26))
 
 
-@pytest.mark.parametrize(("hum", "told"), [(49.9, True), (60.0, True), (50.0, False)])
-def test_a_hum_elsewhere_than_declared_is_heard_and_left_out(hum: float, told: bool) -> None:
+@pytest.mark.parametrize(("hum", "found"), [(49.9, True), (60.0, True), (50.0, False)])
+def test_a_hum_elsewhere_than_declared_is_found_and_left_out(hum: float, found: bool) -> None:
     drive, response = recorded(np.random.default_rng(10), noise=1e-3)
     t = np.arange(SAMPLES) / RATE
     loud = response + 0.02 * sum(np.sin(2 * np.pi * hum * n * t + n) for n in range(1, 31))
     frf = campaign_frf(campaign(drive, loud))
-    heard = [
+    named = [
         float(number) for note in frf.notes for number in re.findall(r"hum at multiples of ([0-9.]+) Hz", note)
     ]
-    assert heard == ([pytest.approx(hum, abs=0.02)] if told else [])
+    assert named == ([pytest.approx(hum, abs=0.02)] if found else [])
     harmonics = hum * np.arange(3, 30)
     nearest = np.abs(frf.frequency[:, None] - harmonics).argmin(0)
     assert frf.excluded[nearest].all()

@@ -76,6 +76,6 @@ NUMBERS = {"youngs_modulus": [1e9, 2e9], "poisson_ratio": [0.3, 0.4], "loss_fact
     ],
 )
 def test_nonsense_is_refused_with_key_value_and_range(table: dict[str, object], said: str) -> None:
-    with pytest.raises(ValidationError) as told:
+    with pytest.raises(ValidationError) as refused:
         Plate(**SHEET, material=table)
-    assert re.search(said, str(told.value), re.DOTALL)
+    assert re.search(said, str(refused.value), re.DOTALL)

@@ -9,15 +9,15 @@ F = np.arange(1.0, 1001.0)
 H = 1.0 / (200.0**2 - F**2 + 8j * F) + 1.0 / (640.0**2 - F**2 + 30j * F)
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_variance_from_coherence(told: bool) -> None:
+@pytest.mark.parametrize("given", [True, False])
+def test_variance_from_coherence(given: bool) -> None:
     """Noise of 3 % of the response, averaged 20 times; with and without the number of averages."""
     rng = np.random.default_rng(0)
     noise = (0.03 * np.sqrt(np.mean(np.abs(H) ** 2))) ** 2
     coherence = np.abs(H) ** 2 / (np.abs(H) ** 2 + noise)
     spread = np.sqrt(noise / 20 / 2)
     h = H + spread * (rng.standard_normal(1000) + 1j * rng.standard_normal(1000))
-    variance = coherence_variance(h, coherence, 20.0 if told else None)
+    variance = coherence_variance(h, coherence, 20.0 if given else None)
     assert variance is not None
     assert np.median(variance) / (noise / 20) == pytest.approx(1.0, abs=0.15)
 

@@ -96,7 +96,7 @@ def test_the_one_peak_of_a_badly_measured_frf_stays() -> None:
 
 @pytest.mark.parametrize("mains", [50.0, 60.0])
 @pytest.mark.parametrize("hum", [59.75, 180.2, 150.3])
-def test_a_needle_of_the_mains_is_no_mode_whichever_mains_are_told(mains: float, hum: float) -> None:
+def test_a_needle_of_the_mains_is_no_mode_whichever_mains_are_given(mains: float, hum: float) -> None:
     rng = np.random.default_rng(5)
     f = np.arange(40.0, 400.0, 0.25)
     poles = 2 * np.pi * np.array([110.0, 290.0]) * (-0.02 + 1j)

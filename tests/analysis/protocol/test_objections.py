@@ -14,7 +14,7 @@ def test_none_against_the_papers_protocol(
 
 
 @pytest.mark.parametrize(
-    ("changes", "hardware", "key", "told"),
+    ("changes", "hardware", "key", "message"),
     [
         ({"sweep": {"levels": (1.0, 5.0)}}, {}, "sweep.levels", "output card's range"),
         ({"sweep": {"levels": (4.0,)}}, {"drive_gain": 30.0}, "sweep.levels", "rated for 100 V"),
@@ -45,12 +45,12 @@ def test_each_reason_is_named_with_its_remedy(
     changes: dict[str, Any],
     hardware: dict[str, float],
     key: str,
-    told: str,
+    message: str,
 ) -> None:
     found = objections(protocol_of(**changes), hardware_of(**hardware))
     assert [objection.key for objection in found] == [key]
     (one,) = found
-    assert told in f"{one.seen} {one.allowed} {one.remedy}"
+    assert message in f"{one.seen} {one.allowed} {one.remedy}"
 
 
 def test_all_reasons_at_once(

@@ -33,7 +33,7 @@ def test_levels_are_grouped_around_their_temperature(protocol_of: Callable[..., 
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"highest": -1.0}, "below lowest"),
         ({"every": 7.0}, "whole steps"),
@@ -47,9 +47,9 @@ def test_levels_are_grouped_around_their_temperature(protocol_of: Callable[..., 
     ],
 )
 def test_nonsense_is_refused(
-    protocol_of: Callable[..., AcquisitionProtocol], changes: dict[str, Any], told: str
+    protocol_of: Callable[..., AcquisitionProtocol], changes: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(ValidationError, match=told):
+    with pytest.raises(ValidationError, match=message):
         protocol_of(programme=changes)
 
 

@@ -8,7 +8,7 @@ from analysis.protocol.sweep import SweepSettings
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"band": (1500.0, 100.0)}, "lower edge"),
         ({"taper": 0.6}, "at most 0.5 s"),
@@ -20,8 +20,10 @@ from analysis.protocol.sweep import SweepSettings
         ({"tale": 0.4}, "Extra inputs"),
     ],
 )
-def test_nonsense_is_refused(sweep_of: Callable[..., SweepSettings], changes: dict[str, Any], told: str) -> None:
-    with pytest.raises(ValidationError, match=told):
+def test_nonsense_is_refused(
+    sweep_of: Callable[..., SweepSettings], changes: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ValidationError, match=message):
         sweep_of(**changes)
 
 

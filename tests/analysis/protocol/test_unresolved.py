@@ -1,4 +1,4 @@
-"""Lines too far apart for the resonances are told of, with the record that would do."""
+"""Lines too far apart for the resonances are reported, with the length of record that is enough."""
 
 from analysis.protocol.advice import unresolved
 

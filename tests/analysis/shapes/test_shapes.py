@@ -82,7 +82,7 @@ def test_what_was_not_measured_with_every_reference_is_filled_by_rank_one() -> N
 
 
 def test_two_modes_of_one_frequency_are_found_as_one_pole_with_two_shapes() -> None:
-    """As of a square plate: the FRFs cannot be told from those of any other pair in the same plane."""
+    """As of a square plate: the FRFs cannot be distinguished from those of any other pair in the same plane."""
     twice = np.array([POLES[0], POLES[1], POLES[1]])
     transfers = structure(twice, SHAPES, [0, 1, 2, 3], [0, 1, 2])
     h = np.array([one.h for one in transfers])

@@ -78,7 +78,7 @@ def test_sigma_is_the_bound_of_cramer_and_rao(panel, listener, drives):
 
 
 @pytest.mark.parametrize("gain", [1e-9, 250.0, -3.0])
-def test_the_gain_may_be_any_and_is_told(panel, listener, drives, gain):
+def test_the_gain_may_be_any_and_is_estimated(panel, listener, drives, gain):
     drive = drives(4.0)
     for reading, _ in stretches(listener, drive, gain * played(panel(), drive, steady(41.0))):
         assert reading.temperature == pytest.approx(41.0, abs=0.4)
@@ -127,8 +127,8 @@ def test_what_says_nothing_is_refused(panel, listener, drives):
     hum = np.tile(
         np.sin(2 * np.pi * 42.0 * time), (3, 1)
     )  # below every mode: stiffness alone, which the gain takes
-    told = played(panel(), hum, steady(30.0))
-    reading = listener.read(hum[:, : listener.whole], told[listener.before : listener.before + listener.frame])
+    sent = played(panel(), hum, steady(30.0))
+    reading = listener.read(hum[:, : listener.whole], sent[listener.before : listener.before + listener.frame])
     assert "too little energy where the response moves" in reading.refused
     assert np.isnan(reading.temperature)
 

@@ -1,4 +1,4 @@
-"""A look at one sweep finds the modulus within a few per cent, and tells a range far from it from a good one."""
+"""A scan of one sweep finds the modulus within a few per cent, and distinguishes a wrong range from a good one."""
 
 from dataclasses import replace
 

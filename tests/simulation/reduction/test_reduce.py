@@ -181,8 +181,8 @@ def test_a_tolerance_out_of_reach_is_said(coarse_model):
 
 
 def test_progress_ends_at_one(coarse_model):
-    told = []
+    shares = []
     box = MaterialBox((2e9, 2.2e9), (0.36, 0.38), (0.05, 0.06))
-    reduce(coarse_model, box, (100.0, 300.0), progress=lambda stage, share: told.append(share))
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    reduce(coarse_model, box, (100.0, 300.0), progress=lambda stage, share: shares.append(share))
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
