@@ -9,20 +9,20 @@ import pytest
 TITLE = """\
 # What faults do to a campaign
 
-Every fault strikes a simulated campaign of five sweeps of two repeats at five moments: in, or 7 s after, its
-first, second, fourth, sixth and eighth repeat. `tests/drivers/rig/test_faults.py` measures all of this; it is
-written by
+Each fault occurs in a simulated campaign of five sweeps of two repeats, at five moments: in, or 7 s after, its
+first, second, fourth, sixth and eighth repeat. `tests/drivers/rig/test_faults.py` measures the consequences; this
+page is written by
 
     python3 start.py tests -m slow tests/drivers/rig/test_faults.py --fault-table docs/faults.md
 
-*Struck* is the plate's temperature at those moments. *The run* is how the campaign ended by itself. *Unaltered*
-counts the sweeps finished by then that are the same to the last bit after the campaign was taken up again on a
-sound rig. *H1* is the largest error of any sweep kept, as a share of the peak, against the plate that was
-simulated. *Output* and *oven* are those of the simulated hardware after the run; a card or an oven out of reach
-cannot be brought to rest, and the user is *told* so, with what to do. What is given up, `flexura acquire --again`
-tries once more.
+*Fault at* is the plate's temperature at those moments. *End of the run*: how the campaign ended by itself, and how
+many sweeps were given up. *Identical* counts the sweeps finished by then that are the same, bit by bit, after the
+campaign was resumed on a rig without fault. *H1 error* is the largest error of any sweep kept, as a share of the
+peak of the simulated plate's FRF. *Output* and *oven* are the state of the simulated hardware after the run: a
+card or an oven without connection cannot be brought to rest; this is then *reported* to the user, with what to do.
+*Resumed*: the state after the campaign was resumed. `flexura acquire --again` repeats sweeps that were given up.
 """
-HEADINGS = ("fault", "struck [°C]", "the run", "unaltered", "H1 [%]", "output", "oven", "taken up again")
+HEADINGS = ("fault", "fault at [°C]", "end of the run", "identical", "H1 error [%]", "output", "oven", "resumed")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -65,9 +65,9 @@ def fault_row(seen: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
         return "; ".join(answer if len(number) == 1 else f"{times} × {answer}" for answer, times in number.items())
 
     def missing(count: int) -> str:
-        return "every sweep made" if count == 0 else f"{count} given up"
+        return "complete" if count == 0 else f"{count} given up"
 
-    told = ["told" if row["unsafe"] else "NOT TOLD" for row in seen]
+    reported = ["reported" if row["unsafe"] else "NOT REPORTED" for row in seen]
     return (
         ", ".join("never" if row["struck"] is None else f"{row['struck']:.1f}" for row in seen),
         counted([f"stopped: {row['error']}" if row["error"] else missing(row["missing"]) for row in seen]),
@@ -76,9 +76,11 @@ def fault_row(seen: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
         counted(
             [
                 "0 V" if row["volts"] == 0.0 else f"{row['volts']:.2f} V, {why}"
-                for row, why in zip(seen, told, strict=True)
+                for row, why in zip(seen, reported, strict=True)
             ]
         ),
-        counted([f"on, {why}" if row["regulating"] else "at rest" for row, why in zip(seen, told, strict=True)]),
+        counted(
+            [f"on, {why}" if row["regulating"] else "at rest" for row, why in zip(seen, reported, strict=True)]
+        ),
         counted([missing(row["missing_after"]) for row in seen]),
     )
