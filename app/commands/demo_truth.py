@@ -96,7 +96,7 @@ def effects_table(run: Path) -> "Table":
     from rich.table import Table
 
     from app.files.gap_file import load_gap
-    from app.terminal.gap import estimate, named, verdict_words
+    from app.terminal.gap import estimate, gap_closed, named, verdict_words
 
     gap = load_gap(run / "gap.h5")[1]
     table = Table(title="The plate with something hidden: what it is, what was found", header_style="bold")
@@ -107,7 +107,8 @@ def effects_table(run: Path) -> "Table":
     for effect in gap["effects"]:
         values = ", ".join(f"{key} {estimate(found)}" for key, found in effect["parameters"].items())
         table.add_row("found", named(effect), values)
-    closure = gap["gap"]["held_out"]["closure"]
-    closed = "" if closure is None else f"; {100 * closure:.1f} % of the gap is closed on data held out"
-    table.caption = verdict_words(gap["verdict"]) + closed
+    closed = gap_closed(gap["gap"]["held_out"])
+    table.caption = verdict_words(gap["verdict"]) + (
+        f"; {closed} of the gap closes on held-out data" if closed else ""
+    )
     return table

@@ -100,6 +100,16 @@ def test_what_was_put_in_has_its_unit() -> None:
     assert list(demo_truth.put_in()) == [("point_mass", "mass 0.0008 kg")]
 
 
+def test_the_share_of_the_gap_that_closes_has_its_standard_deviation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held_out = {"closure": 0.9512, "closure_sigma": 0.0123}
+    gap = {"verdict": "explained", "effects": [], "gap": {"held_out": held_out}}
+    monkeypatch.setattr("app.files.gap_file.load_gap", lambda _: (None, gap))
+    caption = demo_truth.effects_table(tmp_path).caption
+    assert caption == "gap explained; 95.1 ± 1.2 % of the gap closes on held-out data"
+
+
 def test_the_quick_demo_measures_the_same_plate() -> None:
     """So that what is found in it may stand beside the laws of the other experiment."""
     quick, whole = (read_acquired_experiment(file) for file in (demo.QUICK, demo_truth.EXPERIMENT))
