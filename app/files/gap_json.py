@@ -5,8 +5,9 @@ from typing import Any
 
 from analysis.estimates import Estimate, FittedLaws
 from analysis.gap.fitting.residual_map import Region
-from analysis.gap.report import Agreement, GapReport, NamedEffect
+from analysis.gap.report import Agreement, CandidateRow, GapReport, NamedEffect
 from analysis.gap.search.held_out import HeldOut
+from analysis.gap.search.observability import Observability
 from analysis.updating.corrected_twin import material_of
 
 SCHEMA = "flexura-gap/1"
@@ -55,27 +56,35 @@ def gap_record(
             "shares": report.before.shares() if gap else {},
         },
         "starting_effects": {name: _parameters(values) for name, values in given.items()},
-        "observability": [
-            {"name": o.effect, "observable": o.observable, "kept": o.kept, "size_sigma": o.size, "needs": o.needs}
-            for o in report.seen
-        ],
-        "candidates": [
-            {
-                "name": c.effect,
-                "log_evidence_screened": c.screened,
-                "log_evidence_fitted": c.fitted,
-                "share": c.share,
-                "kept": c.kept,
-                "cosine_to_first": c.cosine,
-            }
-            for c in report.candidates
-        ],
+        "observability": [_observability(one) for one in report.seen],
+        "candidates": [_candidate(one) for one in report.candidates],
         "laws": {"baseline": _laws(report.laws_before), "final": _laws(report.laws_after)},
         "noise": {
             "variance_over_stated": dict(zip(report.before.channels, report.noise.ratio.tolist(), strict=True))
         },
         "notes": list(report.notes),
         "provenance": dict(made_from),
+    }
+
+
+def _observability(one: Observability) -> dict[str, Any]:
+    return {
+        "name": one.effect,
+        "observable": one.observable,
+        "kept": one.kept,
+        "size_sigma": one.size,
+        "needs": one.needs,
+    }
+
+
+def _candidate(row: CandidateRow) -> dict[str, Any]:
+    return {
+        "name": row.effect,
+        "log_evidence_screened": row.screened,
+        "log_evidence_fitted": row.fitted,
+        "share": row.share,
+        "kept": row.kept,
+        "cosine_to_first": row.cosine,
     }
 
 

@@ -43,9 +43,6 @@ def issued_twin(
     experiment, found = campaign.experiment, corrected.updated
     units = [one.gain_unit for one in experiment.inputs]
     gain, *further_gain = map(_estimated, found.gains.tolist(), found.sigma_gains.tolist(), units)
-    laws = corrected.laws
-    low, high = corrected.nodes.temperature[[0, -1]].tolist() if laws is None else laws.temperature_range
-    material, sigma = material_of(corrected.nodes)
     return TwinFile(
         title=experiment.title,
         plate=experiment.plate,
@@ -59,16 +56,7 @@ def issued_twin(
         oven=experiment.oven,
         gain=gain,
         further_gain=tuple(further_gain),
-        laws=TwinLaws(
-            temperature_range=(_rounded(low), _rounded(high)),
-            temperature=_column(corrected.nodes.temperature),
-            youngs_modulus=_column(material.youngs_modulus),
-            sigma_youngs_modulus=_column(sigma.youngs_modulus, 4),
-            poisson_ratio=_column(material.poisson_ratio),
-            sigma_poisson_ratio=_column(sigma.poisson_ratio, 4),
-            loss_factor=_column(material.loss_factor),
-            sigma_loss_factor=_column(sigma.loss_factor, 4),
-        ),
+        laws=_laws(corrected),
         effect=tuple(
             TwinEffect(name=name, parameter={p.name: _estimated(p.value, p.sigma, p.unit) for p in values})
             for name, values in corrected.effects.items()
@@ -84,6 +72,23 @@ def issued_twin(
             verdict=verdict,
             based_on=based_on,
         ),
+    )
+
+
+def _laws(corrected: CorrectedTwin) -> TwinLaws:
+    """Return the material at the temperatures of the fit, and the range in which it holds."""
+    laws, nodes = corrected.laws, corrected.nodes
+    low, high = nodes.temperature[[0, -1]].tolist() if laws is None else laws.temperature_range
+    material, sigma = material_of(nodes)
+    return TwinLaws(
+        temperature_range=(_rounded(low), _rounded(high)),
+        temperature=_column(nodes.temperature),
+        youngs_modulus=_column(material.youngs_modulus),
+        sigma_youngs_modulus=_column(sigma.youngs_modulus, 4),
+        poisson_ratio=_column(material.poisson_ratio),
+        sigma_poisson_ratio=_column(sigma.poisson_ratio, 4),
+        loss_factor=_column(material.loss_factor),
+        sigma_loss_factor=_column(sigma.loss_factor, 4),
     )
 
 

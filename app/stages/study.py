@@ -2,11 +2,12 @@
 
 import time
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from analysis.compensation.direct_filters import direct_filters
+from analysis.compensation.direct_filters import DirectFilters, direct_filters
 from analysis.compensation.network import InputMap
 from analysis.compensation.parameter_studies import study_networks
 from analysis.compensation.rivals import rigidity
@@ -26,6 +27,13 @@ NODES = tuple(range(6, 17))
 SPACINGS = (2.0, 5.0, 8.0)
 MOST_NODES = 14
 SHOWN = np.array([0.0, 20.0, 40.0, 60.0])
+"""Temperatures of Fig. 13, degrees Celsius."""
+OF_NETWORKS = {"14", "15", "16", "17"}
+CHOICES = {
+    "18": ("nodes", [(nodes, 5.0) for nodes in NODES]),
+    "19": ("spacings", [(MOST_NODES, spacing) for spacing in SPACINGS]),
+}
+"""Studies of networks by figure: name, and hidden nodes with the spacing of training temperatures, K."""
 
 
 def run_studies(
@@ -73,9 +81,9 @@ def run_studies(
         shown = inside if inside.size else np.array([low, high])
         found["fixed"] = focus(model, panel, laws, shown, report=report, workers=workers())
     everywhere = spaced(low, high, 0.25)
-    if {"14", "15", "16", "17", "18", "19"} & set(figures):
+    if (OF_NETWORKS | set(CHOICES)) & set(figures):
         direct = direct_filters(model, panel, laws, everywhere, report=report, workers=workers())
-    if {"14", "15", "16", "17"} & set(figures):
+    if OF_NETWORKS & set(figures):
         compensation = compensate(
             model,
             panel,
@@ -91,19 +99,28 @@ def run_studies(
         here = spaced(low, high, 1.0)
         taps = compensation.trained.networks.taps(here)
         found["surfaces"] = Surfaces(here, taps, compensation.filters.sample_rate)
-    if {"18", "19"} & set(figures):
-        lines = panel.filters.frequency[panel.filters.in_band(panel.filters.frequency)]
-        inputs = InputMap.of(
-            everywhere, everywhere if training.feed == "temperature" else rigidity(laws, everywhere)
-        )
-        for figure, name, choices in (
-            ("18", "nodes", [(nodes, 5.0) for nodes in NODES]),
-            ("19", "spacings", [(MOST_NODES, spacing) for spacing in SPACINGS]),
-        ):
-            if figure in figures:
-
-                def told(share: float, name: str = name) -> None:
-                    report(f"Networks, {name}", share)
-
-                found[name] = study_networks(direct.bank, direct.forms, lines, choices, training, inputs, told)
+    if set(CHOICES) & set(figures):
+        found |= _study_networks(figures, panel, laws, direct, training, report)
     return Studies(**found)
+
+
+def _study_networks(
+    figures: Sequence[str],
+    panel: Panel,
+    laws: MaterialLaws,
+    direct: DirectFilters,
+    training: Training,
+    report: Progress,
+) -> dict[str, Any]:
+    """Train networks of several sizes and training temperatures, and compare each with the direct filters."""
+    lines = panel.filters.frequency[panel.filters.in_band(panel.filters.frequency)]
+    temperature = direct.bank.temperature
+    inputs = InputMap.of(
+        temperature, temperature if training.feed == "temperature" else rigidity(laws, temperature)
+    )
+    found: dict[str, Any] = {}
+    for figure, (name, choices) in CHOICES.items():
+        if figure in figures:
+            progress = partial(report, f"Networks, {name}")
+            found[name] = study_networks(direct.bank, direct.forms, lines, choices, training, inputs, progress)
+    return found

@@ -37,31 +37,14 @@ def read(path: Path) -> Columns:
             f"{max(len(ends) - 1, 0)} segments; one is read. In Write To Measurement File choose one header only, "
             "or a file for each"
         )
-    separator = next(
-        (line[len("Separator") :].strip() for line in lines[: ends[0]] if line.startswith("Separator")), ""
-    )
-    delimiter = DELIMITERS.get(separator, "\t")
+    delimiter = _delimiter(lines[: ends[0]])
     head = {parts[0]: parts[1:] for parts in (line.split(delimiter) for line in lines[: ends[1]])}
-    comma = "".join(head.get("Decimal_Separator", ["."])).strip() == ","
     names = [part.strip() for part in lines[ends[1] + 1].split(delimiter)]
-    x_columns = "".join(head.get("X_Columns", ["One"])).strip()
-    if x_columns == "Multi":
+    if "".join(head.get("X_Columns", ["One"])).strip() == "Multi":
         raise ValueError("a column of times for each channel (X_Columns Multi); write one, or none")
     channels = int(float(head["Channels"][0]))
-    rows = []
-    for number, line in enumerate(lines[ends[1] + 2 :], start=ends[1] + 3):
-        if not line.strip():
-            continue
-        parts = line.split(delimiter)[1 : channels + 1]
-        try:
-            rows.append([float(part.replace(",", ".") if comma else part) for part in parts])
-        except ValueError as error:
-            raise ValueError(f"line {number}: {line[:60]!r}; {channels} numbers wanted") from error
-        if len(rows[-1]) != channels:
-            raise ValueError(f"line {number}: {len(rows[-1])} numbers; {channels} wanted: cut short?")
-    values = np.array(rows)
-    if values.ndim != 2:
-        raise ValueError("no sample follows its head; cut short?")
+    comma = "".join(head.get("Decimal_Separator", ["."])).strip() == ","
+    values = _samples(lines, ends[1] + 2, delimiter, channels, comma)
     columns: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
     rates: dict[str, float] = {}
@@ -74,3 +57,27 @@ def read(path: Path) -> Columns:
         if channel < len(steps) and steps[channel].strip():
             rates[name] = 1.0 / float(steps[channel].replace(",", "."))
     return Columns(columns, units, rates)
+
+
+def _delimiter(head: list[str]) -> str:
+    separator = next((line[len("Separator") :].strip() for line in head if line.startswith("Separator")), "")
+    return DELIMITERS.get(separator, "\t")
+
+
+def _samples(lines: list[str], first: int, delimiter: str, channels: int, comma: bool) -> np.ndarray:
+    """Return the samples (M, channels) in the lines from `first` on; the column of times is left out."""
+    rows = []
+    for number, line in enumerate(lines[first:], start=first + 1):
+        if not line.strip():
+            continue
+        parts = line.split(delimiter)[1 : channels + 1]
+        try:
+            rows.append([float(part.replace(",", ".") if comma else part) for part in parts])
+        except ValueError as error:
+            raise ValueError(f"line {number}: {line[:60]!r}; {channels} numbers wanted") from error
+        if len(rows[-1]) != channels:
+            raise ValueError(f"line {number}: {len(rows[-1])} numbers; {channels} wanted: cut short?")
+    values = np.array(rows)
+    if values.ndim != 2:
+        raise ValueError("no sample follows its head; cut short?")
+    return values
